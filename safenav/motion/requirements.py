@@ -217,9 +217,12 @@ MOST_POINTS = 400
 def curves(motion: Motion, trace: Trace) -> list[dict[str, object]]:
     """The robustness of each requirement over time, for a page: at most MOST_POINTS points [second,
     value], each the least of those around it, and the verdict."""
-    recording = MotionRecording(motion, trace)
+    formulas = requirements_of(trace)
     told: list[dict[str, object]] = []
-    for one in judged(recording, requirements_of(trace)):
+    if not formulas:
+        return told
+    recording = MotionRecording(motion, trace)
+    for one in judged(recording, formulas):
         found = curve(recording, one.formula)
         finite = found.low[np.isfinite(found.low)]
         edge = float(np.max(np.abs(finite), initial=1.0))

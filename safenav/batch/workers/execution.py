@@ -25,6 +25,7 @@ from safenav.errors import (
     SafenavError,
     UsageError,
 )
+from safenav.extras import missing
 from safenav.runtime.expectation import Ledger, differences
 from safenav.runtime.mission import Mission, default_synthesizer
 from safenav.scenario.model import Outcome, Scenario
@@ -113,10 +114,12 @@ def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path | N
 
 def _required(trace: Path) -> list[Judgement]:
     """The verdicts on the requirements of a run, on the motion that its trace gives."""
-    from safenav.motion.making import motion_of
-    from safenav.motion.requirements import MotionRecording, judged, requirements_of
-    from safenav.motion.source import read_source
-
+    try:
+        from safenav.motion.making import motion_of
+        from safenav.motion.requirements import MotionRecording, judged, requirements_of
+        from safenav.motion.source import read_source
+    except ModuleNotFoundError as error:
+        raise missing("'requirements' of a scenario", str(error.name), "motion") from error
     source = read_source(trace)
     recording = MotionRecording(motion_of(source.trace, source.digest), source.trace)
     return judged(recording, requirements_of(source.trace))
