@@ -92,7 +92,7 @@ fuzz: slugs-test ## long campaigns: games, proofs, missions; with clang the read
 	  tests/oracle/test_agreement.py tests/synthesis/test_reading.py \
 	  tests/synthesis/test_verify_random.py \
 	  tests/studio/test_editing.py tests/studio/test_random_sessions.py \
-	  tests/runtime/test_interventions.py tests/runtime/coordination/test_same.py tests/runtime/deadlines
+	  tests/runtime/test_interventions.py tests/runtime/coordination/test_same.py tests/runtime/deadlines tests/runtime/energy
 	@if command -v clang++ >/dev/null; then \
 	  $(CMAKE) -S slugs -B slugs/build-fuzz -DCMAKE_CXX_COMPILER=clang++ -DSLUGS_FUZZ=ON -DSLUGS_SANITIZE=ON && \
 	  $(CMAKE) --build slugs/build-fuzz --parallel $(JOBS) && \

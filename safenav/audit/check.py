@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from safenav.audit.passes import expanded
+from safenav.audit.rules.batteries import ChargeRule
 from safenav.audit.rules.beliefs import BeliefRule, MissedBeliefRule
 from safenav.audit.rules.changes import ChangesRule, InputsRule, ServiceRule
 from safenav.audit.rules.deadlines import DeadlineRule
@@ -80,6 +81,7 @@ RULES: tuple[type[Rule], ...] = (
     HeaderRule,
     OrderRule,
     DeadlineRule,
+    ChargeRule,
     ContinuityRule,
     MapRule,
     MobilityRule,

@@ -401,6 +401,8 @@ class Situation:
             case Inputs():
                 self.inputs = dict(record.values)
             case Service():
+                if record.cause is ChangeCause.BATTERY and not record.active:
+                    self._asks_for(record.robot)
                 (self.out.discard if record.active else self.out.add)(record.robot)
             case Gone():
                 self.requests.pop(record.obstacle, None)
@@ -479,6 +481,12 @@ class Situation:
         regions = self.need(obstacle).regions
         able = self.capable(obstacle) - self.under_way.keys()
         return {robot for robot in able if self.region[robot] in regions}
+
+    def _asks_for(self, robot: str) -> None:
+        """Note that a robot whose charge is used up asks for the obstacle that appeared there."""
+        for flat in self.turn.all(Appeared)[-1:]:
+            self.discovered.add(flat.obstacle)
+            self.requests[flat.obstacle] = {robot: self.region[robot]}
 
     def _wait_here(self, robot: str) -> None:
         """Note that a robot that encounters an obstacle waits where it has backed up to."""

@@ -47,6 +47,7 @@ from safenav.runtime.coordination.strategy_search import (
 )
 from safenav.runtime.deadlines.ledger import Deadlines
 from safenav.runtime.deadlines.refusal import refuse_what_cannot_be_kept
+from safenav.runtime.energy.batteries import Batteries
 from safenav.runtime.interventions import Interventions
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded, Stop
@@ -80,6 +81,7 @@ class Algorithm:
     interventions: Interventions
     stop: Stop
     deadlines: Deadlines
+    batteries: Batteries
     attended: bool = False
     """Live: whether an operator can intervene; then the run waits where it would end."""
 
@@ -93,7 +95,7 @@ class Algorithm:
     def begin(self) -> None:
         """Synthesize the first controllers. The team has its initial objectives, and no requests
         (``TeamState.initial``). Raises RunEnded if a robot has none."""
-        refuse_what_cannot_be_kept(self.team)
+        refuse_what_cannot_be_kept(self.team, self.batteries)
         self.settle([Started()])  # 1 to 4
 
     def tick(self) -> None:
@@ -110,6 +112,7 @@ class Algorithm:
         self.deadlines.tick_begins()
         self._hear()
         given_up, self._together = self.interventions.given_up, team.waiting is not None and asked
+        self._guarded(lambda: self.settle(self.batteries.tick_begins()))
         self._guarded(lambda: self.settle(self.interventions.apply()))
         if given_up:
             raise RunEnded(team.waiting or Conclusion(Outcome.INTERRUPTED, "given up"))
@@ -132,6 +135,7 @@ class Algorithm:
 
     def _step(self, robot: RobotState) -> None:
         self.settle(self.turns.step(robot))  # 6
+        self.settle(self.batteries.turn_ends(robot))
 
     def _settle_gone(self, obstacle: Obstacle) -> None:
         self.settle(self.turns.gone(obstacle))

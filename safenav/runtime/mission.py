@@ -24,6 +24,7 @@ from safenav.runtime.coordination.reasons import Shortfall
 from safenav.runtime.coordination.strategies import Strategies
 from safenav.runtime.coordination.strategy_search import StrategySearch, TaskResult
 from safenav.runtime.deadlines.ledger import Deadlines
+from safenav.runtime.energy.batteries import Batteries
 from safenav.runtime.interventions import Intervention, Interventions
 from safenav.runtime.live_limits import refuse_if_unsafe
 from safenav.runtime.protocol import BlockingWorld, World, WorldEvent
@@ -109,6 +110,8 @@ class Mission:
         strategies = Strategies(self.state)
         self._traffic = Traffic(self.state, self._stop, commands.steps)
         turns = Turns(self.state, commands, strategies, self._traffic)
+        batteries = Batteries(self.state, turns, self._truth)
+        self.state.listeners = (*self.state.listeners, batteries)
         self._interventions = Interventions(self.state, self._truth, turns)
         self._algorithm = Algorithm(
             self.state,
@@ -120,6 +123,7 @@ class Mission:
             self._interventions,
             self._stop,
             self._deadlines,
+            batteries,
             attended,
         )
         self.ending = False

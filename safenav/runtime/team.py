@@ -41,6 +41,7 @@ class Role(Enum):
     OWN = "its own objective"
     HELPS = "resolves an obstacle"
     WAITS = "waits"
+    CHARGES = "goes to a charger, or charges"
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,9 @@ class RobotState:
     of which is not counted yet what it met by that. ``acting``: the robot whose action it takes
     part in, on ``acts_on``; ``asked``: it was let act since it came here. ``held``: it stands still
     until that is over. ``mode``: the input that has given it its present
-    objective, and ``base`` the one before that with its progress."""
+    objective, and ``base`` the one before that with its progress. ``charge``: of its battery, if
+    it has one; ``errand``: where it is to charge; ``places``: the only poses in which it meets its
+    targets (masks, one each)."""
 
     robot: Robot
     pose: Pose
@@ -93,6 +96,9 @@ class RobotState:
     held: HoldReason | None = None
     mode: str | None = None
     base: tuple[Objective, Progress, int | None] | None = None
+    charge: int | None = None
+    errand: Pose | None = None
+    places: tuple[Mask, ...] = ()
 
     @property
     def name(self) -> str:

@@ -210,6 +210,11 @@ class SimulatedWorld:
         self._brought.add(obstacle)
         self.truths[obstacle.name] = truth
 
+    def place(self, obstacle: Obstacle) -> None:
+        """Let an obstacle that stops nobody appear now, whoever stands there."""
+        self._works.open[obstacle.region] = Work(obstacle)
+        self.truths[obstacle.name] = None
+
     def take_away(self, name: str) -> None:
         """Remove an obstacle that is there, or that was to appear, by the next tick."""
         self._taken_away.add(name)

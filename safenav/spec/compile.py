@@ -105,9 +105,11 @@ def _goal_places(task: Task) -> Iterator[Constraint]:
         elif objective.remembers:
             turn = f"{objective.turn}' = {index} & "
         for region in sorted(objective.listed()[index]):
-            for heading in Heading:
+            turning = task.robot.model.mobility is Mobility.HEADING
+            for heading in Heading if turning else (None,):
                 if Pose(region, heading) not in places:
-                    formula = f"!({turn}region' = {region} & heading' = {heading:d})"
+                    faces = "" if heading is None else f" & heading' = {heading:d}"
+                    formula = f"!({turn}region' = {region}{faces})"
                     yield Constraint(Section.SYS_TRANS, formula, origin, (region,))
 
 

@@ -56,6 +56,7 @@ def scenario_header(
             for each in scenario.inputs
         )
         or None,
+        flat=None if scenario.flat is None else scenario.flat.name,
     )
 
 

@@ -199,7 +199,8 @@ class ScenarioHeader:
     ``simulated`` or ``external``. ``partition``: the cells of beliefs, None where no robot keeps
     any. ``order``: of requests. ``changes``: the changes for robots during the run, by tick.
     ``requirements``: formulas over the motion of the run, by name. ``suspects``: obstacles that
-    the team knows may be there; ``chargers``: regions where batteries are charged."""
+    the team knows may be there; ``chargers``: regions where batteries are charged;
+    ``flat``: the type of obstacle that appears at a robot whose charge is used up."""
 
     name: str
     map: MapHeader
@@ -219,3 +220,4 @@ class ScenarioHeader:
     suspects: tuple[str, ...] | None = None
     chargers: tuple[Region, ...] | None = None
     inputs: tuple[InputHeader, ...] | None = None
+    flat: str | None = None

@@ -68,6 +68,8 @@ class Reason(StrEnum):
     """It was given another objective."""
     SERVICE = "service"
     """It is back in service."""
+    CHARGE = "charge"
+    """It goes to a charger, or has charged enough."""
 
 
 class Form(StrEnum):
@@ -161,6 +163,8 @@ class ChangeCause(StrEnum):
     WORLD = "world"
     USER = "user"
     INPUT = "input"
+    BATTERY = "battery"
+    """A robot's charge is used up, or its battery was replaced."""
 
 
 class PlanEndReason(StrEnum):

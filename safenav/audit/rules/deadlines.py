@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from safenav.audit.bound import Bound, least_within, mission_end
+from safenav.audit.rules.batteries import BATTERY
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation
 from safenav.trace.records import (
@@ -44,6 +45,11 @@ class _Clock:
     def restart(self, tick: int) -> None:
         self.before, self.away = self.away, False
         self.begun, self.over, self.lost, self.met = tick, False, False, 0
+
+
+def _promised(outcome: Outcome) -> list[str]:
+    """The refused promises in ticks."""
+    return [of for of in outcome.refused or {} if not of.endswith(BATTERY)]
 
 
 class DeadlineRule(Rule):
@@ -109,7 +115,7 @@ class DeadlineRule(Rule):
         if outcome is None:
             return
         if not self._active:
-            if outcome.late is not None or outcome.refused is not None:
+            if outcome.late is not None or _promised(outcome):
                 yield self.broken_by(outcome, None, "it lists broken promises; there are none")
             return
         if outcome.late is None or set(outcome.late) != set(self._late):
@@ -128,7 +134,7 @@ class DeadlineRule(Rule):
             yield self.broken_by(outcome, None, "no line tells that the mission was in time")
         if outcome.outcome in (Ending.COMPLETED, Ending.TICK_LIMIT):
             yield from self._missing(outcome, [o for o in self._turn_owes if o[0] != MISSION])
-        for of in outcome.refused or {}:
+        for of in _promised(outcome):
             yield from self._refused(of, outcome, now)
 
     def _look(self, now: Situation) -> None:

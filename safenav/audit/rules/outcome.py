@@ -201,7 +201,9 @@ class CompletedRule(Rule):
         return all(self._surely(robot, now) >= wanted for robot in now.header.robots)
 
     def _surely(self, robot: str, now: Situation) -> int:
-        objective = now.objectives[robot]
+        objective = now.header.robots[robot].objective
+        if now.objectives[robot] != objective:
+            return 0
         if objective.kind == "hold":
             return len(self._goals.get(robot, []))
         return _bounds(self._goals.get(robot, []), objective)[0]

@@ -22,6 +22,8 @@ class AppearedRule(Rule):
         obstacle = now.obstacles[record.obstacle]
         if now.status[obstacle.name] not in (Status.ABSENT, Status.RESOLVED):
             yield self.broken_by(record, None, f"{obstacle.name} appears where it already is")
+        if record.cause is ChangeCause.BATTERY:
+            return  # at a robot, which another rule judges
         for robot in now.header.robots:
             if obstacle.region in now.taken_by(robot):
                 place = now.show(obstacle.region)

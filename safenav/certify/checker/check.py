@@ -121,6 +121,8 @@ class Robot:
         self.back: dict[str, Any] = {}  # this turn: region of an encounter, and its ``node``
         self.heard = dict[str, int]()  # the inputs of the environment
         self.active, self.way = True, list[Pose]()  # in service; its part of a joint plan
+        self.battery = data.get("battery")
+        self.charge = self.battery["start"] if self.battery else None
         self.forms = set[str]()  # in which its own objective was proven, "plan" if it was moved
 
     def near(self, other: Robot) -> set[int]:
@@ -367,6 +369,7 @@ class Run:
         same = header["type"] == "header" and self.scenario == self.json("scenario.json")
         require(same, "scenario.json is not what the header of the trace says")
         self.world = World(self.scenario["map"])
+        self.chargers = frozenset(self.scenario.get("chargers") or ())
         self.external = self.scenario.get("world") == "external"
         self.live = header.get("clock") == "live"
         self.robots, self.obstacles = dict[str, Robot](), dict[str, Obstacle]()
@@ -483,7 +486,10 @@ class Run:
             case "discovered":
                 self.discover(record["obstacle"], present=True)
             case "appeared":
-                self.alter(obstacle, present=True, left=obstacle.needs, done=frozenset())
+                known = record["cause"] == "battery"  # the robot there asks for it
+                self.alter(
+                    obstacle, present=True, left=obstacle.needs, done=frozenset(), known=known
+                )
                 self.met = self.met if self.met and self.met[0] != obstacle.name else None
                 self.clear(self.obstacles[obstacle.name])
             case "gone":
@@ -558,6 +564,8 @@ class Run:
             case "service":
                 require(robot.active != record["active"], f"{robot.name} serves as it was before")
                 robot.active = record["active"]
+                if robot.active and record["cause"] == "battery":
+                    robot.charge = robot.battery["capacity"]
                 if robot.active and robot.pose == robot.destination and not robot.way:
                     robot.nodes = robot.task.of_pose.get(robot.pose, set()) if robot.task else set()
             case "assumption":
@@ -617,6 +625,7 @@ class Run:
         while_waiting = robot.data.get("while_waiting")
         fits = fits or objective == robot.objective or objective.serves(robot.own)
         fits = fits or (while_waiting is not None and objective == Objective(while_waiting))
+        fits = fits or self.charges(robot, objective)
         require(fits, f"{robot.name} receives an objective that serves no request")
         robot.objective = objective
 
@@ -733,6 +742,26 @@ class Run:
         there = self.external or not any(map(obstacle.stands, inside))
         require(there, f"{obstacle.name} stands where {' and '.join(inside)} is")
 
+    def charges(self, robot: Robot, objective: Objective) -> bool:
+        """Return whether an objective is to charge the robot's battery."""
+        stays = objective.kind == "hold" or (
+            objective.kind == "visit" and len(objective.targets) < 2
+        )
+        return robot.charge is not None and stays and objective.targets[0] <= self.chargers
+
+    def discharge(self, record: Json, robot: Robot) -> None:
+        """Refuse if a charge does not suffice for a step."""
+        battery, charge = robot.battery, robot.charge
+        if charge is None or record.get("toward") is not None:
+            return
+        if record["to"] != record["from"]:
+            require(charge >= battery["move"], f"{robot.name} has no charge for a step")
+            robot.charge = charge - battery["move"]
+        elif record["to"] in self.chargers:
+            robot.charge = min(battery["capacity"], charge + battery["charge"])
+        else:
+            robot.charge = max(0, charge - battery["stay"])
+
     def move(self, record: Json, robot: Robot) -> None:
         due = self.tick - 1, [*self.robots].index(robot.name)
         require(divmod(self.turn, len(self.robots)) == due, f"it is not {robot.name}'s turn")
@@ -746,6 +775,7 @@ class Run:
             require(not left, f"{who} met {what}, and no request of it is on the stack")
         self.turn += 1
         pose = (record["to"], record.get("heading"))
+        self.discharge(record, robot)
         try:
             require("failed" not in record, "its step has failed")
             after = self.step(record, robot, pose)
@@ -815,7 +845,7 @@ class Run:
                 own = robot.own.data == robot.data["objective"] or not robot.data.get("when")
                 require(own, f"an input keeps {name} from its objective")
                 met = min(map(robot.goals.count, robot.own.goals))
-                its_own = robot.objective.serves(robot.own)
+                its_own = robot.objective.serves(robot.own) or self.charges(robot, robot.objective)
                 require(met >= rounds and its_own, f"{name} has met it {met} times")
             often = "once" if rounds == 1 else f"{rounds} times"
             said = f"every robot has met its objective {often} after the last resolution"

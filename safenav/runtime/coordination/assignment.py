@@ -11,7 +11,7 @@ from safenav.runtime.coordination.objectives import helping, holding
 from safenav.runtime.coordination.problem import Floor
 from safenav.runtime.coordination.waiting import clear_region, in_the_way
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
-from safenav.scenario.objective import Hold, Ltl, Target, Visit, targets_of
+from safenav.scenario.objective import Hold, Ltl, Target, Visit, ruled, targets_of
 from safenav.world.map import Region
 from safenav.world.moves import Pose
 from safenav.world.poses import Mask, bits, region_mask
@@ -40,12 +40,26 @@ class Assigner:
             if robot.assignment.role is Role.HELPS:
                 return self._wait(robot, index)
             return _as_before(robot)
+        if robot.errand is not None:
+            return self._charge(robot, index, robot.errand)
         duty = self.found.duties.get(index)
         if duty is not None:
             return self._help(robot, index, duty)
         if robot.name in self.idle or self._waits_for_help(robot):
             return self._wait(robot, index)
         return self._own(robot, index) or self._wait(robot, index)
+
+    def _charge(self, robot: RobotState, index: int, charger: Pose) -> TaskDraft:
+        """Go to the charger and stay there, around the obstacles in its way; if it is there with
+        another heading, come back to it."""
+        own, pending = robot.robot.objective, self._pending(index)
+        objective = holding(own, charger.region)
+        if robot.next_pose.region == charger.region and robot.next_pose != charger:
+            objective = ruled(Visit((frozenset({charger.region}),)), own)
+        goal = self._mask(index, {charger.region})
+        assignment = Assignment(Role.CHARGES, objective, goal=goal, kept=self.found.kept[index])
+        forbidden = self._forbidden(robot, index, (goal,))
+        return TaskDraft(assignment, objective, pending, pending, forbidden)
 
     def _help(self, robot: RobotState, index: int, duty: Duty) -> TaskDraft:
         gate = self.floor.problem.gates[duty.gate]

@@ -17,6 +17,7 @@ from safenav.runtime.coordination.assignment import Assigner
 from safenav.runtime.coordination.duties import Settled, settle
 from safenav.runtime.coordination.events import (
     Astray,
+    BatteryFlat,
     Event,
     HelpRequested,
     HopeReturned,
@@ -47,8 +48,8 @@ from safenav.runtime.knowledge import PERMANENT, UNTRAVERSABLE, Knowledge
 from safenav.runtime.team import Role, TeamState
 from safenav.runtime.termination import Conclusion
 from safenav.scenario.model import Coordination, Obstacle, Outcome
-from safenav.trace.records import Record, Reopened
-from safenav.trace.vocabulary import BlockReason, Reason
+from safenav.trace.records import Appeared, Record, Reopened, Service
+from safenav.trace.vocabulary import BlockReason, ChangeCause, Reason
 
 
 @dataclass(frozen=True)
@@ -102,6 +103,8 @@ def _decided(team: TeamState, event: Event, stopping: Stopping) -> Decision:
             return _sealed(team, event, obstacle)
         case HopeReturned():
             return _reopened(team, event)
+        case BatteryFlat():
+            return _ran_flat(team, event)
         case Astray(name):
             assert team.settled is not None
             return _assigned(team, event, team.settled, only=name)
@@ -226,6 +229,21 @@ def _reopened(team: TeamState, event: Event) -> Decision:
             said.append(Reopened(team.tick, name))
     decision = _unchanged(team, event, records=tuple(said), next=Unsettled(Reason.SERVICE))
     return replace(decision, knowledge=knowledge, requests=requests)
+
+
+def _ran_flat(team: TeamState, event: BatteryFlat) -> Decision:
+    """An obstacle appears at a robot, which is out of service and the requester."""
+    knowledge, region = team.knowledge.copy(), team.robots[event.robot].pose.region
+    knowledge.appear(event.obstacle)
+    knowledge.meet(event.obstacle)
+    cause = ChangeCause.BATTERY
+    said = (
+        Appeared(team.tick, event.obstacle.name, cause),
+        Service(team.tick, event.robot, active=False, cause=cause),
+    )
+    requests = team.requests.opened(event.obstacle, event.robot, region)
+    after = _unchanged(team, event, records=said, next=Unsettled(Reason.REQUEST))
+    return replace(after, knowledge=knowledge, requests=requests)
 
 
 def _never_resolved(team: TeamState, event: Unsettled, stopping: Stopping) -> Decision | None:

@@ -63,6 +63,14 @@ class HopeReturned:
 
 
 @dataclass(frozen=True)
+class BatteryFlat:
+    """A robot's charge is used up: it is out of service, and asks for what appeared there."""
+
+    obstacle: Obstacle
+    robot: str
+
+
+@dataclass(frozen=True)
 class Unsettled:
     """Duties must be derived from the present state. ``refused``: (robot, obstacle) for which no
     strategy was found; ``idle``: robots for whose own objective none was found."""
@@ -90,6 +98,7 @@ Event = (
     | ObstacleChanged
     | ObstacleSealed
     | HopeReturned
+    | BatteryFlat
     | Unsettled
     | Astray
 )

@@ -145,7 +145,10 @@ def outdated(team: TeamState, name: str, draft: TaskDraft) -> bool:
         return True
     if not draft.forbidden <= old.forbidden:
         return True
-    if state.robot.within is not None and wants_places(team, state, draft) != bool(old.goal_places):
+    if draft.assignment.role is Role.CHARGES and old.goal_places:
+        return old.goal_places != (frozenset({state.errand}),)
+    timed = state.robot.within is not None or state.places
+    if timed and wants_places(team, state, draft) != bool(old.goal_places):
         return True
     if old.tracking is Tracking.BELIEF and old.observed:
         return old.closed != team.knowledge.standing

@@ -6,6 +6,7 @@ from safenav.runtime.deadlines.bound import earliest
 from safenav.runtime.deadlines.ledger import MISSION, mission_end
 from safenav.runtime.deadlines.moment import moment_of
 from safenav.runtime.deadlines.within import Walk, least_within
+from safenav.runtime.energy.batteries import Batteries, least_charge
 from safenav.runtime.formulas import plain_graph
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded
@@ -16,8 +17,9 @@ from safenav.world.poses import region_mask
 _NUMBERS = {1: "its target", 2: "both targets"}
 
 
-def refuse_what_cannot_be_kept(team: TeamState) -> None:
-    """Raises RunEnded, unrealizable, if a promise is below what the robots could do alone."""
+def refuse_what_cannot_be_kept(team: TeamState, batteries: Batteries) -> None:
+    """Raises RunEnded, unrealizable, if a promise is below what the robots could do alone, or a
+    charge does not last."""
     refused: dict[str, int | None] = {}
     said = []
     for robot in team.robots.values():
@@ -37,10 +39,30 @@ def refuse_what_cannot_be_kept(team: TeamState) -> None:
             said.append(
                 f"the mission cannot be completed before tick {soonest}, and is due by {by}"
             )
+    for robot in team.robots.values():
+        if robot.charge is None or team.scenario.flat is not None:
+            continue
+        need = least_charge(batteries, robot)
+        if need is None or need > robot.charge:
+            refused[f"{robot.name}.battery"] = need
+            said.append(_charge_words(team, robot, need))
     if refused:
         told = tuple(said)
         end = Conclusion(Outcome.UNREALIZABLE, "; ".join(said), links=told, refused=refused)
         raise RunEnded(end)
+
+
+def _charge_words(team: TeamState, robot: RobotState, need: int | None) -> str:
+    battery, word = robot.robot.model.battery, team.scenario.map.word
+    assert battery is not None
+    here, name = word(robot.pose.region), robot.name
+    if need is not None:
+        return f"{name} needs a charge of {need} at {here}, and has {robot.charge}"
+    if robot.pose.region in team.scenario.chargers:
+        said = f"from the charger {here} (full: {battery.capacity}) {name} reaches no other stop"
+    else:
+        said = f"from {here}, with whatever charge up to {battery.capacity}, {name} reaches no stop"
+    return f"{said} from which it can continue"
 
 
 def _least(team: TeamState, robot: RobotState) -> int | None:

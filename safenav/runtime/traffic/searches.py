@@ -119,7 +119,7 @@ class Searches:
         match robot.assignment.role:
             case _ if not robot.active:
                 return 0
-            case Role.HELPS:
+            case Role.HELPS | Role.CHARGES:
                 return _lifted(floor, floor.index(name), robot.assignment.goal)
             case Role.OWN if not self._has_done_all(robot):
                 return awaited_by(floor, name, robot.own)
@@ -164,7 +164,7 @@ class Searches:
             wishes: list[Mask | None] = []
             for index, robot in enumerate(self._state.robots.values()):
                 match robot.assignment.role:
-                    case Role.HELPS:
+                    case Role.HELPS | Role.CHARGES:
                         wishes.append(_lifted(floor, index, robot.assignment.goal))
                     case Role.WAITS:
                         wishes.append(0)

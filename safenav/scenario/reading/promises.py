@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from safenav.scenario.model import Clock, Scenario
+from safenav.scenario.model import Clock, Coordination, Scenario
+from safenav.scenario.objective import Ltl
 from safenav.scenario.yaml.document import Mapping
 from safenav.scenario.yaml.findings import Findings
 from safenav.world.moves import distances
@@ -16,11 +17,17 @@ def check_promises(scenario: Scenario, item: Mapping, findings: Findings) -> Non
         found = f"'clock: live' with {what}: a tick has no length there"
         findings.add(item.get("clock") or item, found, "use 'clock: lockstep'")
     for robot in charged:
-        free = not any(
-            other is not robot and scenario.conflict(robot, other) for other in scenario.robots
-        )
-        del free
+        objective = robot.objective
+        if isinstance(objective, Ltl) or objective.kind == "cover":
+            found = f"{robot.name} has a battery, and an objective without an order of its targets"
+            findings.add(item.get("robots") or item, found, "use 'visit', 'patrol' or 'hold'")
+        if scenario.coordination is Coordination.ASSIGNABLE:
+            found = f"{robot.name} has a battery, which 'coordination: assignable' does not know"
+            findings.add(item.get("coordination") or item, found, "use 'resynthesis'")
         if not scenario.chargers:
+            if scenario.flat is None and item.get("chargers") is None:
+                found = f"{robot.name} has a battery, and the scenario has no charger"
+                findings.add(item.get("robots") or item, found, "list 'chargers', or say 'flat'")
             continue
         reach = distances(robot.model.mobility, robot.start, scenario.map)
         if scenario.chargers.isdisjoint(reach):

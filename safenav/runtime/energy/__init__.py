@@ -1,0 +1,1 @@
+"""Batteries: what charge a robot needs, its errands to chargers, and flat robots."""

@@ -1,0 +1,183 @@
+"""The charge of each robot in a run: errands to chargers, and robots whose charge is used up."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import field, replace
+from itertools import islice, product
+
+from safenav.dataclass import dataclass
+from safenav.runtime.coordination.events import BatteryFlat, Event, Unsettled
+from safenav.runtime.energy.errands import Errands
+from safenav.runtime.energy.need import NEVER
+from safenav.runtime.formulas import graph_of
+from safenav.runtime.team import RobotState, TeamState
+from safenav.runtime.turn import Turns
+from safenav.runtime.world import SimulatedWorld
+from safenav.scenario.model import Obstacle
+from safenav.scenario.objective import Ltl, targets_of
+from safenav.trace import records
+from safenav.trace.vocabulary import ChangeCause, PlanEndReason, Reason
+from safenav.world.moves import Pose
+from safenav.world.poses import Mask, bits, region_mask
+
+MOST_CHOICES = 64
+"""Choices of poses for the targets of a robot that are compared."""
+
+
+@dataclass(eq=False)
+class Batteries:
+    """Keeps ``RobotState.charge`` as moves change it, and decides each robot's next stop
+    (``RobotState.errand``). ``world``: where a flat robot becomes an obstacle, if simulated."""
+
+    team: TeamState
+    turns: Turns
+    world: SimulatedWorld | None
+    _flat: dict[str, str] = field(default_factory=dict)  # the robot at which an obstacle appeared
+    _charged: list[str] = field(default_factory=list)
+    _known: dict[str, tuple[object, Errands]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for robot in self.team.robots.values():
+            if robot.robot.model.battery is not None:
+                robot.charge = robot.robot.model.battery.start
+                if self.team.scenario.chargers:
+                    self.choose_places(robot)
+
+    def __call__(self, record: records.Record) -> None:
+        """Hear of moves, and of batteries that were brought."""
+        if isinstance(record, records.Move):
+            self._moved(record)
+        elif isinstance(record, records.Resolved) and record.obstacle in self._flat:
+            self._charged.append(self._flat.pop(record.obstacle))
+
+    def tick_begins(self) -> Iterator[Event]:
+        """Put robots back in service whose battery was replaced in the tick before; decide the
+        first stops."""
+        for robot in self.team.robots.values() if self.team.tick == 1 else ():
+            yield from self.turn_ends(robot)
+        charged, self._charged = self._charged, []
+        for name in charged:
+            robot = self.team.robots[name]
+            assert robot.robot.model.battery is not None
+            robot.charge = robot.robot.model.battery.capacity
+            yield from self.turns.serve(robot, active=True, cause=ChangeCause.BATTERY)
+
+    def turn_ends(self, robot: RobotState) -> Iterator[Event]:
+        """Decide what a robot does next for its charge."""
+        battery, scenario = robot.robot.model.battery, self.team.scenario
+        if battery is None or robot.charge is None or robot.transit is not None or not robot.active:
+            return
+        on_charger = robot.pose.region in scenario.chargers
+        if robot.charge < battery.move and not on_charger and scenario.flat is not None:
+            yield from self._runs_flat(robot)
+        elif scenario.chargers:
+            errand = self._errand(robot)
+            if errand != robot.errand:
+                robot.errand = errand
+                yield from self.turns.leave_plan(PlanEndReason.CHANGED, settling=True)
+                yield Unsettled(Reason.CHARGE)
+
+    def choose_places(self, robot: RobotState) -> None:
+        """Choose one pose for each target of a robot that can be in it in several, so that its
+        strategy takes the shortest path to the pose that its charge was compared for."""
+        errands, charge = self.errands(robot), robot.charge
+        robot_objective = robot.own.objective
+        if errands is None or charge is None or self.team.rivals(robot.robot):
+            return
+        if isinstance(robot_objective, Ltl) or robot_objective.settles:
+            return
+        start = errands.graph.number(robot.pose)
+        several = any(target & (target - 1) for target in errands.targets)
+        if not several or errands.need(start, 0) > charge:
+            return
+        poses = [[1 << pose for pose in bits(t & errands.allowed)] for t in errands.targets]
+        best = 0
+        for places in islice(product(*poses), MOST_CHOICES):
+            tried = replace(errands, targets=places, _needs=None, _hops={})
+            slack = charge + 1 - tried.need(start, 0)
+            if slack > best:
+                best, robot.places = slack, places
+        self._known.pop(robot.name, None)
+
+    def errands(self, robot: RobotState) -> Errands | None:
+        """The errands of a robot on the floor as it is known; None without a battery."""
+        battery = robot.robot.model.battery
+        objective = robot.own.objective
+        if battery is None or isinstance(objective, Ltl):
+            return None
+        closed = region_mask(
+            k.region
+            for k in self.team.knowledge.walls_for(
+                robot.robot, frozenset(self.team.knowledge.pending)
+            )
+        )
+        key = (objective, closed)
+        known = self._known.get(robot.name)
+        if known is not None and known[0] == key:
+            return known[1]
+        graph = graph_of(robot.robot, self.team.scenario.map)
+        masks = tuple(graph.poses_on(region_mask(t)) for t in targets_of(objective))
+        masks = masks[-1:] if objective.settles else masks
+        masks = robot.places if robot.places and not closed else masks
+        chargers: Mask = graph.poses_on(region_mask(self.team.scenario.chargers))
+        allowed = graph.everywhere & ~graph.poses_on(closed)
+        shared = bool(self.team.rivals(robot.robot))
+        found = Errands(graph, masks, allowed, chargers & allowed, battery, full=shared)
+        self._known[robot.name] = (key, found)
+        return found
+
+    def _errand(self, robot: RobotState) -> Pose | None:
+        """Where a robot is to charge, or to stay and charge; None: it pursues its own objective."""
+        errands = self.errands(robot)
+        assert errands is not None
+        assert robot.charge is not None
+        pose = errands.graph.number(robot.pose)
+        turn = robot.own.memory.index % len(errands.targets)
+        errand, rivals = robot.errand, self.team.rivals(robot.robot)
+        if errand is not None:
+            here = errand == robot.pose or (rivals and errand.region == robot.pose.region)
+            there = 1 << errands.graph.number(errand)
+            if not here:
+                if errands.graph.steps_between(1 << pose, there, errands.allowed) is not None:
+                    return errand
+            elif robot.charge < errands.wanted(pose, turn):
+                return errand
+        charger = errands.charger(pose, turn, robot.charge)
+        return None if charger is None else errands.graph.pose(charger)
+
+    def _moved(self, move: records.Move) -> None:
+        robot = self.team.robots[move.robot]
+        battery = robot.robot.model.battery
+        if battery is None or robot.charge is None:
+            return
+        if move.to != move.from_:
+            robot.charge -= battery.move
+        elif move.toward is None and move.to in self.team.scenario.chargers:
+            robot.charge = min(battery.capacity, robot.charge + battery.charge)
+        elif move.toward is None:
+            robot.charge = max(0, robot.charge - battery.stay)
+
+    def _runs_flat(self, robot: RobotState) -> Iterator[Event]:
+        """An obstacle appears where the robot stands, which asks for its resolution."""
+        kind, tick = self.team.scenario.flat, self.team.tick
+        assert kind is not None
+        obstacle = Obstacle(kind, robot.pose.region, appears=tick)
+        if self.world is None or obstacle.region in self.world.standing():
+            return  # another world has its own obstacles
+        self._flat[obstacle.name] = robot.name
+        yield from self.turns.leave_plan(PlanEndReason.CHANGED, settling=True)
+        self.world.place(obstacle)
+        self.team.introduce(obstacle)
+        robot.active = False
+        yield BatteryFlat(obstacle, robot.name)
+
+
+def least_charge(batteries: Batteries, robot: RobotState) -> int | None:
+    """The charge that a robot needs where it is to continue forever; None if none suffices."""
+    errands = batteries.errands(robot)
+    if errands is None:
+        return 0
+    turn = robot.own.memory.index % len(errands.targets)
+    need = errands.need(errands.graph.number(robot.pose), turn)
+    return None if need >= NEVER else need

@@ -1,0 +1,145 @@
+"""Runs of robots with batteries: errands, refusals, flat robots; the audit follows each charge."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from random import Random
+
+import pytest
+
+from certify.making import run_checker
+from runtime.played import Runner
+from safenav.audit.check import check_trace
+from safenav.certify.record import bundle_of_run
+from safenav.errors import InputError
+from safenav.scenario.reading.loader import load_scenario_text
+
+COUNT = (int(os.environ.get("SAFENAV_FUZZ", "0")) or 24) // 3
+
+CORRIDOR = """
+safenav: 1
+map:
+  grid: |
+    #############
+    #...........#
+    #############
+catalogue:
+  robots:
+    cart: {mobility: free, layer: ground, capabilities: [],
+           battery: {capacity: 10, move: 1, charge: 3}}
+    drone: {mobility: free, layer: air, capabilities: [bring]}
+  obstacles:
+    empty: {needs: [{action: bring, at: neighbours}], blocks: []}
+robots:
+  cart: {model: cart, start: [1, 1], objective: {visit: [[1, 11], [1, 1]]}}
+  drone: {model: drone, start: [1, 6], objective: {hold: [1, 6]}}
+chargers: [[1, 1], [1, 7]]
+until: {rounds: 2}
+limits: {ticks: 200}
+"""
+
+FLAT = CORRIDOR.replace("chargers: [[1, 1], [1, 7]]", "chargers: []\nflat: empty").replace(
+    "capacity: 10, move: 1, charge: 3", "capacity: 60, charge: 3, start: 4"
+)
+
+
+def test_it_goes_by_the_second_charger(run: Runner) -> None:
+    played = run(CORRIDOR)
+    assert played.outcome["outcome"] == "completed"
+    stops = [s["objective"] for s in played.all("synthesis", robot="cart", reason="charge")]
+    assert {"hold": 20} in stops
+
+
+def test_a_charge_that_does_not_suffice_is_refused(run: Runner, tmp_path: Path) -> None:
+    text = CORRIDOR.replace("capacity: 10", "capacity: 5")
+    outcome = run(text).outcome
+    assert outcome["outcome"] == "unrealizable"
+    assert outcome["refused"] == {"cart.battery": None}
+    assert "reaches no other stop from which it can continue" in outcome["explanation"]
+    lines = (
+        (tmp_path / "trace.jsonl").read_text().replace('"cart.battery":null', '"cart.battery":4')
+    )
+    (tmp_path / "forged.jsonl").write_text(lines)
+    assert check_trace(tmp_path / "forged.jsonl").findings
+
+
+def test_a_flat_robot_waits_for_a_battery_and_goes_on(run: Runner) -> None:
+    played = run(FLAT)
+    assert played.outcome["outcome"] == "completed"
+    appeared = played.all("appeared", cause="battery")
+    assert [(line["tick"], line["obstacle"]) for line in appeared] == [(4, "empty@18")]
+    assert {line["robot"] for line in played.all("resolved")} == {"drone"}
+    back = played.all("service", active=True)
+    assert [line["tick"] for line in back] == [r["tick"] + 1 for r in played.all("resolved")]
+
+
+def test_the_audit_refuses_other_charges(run: Runner, tmp_path: Path) -> None:
+    run(FLAT)
+    lines = [json.loads(line) for line in (tmp_path / "trace.jsonl").read_text().splitlines()]
+    header = lines[0]["scenario"]["robots"]["cart"]["battery"]
+    for key, value in (("start", 3), ("start", 5), ("move", 2), ("capacity", 9)):
+        was, header[key] = header[key], value
+        (tmp_path / "forged.jsonl").write_text("".join(json.dumps(x) + "\n" for x in lines))
+        assert check_trace(tmp_path / "forged.jsonl").findings, key
+        header[key] = was
+
+
+def test_bundles_of_robots_with_batteries_are_accepted(tmp_path: Path) -> None:
+    (tmp_path / "corridor.yaml").write_text(CORRIDOR)
+    bundle_of_run(tmp_path / "corridor.yaml", tmp_path / "bundle")
+    code, said = run_checker(tmp_path / "bundle")
+    assert code == 0, said
+
+
+def errand(seed: int) -> str:
+    """A robot with a battery, alone on its floor, among rooms with doors that it opens itself."""
+    random = Random(seed)
+    rows = ["".join("#" if random.random() < 0.15 else "." for _ in range(7)) for _ in range(4)]
+    grid = ["#########", *(f"#{row}#" for row in rows), "#########"]
+    free = [k for k, cell in enumerate("".join(grid)) if cell == "."]
+    random.shuffle(free)
+    turns = random.random() < 0.5
+    battery = f"{{capacity: {random.randint(8, 24)}, charge: {random.choice((1, 4))}, stay: 0}}"
+    chargers = free[: random.randint(1, 3)]
+    text = [
+        "safenav: 1",
+        f"map: {{grid: {json.dumps(grid)}}}",
+        "catalogue:",
+        "  robots:",
+        f"    cart: {{mobility: {'heading' if turns else 'free'}, layer: ground,",
+        f"           capabilities: [], battery: {battery}}}",
+        "robots:",
+        f"  cart: {{model: cart, start: {free[4]}, heading: east,",
+        f"         objective: {{visit: {free[5:7]}}}}}",
+        f"chargers: {chargers}",
+        "until: {rounds: 3}",
+        "limits: {ticks: 600}",
+    ]
+    return "\n".join(text) + "\n"
+
+
+@pytest.mark.parametrize("seed", range(COUNT))
+def test_a_lone_robot_always_gets_there(seed: int, run: Runner) -> None:
+    try:
+        load_scenario_text(errand(seed))
+    except InputError:
+        return
+    assert run(errand(seed)).outcome["outcome"] in ("completed", "unrealizable")
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        (CORRIDOR.replace("charge: 3", "charge: 0"), "must be at least 1"),
+        (CORRIDOR.replace("charge: 3", "charge: 3, start: 11"), "is 11, and it holds 10"),
+        (CORRIDOR.replace("chargers: [[1, 1], [1, 7]]", ""), "has no charger"),
+        (CORRIDOR.replace("chargers: [[1, 1]", "flat: door\nchargers: [[1, 1]"), "blocks: \\[\\]"),
+        (CORRIDOR.replace("visit: [[1, 11]", "cover: [[1, 11]"), "order of its targets"),
+        (CORRIDOR + "clock: live\n", "a tick has no length"),
+    ],
+)
+def test_errors(text: str, found: str) -> None:
+    with pytest.raises(InputError, match=found):
+        load_scenario_text(text)

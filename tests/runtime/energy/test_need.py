@@ -1,0 +1,118 @@
+"""The need of each pose against pose x target x charge, and errands: never empty, always done."""
+
+from __future__ import annotations
+
+import os
+from random import Random
+
+import pytest
+
+from safenav.runtime.energy.errands import Errands
+from safenav.runtime.energy.need import NEVER, needs
+from safenav.scenario.model import Battery
+from safenav.world.map import RegionMap
+from safenav.world.moves import Mobility
+from safenav.world.poses import PoseGraph, bits
+
+COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or 30
+State = tuple[int, int]
+
+
+def floor(seed: int) -> Errands | None:
+    random = Random(seed)
+    rows, cols = random.randint(2, 4), random.randint(3, 5)
+    wall = "#" * (cols + 2)
+    inside = [
+        "".join("#" if random.random() < 0.2 else "." for _ in range(cols)) for _ in range(rows)
+    ]
+    world = RegionMap.from_grid([wall, *(f"#{row}#" for row in inside), wall])
+    free = sorted(world.free)
+    if len(free) < 6:
+        return None
+    graph = PoseGraph(world, random.choice(list(Mobility)))
+    targets = tuple(graph.poses_on(1 << r) for r in random.sample(free, random.choice((1, 2, 3))))
+    chargers = 0
+    for region in random.sample(free, random.choice((0, 1, 2, 3))):
+        chargers |= graph.poses_on(1 << region)
+    stay = random.choice((0, 0, 1))
+    battery = Battery(random.randint(4, 16), random.choice((1, 3, 5)), 0, 1, stay)
+    return Errands(graph, targets, graph.everywhere, chargers, battery, random.random() < 0.5)
+
+
+def lasting(asked: Errands) -> list[set[State]]:
+    """For each next target the (pose, charge) from which all targets are met again and again: the
+    greatest sets from which a walk leads to the target and into the set of the next one."""
+    battery, poses = asked.battery, list(bits(asked.allowed))
+    moves: dict[State, list[State]] = {}
+    for pose in poses:
+        for charge in range(battery.capacity + 1):
+            after = [(step, charge - battery.move) for step in asked.graph.steps(pose)]
+            if asked.chargers >> pose & 1:
+                after.append((pose, min(battery.capacity, charge + battery.charge)))
+            else:
+                after.append((pose, charge - battery.stay))
+            moves[pose, charge] = [state for state in after if state[1] >= 0]
+    found = [set(moves) for _ in asked.targets]
+    while True:
+        after = []
+        for turn, target in enumerate(asked.targets):
+            then, good = found[(turn + 1) % len(found)], set[State]()
+            while True:
+                more = {
+                    state
+                    for state, steps in moves.items()
+                    if state not in good
+                    and any((target >> s[0] & 1 and s in then) or s in good for s in steps)
+                }
+                if not more:
+                    break
+                good |= more
+            after.append(good & found[turn])
+        if after == found:
+            return found
+        found = after
+
+
+@pytest.mark.parametrize("seed", range(COUNT))
+def test_one_number_says_all(seed: int) -> None:
+    asked = floor(seed)
+    if asked is None:
+        return
+    found = needs(asked.graph, asked.targets, asked.allowed, asked.chargers, asked.battery)
+    for turn, good in enumerate(lasting(asked)):
+        for pose in bits(asked.allowed):
+            charges = [c for c in range(asked.battery.capacity + 1) if (pose, c) in good]
+            need = found[turn].get(pose, NEVER)
+            assert charges == list(range(need, asked.battery.capacity + 1))
+
+
+@pytest.mark.parametrize("seed", range(COUNT))
+def test_errands_never_run_empty_and_come_to_an_end(seed: int) -> None:
+    asked, random = floor(seed), Random(f"errand {seed}")
+    if asked is None:
+        return
+    graph, battery = asked.graph, asked.battery
+    pose = random.choice(list(bits(asked.allowed)))
+    charge, turn, met, stop = random.randint(0, battery.capacity), 0, 0, None
+    if asked.need(pose, 0) > charge:
+        return
+    for _ in range(2000):
+        if stop is None or (pose == stop and charge >= asked.wanted(pose, turn)):
+            stop = asked.charger(pose, turn, charge)
+        goal = asked.targets[turn] if stop is None else 1 << stop
+        ways = graph.distances(goal, asked.allowed)
+        after = pose if goal >> pose & 1 else min(graph.steps(pose), key=lambda p: ways[p])
+        if after != pose:
+            charge -= battery.move
+        elif asked.chargers >> pose & 1:
+            charge = min(battery.capacity, charge + battery.charge)
+        else:
+            charge -= battery.stay
+        pose = after
+        assert charge >= 0
+        if asked.targets[turn] >> pose & 1:
+            turn, met = (turn + 1) % len(asked.targets), met + 1
+            stop = stop if stop == pose else None
+        if met == 3 * len(asked.targets):
+            return
+    raise AssertionError("it does not come to an end")
