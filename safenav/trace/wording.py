@@ -90,6 +90,7 @@ _WHY = {
     vocabulary.Reason.OBJECTIVE: "for another objective",
     vocabulary.Reason.SERVICE: "back in service",
     vocabulary.Reason.PLAN: "after a joint plan",
+    vocabulary.Reason.CHARGE: "for its battery",
 }
 
 _BLOCKED = {
@@ -177,6 +178,8 @@ class Wording:
                 whom = self._all(line.robots)
                 why = line.because or _BLOCKED[line.reason]
                 return f"{obstacle} permanently blocks {whom}: {why}"
+            case records.Deadline():
+                return self._deadline(line)
             case records.Appeared():
                 return f"{self.strong(self.obstacle(line.obstacle))} appears"
             case records.Gone():
@@ -241,6 +244,26 @@ class Wording:
                 text = line.outcome.value.replace("_", " ")
                 return f"{text}: {line.explanation}" if line.explanation else text
         raise TypeError(f"{line.type} is not an event")
+
+    def _deadline(self, line: records.Deadline) -> str:
+        """``door@47 cannot be resolved before tick 16, and is due at tick 15``."""
+        if "@" in line.of:
+            what, does = self.strong(self.obstacle(line.of)), "be resolved"
+        elif line.of == "mission":
+            what, does = "the mission", "be completed"
+        else:
+            what, does = f"the round of {self.robot(line.of)}", "end"
+        soonest = "ever" if line.earliest is None else f"before tick {line.earliest}"
+        match line.verdict:
+            case vocabulary.DeadlineVerdict.SET:
+                return f"{what} is due at tick {line.due}"
+            case vocabulary.DeadlineVerdict.LOST:
+                return f"{what} cannot {does} {soonest}, and is due at tick {line.due}"
+            case vocabulary.DeadlineVerdict.KEPT:
+                return f"{what} is in time (due at tick {line.due})"
+            case vocabulary.DeadlineVerdict.EXCUSED:
+                return f"{what}, due at tick {line.due}, is excused"
+        return f"{what} is late: it was due at tick {line.due}"
 
     def _operator(self, line: records.Operator) -> str:
         what = line.deed.value.replace("_", " ")

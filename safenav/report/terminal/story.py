@@ -106,6 +106,7 @@ class Story:
             case (
                 records.Assumption()
                 | records.Met()
+                | records.Deadline()
                 | records.Appeared()
                 | records.Truth()
                 | records.NewObjective()
