@@ -127,7 +127,8 @@ class Algorithm:
             self.stop.check()
             self._guarded(partial(self._step, robot))
             self.deadlines.turn_ends(number)
-        self._guarded(self._plan)
+        if team.waiting is None:
+            self._guarded(self._plan)
         self._end_if_due()
         self._changed = team.changes > before
         if team.live:
@@ -196,11 +197,14 @@ class Algorithm:
             self.wait_for_operator(over.conclusion)
 
     def wait_for_operator(self, conclusion: Conclusion) -> None:
-        """Let the robots stand until an intervention. Nothing of the decision that could not be
+        """Let the robots stand until an intervention, but those that can still pursue their own
+        objective. Nothing of the decision that could not be
         made is in force."""
         team = self.team
         if team.waiting is not None:
             return
+        for _ in self.turns.leave_plan(PlanEndReason.CHANGED, settling=True):
+            pass  # strategies come with the decision after an intervention
         team.waiting, team.changes = conclusion, team.changes + 1
         outcome = Ending(conclusion.outcome.value)
         cause = None if conclusion.cause is None else OperatorCause(conclusion.cause)

@@ -138,7 +138,8 @@ class Mission:
         """
         self.start()
         while self.result is None:
-            if self.waiting is not None and not self._interventions.asked:
+            waiting = self.waiting is not None and self._commands.idle
+            if waiting and not self._interventions.asked:
                 time.sleep(WAITED)  # an operator intervenes from another thread
             self.step()
         return self.result
@@ -172,8 +173,11 @@ class Mission:
 
     @property
     def still(self) -> bool:
-        """Whether no robot has a command."""
-        return self._commands.idle
+        """Whether no robot has a command, but those that go on while the team waits."""
+        turns = self._algorithm.turns
+        robots = self.state.robots.values()
+        under_way = [r for r in robots if r.transit is not None or r.acting is not None]
+        return all(self.waiting is not None and turns.goes_on(robot) for robot in under_way)
 
     def rested(self, seconds: float) -> None:
         """Exclude the time in which no tick was requested from the time limit of the run."""

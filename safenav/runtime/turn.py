@@ -30,7 +30,7 @@ from safenav.runtime.move_recorder import MoveRecorder
 from safenav.runtime.navigation import Proposal
 from safenav.runtime.progress import Progress
 from safenav.runtime.protocol import Acted, Arrived, Blocked, Elsewhere, Ended, Failed, Lost
-from safenav.runtime.team import RobotState, TeamState, Transit
+from safenav.runtime.team import RobotState, Role, TeamState, Transit
 from safenav.runtime.termination import Conclusion
 from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.world import Change
@@ -71,7 +71,7 @@ class Turns:
             return
         elif not robot.active:
             yield from self._stand_still(robot, HoldReason.SERVICE)
-        elif self.state.waiting is not None:
+        elif self.state.waiting is not None and not self.goes_on(robot):
             yield from self._stand_still(robot, HoldReason.OPERATOR)
         elif robot.held is not None:
             yield from self._stand_still(robot, robot.held)
@@ -79,6 +79,16 @@ class Turns:
             yield from self._follow_plan(robot)
         else:
             yield from self._follow_strategy(robot)
+
+    def goes_on(self, robot: RobotState) -> bool:
+        """Whether a robot pursues its own objective while the team waits for an operator: it can
+        undo each of its moves alone, and waits for nothing."""
+        asked = (*self.state.requests, *self.state.requests.given_up)
+        waits = any(robot.name in request.requesters for request in asked)
+        own = robot.assignment.role is Role.OWN and not isinstance(robot.robot.objective, Ltl)
+        free = own and not graph_of(robot.robot, self.state.scenario.map).one_way
+        known = robot.planner is not None and robot.planner.node is not None
+        return free and known and robot.active and robot.held is None and not waits
 
     def _stand_still(self, robot: RobotState, why: HoldReason) -> Iterator[Event]:
         """The turn of a robot that makes no decisions: it looks around, and stays."""
@@ -119,6 +129,9 @@ class Turns:
             lost, silent, proposal = False, False, planner.held_back(robot.pose, observed)
             by = MovedBy.STRATEGY if proposal.answers else MovedBy.STAY
         violation = self.characterization.check(robot.robot, robot.pose, proposal.pose.region)
+        if violation is not None and self.state.waiting is not None:
+            yield from self._move(robot, robot.pose, {}, MovedBy.STAY, why=HoldReason.OPERATOR)
+            return
         if violation is not None:
             proposal = self._back_up(robot, observed, proposal, violation)
             by = MovedBy.BACKTRACK

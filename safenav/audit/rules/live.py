@@ -282,10 +282,19 @@ class LateRule(Rule):
             yield self.broken_by(record, None, problem)
 
 
+def _goes_on(record: Depart | Act, now: Situation) -> bool:
+    """Return whether a robot may go on while the team waits."""
+    robot, own = record.robot, now.header.robots[record.robot].objective
+    asked = (*now.requests.values(), *now.given_up.values())
+    waits = any(robot in requesters for requesters in asked) or own.kind == "ltl"
+    return now.objectives[robot] == own and not now.has_heading(robot) and not waits
+
+
 class WaitingRule(Rule):
-    """While the team waits for an operator nobody gets a command; a wait says what a run could end
-    with; what is reopened was given up, and not found untraversable, and is so by an operator or
-    since a robot is back in service; an operator puts robots down where nobody in conflict is
+    """While the team waits for an operator only robots get a command that pursue their own
+    objective, wait for nothing and can undo each step (free mobility); a wait says what a run could
+    end with; what is reopened was given up, and not found untraversable, and is so by an operator
+    or since a robot is back in service; an operator puts robots down where nobody in conflict is
     (T, Live runs)."""
 
     name = "waiting"
@@ -302,7 +311,7 @@ class WaitingRule(Rule):
                 if record.outcome not in ends:
                     problem = f"no robot waits because of {record.outcome.value}"
                     yield self.broken_by(record, None, problem)
-            case Depart() | Act() if self._waiting is not None:
+            case Depart() | Act() if self._waiting is not None and not _goes_on(record, now):
                 problem = f"{record.robot} gets a command while the team waits for an operator"
                 yield self.broken_by(record, record.robot, problem)
             case Operator():
