@@ -20,6 +20,7 @@ from safenav.errors import ExitCode, SafenavError, UsageError
 
 COMMANDS = {
     "run": "Run a scenario and print what happens.",
+    "resume": "Continue a run that was interrupted or killed.",
     "studio": "Draw a scenario in a browser, run it, change its world.",
     "synth": "Synthesize the controllers and write them to files.",
     "check": "Validate a scenario and check whether each robot is realizable.",

@@ -1,0 +1,73 @@
+"""``safenav resume``: continue a run that was interrupted or killed."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from pathlib import Path
+
+import click
+
+from safenav.cli.output import FILE
+from safenav.errors import ExitCode, UsageError
+
+EPILOG = """\b
+Examples:
+  safenav resume lab.jsonl --trace rest.jsonl
+  safenav resume lab.jsonl lab.yaml --operator fixes.txt
+\b
+Exit codes: those of 'safenav run', for the rest of the run
+"""
+
+
+@click.command(epilog=EPILOG)
+@click.argument("trace", type=click.Path(path_type=Path))
+@click.argument("scenario", type=click.Path(path_type=Path), required=False)
+@click.option("--trace", "output", type=FILE, help="Write the trace of the rest (JSON Lines).")
+@click.option(
+    "--operator",
+    metavar="FILE",
+    help="Where a live run needs an operator, read interventions from this file (-: ask here).",
+)
+@click.option("--map/--no-map", "maps", default=True, help="Draw the map at the main events.")
+def command(
+    trace: Path, scenario: Path | None, output: Path | None, operator: str | None, maps: bool
+) -> int:
+    """Continue the run of TRACE: each robot from where the trace leaves it, with the target whose
+    turn it was, without the obstacles that were resolved. The rest is a run with a trace of its
+    own. SCENARIO: the file of the run, if it has batteries, inputs, promises or beliefs, which the
+    trace does not hold."""
+    from safenav.cli.operator import run_with_operator
+    from safenav.report.terminal.story import Story
+    from safenav.report.terminal.synthesis_progress import WaitingLine
+    from safenav.runtime.mission import Mission, default_synthesizer
+    from safenav.runtime.resuming import resumed
+    from safenav.scenario.model import Clock, Outcome
+    from safenav.scenario.reading.loader import load_scenario
+    from safenav.trace.reading import read_trace
+    from safenav.trace.writing import Listener, TraceWriter
+
+    if output is not None and output.resolve() == trace.resolve():
+        raise UsageError(f"--trace {output} would overwrite the trace; give another file")
+    read = read_trace(trace)
+    plan = resumed(read, None if scenario is None else load_scenario(scenario))
+    if operator is not None and plan.clock is not Clock.LIVE:
+        raise UsageError("--operator helps live runs only")
+    listeners: list[Listener] = [Story(plan, maps=maps)]
+    with ExitStack() as stack:
+        if output is not None:
+            listeners.append(stack.enter_context(TraceWriter(output)))
+        mission = Mission(
+            plan,
+            default_synthesizer(plan),
+            listeners=listeners,
+            progress=WaitingLine(),
+            attended=operator is not None,
+        )
+        if operator is None:
+            result = mission.run()
+        else:
+            result = run_with_operator(mission, operator, helping=True)
+    if result.outcome is Outcome.COMPLETED:
+        return ExitCode.OK
+    limit = result.outcome.value.endswith("_limit")
+    return ExitCode.RESOURCE_LIMIT if limit else ExitCode.NEGATIVE

@@ -1,0 +1,248 @@
+"""The rest of a run that was interrupted or killed, as a scenario, from what its trace says.
+
+Robots begin where the trace leaves them (one that was under way: where it set out), with the
+target whose turn it was. Obstacles that were resolved or disappeared are left out, and so are the
+met needs of others; robots out of service stay so. The team encounters again what it had met.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import field, replace
+
+from safenav.dataclass import dataclass
+from safenav.errors import UsageError
+from safenav.scenario.model import (
+    Clock,
+    Coordination,
+    Exclusion,
+    Limits,
+    Need,
+    Obstacle,
+    ObstacleType,
+    RequestOrder,
+    Robot,
+    RobotChange,
+    RobotModel,
+    Scenario,
+    Timing,
+    Tracking,
+    Until,
+)
+from safenav.scenario.objective import Cover, Ltl, targets_of, with_targets
+from safenav.scenario.reading.catalogue import built_in
+from safenav.trace import records, setting, vocabulary
+from safenav.trace.objective import Objective as TracedObjective
+from safenav.trace.trace import Trace
+from safenav.trace.wording import objective_of
+from safenav.world.frame import Frame
+from safenav.world.map import Heading, RegionMap
+from safenav.world.moves import Mobility, Pose
+
+UNREAD = ("promises", "suspects", "chargers", "inputs", "partition")
+"""Parts of a header from which no scenario is made: the scenario's file is needed."""
+ENDED = ("completed", "unrealizable")
+_HEADINGS = {heading.label: heading for heading in Heading}
+
+
+@dataclass
+class _State:
+    """What a trace says of its end. ``turns``: the next target of each robot."""
+
+    poses: dict[str, Pose]
+    own: dict[str, TracedObjective]
+    objectives: dict[str, TracedObjective]
+    turns: dict[str, int] = field(default_factory=dict)
+    rounds: dict[str, int] = field(default_factory=dict)
+    out: set[str] = field(default_factory=set)
+    gone: set[str] = field(default_factory=set)
+    met: dict[str, int] = field(default_factory=dict)
+    time: float = 0.0
+
+    def take(self, record: records.Record) -> None:
+        """Follow a line."""
+        self.time = record.t if record.t is not None else record.tick
+        match record:
+            case records.Move() if record.toward is None:
+                self.poses[record.robot] = _pose(record.to, record.heading)
+            case records.Arrive():
+                self.poses[record.robot] = _pose(record.at, record.heading)
+            case records.Operator() if record.robot is not None and record.region is not None:
+                self.poses[record.robot] = _pose(record.region, record.heading)
+            case records.Push() | records.Pop():
+                self.objectives |= record.objectives
+            case records.Told():
+                self.objectives[record.robot] = record.objective
+            case records.NewObjective():
+                if record.at_once:
+                    self.objectives[record.robot] = record.objective
+                self.own[record.robot] = record.objective
+                self.turns[record.robot] = self.rounds[record.robot] = 0
+            case records.Goal() if self.objectives[record.robot] == self.own[record.robot]:
+                self.turns[record.robot] = record.goal + 1
+                self.rounds[record.robot] = record.round
+            case records.Resolved():
+                self.gone.add(record.obstacle)
+                self.rounds.clear()
+            case records.Gone():
+                self.gone.add(record.obstacle)
+            case records.Appeared():
+                self.gone.discard(record.obstacle)
+                self.met.pop(record.obstacle, None)
+            case records.Met():
+                self.met[record.obstacle] = record.need + 1
+            case records.Service():
+                (self.out.discard if record.active else self.out.add)(record.robot)
+            case _:
+                pass
+
+
+def resumed(trace: Trace, scenario: Scenario | None = None) -> Scenario:
+    """Return the scenario of the rest of a run. ``scenario``: what it was made of, for what its
+    header does not hold. Raises UsageError if nothing is left, or that is needed."""
+    outcome = next((r for r in trace.records if isinstance(r, records.Outcome)), None)
+    if outcome is not None and outcome.outcome.value in ENDED:
+        raise UsageError(f"nothing to resume: the run ended ({outcome.outcome.value})")
+    header = trace.header.scenario
+    base = scenario or _scenario(header, live=trace.header.clock is not None)
+    robots = header.robots
+    if {robot.name for robot in base.robots} != {*robots}:
+        raise UsageError("the scenario is another one: it has other robots than the trace")
+    state = _State(
+        {name: _pose(robot.start, robot.heading) for name, robot in robots.items()},
+        {name: robot.objective for name, robot in robots.items()},
+        {name: robot.objective for name, robot in robots.items()},
+    )
+    for record in trace.records:
+        state.take(record)
+    return replace(
+        base,
+        robots=tuple(_robot(robot, state) for robot in base.robots),
+        obstacles=tuple(_obstacles(base.obstacles, trace, state)),
+        until=Until(
+            max(1, base.until.rounds - min(map(state.rounds.get, robots, [0] * len(robots))))
+        ),
+        changes=tuple(_changes(base, state)),
+    )
+
+
+def _robot(robot: Robot, state: _State) -> Robot:
+    told = objective_of(state.own[robot.name])
+    objective = robot.objective if told is None else told
+    if not isinstance(objective, Ltl | Cover):
+        targets = targets_of(objective)
+        turn = state.turns.get(robot.name, 0)
+        if objective.settles:
+            objective = with_targets(objective, targets[min(turn, len(targets) - 1) :])
+        else:
+            turn %= len(targets)
+            objective = with_targets(objective, (*targets[turn:], *targets[:turn]))
+    return replace(robot, start=state.poses[robot.name], objective=objective)
+
+
+def _obstacles(listed: Iterable[Obstacle], trace: Trace, state: _State) -> Iterable[Obstacle]:
+    found = {r.obstacle.name for r in trace.records if isinstance(r, records.Discovered)}
+    known = {o.name for o in listed}
+    later = [_made_obstacle(trace.obstacles[name]) for name in sorted(found - known)]
+    for obstacle in (*listed, *later):
+        if obstacle.name in state.gone:
+            continue
+        met = state.met.get(obstacle.name, 0)
+        kind = obstacle.type
+        if 0 < met < len(kind.needs):
+            kind = replace(kind, listed=kind.needs[met:])
+        times = [
+            None if t is None or t <= state.time else max(1, round(t - state.time))
+            for t in (obstacle.appears, obstacle.goes)
+        ]
+        over = obstacle.goes is not None and times[1] is None
+        if not over:
+            yield replace(obstacle, type=kind, appears=times[0], goes=times[1])
+
+
+def _changes(base: Scenario, state: _State) -> Iterable[RobotChange]:
+    for name in sorted(state.out):
+        yield RobotChange(1, name, active=False)
+    for change in base.changes:
+        if change.at > state.time:
+            yield replace(change, at=max(1, round(change.at - state.time)))
+
+
+def _scenario(header: setting.ScenarioHeader, *, live: bool) -> Scenario:
+    """The scenario of a header."""
+    missing = [key for key in UNREAD if getattr(header, key)]
+    if any(robot.battery or robot.when for robot in header.robots.values()):
+        missing.append("batteries or inputs of robots")
+    if missing:
+        said = f"the trace does not hold all of {', '.join(missing)}"
+        raise UsageError(f"{said}: give the scenario, too (safenav resume TRACE SCENARIO)")
+    world = RegionMap.from_grid(header.map.grid, header.map.names, header.map.areas)
+    if header.map.resolution is not None:
+        x, y, yaw = header.map.origin or (0.0, 0.0, 0.0)
+        world = replace(world, frame=Frame(header.map.resolution, (x, y), yaw))
+    limits = {k: v for k, v in vars(header.limits).items() if v is not None}
+    return Scenario(
+        header.name,
+        world,
+        tuple(_made(name, robot) for name, robot in header.robots.items()),
+        tuple(_made_obstacle(o) for o in header.obstacles),
+        Until(header.until.rounds or 1),
+        Limits(**limits),
+        header.seed,
+        Coordination(header.coordination),
+        clock=Clock.LIVE if live else Clock.LOCKSTEP,
+        order=RequestOrder(header.order),
+        never_together=tuple(
+            Exclusion(frozenset(e.robots), frozenset(e.regions))
+            for e in header.never_together or ()
+        ),
+    )
+
+
+def _made(name: str, robot: setting.RobotHeader) -> Robot:
+    model = RobotModel(
+        robot.model,
+        Mobility(robot.mobility),
+        robot.layer,
+        robot.capabilities,
+        robot.vision,
+        timing=Timing() if robot.timing is None else Timing(robot.timing.least, robot.timing.most),
+    )
+    known = built_in().robots.get(robot.model)
+    if known is not None:  # it moves in metres as the catalogue has it
+        model = replace(model, size=known.size, speed=known.speed, motion=known.motion)
+    objective = objective_of(robot.objective)
+    if objective is None:
+        raise UsageError(f"the objective of {name} is of a kind that this version does not know")
+    waiting = None if robot.while_waiting is None else objective_of(robot.while_waiting)
+    return Robot(
+        name,
+        model,
+        _pose(robot.start, robot.heading),
+        objective,
+        robot.conflicts,
+        frozenset(robot.tracks or ()),
+        Tracking(robot.tracking or "nearby"),
+        waiting,
+    )
+
+
+def _made_obstacle(told: setting.ObstacleHeader) -> Obstacle:
+    needs = tuple(
+        Need(n.action, n.robots, frozenset(n.regions), n.together, bool(n.same))
+        for n in told.all_needs
+    )
+    kind = ObstacleType(
+        told.type,
+        told.action,
+        frozenset(told.resolution_regions),
+        told.blocks,
+        told.traversable is not None,
+        needs if told.needs else (),
+    )
+    times = told.from_, told.until, told.resolve_within
+    return Obstacle(kind, told.region, told.traversable, *times)
+
+
+def _pose(region: int, heading: vocabulary.Heading | None) -> Pose:
+    return Pose(region, None if heading is None else _HEADINGS[str(heading)])
