@@ -52,7 +52,7 @@ from safenav.audit.rules.obstacles import (
 )
 from safenav.audit.rules.order import HeaderRule, OrderRule
 from safenav.audit.rules.outcome import CompletedRule, OutcomeRule
-from safenav.audit.rules.passing import AppearedRule, GoneRule
+from safenav.audit.rules.passing import AppearedRule, GoneRule, OrderedRule
 from safenav.audit.rules.plans import FollowsPlanRule, PlanRule
 from safenav.audit.rules.proofs import ProofRule
 from safenav.audit.rules.requests import BidsRule, HelperRule, RequestRule
@@ -117,6 +117,7 @@ RULES: tuple[type[Rule], ...] = (
     StrategyRule,
     VerdictsRule,
     AppearedRule,
+    OrderedRule,
     GoneRule,
     ChangesRule,
     InputsRule,

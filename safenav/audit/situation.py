@@ -31,6 +31,7 @@ from safenav.trace.records import (
     Move,
     NewObjective,
     Operator,
+    Order,
     Outcome,
     Pop,
     Push,
@@ -176,6 +177,8 @@ class Situation:
         """Obstacles that the scenario lists, or that a line has described."""
         self.discovered: set[str] = set()
         self.out: set[str] = set()
+        self.orders: set[str] = set()
+        """Obstacles that were ordered, so that no robot has made the request."""
         self.inputs = {each.name: False for each in self.header.inputs or ()}
         self.base = dict(self.objectives)
         """The objectives of the header, which robots have while no input gives them another."""
@@ -387,6 +390,11 @@ class Situation:
                 self.stage[record.obstacle] = 0
                 self.done[record.obstacle].clear()
                 self.discovered.discard(record.obstacle)
+                self.orders.discard(record.obstacle)
+            case Order():
+                self.requests[record.obstacle] = {}
+                self.discovered.add(record.obstacle)
+                self.orders.add(record.obstacle)
             case Truth():
                 changed = replace(self.obstacles[record.obstacle], traversable=record.traversable)
                 self.obstacles[record.obstacle] = changed

@@ -318,7 +318,9 @@ class Algorithm:
         wanted = scenario.until.rounds
         done = all(r.own.rounds >= wanted and r.base is None for r in team.robots.values())
         free = not any(robot.acting for robot in team.robots.values()) and team.waiting is None
-        if done and free and not team.owed and not team.last_settled.found.served:
+        now = self.world.now() if team.live else team.tick
+        coming = any(o.ordered and (o.appears or 0) > now for o in scenario.obstacles)
+        if done and free and not (coming or team.owed or team.last_settled.found.served):
             plural = "round" if wanted == 1 else "rounds"
             said = f"every robot has met its objective for {wanted} {plural}"
             self.deadlines.completed()
@@ -354,7 +356,7 @@ class Algorithm:
             if robot.own.rounds < wanted
         ]
         left += [
-            f"{' and '.join(request.requesters)} wait for "
+            f"{' and '.join(request.requesters) or 'the environment'} wait for "
             f"{' and '.join(request.helpers) or 'help'} to resolve {request.obstacle.name}"
             for request in self.team.requests
         ]

@@ -73,7 +73,7 @@ class CheckedWorld:
             if not isinstance(change, Change):
                 raise self._wrong(call, f"it returned {change!r}, which is not a Change")
             obstacle = self._obstacle(call, change.obstacle)
-            if change.appeared and obstacle.region in occupied:
+            if change.appeared and obstacle.region in occupied and not obstacle.ordered:
                 raise self._wrong(call, f"{obstacle.name} appears where a robot is")
             changes.append(change)
         return changes

@@ -20,8 +20,10 @@ from safenav.runtime.interventions import (
     Intervention,
     MarkPermanent,
     MarkResolved,
+    Order,
     PutBack,
     Serve,
+    SetInput,
     SetTruth,
     TakeAway,
 )
@@ -40,6 +42,8 @@ LINES = {
     "put_back": "put_back ROBOT REGION [HEADING]",
     "service": "service ROBOT out|back",
     "objective": "objective ROBOT {visit: [A, B]}",
+    "order": "order TYPE REGION",
+    "input": "input NAME on|off",
     "give_up": "give_up",
 }
 
@@ -64,6 +68,10 @@ def line_read(line: str, scenario: Scenario) -> Intervention:
             }
         case "service", [robot, ("out" | "back") as way]:
             data |= {"robot": robot, "active": way == "back"}
+        case "order", [kind, place]:
+            data |= {"type": kind, "region": _value(place)}
+        case "input", [name, ("on" | "off") as value]:
+            data |= {"input": name, "on": value == "on"}
         case "objective", [robot, objective]:
             data |= {"robot": robot, "objective": _value(objective)}
         case "give_up", []:
@@ -94,8 +102,8 @@ def intervention(data: Mapping[str, Any], scenario: Scenario) -> Intervention:
         told = (f"{d.found} ({d.hint})" if d.hint else d.found for d in error.diagnostics)
         raise UsageError("; ".join(told)) from error
     if found is None:
-        known = "close, open, truth, objective, service, resolved, permanent, put_back, give_up"
-        raise UsageError(f"unknown change; known: {known}")
+        known = "close, open, order, truth, objective, service, input, resolved, permanent"
+        raise UsageError(f"unknown change; known: {known}, put_back, give_up")
     return found
 
 
@@ -103,13 +111,17 @@ def _read(data: Mapping[str, Any], scenario: Scenario, findings: Findings) -> In
     world, types = scenario.map, scenario.catalogue.obstacles
     regions = RegionReader(world, world.names, findings, world.areas)
     match data.get("kind"):
-        case "close":
+        case "close" | "order" as kind:
             name = str(data.get("type"))
             if name not in types:
                 raise UsageError(f"the catalogue has no obstacle type '{name[:40]}'")
             region = regions.region(_node(data.get("region"), findings), "'region'")
             truth = bool(data.get("truth", True)) if types[name].has_truth else None
-            return None if region is None else Close(types[name], region, truth)
+            if region is None or kind == "order":
+                return None if region is None else Order(types[name], region)
+            return Close(types[name], region, truth)
+        case "input":
+            return SetInput(str(data.get("input")), bool(data.get("on")))
         case "open":
             return TakeAway(str(data.get("obstacle")))
         case "resolved":

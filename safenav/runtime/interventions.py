@@ -11,12 +11,12 @@ from dataclasses import field, replace
 
 from safenav.dataclass import dataclass
 from safenav.errors import UsageError
-from safenav.runtime.coordination.events import Event, ObstacleSealed, Unsettled
+from safenav.runtime.coordination.events import Event, ObstacleChanged, ObstacleSealed, Unsettled
 from safenav.runtime.knowledge import UNTRAVERSABLE
 from safenav.runtime.progress import Progress
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
 from safenav.runtime.turn import Turns
-from safenav.runtime.world import InputWorld, SimulatedWorld
+from safenav.runtime.world import Change, ChangingWorld, InputWorld, SimulatedWorld
 from safenav.scenario.model import Obstacle, ObstacleType
 from safenav.scenario.objective import Objective, avoided, targets_of
 from safenav.spec.objective import NO_MEMORY
@@ -35,6 +35,15 @@ class Close:
     type: ObstacleType
     region: Region
     truth: bool | None = None
+
+
+@dataclass(frozen=True)
+class Order:
+    """Work that somebody wants done in a region: an obstacle of a type that blocks no robot,
+    requested by no robot."""
+
+    type: ObstacleType
+    region: Region
 
 
 @dataclass(frozen=True)
@@ -105,6 +114,7 @@ class GiveUp:
 
 Intervention = (
     Close
+    | Order
     | TakeAway
     | SetTruth
     | Give
@@ -129,6 +139,7 @@ class Interventions:
     world: SimulatedWorld | None
     turns: Turns
     _asked: list[Intervention] = field(default_factory=list)
+    _ordered: set[Obstacle] = field(default_factory=set)
     _made: int = 0
 
     @property
@@ -146,6 +157,8 @@ class Interventions:
         match wanted:
             case Close():
                 self._may_close(wanted)
+            case Order():
+                self._may_order(wanted)
             case TakeAway(name):
                 self._there(name)
             case SetTruth(name):
@@ -180,12 +193,22 @@ class Interventions:
                 yield from self._give(robot, change.objective, _SCENARIO, change.within)
             if change.active is not None:
                 yield from self.turns.serve(robot, active=change.active, cause=_SCENARIO)
+        if not isinstance(self.world, ChangingWorld):
+            yield from self._orders()
         asked, self._asked = self._asked, []
         for wanted in asked:
             if self.state.live:
                 self._tell(wanted)
             yield from self._bring_about(wanted)
         yield from self._inputs()
+
+    def _orders(self) -> Iterator[Event]:
+        """Tell the team the orders of the scenario that are due, in a world that does not."""
+        for obstacle in self.state.scenario.obstacles:
+            due = obstacle.ordered and (obstacle.appears or 0) <= self._time
+            if due and obstacle not in self._ordered:
+                self._ordered.add(obstacle)
+                yield ObstacleChanged(Change(obstacle, appeared=True))
 
     def _inputs(self) -> Iterator[Event]:
         """Take note of the inputs of this tick; robots get the objectives that they give them."""
@@ -246,6 +269,13 @@ class Interventions:
                 self._simulation().bring(new, truth)
                 if truth is not None and new.name in known:  # it comes back, perhaps another way
                     state.emit(records.Truth(state.tick, new.name, truth, _USER))
+            case Order(kind, region):
+                new = Obstacle(kind, region, appears=state.tick, ordered=True)
+                if isinstance(self.world, SimulatedWorld):
+                    self.world.bring(new, None)
+                else:
+                    state.introduce(new)
+                    yield ObstacleChanged(Change(new, appeared=True, by_user=True))
             case TakeAway(name):
                 self._simulation().take_away(name)
             case SetTruth(name, truth):
@@ -328,6 +358,15 @@ class Interventions:
             raise UsageError(f"region {wanted.region} is already closed with the next tick")
         if wanted.type.has_truth and wanted.truth is None:
             raise UsageError(f"say whether {wanted.type.name} turns out traversable")
+
+    def _may_order(self, wanted: Order) -> None:
+        if not self.state.scenario.map.is_free(wanted.region):
+            raise UsageError(f"region {wanted.region} is a wall: order something in a free one")
+        if wanted.type.blocks != frozenset():
+            raise UsageError(f"a {wanted.type.name} stops robots: an order needs 'blocks: []'")
+        name = f"{wanted.type.name}@{wanted.region}"
+        if self.state.requests.of(name) is not None:
+            raise UsageError(f"{name} is ordered already")
 
     def _may_give(self, wanted: Give) -> None:
         robot = self._robot(wanted.robot)

@@ -215,6 +215,11 @@ class SimulatedWorld:
         self._works.open[obstacle.region] = Work(obstacle)
         self.truths[obstacle.name] = None
 
+    def _fits(self, obstacle: Obstacle, occupied: Collection[Region]) -> bool:
+        """Whether it can appear now; an order also where a robot stands."""
+        clear = obstacle.ordered or obstacle.region not in occupied
+        return clear and obstacle.region not in self._works.open
+
     def take_away(self, name: str) -> None:
         """Remove an obstacle that is there, or that was to appear, by the next tick."""
         self._taken_away.add(name)
@@ -235,7 +240,7 @@ class SimulatedWorld:
                 break
             if obstacle.goes is not None and obstacle.goes <= tick:
                 self._coming.remove(obstacle)
-            elif obstacle.region not in occupied and obstacle.region not in self._works.open:
+            elif self._fits(obstacle, occupied):
                 self._coming.remove(obstacle)
                 self._works.open[obstacle.region] = Work(obstacle)
                 before = self.truths[obstacle.name]

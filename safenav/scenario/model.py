@@ -184,7 +184,8 @@ class Obstacle:
     False, the probability of True (drawn once per run from the seed), or None if its type
     has no truth to reveal. ``appears`` and ``goes``: the ticks at which it appears and
     disappears; None for one that is there from the beginning, or to the end. ``resolve_within``:
-    the most ticks from the request to the resolution, None for those of its type."""
+    the most ticks from the request to the resolution, None for those of its type. ``ordered``: the
+    team is to resolve it as soon as it appears, met or not."""
 
     type: ObstacleType
     region: Region
@@ -192,6 +193,7 @@ class Obstacle:
     appears: int | None = None
     goes: int | None = None
     resolve_within: int | None = None
+    ordered: bool = False
 
     @property
     def name(self) -> str:

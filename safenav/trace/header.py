@@ -82,6 +82,7 @@ def obstacle_header(
         needs=_needs(obstacle, scenario.map) if obstacle.type.listed else None,
         from_=obstacle.appears,
         until=obstacle.goes,
+        ordered=obstacle.ordered or None,
         resolve_within=scenario.limit_of(obstacle),
     )
 

@@ -310,6 +310,14 @@ class Appeared(ObstacleChange):
 
 
 @dataclass(frozen=True)
+class Order(ObstacleChange):
+    """The team is to resolve an obstacle that has just appeared, although no robot has encountered
+    it."""
+
+    type: ClassVar[str] = "order"
+
+
+@dataclass(frozen=True)
 class Gone(ObstacleChange):
     """An obstacle disappeared without being resolved."""
 
@@ -388,11 +396,11 @@ class Request(Record):
     """``bids``: robots with the capability, and how far each has to go (None: it cannot get
     there). ``helpers``: all requested helpers, where one is not enough. ``need``: which of the
     obstacle's needs, where it has several. ``because``: why no robot helps, in words, where the
-    bids do not show it."""
+    bids do not show it. No ``requester``: it is an order."""
 
     type: ClassVar[str] = "request"
     obstacle: str
-    requester: str
+    requester: str | None
     bids: Mapping[str, Count | None]
     helper: str | None
     regions: tuple[Region, ...]
@@ -408,7 +416,7 @@ class StackEntry(Record):
     depth: Count
     objectives: Mapping[str, Objective]
     obstacle: str | None
-    requester: str
+    requester: str | None
     helper: str | None
     reason: StackReason = StackReason.REQUEST
     helpers: tuple[str, ...] | None = None

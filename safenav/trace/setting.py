@@ -92,7 +92,8 @@ class ObstacleHeader:
     they can do. ``traversable``: the truth of this run.
     ``needs``: all its needs if there are several (``action`` and ``resolution_regions`` are
     those of the first). ``from_`` and ``until``: when it appears and disappears.
-    ``resolve_within``: the most ticks from its request to its resolution."""
+    ``resolve_within``: the most ticks from its request to its resolution. ``ordered``: the team
+    is to resolve it as soon as it appears."""
 
     type: str
     name: str
@@ -105,6 +106,7 @@ class ObstacleHeader:
     from_: Count | None = None
     until: Count | None = None
     resolve_within: Count | None = None
+    ordered: bool | None = None
 
     @property
     def all_needs(self) -> tuple[NeedHeader, ...]:

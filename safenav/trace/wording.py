@@ -184,6 +184,8 @@ class Wording:
                 return f"{self.strong(self.obstacle(line.obstacle))} appears"
             case records.Gone():
                 return f"{self.strong(self.obstacle(line.obstacle))} disappears"
+            case records.Order():
+                return f"{self.strong(self.obstacle(line.obstacle))} is ordered"
             case records.Truth():
                 truth = "traversable" if line.traversable else "not traversable"
                 return f"{self.strong(self.obstacle(line.obstacle))} is {truth} from now on"
@@ -323,12 +325,14 @@ class Wording:
             for name, bid in line.bids.items()
         )
         bids = bids or "no robot has the capability"
-        if helpers == (line.requester,):
+        if line.requester is not None and helpers == (line.requester,):
             actions = self.actions.get(line.obstacle, ())
             act = actions[line.need or 0] if actions else "resolve"
             return f"{self.robot(line.requester)} goes to {act} it itself: {about}; {bids}"
         help_ = f"{self._all(helpers)} {'helps' if len(helpers) == 1 else 'help'}"
-        asks = f"{self.robot(line.requester)} requests help with {about}"
+        asks = f"order of {about}"
+        if line.requester is not None:
+            asks = f"{self.robot(line.requester)} requests help with {about}"
         if not helpers:
             help_ = f"no robot helps: {line.because}" if line.because else "no robot helps"
         return f"{asks}: {bids}; {help_}"

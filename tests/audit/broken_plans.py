@@ -100,6 +100,7 @@ CASES_OF_PLANS: list[Case] = [
     ),
     ("appeared", "come_and_gone", scenario("obstacles", 0, "from", to=4), 3, None),
     ("appeared", "come_and_gone", fall_on_the_cart, 2, "cart"),
+    ("ordered", "come_and_gone", scenario("obstacles", 0, "ordered", to=True), 3, None),
     ("gone", "come_and_gone", scenario("obstacles", 0, "until", to=9), 5, None),
     ("gone", "come_and_gone", insert_after("gone", {}), 5, None),
     ("changes", "told", scenario("changes", 0, "objective", to={"visit": [9]}), 2, "cart", 2),

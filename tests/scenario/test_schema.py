@@ -59,6 +59,7 @@ WELL_SHAPED = {
     "missing_keys": False,
     "no_robots": False,
     "bad_inputs": False,
+    "bad_orders": False,
     "never_together": False,
     "no_way_back_with_heading": True,
     "rules_beside": False,

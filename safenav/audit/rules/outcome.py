@@ -196,6 +196,8 @@ class CompletedRule(Rule):
         wanted = now.header.until.rounds
         if wanted is None or now.stack or now.acting or not now.header.robots:
             return False
+        if any(o.ordered and (o.from_ or 0) >= self._tick for o in now.header.obstacles):
+            return False  # an order is to come
         if any(now.due(robot) != now.base[robot] for robot in now.header.robots):
             return False  # an input keeps a robot from its objective
         return all(self._surely(robot, now) >= wanted for robot in now.header.robots)

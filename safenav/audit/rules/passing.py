@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation, Status
-from safenav.trace.records import Appeared, Gone, Record
+from safenav.trace.records import Appeared, Gone, Order, Record
 from safenav.trace.vocabulary import ChangeCause
 
 
@@ -24,7 +24,7 @@ class AppearedRule(Rule):
             yield self.broken_by(record, None, f"{obstacle.name} appears where it already is")
         if record.cause is ChangeCause.BATTERY:
             return  # at a robot, which another rule judges
-        for robot in now.header.robots:
+        for robot in () if obstacle.ordered else now.header.robots:
             if obstacle.region in now.taken_by(robot):
                 place = now.show(obstacle.region)
                 yield self.broken_by(
@@ -39,6 +39,31 @@ class AppearedRule(Rule):
             elif record.tick < since:
                 problem = f"{obstacle.name} appears in tick {record.tick}, before {since}"
                 yield self.broken_by(record, None, problem)
+
+
+class OrderedRule(Rule):
+    """What the scenario orders is ordered when it appears, and nothing else in its name; an order
+    is in no robot's way (D 5)."""
+
+    name = "ordered"
+
+    def __init__(self) -> None:
+        self._appeared: Appeared | None = None
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        before, self._appeared = self._appeared, None
+        if isinstance(record, Appeared):
+            self._appeared = record
+        if isinstance(record, Order):
+            obstacle = now.obstacles[record.obstacle]
+            if before is None or before.obstacle != record.obstacle:
+                yield self.broken_by(record, None, f"{obstacle.name} has not just appeared")
+            elif obstacle.blocks:
+                yield self.broken_by(record, None, f"{obstacle.name} is ordered, but stops robots")
+            elif not obstacle.ordered:
+                yield self.broken_by(record, None, f"{obstacle.name} is not to be ordered")
+        elif before is not None and now.obstacles[before.obstacle].ordered:
+            yield self.broken_by(before, None, f"{before.obstacle} appears, but is not ordered")
 
 
 class GoneRule(Rule):

@@ -74,15 +74,18 @@ class RequestRule(Rule):
             yield self.broken_by(violation, turn.robot, problem)
         pushed = {(entry.obstacle, entry.requester) for entry in now.stack}
         for request in turn.all(Request):
-            for requester in now.requests.get(request.obstacle, ()):
+            ordered = [None] if request.obstacle in now.orders & now.requests.keys() else []
+            for requester in (*ordered, *now.requests.get(request.obstacle, ())):
                 if (request.obstacle, requester) not in pushed:
-                    problem = f"{requester} waits for {request.obstacle}, but no push follows"
+                    who = requester or "an order"
+                    problem = f"{who} waits for {request.obstacle}, but no push follows"
                     yield self.broken_by(request, requester, problem)
 
     def _problems(self, record: Request, now: Situation) -> Iterator[str]:
         name = record.obstacle
-        if record.requester not in now.requests.get(name, ()):
-            yield f"{record.requester} requests {name} without having encountered it"
+        made = {*now.requests.get(name, ()), *([None] if name in now.orders else [])}
+        if record.requester not in made:
+            yield f"{record.requester or 'nobody'} requests {name} without having encountered it"
         if record.need is not None and record.need != now.stage[name]:
             yield f"need {record.need} of {name} is requested, but {now.stage[name]} is next"
         listed = now.need(name).regions

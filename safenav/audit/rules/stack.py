@@ -27,7 +27,10 @@ class PushRule(Rule):
             problem = f"the stack is {len(now.stack) + 1} deep after the push, not {record.depth}"
             yield now.turn.robot, problem
         yield from _missing(record.objectives, now)
-        if record.requester not in now.requests.get(record.obstacle or "", ()):
+        made = {*now.requests.get(record.obstacle or "", ())}
+        if record.requester not in made and not (
+            record.requester is None and record.obstacle in now.orders
+        ):
             problem = f"objectives are pushed for {record.obstacle or 'nothing'}, "
             yield record.requester, problem + f"which {record.requester} does not wait for"
             return

@@ -376,6 +376,7 @@ class Run:
         self.tick = self.turn = self.answered = self.strayed = 0
         self.stack = list[tuple[Any, ...]]()  # of requests
         self.permanent = set[str]()  # obstacles that stay, as an operator says
+        self.ordered = set[str]()  # obstacles that were requested by no robot
         self.met: Any = None  # the obstacle encountered last, its robot and tick
         self.shown: dict[Any, Any] = {}  # what files show, each once
         self.hopeless: set[tuple[str, str]] = set()  # robots that have no strategy, and for what
@@ -492,6 +493,12 @@ class Run:
                 )
                 self.met = self.met if self.met and self.met[0] != obstacle.name else None
                 self.clear(self.obstacles[obstacle.name])
+            case "order":
+                require(
+                    obstacle.present and not obstacle.blocks, f"{obstacle.name} cannot be ordered"
+                )
+                self.alter(obstacle, known=True)
+                self.ordered.add(obstacle.name)
             case "gone":
                 self.alter(obstacle, present=False, known=False, sealed=None)
             case "truth":
@@ -604,10 +611,9 @@ class Run:
             self.stack.remove(entry)
         else:
             known = record["obstacle"] is None or (obstacle and obstacle.known)
-            require(
-                known and record["requester"] in self.robots,
-                "no robot has met its obstacle",
-            )
+            made = record["requester"] in self.robots
+            made = made or (record["requester"] is None and record["obstacle"] in self.ordered)
+            require(known and made, "no robot has met its obstacle")
             able = obstacle.left[0].able if obstacle and obstacle.left else self.robots
             unable = {*(record.get("helpers") or [record["helper"]])} - {None, *able}
             require(not unable, f"{', '.join(unable)} cannot meet the next need of {entry[0]}")

@@ -111,6 +111,7 @@ class Story:
                 | records.Truth()
                 | records.NewObjective()
                 | records.Inputs()
+                | records.Order()
                 | records.Service()
                 | records.Told()
                 | records.Plan()

@@ -32,6 +32,8 @@ def changed(team: TeamState, change: Change) -> Iterator[records.Record]:
         cause = vocabulary.ChangeCause.WORLD
     kind = records.Appeared if change.appeared else records.Gone
     yield kind(team.tick, name, cause)
+    if change.appeared and change.obstacle.ordered:
+        yield records.Order(team.tick, name, cause)
     if change.another and change.truth is not None:
         yield records.Truth(team.tick, name, change.truth, cause)
 
@@ -134,7 +136,7 @@ def stack(
     return Requests(tuple(after), given_up=team.requests.given_up), tuple(lines)
 
 
-_Entry = tuple[str, tuple[str, ...]]
+_Entry = tuple[str | None, tuple[str, ...]]
 
 
 def requested(
@@ -154,7 +156,7 @@ def requested(
     return records.Request(
         team.tick,
         request.obstacle.name,
-        list(request.requesters)[-1],
+        next(reversed([*request.requesters]), None),
         bids,
         helpers[0] if helpers else None,
         request.obstacle.resolution_regions(team.scenario.map, need),

@@ -199,7 +199,11 @@ def _changed(team: TeamState, event: ObstacleChanged) -> Decision:
     said = tuple(lines.changed(team, event.change))
     if event.change.appeared:
         knowledge.appear(obstacle)
-        return replace(_unchanged(team, event, records=said), knowledge=knowledge)
+        if not obstacle.ordered:
+            return replace(_unchanged(team, event, records=said), knowledge=knowledge)
+        knowledge.meet(obstacle)
+        decision = _unchanged(team, event, records=said, next=Unsettled(Reason.REQUEST))
+        return replace(decision, knowledge=knowledge, requests=team.requests.ordered(obstacle))
     after = Unsettled(Reason.GONE) if knowledge.forget(obstacle) else None
     requests = team.requests.without(obstacle.name)
     decision = _unchanged(team, event, records=said, next=after)

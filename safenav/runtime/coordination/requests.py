@@ -28,14 +28,15 @@ class Request:
     requesters: Mapping[str, Region] = field(default_factory=dict)
     helpers: tuple[str, ...] = ()
     recorded: tuple[str, ...] | None = None
-    entries: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    entries: tuple[tuple[str | None, tuple[str, ...]], ...] = ()
     saved: Mapping[str, tuple[str | None, Objective]] = field(default_factory=dict)
 
     @property
-    def unpushed(self) -> list[str]:
-        """The requesters without a push so far."""
+    def unpushed(self) -> list[str | None]:
+        """The requesters without a push so far; None: it is an order, which no robot has made."""
         pushed = {requester for requester, _ in self.entries}
-        return [name for name in self.requesters if name not in pushed]
+        made: list[str | None] = [None] if self.obstacle.ordered else []
+        return [name for name in (*made, *self.requesters) if name not in pushed]
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,10 @@ class Requests:
     def of(self, obstacle: str) -> Request | None:
         """The request for an obstacle of that name."""
         return next((r for r in self.stack if r.obstacle.name == obstacle), None)
+
+    def ordered(self, obstacle: Obstacle) -> Requests:
+        """Return the stack with a request that no robot has made."""
+        return replace(self, stack=(*self.stack, Request(obstacle)))
 
     def opened(self, obstacle: Obstacle, requester: str, place: Region) -> Requests:
         """Return the stack with a request for an obstacle by a robot at ``place``, which the trace

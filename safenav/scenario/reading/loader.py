@@ -37,7 +37,7 @@ from safenav.scenario.reading.expectation import ExpectationReader
 from safenav.scenario.reading.inputs import read_inputs
 from safenav.scenario.reading.map import read_map
 from safenav.scenario.reading.never_together import read_never_together
-from safenav.scenario.reading.obstacles import read_obstacles, read_suspects
+from safenav.scenario.reading.obstacles import read_obstacles, read_orders, read_suspects
 from safenav.scenario.reading.partition import read_partition
 from safenav.scenario.reading.promises import check_promises
 from safenav.scenario.reading.regions import RegionReader
@@ -63,6 +63,7 @@ KEYS = (
     "never_together",
     "inputs",
     "obstacles",
+    "orders",
     "changes",
     "until",
     "limits",
@@ -191,6 +192,8 @@ class _Loader:
         obstacles = read_obstacles(
             item.get("obstacles"), regions, catalogue, robots, self._findings
         )
+        orders = read_orders(item.get("orders"), regions, catalogue, self._findings)
+        obstacles = (*obstacles, *orders)
         obstacles_known = types_known and len(self._findings) == before
         all_known = obstacles_known and regions.world is not None
         changes = ChangeReader(

@@ -14,6 +14,12 @@ from safenav.scenario.yaml.findings import Findings, suggestion
 PROBABILITY = {"probability": "from 0 to 1, for example {probability: 0.5}"}
 SUSPECT_KEYS = ("type", "region")
 KEYS = ("type", "region", "traversable", "from", "until", RESOLVE_WITHIN)
+ORDER_KEYS = ("at", "type", "region", RESOLVE_WITHIN)
+ORDER_REQUIRED = {
+    "at": "the tick at which the team is told, for example 'at: 10'",
+    "type": "an obstacle type with 'blocks: []'",
+    "region": "where it is, for example 'region: 47' or 'region: [3, 8]'",
+}
 MOST_TICKS = 2**31
 REQUIRED = {
     "type": "an obstacle type of the catalogue, for example 'type: door'",
@@ -86,6 +92,28 @@ def _read_obstacle(
     if kind is None or region is None or len(findings) > before:
         return None
     return Obstacle(kind, region, truth, appears, goes, limit)
+
+
+def read_orders(
+    node: Node | None, regions: RegionReader, catalogue: Catalogue, findings: Findings
+) -> tuple[Obstacle, ...]:
+    """Work that the team is told of at some tick, as obstacles that are in no robot's way."""
+    found = []
+    for part in read.sequence(node, "orders", findings) or ():
+        item = read.mapping(part, "an order", findings, ORDER_KEYS, ORDER_REQUIRED)
+        if item is None:
+            continue
+        at = read.integer(item.get("at"), "'at' of an order", findings, least=1, most=MOST_TICKS)
+        kind = _type(item.get("type"), catalogue, findings)
+        region = regions.region(item.get("region"), "'region' of an order")
+        limit = read.integer(item.get(RESOLVE_WITHIN), f"'{RESOLVE_WITHIN}' of an order", findings)
+        if kind is not None and kind.blocks != frozenset():
+            said = f"an order of {kind.name}, which stops robots"
+            findings.add(item.get("type"), said, f"give {kind.name} 'blocks: []'")
+        elif at is not None and kind is not None and region is not None:
+            truth = True if kind.has_truth else None
+            found.append(Obstacle(kind, region, truth, at, None, limit, ordered=True))
+    return tuple(found)
 
 
 def read_suspects(
