@@ -31,7 +31,7 @@ from safenav.trace.records import (
     Move,
     NewObjective,
     Operator,
-    Order,
+    Ordered,
     Outcome,
     Pop,
     Push,
@@ -391,7 +391,7 @@ class Situation:
                 self.done[record.obstacle].clear()
                 self.discovered.discard(record.obstacle)
                 self.orders.discard(record.obstacle)
-            case Order():
+            case Ordered():
                 self.requests[record.obstacle] = {}
                 self.discovered.add(record.obstacle)
                 self.orders.add(record.obstacle)

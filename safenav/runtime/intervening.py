@@ -20,7 +20,7 @@ from safenav.runtime.interventions import (
     Intervention,
     MarkPermanent,
     MarkResolved,
-    Order,
+    PlaceOrder,
     PutBack,
     Serve,
     SetInput,
@@ -118,7 +118,7 @@ def _read(data: Mapping[str, Any], scenario: Scenario, findings: Findings) -> In
             region = regions.region(_node(data.get("region"), findings), "'region'")
             truth = bool(data.get("truth", True)) if types[name].has_truth else None
             if region is None or kind == "order":
-                return None if region is None else Order(types[name], region)
+                return None if region is None else PlaceOrder(types[name], region)
             return Close(types[name], region, truth)
         case "input":
             return SetInput(str(data.get("input")), bool(data.get("on")))

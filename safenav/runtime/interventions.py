@@ -38,7 +38,7 @@ class Close:
 
 
 @dataclass(frozen=True)
-class Order:
+class PlaceOrder:
     """Work that somebody wants done in a region: an obstacle of a type that blocks no robot,
     requested by no robot."""
 
@@ -114,7 +114,7 @@ class GiveUp:
 
 Intervention = (
     Close
-    | Order
+    | PlaceOrder
     | TakeAway
     | SetTruth
     | Give
@@ -157,7 +157,7 @@ class Interventions:
         match wanted:
             case Close():
                 self._may_close(wanted)
-            case Order():
+            case PlaceOrder():
                 self._may_order(wanted)
             case TakeAway(name):
                 self._there(name)
@@ -269,7 +269,7 @@ class Interventions:
                 self._simulation().bring(new, truth)
                 if truth is not None and new.name in known:  # it comes back, perhaps another way
                     state.emit(records.Truth(state.tick, new.name, truth, _USER))
-            case Order(kind, region):
+            case PlaceOrder(kind, region):
                 new = Obstacle(kind, region, appears=state.tick, ordered=True)
                 if isinstance(self.world, SimulatedWorld):
                     self.world.bring(new, None)
@@ -359,7 +359,7 @@ class Interventions:
         if wanted.type.has_truth and wanted.truth is None:
             raise UsageError(f"say whether {wanted.type.name} turns out traversable")
 
-    def _may_order(self, wanted: Order) -> None:
+    def _may_order(self, wanted: PlaceOrder) -> None:
         if not self.state.scenario.map.is_free(wanted.region):
             raise UsageError(f"region {wanted.region} is a wall: order something in a free one")
         if wanted.type.blocks != frozenset():

@@ -310,7 +310,7 @@ class Appeared(ObstacleChange):
 
 
 @dataclass(frozen=True)
-class Order(ObstacleChange):
+class Ordered(ObstacleChange):
     """The team is to resolve an obstacle that has just appeared, although no robot has encountered
     it."""
 

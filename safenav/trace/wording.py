@@ -184,7 +184,7 @@ class Wording:
                 return f"{self.strong(self.obstacle(line.obstacle))} appears"
             case records.Gone():
                 return f"{self.strong(self.obstacle(line.obstacle))} disappears"
-            case records.Order():
+            case records.Ordered():
                 return f"{self.strong(self.obstacle(line.obstacle))} is ordered"
             case records.Truth():
                 truth = "traversable" if line.traversable else "not traversable"

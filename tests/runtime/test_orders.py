@@ -14,7 +14,7 @@ from safenav.audit.check import check_trace
 from safenav.certify.checker.check import check
 from safenav.certify.record import bundle_of_run
 from safenav.errors import UsageError
-from safenav.runtime.interventions import Order
+from safenav.runtime.interventions import PlaceOrder
 from safenav.runtime.mission import Mission
 from safenav.runtime.world import SimulatedWorld
 from safenav.scenario.reading.loader import load_scenario_text
@@ -191,8 +191,8 @@ def test_a_program_orders_during_a_run(tmp_path: Path) -> None:
             ("parcel", 10, "region 10 is a wall"),
         ):
             with pytest.raises((UsageError, IndexError), match=said):
-                mission.intervene(Order(kinds[kind], region))
-        mission.intervene(Order(kinds["photo"], 0))
+                mission.intervene(PlaceOrder(kinds[kind], region))
+        mission.intervene(PlaceOrder(kinds["photo"], 0))
         while mission.result is None:
             mission.step()
     assert check_trace(path).findings == ()

@@ -26,7 +26,7 @@ from safenav.trace.records import (
     Move,
     NewObjective,
     Operator,
-    Order,
+    Ordered,
     Plan,
     PlanEnd,
     Pop,
@@ -51,7 +51,7 @@ _AFTER_THE_MOVE = (Met, Resolved, Blocked, Pop, Synthesis, Goal, Request, Push, 
 """When in a turn a line may come (T, Time). An assumption may be violated, and a belief told, at
 any moment. What follows a move has no order of its own: a settlement may follow on anything."""
 _AT_ANY_MOMENT = (
-    *(Discovered, Appeared, Gone, Truth, Order, Inputs, NewObjective, Service, Plan, PlanEnd),
+    *(Discovered, Appeared, Gone, Truth, Ordered, Inputs, NewObjective, Service, Plan, PlanEnd),
     *(Depart, Arrive, Act, Acted, Hold, Late, Reopened, Waiting, Operator),
 )
 _SETTLING = (Blocked, Pop, Goal, Request, Push, Told)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation, Status
-from safenav.trace.records import Appeared, Gone, Order, Record
+from safenav.trace.records import Appeared, Gone, Ordered, Record
 from safenav.trace.vocabulary import ChangeCause
 
 
@@ -54,7 +54,7 @@ class OrderedRule(Rule):
         before, self._appeared = self._appeared, None
         if isinstance(record, Appeared):
             self._appeared = record
-        if isinstance(record, Order):
+        if isinstance(record, Ordered):
             obstacle = now.obstacles[record.obstacle]
             if before is None or before.obstacle != record.obstacle:
                 yield self.broken_by(record, None, f"{obstacle.name} has not just appeared")

@@ -111,7 +111,7 @@ class Story:
                 | records.Truth()
                 | records.NewObjective()
                 | records.Inputs()
-                | records.Order()
+                | records.Ordered()
                 | records.Service()
                 | records.Told()
                 | records.Plan()

@@ -33,7 +33,7 @@ def changed(team: TeamState, change: Change) -> Iterator[records.Record]:
     kind = records.Appeared if change.appeared else records.Gone
     yield kind(team.tick, name, cause)
     if change.appeared and change.obstacle.ordered:
-        yield records.Order(team.tick, name, cause)
+        yield records.Ordered(team.tick, name, cause)
     if change.another and change.truth is not None:
         yield records.Truth(team.tick, name, change.truth, cause)
 
