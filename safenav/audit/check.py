@@ -62,6 +62,7 @@ from safenav.audit.rules.synthesis import StrategyRule, SynthesisRule, VerdictsR
 from safenav.audit.situation import Situation
 from safenav.trace.reading import read_lines, read_trace
 from safenav.trace.records import (
+    Arrive,
     Backtrack,
     Blocked,
     Deadline,
@@ -265,12 +266,12 @@ def _statistics(trace: Trace) -> Statistics:
     def count(kind: type[Record]) -> int:
         return sum(isinstance(record, kind) for record in trace.records)
 
-    moves = [record for record in trace.records if isinstance(record, Move)]
+    moves = [record for record in trace.records if isinstance(record, Move | Arrive)]
     return Statistics(
         robots=len(trace.header.scenario.robots),
         ticks=max((move.tick for move in moves), default=0),
         moves=len(moves),
-        steps=sum(move.from_ != move.to for move in moves),
+        steps=sum(not isinstance(one, Move) or one.from_ != one.to for one in moves),
         goals=count(Goal),
         violations=count(Violation),
         requests=count(Request),

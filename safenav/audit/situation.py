@@ -27,6 +27,7 @@ from safenav.trace.records import (
     Discovered,
     Goal,
     Gone,
+    Hold,
     Inputs,
     Move,
     NewObjective,
@@ -55,6 +56,7 @@ from safenav.trace.vocabulary import (
     Ending,
     Form,
     Heading,
+    HoldReason,
     MoveEnd,
     OperatorDeed,
     Region,
@@ -190,6 +192,8 @@ class Situation:
         """Live: the step of each robot that has not ended."""
         self.acting: dict[str, Act] = {}
         """Live: the action of each robot that has not ended."""
+        self.awaiting: set[str] = set()
+        """Live: the robots that wait for a strategy."""
         self.ended: dict[str, Arrive] = {}
         """Live: the end of each robot's step that its next move shows."""
         self.outcome: Outcome | None = None
@@ -331,7 +335,11 @@ class Situation:
             return
         self.turn.records.append(record)
         match record:
+            case Hold():
+                waits = record.why is HoldReason.SYNTHESIS
+                (self.awaiting.add if waits else self.awaiting.discard)(record.robot)
             case Depart():
+                self.awaiting.discard(record.robot)
                 self.under_way[record.robot] = record
             case Arrive():
                 self.under_way.pop(record.robot, None)

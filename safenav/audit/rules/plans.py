@@ -108,7 +108,8 @@ class _Running:
         robot, places = move.robot, self.plan.robots[move.robot]
         entered = move.to if move.toward is None else move.toward
         ended = now.ended.get(robot)
-        if ended is not None and ended.result is not MoveEnd.ARRIVED:
+        failed = ended is not None and ended.result is not MoveEnd.ARRIVED
+        if failed and move.to not in [place for place, _ in places[self.at[robot] + 1 :][:1]]:
             self.bound.discard(robot)
             return ""  # its step has failed
         if entered == now.region[robot]:

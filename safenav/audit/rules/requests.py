@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from safenav.audit.deriving import open_obstacles, pose_of, serving, team_of
-from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.rules.rule import Finding, Postponed, Rule
 from safenav.audit.situation import RESYNTHESIS, Situation, helpers_of
 from safenav.audit.team import Duty, Settlement, TooManyError
 from safenav.trace.objective import Objective
@@ -39,6 +39,7 @@ class RequestRule(Rule):
     def __init__(self) -> None:
         self._told: dict[str, tuple[str, ...]] = {}
         self._again: list[Request] = []
+        self._owed = Postponed()
 
     def line(self, record: Record, now: Situation) -> Iterator[Finding]:
         if isinstance(record, Request):
@@ -69,9 +70,13 @@ class RequestRule(Rule):
         asked = {record.obstacle for record in turn.all(Request)}
         if turn.first(Waiting) is not None:
             violation = None  # the request follows what the operator does
+        missing = []
         if violation is not None and violation.obstacle in now.requests.keys() - asked:
-            problem = f"{turn.robot} encounters {violation.obstacle} and does not request help"
-            yield self.broken_by(violation, turn.robot, problem)
+            name = violation.obstacle
+            problem = f"{turn.robot} encounters {name} and does not request help"
+            found = self.broken_by(violation, turn.robot, problem)
+            missing.append((found, lambda: name in self._told or name not in now.requests))
+        yield from self._owed.judge(missing, now)
         pushed = {(entry.obstacle, entry.requester) for entry in now.stack}
         for request in turn.all(Request):
             ordered = [None] if request.obstacle in now.orders & now.requests.keys() else []

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -26,6 +26,29 @@ class Finding:
     def __str__(self) -> str:
         whom = f", {self.robot}" if self.robot else ""
         return f"line {self.line}: {self.rule} (tick {self.tick}{whom}): {self.explanation}"
+
+
+class Postponed:
+    """What is missing in a turn of a live run, and may follow when the strategies for it have come:
+    it is missing for good if nobody waits for one any more."""
+
+    def __init__(self) -> None:
+        self._open: list[tuple[Finding, Callable[[], bool]]] = []
+
+    def judge(
+        self, found: Iterable[tuple[Finding, Callable[[], bool]]], now: Situation
+    ) -> Iterator[Finding]:
+        """Yield what is missing, of what was ``found`` in this turn and before. Each finding has a
+        function that tells whether that has come."""
+        if not now.live:
+            yield from (finding for finding, _ in found)
+            return
+        self._open = [one for one in (*self._open, *found) if not one[1]()]
+        if now.awaiting:
+            return
+        late = [one for one in self._open if now.turn.tick > one[0].tick + 1]
+        self._open = [one for one in self._open if one not in late]
+        yield from (finding for finding, _ in late)
 
 
 class Rule:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 
 from safenav.audit.deriving import can_alternate
-from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.rules.rule import Finding, Postponed, Rule
 from safenav.audit.situation import RESYNTHESIS, Situation, StackEntry, helpers_of
 from safenav.trace.objective import Objective
 from safenav.trace.records import Pop, Push, Record, Told
@@ -98,20 +99,29 @@ class PopRule(Rule):
 
 
 class MissedPopRule(Rule):
-    """The entries of a request that is over are dropped in the same turn (D 5.2)."""
+    """The entries of a request that is over are dropped in the same turn, or live, when the
+    strategies for that have come (D 5.2)."""
 
     name = "missed-pop"
 
     def __init__(self) -> None:
         self._told: list[StackEntry] = []
+        self._owed = Postponed()
 
     def turn(self, now: Situation) -> Iterator[Finding]:
+        yield from self._owed.judge([*self._missing(now)], now)
+
+    def _missing(self, now: Situation) -> Iterator[tuple[Finding, Callable[[], bool]]]:
         for entry in () if now.turn.final else now.stack:
             if entry.obstacle not in now.requests and entry not in self._told:
                 self._told.append(entry)
                 problem = f"{entry.obstacle} is over, but its entry stays on the stack"
                 last = now.turn.records[-1].line if now.turn.records else now.turn.line
-                yield self.broken(now.turn.tick, now.turn.robot, last, problem)
+                found = self.broken(now.turn.tick, now.turn.robot, last, problem)
+                yield found, partial(self._dropped, entry, now)
+
+    def _dropped(self, entry: StackEntry, now: Situation) -> bool:
+        return entry not in now.stack
 
 
 def _missing(

@@ -25,11 +25,13 @@ from safenav.trace.proofs import Proof
 def changed(team: TeamState, change: Change) -> Iterator[records.Record]:
     """Return the record of an obstacle that appeared or disappeared without the team."""
     name = change.obstacle.name
-    cause = vocabulary.ChangeCause.SCENARIO
+    obstacle = change.obstacle
+    cause = vocabulary.ChangeCause.WORLD
     if change.by_user:
         cause = vocabulary.ChangeCause.USER
-    elif change.obstacle not in team.scenario.obstacles:
-        cause = vocabulary.ChangeCause.WORLD
+    elif obstacle in team.scenario.obstacles:
+        due = obstacle.appears if change.appeared else obstacle.goes
+        cause = cause if due is None else vocabulary.ChangeCause.SCENARIO
     kind = records.Appeared if change.appeared else records.Gone
     yield kind(team.tick, name, cause)
     if change.appeared and change.obstacle.ordered:
