@@ -49,7 +49,7 @@ def _serve(orders: IO[str], say: Any) -> None:
     def tell(record: Record) -> None:
         say(as_data(record))
 
-    mission = Mission(scenario, listeners=[tell])
+    mission = Mission(scenario, listeners=[tell], attended=True)
 
     def interrupt(*_: object) -> None:
         if mission.stopping:

@@ -1,4 +1,4 @@
-/* sources a479de840f60529ec7e8b51791e4c21a6de229efd757e55a27e0b547f738f277 */
+/* sources b9ed3bd8b7bf7de60bd67cfd9c5a874fa84239e58b72482f46c44cdd00149afb */
 /* Contains Preact:
 The MIT License (MIT)
 

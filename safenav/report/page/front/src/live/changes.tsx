@@ -19,6 +19,7 @@ export type Tool =
   | { does: "look" }
   | { does: "close"; type: string; truth: boolean }
   | { does: "open" }
+  | { does: "put"; robot: string; heading: string | null }
   | { does: "send"; robot: string; regions: number[] };
 
 interface WorldProps {
@@ -45,8 +46,27 @@ export function World({ run, tick, types, out, tool, choose, say, over }: WorldP
   const off = over && OVER;
   const chosen = (does: Tool["does"], name?: string): boolean =>
     tool.does === does && (tool.does !== "close" || tool.type === name) && (tool.does !== "send" || tool.robot === name);
+  const waits = waitsFor(run);
   return (
     <section class="panel world" aria-labelledby="world-title">
+      {waits !== null && !over && (
+        <div class="operator" role="group" aria-label="The run waits for an operator">
+          <p role="status">{waits}</p>
+          {there.map((o) => (
+            <p class="truth" key={o.name}>
+              <b>{o.label}</b>{" "}
+              {(["resolved", "permanent"] as const).map((kind) => (
+                <button type="button" key={kind} onClick={() => say("change", { kind, obstacle: o.name })}>
+                  {kind}
+                </button>
+              ))}
+            </p>
+          ))}
+          <button type="button" onClick={() => say("change", { kind: "give_up" })}>
+            Give up
+          </button>
+        </div>
+      )}
       <h2 id="world-title">Change the world</h2>
       <div class="tools-of-world" role="group" aria-label="What a click on the map does">
         <button type="button" aria-pressed={tool.does === "look"} onClick={() => choose({ does: "look" })}>
@@ -97,6 +117,17 @@ export function World({ run, tick, types, out, tool, choose, say, over }: WorldP
             >
               Assign
             </button>
+            {waits !== null &&
+              headingsOf(robot).map((heading) => (
+                <button
+                  type="button"
+                  key={heading ?? ""}
+                  aria-pressed={chosen("put") && (tool as { robot: string }).robot === robot.name}
+                  {...unless(off, () => choose({ does: "put", robot: robot.name, heading }), "Then click its region")}
+                >
+                  {heading === null ? "Put back" : `Put facing ${heading}`}
+                </button>
+              ))}
             <button
               type="button"
               class="service"
@@ -156,6 +187,7 @@ function Sending({ run, tool, choose, say }: Pick<WorldProps, "run" | "choose" |
 }
 
 function hintOf(tool: Tool): string {
+  if (tool.does === "put") return `Click the region where ${tool.robot} stands now.`;
   if (tool.does === "close") return `Click a free region: ${tool.type} closes it at the next tick.`;
   if (tool.does === "open") return "Click an obstacle: it disappears at the next tick.";
   return "The robots discover changes as they would in reality.";
@@ -172,6 +204,17 @@ export function outOfService(run: Run, tick: number): Set<string> {
     else found.delete(name);
   }
   return found;
+}
+
+/** The headings in which a robot can be put somewhere. */
+function headingsOf(robot: Robot): (string | null)[] {
+  return robot.headings === null ? [null] : ["north", "east", "south", "west"];
+}
+
+/** Why the run waits for an operator; null if it does not. */
+export function waitsFor(run: Run): string | null {
+  const last = [...run.events].reverse().find(([, kind]) => kind === "waiting" || kind === "operator");
+  return last !== undefined && last[1] === "waiting" ? last[2] : null;
 }
 
 /** A hand that does what the chosen tool says where the map is clicked. */
@@ -203,7 +246,10 @@ export function useWorldHand(run: Run | null, tool: Tool, choose: (tool: Tool) =
         const found = standing(run, run.last).find((o) => o.region === region);
         if (found) say("change", { kind: "open", obstacle: found.name });
         else notice(`Region ${label(run, region)} has no obstacle: click one to remove it.`);
-      } else choose({ ...tool, regions: [...tool.regions, region] });
+      } else if (tool.does === "put") {
+        say("change", { kind: "put_back", robot: tool.robot, region, heading: tool.heading });
+        choose({ does: "look" });
+      } else if (tool.does === "send") choose({ ...tool, regions: [...tool.regions, region] });
       return true;
     },
     move: (x, y) => hover(regionAt(x, y)),
