@@ -103,7 +103,7 @@ def command(
     """Run SCENARIO: synthesize a controller for each robot, then execute them in a world
     with the scenario's hidden obstacles until every robot has met its objective."""
     if live:
-        return _watch(scenario, seed, trace)
+        return _watch(scenario, seed, trace, clock)
     from safenav.cli.operator import run_with_operator
     from safenav.report.terminal.story import Story
     from safenav.report.terminal.synthesis_progress import WaitingLine
@@ -185,12 +185,12 @@ def _operator(given: str | None, live: bool, as_json: bool) -> str | None:
     return given
 
 
-def _watch(scenario: Path, seed: int | None, trace: Path | None) -> int:
+def _watch(scenario: Path, seed: int | None, trace: Path | None, clock: str | None) -> int:
     """The run in a browser, until Ctrl-C."""
     from safenav.studio.starting import start_live
 
     _refuse_same_files(scenario, {"--trace": trace})
-    start_live(scenario, seed=seed, trace=trace)
+    start_live(scenario, seed=seed, trace=trace, clock=clock)
     return ExitCode.OK
 
 

@@ -11,6 +11,7 @@ import asyncio
 import json
 from collections.abc import Awaitable, Callable, Mapping
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -50,14 +51,16 @@ class Studio:
         }
 
     @classmethod
-    def of_run(cls, scenario: Path, seed: int | None, trace: Path | None) -> Studio:
+    def of_run(
+        cls, scenario: Path, seed: int | None, trace: Path | None, clock: str | None = None
+    ) -> Studio:
         """The run of a scenario, without an editor. Raises InputError for a wrong one, UsageError
         for standard input: a run can be begun again, what was read there cannot."""
         if str(scenario) == STDIN:
             raise UsageError("a live run needs a file: standard input can be read only once")
         catalogue = load_scenario(scenario).catalogue
         text = scenario.read_text(encoding="utf-8-sig")
-        order = RunOrder(text, str(scenario), trusted=True, seed=seed)
+        order = RunOrder(text, str(scenario), trusted=True, seed=seed, clock=clock)
         return cls(order, catalogue, trace=trace)
 
     @property
@@ -144,7 +147,7 @@ class Studio:
             if self.run is not None:
                 await self.run.end()
             if seed is not None:
-                order = RunOrder(order.text, order.file, order.folder, order.trusted, seed)
+                order = replace(order, seed=seed)
             self.run = StudioRun(order, self.tell, speed=self._speed, trace=self._trace)
             await self.run.start()
             return self.run

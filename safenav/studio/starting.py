@@ -32,13 +32,18 @@ def start_studio(
 
 
 def start_live(
-    scenario: Path, *, seed: int | None = None, trace: Path | None = None, browser: bool = True
+    scenario: Path,
+    *,
+    seed: int | None = None,
+    trace: Path | None = None,
+    clock: str | None = None,
+    browser: bool = True,
 ) -> None:
     """Serve the run of a scenario, without the editor, until Ctrl-C. Raises UsageError."""
     require_extra()
     from safenav.studio.session import Studio
 
-    _serve(lambda: Studio.of_run(scenario, seed, trace), None, browser, False)
+    _serve(lambda: Studio.of_run(scenario, seed, trace, clock), None, browser, False)
 
 
 def require_extra() -> None:

@@ -173,6 +173,21 @@ def test_a_run_that_is_ended_leaves_a_sound_trace_and_can_begin_anew(served: Ser
     visit(served.address, story)
 
 
+def test_a_run_with_a_clock_is_told_in_seconds() -> None:
+    async def story(page: Page) -> None:
+        await page.say("speed", value=64)
+        await page.say("restart", play=True)
+        await page.hear(lambda m: m["is"] == "news" and m["news"]["times"][-1:] > [20.0])
+        await page.say("end")
+        ended = await page.state(phase="ended")
+        times = ended["run"]["times"]
+        assert times[0] == 0 and times == sorted(set(times))
+        assert any(robot["steps"] for robot in ended["run"]["robots"])
+
+    with Served("run", DOOR, "--live", "--clock", "live") as served:
+        visit(served.address, story)
+
+
 @pytest.mark.parametrize("name", ["case_study_1", "case_study_3_beliefs", "team_of_six"])
 def test_the_news_of_all_ticks_are_the_whole(name: str) -> None:
     """What a page that was there from the beginning has, and one that was opened later."""

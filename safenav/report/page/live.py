@@ -48,6 +48,17 @@ class LiveRun:
         """Return the last tick that is complete."""
         return min(len(regions) for regions in self._telling.regions.values()) - 1
 
+    @property
+    def timed(self) -> bool:
+        """Whether the run has a clock."""
+        return self._telling.times is not None
+
+    @property
+    def time(self) -> float:
+        """Return the last tick, or the seconds on the clock of the run."""
+        times = self._telling.times
+        return float(self.last) if times is None else times[-1]
+
     def tell(self, record: records.Record) -> None:
         """Receive the next record of the run."""
         self._telling.tell(record)

@@ -65,6 +65,7 @@ class StudioRun:
         self._begun = False
         self._steps = 0
         self._wake = asyncio.Event()
+        self._shown = 0.0
         self._file = None if trace is None else opened(trace)
 
     @property
@@ -184,8 +185,14 @@ class StudioRun:
                 with suppress(TimeoutError):
                     await asyncio.wait_for(self._wake.wait(), due - time.monotonic())
             else:
-                due = max(time.monotonic() - 0.2, due) + 1 / self.speed
+                due = max(time.monotonic() - 0.2, due) + self._pause() / self.speed
                 self._step()
+
+    def _pause(self) -> float:
+        """The time that the last tick took: one tick, or seconds on the clock of the run."""
+        before, now = self._shown, 0.0 if self._live is None else self._live.time
+        self._shown = now
+        return now - before if self._live is not None and self._live.timed else 1.0
 
     async def _tell_when_busy(self) -> None:
         """Let pages know of a tick that takes long."""

@@ -19,8 +19,8 @@ DONE, REFUSED, FAILED = "~done", "~refused", "~failed"
 @dataclass(frozen=True)
 class RunOrder:
     """A scenario to run. ``folder``: where it may read files; None for nowhere, and ``trusted``
-    for anywhere (the user has named the file). ``seed``: instead of its own. ``first``: robots that
-    are judged before the others."""
+    for anywhere (the user has named the file). ``seed`` and ``clock``: instead of its own.
+    ``first``: robots that are judged before the others."""
 
     text: str
     file: str
@@ -28,6 +28,7 @@ class RunOrder:
     trusted: bool = False
     seed: int | None = None
     first: tuple[str, ...] = ()
+    clock: str | None = None
 
     @property
     def reach(self) -> ReadableFolder | None:

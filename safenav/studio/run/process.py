@@ -17,6 +17,7 @@ from typing import IO, Any
 from safenav.errors import SafenavError, UsageError
 from safenav.runtime.intervening import intervention
 from safenav.runtime.mission import Mission
+from safenav.scenario.model import Clock
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.studio.run.orders import DONE, FAILED, REFUSED, RunOrder
 from safenav.trace.records import Record
@@ -45,6 +46,8 @@ def _serve(orders: IO[str], say: Any) -> None:
     scenario = load_scenario_text(order.text, order.file, reach=order.reach)
     if order.seed is not None:
         scenario = replace(scenario, seed=order.seed)
+    if order.clock is not None:
+        scenario = replace(scenario, clock=Clock(order.clock))
 
     def tell(record: Record) -> None:
         say(as_data(record))

@@ -87,11 +87,18 @@ export class LivePlayer extends Player {
   }
 
   protected override pace(): number {
-    return this.following ? Math.max(this.speed, 2 * (this.end - this.time)) : this.speed;
+    if (!this.following) return this.speed;
+    const behind = this.end - this.time;
+    return this.timed ? this.speed * Math.max(1, behind / this.far) : Math.max(this.speed, 2 * behind);
+  }
+
+  /** How far behind the newest moment it goes on at the usual pace: ticks, or seconds. */
+  private get far(): number {
+    return this.timed ? 3 * this.speed : 1;
   }
 
   private chase(): void {
-    if (this.end - this.time > 3) this.time = this.end - 1;
+    if (this.end - this.time > 3 * this.far) this.time = this.end - this.far;
     if (this.playing || this.time >= this.end) return this.changed();
     this.playing = true;
     this.previous = performance.now();

@@ -108,7 +108,8 @@ export function Seconds({ player }: { player: Player }) {
       words.current!.textContent = `${time.toFixed(1)} of ${player.end.toFixed(1)} s`;
     };
     follow(player.time);
-    return player.onFrame(follow);
+    const stops = [player.onFrame(follow), player.onTick(() => follow(player.time))];
+    return () => stops.forEach((stop) => stop());
   }, [player]);
   return <span class="seconds" ref={words} />;
 }
