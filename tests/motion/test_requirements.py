@@ -212,6 +212,47 @@ def test_robustness_is_what_the_definition_says(seed: int) -> None:
             assert (found.low[0], found.high[0]) == pytest.approx((low, high), abs=1e-6), tree
 
 
+def sharp(chance: random.Random) -> Requirement:
+    """A formula whose value by definition over quarters of seconds is exact: until and since of
+    events, or one temporal operator over one signal."""
+
+    def event() -> Requirement:
+        found: Requirement = Happens("requested", f"o{chance.randrange(2)}")
+        if chance.random() < 0.5:
+            word = chance.choice(("once", "eventually", "always", "historically"))
+            found = Within(
+                word, Window(0.5 * chance.randrange(3), 1.0 + chance.randrange(3)), found
+            )
+        return Negation(found) if chance.random() < 0.6 else found
+
+    begin = 0.5 * chance.randrange(6)
+    end = math.inf if chance.random() < 0.2 else begin + 0.5 * chance.randrange(6)
+    window, signal = Window(begin, end), Margin(RobotSignal("x", (f"r{chance.randrange(2)}",)))
+    word = chance.choice(("until", "since"))
+    if chance.random() < 0.5:
+        inner = UntilSince(word, window, event(), event())
+        outer = Window(0.5 * chance.randrange(3), 1.0 + 0.5 * chance.randrange(4))
+        word = chance.choice(("always", "eventually", "once", "historically"))
+        return Within(word, outer, inner) if chance.random() < 0.5 else inner
+    if chance.random() < 0.5:
+        return UntilSince(word, window, Margin(Literal(50.0)), signal)
+    word = chance.choice(("always", "eventually", "once", "historically"))
+    return Within(word, window, signal)
+
+
+@pytest.mark.parametrize("seed", range(FIRST, FIRST + FORMULAS, 10))
+def test_ends_of_windows_and_instants_of_events_are_exact(seed: int) -> None:
+    for number in range(15):
+        chance = random.Random(90_000 * (seed + 1) + number)
+        record = made(chance, finished=chance.random() < 0.5)
+        tree = sharp(chance)
+        found, oracle = robustness(tree, record), defined(tree, record, 0.25)
+        for t in range(int(record.end) + 1):
+            k = int(np.searchsorted(found.times, t - 1e-9))
+            expected = oracle(float(t))
+            assert (found.low[k], found.high[k]) == pytest.approx(expected, abs=1e-4), (tree, t)
+
+
 def _leaves(tree: Node) -> list[Node]:
     return [node for node in nodes(tree) if isinstance(node, Margin | Happens)]
 
