@@ -168,7 +168,7 @@ def _moment(replay: Replay, written: str) -> tuple[int, float]:
 
 
 def _unit(replay: Replay) -> tuple[str, float]:
-    """The run counts in, and its end."""
+    """Unit of the run's time, and its end."""
     return "ticks" if replay.times is None else "seconds", replay.time(replay.last)
 
 

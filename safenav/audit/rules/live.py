@@ -244,7 +244,7 @@ class HoldsRule(Rule):
             return f"{robot} stays for the same reason as before"
         if record.why is HoldReason.ACTING:
             taking = any(robot in act.robots for act in now.acting.values())
-            self._acts = None if taking else record  # an ``act`` line follows simultaneously
+            self._acts = None if taking else record  # an ``act`` line follows immediately
         true = {
             HoldReason.SERVICE: robot in now.out,
             HoldReason.PLAN: robot in self._plan,
