@@ -392,6 +392,28 @@ def _map(browser: Browser) -> str:
     return str(browser.run("return document.querySelector('.map')?.ariaLabel ?? ''"))
 
 
+def test_two_fingers_zoom_the_map_while_walls_are_painted(house: Board) -> None:
+    browser = house.browser
+    browser.resize(380, 800)
+    browser.press("1")
+    text, (x, y) = house.text, house.at(20)
+
+    def touch(kind: str, *places: tuple[float, float]) -> None:
+        points = [{"x": px, "y": py, "id": k} for k, (px, py) in enumerate(places)]
+        command = {"type": kind, "touchPoints": points}
+        browser.driver.execute_cdp_cmd("Input.dispatchTouchEvent", command)
+
+    browser.driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": True})
+    touch("touchStart", (x, y))
+    touch("touchStart", (x, y), (x + 20, y))
+    for step in range(1, 6):
+        touch("touchMove", (x - 8 * step, y), (x + 20 + 8 * step, y))
+    touch("touchEnd")
+    browser.driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": False})
+    browser.wait(lambda: browser.all(".map.near"))
+    assert house.text == text, "nothing was painted"
+
+
 def test_on_a_phone_the_map_comes_first_and_nothing_is_cut(house: Board) -> None:
     browser = house.browser
     browser.resize(380, 800)

@@ -1,4 +1,4 @@
-/* sources 04ffab0a1dc1d534c09999806b2bf93e993d4c88d34d69689de20e472794f257 */
+/* sources ca4848024d61e3708e1ab61c435093f2978c1a55a794c545f97966ca7c32bb03 */
 /* Contains Preact:
 The MIT License (MIT)
 

@@ -104,26 +104,39 @@ export function MapView({ run, player, camera, tick, shown, pointed, hand }: Map
   );
 }
 
-/** Lets a hand take what begins with a press that it wants. */
+/** Lets a hand take what begins with a press that it wants; with a second finger the map zooms. */
 function listenToHand(room: HTMLElement, camera: Camera, hand: () => Hand | undefined): () => void {
-  let held: number | null = null;
+  let held: PointerEvent | null = null; // the newest event of its pointer
+  const pressed = new Set<number>();
   const place = (event: PointerEvent): [number, number] => {
     const box = room.getBoundingClientRect();
     return camera.at(event.clientX - box.left, event.clientY - box.top);
   };
   const down = (event: PointerEvent): void => {
-    if (event.button !== 0 || held !== null || !hand()?.down(...place(event))) return;
-    held = event.pointerId;
+    if (event.button !== 0) return;
+    pressed.add(event.pointerId);
+    if (held !== null) {
+      const first = held;
+      held = null;
+      hand()?.drop?.();
+      room.dispatchEvent(new PointerEvent("pointerdown", first)); // the map takes both fingers
+    }
+    if (pressed.size > 1 || !event.isTrusted || !hand()?.down(...place(event))) return;
+    held = event;
     room.setPointerCapture(event.pointerId);
     event.preventDefault();
     event.stopImmediatePropagation();
   };
   const move = (event: PointerEvent): void => {
-    if (event.pointerId === held || held === null) hand()?.move(...place(event));
-    if (event.pointerId === held) event.stopImmediatePropagation();
+    const own = event.pointerId === held?.pointerId;
+    if (own || pressed.size === 0) hand()?.move(...place(event));
+    if (!own) return;
+    held = event;
+    event.stopImmediatePropagation();
   };
   const up = (event: PointerEvent): void => {
-    if (event.pointerId !== held) return;
+    pressed.delete(event.pointerId);
+    if (event.pointerId !== held?.pointerId) return;
     held = null;
     hand()?.up(...place(event));
     event.stopImmediatePropagation();

@@ -26,6 +26,8 @@ export interface Hand {
   down(x: number, y: number): boolean;
   move(x: number, y: number): void;
   up(x: number, y: number): void;
+  /** Forgets what a press began: a second finger zooms the map. */
+  drop?(): void;
   /** The pointer is no longer over the map. */
   leave(): void;
   cursor: string;

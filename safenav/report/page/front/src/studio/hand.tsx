@@ -194,6 +194,12 @@ export function useDrawingHand(args: HandArgs): Hand {
     down,
     move,
     up,
+    drop: () => {
+      if (held.current === null && awaited.current >= 0) say("undo"); // it was put down by the first finger
+      held.current = null;
+      awaited.current = -1;
+      hover(-1);
+    },
     leave: () => hover(-1),
     over: (
       <>
