@@ -12,8 +12,9 @@ from safenav.errors import ExitCode, UsageError
 
 EPILOG = """\b
 Examples:
-  safenav resume lab.jsonl --trace rest.jsonl
-  safenav resume lab.jsonl lab.yaml --operator fixes.txt
+  safenav new lab.yaml && safenav run lab.yaml --clock live --trace lab.jsonl
+  head -20 lab.jsonl > part.jsonl && safenav resume part.jsonl --trace rest.jsonl
+  echo give_up > fixes.txt && safenav resume part.jsonl lab.yaml --operator fixes.txt
 \b
 Exit codes: those of 'safenav run', for the rest of the run
 """
@@ -33,9 +34,9 @@ def command(
     trace: Path, scenario: Path | None, output: Path | None, operator: str | None, maps: bool
 ) -> int:
     """Continue the run of TRACE: each robot from where the trace leaves it, with the target whose
-    turn it was, without the obstacles that were resolved. The rest is a run with a trace of its
-    own. SCENARIO: the file of the run, if it has batteries, inputs, promises or beliefs, which the
-    trace does not hold."""
+    turn it was, without the resolved obstacles. The rest is a run with its own trace. SCENARIO:
+    the file of the run, needed for batteries, inputs, deadlines or beliefs, which the trace does
+    not contain."""
     from safenav.cli.operator import run_with_operator
     from safenav.report.terminal.story import Story
     from safenav.report.terminal.synthesis_progress import WaitingLine

@@ -34,7 +34,7 @@ Examples:
   safenav run lab.yaml --motion lab.motion.jsonl # extra 'motion'
   safenav run lab.yaml --live                    # extra 'studio'
   safenav run lab.yaml --clock live              # robots move at the same time
-  safenav run lab.yaml --clock live --operator fixes.txt
+  echo give_up > fixes.txt && safenav run lab.yaml --clock live --operator fixes.txt
 \b
 Exit codes:
   0  the run ended as the scenario expects (without 'expect': completed)

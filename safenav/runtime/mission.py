@@ -173,7 +173,7 @@ class Mission:
 
     @property
     def still(self) -> bool:
-        """Whether no robot has a command, but those that go on while the team waits."""
+        """Whether no robot has a command, except those that continue while the team waits."""
         turns = self._algorithm.turns
         robots = self.state.robots.values()
         under_way = [r for r in robots if r.transit is not None or r.acting is not None]

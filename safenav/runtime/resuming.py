@@ -1,7 +1,7 @@
 """The rest of a run that was interrupted or killed, as a scenario, from what its trace says.
 
 Robots begin where the trace leaves them (one that was under way: where it set out), with the
-target whose turn it was. Obstacles that were resolved or disappeared are left out, and so are the
+target whose turn it was. Obstacles that were resolved or disappeared are left out, as are the
 met needs of others; robots out of service stay so. The team encounters again what it had met.
 """
 
@@ -47,7 +47,7 @@ _HEADINGS = {heading.label: heading for heading in Heading}
 
 @dataclass
 class _State:
-    """What a trace says of its end. ``turns``: the next target of each robot."""
+    """The end of a trace. ``turns``: the next target of each robot."""
 
     poses: dict[str, Pose]
     own: dict[str, TracedObjective]

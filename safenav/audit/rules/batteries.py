@@ -18,7 +18,7 @@ BATTERY = ".battery"
 class ChargeRule(Rule):
     """A robot with a battery takes no step for which its charge does not suffice: it begins with
     ``start``, a step takes ``move``, a tick without one ``stay`` or gives ``charge`` on a charger.
-    A robot off the chargers that can take no step any more is out of service in that turn, by an
+    A robot off the chargers that can no longer take a step is out of service in that turn, by an
     obstacle of the type ``flat`` that appears there, if the scenario has one; no other is. Its
     resolution fills the battery (T Batteries)."""
 
@@ -126,7 +126,7 @@ def _battery(now: Situation, robot: str) -> BatteryHeader:
 def need(now: Situation, robot: str) -> int | None:
     """The least charge with which a robot can begin and continue forever, meeting its targets in
     turn on the empty floor; None if none suffices. By relaxation of numbers on poses, for each
-    target again and again, until nothing changes."""
+    target repeatedly, until nothing changes."""
     battery, chargers = _battery(now, robot), now.header.chargers or ()
     targets = now.header.robots[robot].objective.targets
     targets = (

@@ -283,7 +283,7 @@ class LateRule(Rule):
 
 
 def _goes_on(record: Depart | Act, now: Situation) -> bool:
-    """Return whether a robot may go on while the team waits."""
+    """Return whether a robot may continue while the team waits."""
     robot, own = record.robot, now.header.robots[record.robot].objective
     asked = (*now.requests.values(), *now.given_up.values())
     waits = any(robot in requesters for requesters in asked) or own.kind == "ltl"

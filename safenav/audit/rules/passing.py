@@ -42,7 +42,7 @@ class AppearedRule(Rule):
 
 
 class OrderedRule(Rule):
-    """What the scenario orders is ordered when it appears, and nothing else in its name; an order
+    """An order of the scenario is recorded when it appears, and nothing else in its name; an order
     is in no robot's way (D 5)."""
 
     name = "ordered"

@@ -29,8 +29,8 @@ class Finding:
 
 
 class Postponed:
-    """What is missing in a turn of a live run, and may follow when the strategies for it have come:
-    it is missing for good if nobody waits for one any more."""
+    """Lines missing in a turn of a live run, which may follow when the strategies for them arrive:
+    they are missing permanently if no robot waits for a strategy."""
 
     def __init__(self) -> None:
         self._open: list[tuple[Finding, Callable[[], bool]]] = []

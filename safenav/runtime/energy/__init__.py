@@ -1,1 +1,1 @@
-"""Batteries: what charge a robot needs, its errands to chargers, and flat robots."""
+"""Batteries: what charge a robot needs, its charging trips, and flat robots."""

@@ -1,4 +1,4 @@
-"""The charge of each robot in a run: errands to chargers, and robots whose charge is used up."""
+"""The charge of each robot in a run: charging trips, and robots whose charge is used up."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ class Batteries:
         self._known.pop(robot.name, None)
 
     def errands(self, robot: RobotState) -> Errands | None:
-        """The errands of a robot on the floor as it is known; None without a battery."""
+        """The charging trips of a robot on the floor as it is known; None without a battery."""
         battery = robot.robot.model.battery
         objective = robot.own.objective
         if battery is None or isinstance(objective, Ltl):

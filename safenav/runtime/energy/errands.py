@@ -13,7 +13,7 @@ from safenav.world.poses import Mask, PoseGraph, bits
 
 @dataclass(eq=False)
 class Errands:
-    """The errands of one robot on one floor. ``targets`` (pose masks) are met in turn; ``full``:
+    """A robot's charging trips on one floor. ``targets`` (pose masks) are met in turn; ``full``:
     it charges to the full, since others can keep it waiting."""
 
     graph: PoseGraph

@@ -16,7 +16,7 @@ SUSPECT_KEYS = ("type", "region")
 KEYS = ("type", "region", "traversable", "from", "until", RESOLVE_WITHIN)
 ORDER_KEYS = ("at", "type", "region", RESOLVE_WITHIN)
 ORDER_REQUIRED = {
-    "at": "the tick at which the team is told, for example 'at: 10'",
+    "at": "the tick at which the team receives it, for example 'at: 10'",
     "type": "an obstacle type with 'blocks: []'",
     "region": "where it is, for example 'region: 47' or 'region: [3, 8]'",
 }
@@ -97,7 +97,7 @@ def _read_obstacle(
 def read_orders(
     node: Node | None, regions: RegionReader, catalogue: Catalogue, findings: Findings
 ) -> tuple[Obstacle, ...]:
-    """Work that the team is told of at some tick, as obstacles that are in no robot's way."""
+    """Work that the team receives at some tick, as obstacles that are in no robot's way."""
     found = []
     for part in read.sequence(node, "orders", findings) or ():
         item = read.mapping(part, "an order", findings, ORDER_KEYS, ORDER_REQUIRED)
