@@ -99,7 +99,7 @@ class Turns:
     def _released(self, robot: RobotState) -> bool:
         """Live: whether a robot has done its way of the joint plan, and continues by its strategy
         (``may_move`` keeps it out of the ways of the others)."""
-        if not self.state.live or robot.planner is None or not self.traffic.done(robot.name):
+        if not self.state.live or robot.planner is None or not self.traffic.released(robot.name):
             return False
         return robot.planner.node is not None or self.strategies.relocate(robot)
 

@@ -106,10 +106,12 @@ class Traffic:
         if self.execution is not None:
             self.execution.arrived(self.state.last_settled.floor.index(name))
 
-    def done(self, name: str) -> bool:
-        """Whether a robot has done its way of the plan."""
-        floor = self.state.last_settled.floor
-        return self.execution is not None and self.execution.done(floor.index(name))
+    def released(self, name: str) -> bool:
+        """Live: whether a robot has done its way of the plan, and may leave it before the others.
+        Where robots have headings, the end of the plan is what is certified, and all keep to it."""
+        if self.execution is None or self._turning:
+            return False
+        return self.execution.done(self.state.last_settled.floor.index(name))
 
     def ahead(self, name: str) -> set[Region]:
         """The regions that robots in conflict with this one still need for the plan."""
