@@ -51,6 +51,7 @@ class Open:
     target: Pose | None
     obstacles: Sequence[Obstacle]
     since: float
+    limit: float | None = None
     cancelled: float | None = None
 
 
@@ -76,6 +77,10 @@ class Commands:
 
     def __post_init__(self) -> None:
         self.live = not isinstance(self.world, BlockingAdapter)
+        self._timed = self.world if isinstance(self.world, TimedWorld) else None
+        self._changing = self.world if isinstance(self.world, ChangingWorld) else None
+        self.simulated = self._timed is not None
+        """Whether time passes only while the run waits."""
         self._open: dict[str, Open] = {}
         self._ended: dict[str, WorldEvent] = {}
         self._posted: queue.SimpleQueue[WorldEvent] = queue.SimpleQueue()
@@ -119,12 +124,7 @@ class Commands:
 
     def expected(self, robot: Robot) -> float | None:
         """The expected duration of a robot's last command, if the world knows it."""
-        return self.world.expected(robot) if isinstance(self.world, TimedWorld) else None
-
-    @property
-    def simulated(self) -> bool:
-        """Whether time passes only while the run waits."""
-        return isinstance(self.world, TimedWorld)
+        return None if self._timed is None else self._timed.expected(robot)
 
     def placed(self, robot: Robot, pose: Pose) -> None:
         """Let a simulated world know that an operator has put a robot somewhere."""
@@ -152,8 +152,7 @@ class Commands:
             raise
         except Exception as error:
             event = Failed(self.now(), robot.name, here, f"start: {error}", True, command=number)
-        if event is not None:
-            self._take(event)
+        self._under_way(robot, event, step=True)
         return self.ended(robot)
 
     def ended(self, robot: Robot) -> Ended | None:
@@ -177,8 +176,7 @@ class Commands:
             raise
         except Exception as error:
             event = Failed(self.now(), robot.name, here, f"act: {error}", True, command=number)
-        if event is not None:
-            self._take(event)
+        self._under_way(robot, event, step=False)
         return self.acted(robot)
 
     def acted(self, robot: Robot) -> Acted | None:
@@ -220,13 +218,13 @@ class Commands:
 
     def times(self) -> Sequence[float]:
         """The times to come at which a simulation changes something."""
-        return tuple(map(float, self.world.times())) if isinstance(self.world, TimedWorld) else ()
+        return () if self._timed is None else self._timed.times()
 
     def changes(self, occupied: Collection[Region]) -> Sequence[Change]:
         """The obstacles that have appeared or disappeared."""
-        if isinstance(self.world, ChangingWorld):
-            return tuple(self.world.changes(int(self.now()), occupied))
-        return ()
+        if self._changing is None:
+            return ()
+        return tuple(self._changing.changes(int(self.now()), occupied))
 
     def _begin(
         self,
@@ -239,6 +237,12 @@ class Commands:
         self._count += 1
         self._open[robot.name] = Open(self._count, robot, here, target, obstacles, self.now())
         return self._count
+
+    def _under_way(self, robot: Robot, event: WorldEvent | None, *, step: bool) -> None:
+        if event is not None:
+            self._take(event)
+        elif self.live:
+            self._open[robot.name].limit = self._limit(robot, step=step)
 
     def _drain(self) -> bool:
         heard = False
@@ -300,22 +304,20 @@ class Commands:
                 return None
         return f"{type(event).__name__} ends no step"
 
-    def _limit(self, open_: Open) -> float | None:
+    def _limit(self, robot: Robot, *, step: bool) -> float | None:
         """Seconds that a command may take."""
         limits = [self.policy.timeout] if self.policy.timeout is not None else []
-        took = self._took.get(open_.robot.name, ())
-        if len(took) >= FEWEST and open_.target is not None:
-            usual = max(median(took), self.expected(open_.robot) or 0.0)
-            limits.append(self.policy.patience * usual)
+        took = self._took.get(robot.name, ())
+        if len(took) >= FEWEST and step:
+            limits.append(self.policy.patience * max(median(took), self.expected(robot) or 0.0))
         return min(limits, default=None)
 
     def _overdue(self) -> Iterator[tuple[Open, float]]:
         """Open commands, each with the time at which its patience ends next."""
         for open_ in self._open.values():
-            limit = self._limit(open_) if self.live else None
-            if limit is not None:
+            if open_.limit is not None:
                 since = open_.since if open_.cancelled is None else open_.cancelled
-                yield open_, since + limit
+                yield open_, since + open_.limit
 
     def _cancel_overdue(self) -> None:
         """Cancel commands that take too long; robots that do not end them are lost."""

@@ -43,11 +43,16 @@ class GuaranteeError(SafenavError):
 @dataclass
 class _Watched:
     """One robot's specification in execution. ``met``: when each fairness assumption last
-    held; ``good``: steps that were found to break nothing."""
+    held; ``good``: steps that were found to break nothing; ``broken``: the assumptions that an
+    observation breaks, by node; ``fair``: those on fairness that hold in a step."""
 
     spec: Specification
     met: dict[Constraint, int]
     good: set[tuple[int, int | None, tuple[int, ...]]] = field(default_factory=set)
+    broken: dict[tuple[int, tuple[int, ...]], list[Constraint]] = field(default_factory=dict)
+    fair: dict[tuple[int, int | None, tuple[int, ...]], list[Constraint]] = field(
+        default_factory=dict
+    )
 
 
 class Monitors:
@@ -65,7 +70,12 @@ class Monitors:
         watched = self._of(robot, planner)
         if planner.node is None or planner.behind or not self._complete(watched.spec, observed):
             return []
-        return list(_violated(watched.spec, Section.ENV_TRANS, planner.values(), observed))
+        key = (planner.node, tuple(observed.values()))
+        found = watched.broken.get(key)
+        if found is None:
+            found = list(_violated(watched.spec, Section.ENV_TRANS, planner.values(), observed))
+            watched.broken[key] = found
+        return found
 
     def watch(self, robot: Robot, planner: Planner) -> None:
         """Check the start of a strategy now, if it is new: its robot will continue elsewhere."""
@@ -88,15 +98,18 @@ class Monitors:
             return
         before = planner.values()
         after = {**before, **observed}
+        step = (planner.node, proposal.node, tuple(observed.values()))
         if proposal.node is not None:
             after |= planner.strategy.values(proposal.node)
-            step = (planner.node, proposal.node, tuple(observed.values()))
             if step not in watched.good:
                 self._check(robot, watched.spec, before, after)
                 watched.good.add(step)
-        for constraint in watched.met:
-            if evaluate(_parse(constraint.formula), before, after):
-                watched.met[constraint] = self._state.tick
+        held = watched.fair.get(step)
+        if held is None:
+            held = [c for c in watched.met if evaluate(_parse(c.formula), before, after)]
+            watched.fair[step] = held
+        for constraint in held:
+            watched.met[constraint] = self._state.tick
 
     def allows_planned(self, robot: RobotState, pose: Pose) -> bool:
         """Whether the formulas of a robot allow a step of a joint plan with what it remembers.

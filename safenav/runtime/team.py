@@ -6,7 +6,7 @@ the methods below, or field by field where the docstring of the field's owner al
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import field, replace
 from enum import Enum
 
@@ -75,10 +75,10 @@ class RobotState:
     it is in service; else it stands still. ``arriving``: it has just taken a step of a joint plan,
     of which is not counted yet what it met by that. ``acting``: the robot whose action it takes
     part in, on ``acts_on``; ``asked``: it was let act since it came here. ``held``: it stands still
-    until that is over. ``mode``: the input that has given it its present
-    objective, and ``base`` the one before that with its progress. ``charge``: of its battery, if
-    it has one; ``errand``: where it is to charge; ``places``: the only poses in which it meets its
-    targets (masks, one each)."""
+    until that is over. ``stays_for``: the observation for which its strategy had it stay last.
+    ``mode``: the input that has given it its present objective, and ``base`` the one before that
+    with its progress. ``charge``: of its battery, if it has one; ``errand``: where it is to charge;
+    ``places``: the only poses in which it meets its targets (masks, one each)."""
 
     robot: Robot
     pose: Pose
@@ -93,6 +93,7 @@ class RobotState:
     acting: str | None = None
     acts_on: tuple[Obstacle, ...] = ()
     asked: bool = False
+    stays_for: Hashable = None
     held: HoldReason | None = None
     mode: str | None = None
     base: tuple[Objective, Progress, int | None] | None = None
@@ -160,6 +161,9 @@ class TeamState:
     owed: bool = False
     waiting: Conclusion | None = None
     changes: int = 0
+    _known_others: dict[str, tuple[list[RobotState], list[RobotState]]] = field(
+        default_factory=dict
+    )
     inputs: Mapping[str, bool] = field(default_factory=dict)
     inputs_before: Mapping[str, bool] = field(default_factory=dict)
 
@@ -220,11 +224,17 @@ class TeamState:
 
     def rivals(self, robot: Robot) -> list[RobotState]:
         """Return the other robots for which a robot may have to wait."""
-        return [
-            other
-            for other in self.robots.values()
-            if other.robot is not robot and self.scenario.interfere(robot, other.robot)
-        ]
+        return self._others(robot)[0]
+
+    def _others(self, robot: Robot) -> tuple[list[RobotState], list[RobotState]]:
+        """The robots for which one may have to wait, and those of them in conflict with it."""
+        found = self._known_others.get(robot.name)
+        if found is None:
+            others = [o for o in self.robots.values() if o.name != robot.name]
+            rivals = [o for o in others if self.scenario.interfere(robot, o.robot)]
+            found = rivals, [o for o in rivals if self.scenario.conflict(robot, o.robot)]
+            self._known_others[robot.name] = found
+        return found
 
     def taken(self, robot: Robot) -> set[Region]:
         """Return the regions that a robot must not enter now: those occupied by robots with which
@@ -233,9 +243,10 @@ class TeamState:
         if self.scenario.never_together:
             at = {name: other.occupied for name, other in self.robots.items()}
             found |= self.scenario.held(robot.name, at)
-        for other in self.rivals(robot):
-            if self.scenario.conflict(robot, other.robot):
-                found |= other.occupied
+        for other in self._others(robot)[1]:
+            found.add(other.pose.region)
+            if other.transit is not None:
+                found.add(other.transit.pose.region)
         return found
 
     def sightings(self, state: RobotState, task: Task, shown: frozenset[Region]) -> Sightings:

@@ -5,7 +5,7 @@ The order of what happens here is the order of lines in a trace (docs/trace.md).
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Generator, Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from safenav.dataclass import dataclass
@@ -27,7 +27,7 @@ from safenav.runtime.failures import Reaction, lost, unknown
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.monitor import Monitors
 from safenav.runtime.move_recorder import MoveRecorder
-from safenav.runtime.navigation import Proposal
+from safenav.runtime.navigation import Planner, Proposal
 from safenav.runtime.progress import Progress
 from safenav.runtime.protocol import Acted, Arrived, Blocked, Elsewhere, Ended, Failed, Lost
 from safenav.runtime.team import RobotState, Role, TeamState, Transit
@@ -118,6 +118,10 @@ class Turns:
         """Take the strategy's successor for the observation, unless world or team forbid it."""
         planner = robot.planner
         assert planner is not None
+        seen = self._same_again(robot, planner) if self.state.live else None
+        if seen is not None and seen == robot.stays_for:
+            yield from self._move(robot, robot.pose, planner.values(), MovedBy.STRATEGY)
+            return
         observed = self._look(robot, frozenset())
         broken = self.monitors.broken_assumptions(robot.robot, planner, observed)
         answer = planner.propose(observed)
@@ -141,6 +145,8 @@ class Turns:
         if by is MovedBy.STRATEGY or proposal.node != planner.node:
             self.monitors.check_guarantees(robot.robot, planner, observed, proposal)
         before = planner.values()
+        stays = answer is not None and (answer.pose, answer.node) == (robot.pose, planner.node)
+        robot.stays_for = seen if stays and by is MovedBy.STRATEGY else None
         self.state.changes += proposal.node != planner.node
         planner.follow(proposal)
         if violation is not None:
@@ -155,6 +161,22 @@ class Turns:
             yield HelpRequested(violation)
         elif lost and robot.transit is None:
             yield from self._find_a_way_back(robot, broken)
+
+    def _same_again(self, robot: RobotState, planner: Planner) -> Hashable:
+        """All that the strategy of a robot observes; None if it observes more than its sides."""
+        if planner.switch is not None or planner.task.tracking is not Tracking.NEARBY:
+            return None
+        sides = self.state.scenario.map.neighbours(robot.pose.region)
+        busy = self.state.taken(robot.robot).intersection(sides)
+        inputs = tuple(self.state.inputs.values())
+        return (
+            planner.strategy,
+            planner.node,
+            planner.behind,
+            frozenset(busy),
+            inputs,
+            self.traffic.wanted,
+        )
 
     def _follow_plan(self, robot: RobotState) -> Iterator[Event]:
         """The next step of the joint plan, checked like any other move; the robot looks around as

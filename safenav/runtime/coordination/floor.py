@@ -57,7 +57,10 @@ def floor_of(
             frozenset(i for i, r in enumerate(robots) if obstacle.closed_to(r, number))
             for number in range(len(needs))
         )
-        barred = frozenset(i for i, name in enumerate(names) if (name, obstacle.name) in refused)
+        none = {*refused, *state.failures.barred}
+        if state.live and not hopeful:  # who is out of service does nothing
+            none |= {(name, obstacle.name) for name, e in state.robots.items() if not e.active}
+        barred = frozenset(i for i, name in enumerate(names) if (name, obstacle.name) in none)
         gates.append(Gate(obstacle.name, obstacle.region, closed_to, needs, barred))
         done = frozenset(names.index(name) for name in work.done)
         number = state.knowledge.need_of(obstacle)

@@ -54,6 +54,7 @@ class Traffic:
     _failures: int = 0
     _spent: int = 0
     _starved: str = ""
+    _looked: float = -1.0
     _cleared: Settlement | None = None
 
     def __post_init__(self) -> None:
@@ -179,10 +180,15 @@ class Traffic:
             return self.execution.finished
         if not self.state.scenario.deadlock or not any(self._rivals.values()):
             return False
+        if self.state.live:
+            now = self.clock()
+            if now == self._looked or self._anybody_busy():
+                return False  # nobody can have waited longer; or the others go on meanwhile
+            self._looked = now
         if self.wanted is None:
             self.wanted = self._clearing() or self._starving()
         moving = any(robot.transit is not None for robot in self.state.robots.values())
-        moving = self._anybody_busy() if self.state.live else moving
+        moving = moving and not self.state.live
         if self.wanted is not None and not moving:
             reason, self.wanted = self.wanted, None
             self._plan(reason)
