@@ -86,7 +86,7 @@ class Algorithm:
     """Live: whether an operator can intervene; then the run waits where it would end."""
 
     def __post_init__(self) -> None:
-        self._changed, self._still = True, 0
+        self._changed, self._still, self._come = True, 0, False
         self._owed: Unsettled | None = None
         self._together = False
         self._astray: list[Astray] = []
@@ -106,7 +106,8 @@ class Algorithm:
         asked = self.interventions.asked
         if team.waiting is not None and not asked and self.world.simulated and self.world.idle:
             return  # time stands still until an operator intervenes
-        if not self.world.hear(self._due(), self._changed or self.interventions.asked):
+        self._come = self.search.fresh() or self._come
+        if not self.world.hear(self._due(), self._changed or self._come or asked):
             return  # there is nothing to do yet
         team.tick += 1  # 5
         self.deadlines.tick_begins()
@@ -223,14 +224,16 @@ class Algorithm:
         for dropped in self.world.take_dropped():
             event = dropped.event
             kind, name = type(event).__name__.lower(), getattr(event, "robot", None)
-            self.turns.tell.late(kind, dropped.reason, name, None, event.at)
+            self.turns.tell.late(kind, dropped.reason, name, None, self.world.at(event))
         for sensed in self.world.take_sensed():
             obstacle, said = sensed.obstacle, "the obstacle was opened later"
-            if failures.is_late(obstacle.name, sensed.at):
-                self.turns.tell.late("sensed", said, sensed.by, obstacle, sensed.at)
+            at = self.world.at(sensed)
+            if failures.is_late(obstacle.name, at):
+                self.turns.tell.late("sensed", said, sensed.by, obstacle, at)
             elif not sensed.there:
                 self._guarded(partial(self._settle_gone, obstacle))
-        if self.search.fresh():
+        if self._come:
+            self._come = False
             self._guarded(self._pay)
 
     def settle(self, events: Iterable[Event]) -> None:

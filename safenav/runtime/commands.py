@@ -42,7 +42,7 @@ KEPT, FEWEST = 50, 5
 
 
 @dataclass
-class Open:
+class OpenCommand:
     """A command that is not over. ``target``: where a step goes; None: an action."""
 
     command: int
@@ -81,12 +81,12 @@ class Commands:
         self._changing = self.world if isinstance(self.world, ChangingWorld) else None
         self.simulated = self._timed is not None
         """Whether time passes only while the run waits."""
-        self._open: dict[str, Open] = {}
+        self._open: dict[str, OpenCommand] = {}
         self._ended: dict[str, WorldEvent] = {}
         self._posted: queue.SimpleQueue[WorldEvent] = queue.SimpleQueue()
         self._count = 0
         self._took: dict[str, deque[float]] = {}
-        self._now = self._looked = self._steps = 0.0
+        self._zero = self._now = self._looked = self._steps = 0.0
         self._all: deque[float] = deque(maxlen=KEPT)
 
     @property
@@ -100,7 +100,7 @@ class Commands:
 
     def now(self) -> float:
         """Seconds of the run; never less than before."""
-        self._now = max(self._now, self.world.now())
+        self._now = max(self._now, self.world.now() - self._zero)
         return self._now
 
     def steps(self) -> float:
@@ -117,6 +117,14 @@ class Commands:
     def post(self, event: WorldEvent) -> None:
         """Report an event, from any thread."""
         self._posted.put(event)
+
+    def begin(self) -> None:
+        """The run begins now."""
+        self._zero = self.world.now() if self.live else 0.0
+
+    def at(self, event: WorldEvent) -> float:
+        """The seconds of the run at which an event was so."""
+        return event.at - self._zero
 
     def number(self, name: str) -> int:
         """The number of a robot's open command, or of its last one."""
@@ -235,7 +243,9 @@ class Commands:
     ) -> int:
         assert robot.name not in self._open, "one command at a time"
         self._count += 1
-        self._open[robot.name] = Open(self._count, robot, here, target, obstacles, self.now())
+        self._open[robot.name] = OpenCommand(
+            self._count, robot, here, target, obstacles, self.now()
+        )
         return self._count
 
     def _under_way(self, robot: Robot, event: WorldEvent | None, *, step: bool) -> None:
@@ -270,7 +280,7 @@ class Commands:
         self.over = self.now()
         self._ended[open_.robot.name] = self._checked(event, open_) if self.live else event
 
-    def _checked(self, event: WorldEvent, open_: Open) -> WorldEvent:
+    def _checked(self, event: WorldEvent, open_: OpenCommand) -> WorldEvent:
         """The event; a fatal failure, or a failed action, if it cannot be true."""
         name, here = open_.robot.name, open_.start
         if open_.target is None:
@@ -312,7 +322,7 @@ class Commands:
             limits.append(self.policy.patience * max(median(took), self.expected(robot) or 0.0))
         return min(limits, default=None)
 
-    def _overdue(self) -> Iterator[tuple[Open, float]]:
+    def _overdue(self) -> Iterator[tuple[OpenCommand, float]]:
         """Open commands, each with the time at which its patience ends next."""
         for open_ in self._open.values():
             if open_.limit is not None:

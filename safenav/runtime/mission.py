@@ -207,6 +207,7 @@ class Mission:
             raise UsageError("start() or run() a second time: make another Mission for it")
         self._started = True
         self._stop.begin()
+        self._commands.begin()
         truths = None if self._truth is None else self._truth.truths
         header = scenario_header(self.scenario, truths)
         clock = Clock.LIVE.value if self.state.live else None

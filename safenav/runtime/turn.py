@@ -357,7 +357,9 @@ class Turns:
                 return None, None
             case Lost():
                 return Reaction.OUT_OF_SERVICE, None
-            case Blocked(obstacle=found) if found is None or self._stops(robot, found, event.at):
+            case Blocked(obstacle=found) if found is None or self._stops(
+                robot, found, self.world.at(event)
+            ):
                 reaction, obstacle = Reaction.OBSTACLE, found
             case _:
                 fatal = isinstance(event, Failed) and event.fatal

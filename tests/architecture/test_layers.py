@@ -100,7 +100,7 @@ def classes(name: str) -> list[str]:
 
 
 TOLD = {"Acted", "Blocked", "Choice", "Closure", "Joint", "Reach", "Tree", "Option"}  # of proofs
-TOLD |= {"Hold", "Met", "Outcome", "Request", "Signal", "Violation"}
+TOLD |= {"Hold", "Late", "Met", "Outcome", "Request", "Signal", "Violation"}
 """Records of the trace that are called as what they tell of."""
 
 
