@@ -277,9 +277,9 @@ class Mission:
         over = self._commands.over
         busy = {name: self._commands.busy.get(name, 0.0) for name in self.state.robots}
         return {
-            "makespan": round(over, 3),
-            "busy": {name: round(seconds, 3) for name, seconds in busy.items()},
-            "waiting": {name: round(max(0.0, over - s), 3) for name, s in busy.items()},
+            "makespan": over,
+            "busy": busy,
+            "waiting": {name: max(0.0, over - seconds) for name, seconds in busy.items()},
         }
 
     def _note(self, record: records.Record) -> None:

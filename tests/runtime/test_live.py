@@ -1,0 +1,317 @@
+"""Live runs: commands and events, delays, failures, and what follows them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from safenav import Mission
+from safenav.audit.check import check_trace
+from safenav.errors import UsageError
+from safenav.runtime.failures import Reaction, Troubles
+from safenav.runtime.protocol import (
+    Acted,
+    Arrived,
+    Blocked,
+    Elsewhere,
+    Failed,
+    Lost,
+    Sensed,
+    WorldEvent,
+)
+from safenav.runtime.simulation import LiveSimulation
+from safenav.runtime.traffic.live import still
+from safenav.scenario.model import Clock, FailedMoves, Failures, Obstacle, Robot, Scenario
+from safenav.scenario.reading.catalogue import built_in
+from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.trace.vocabulary import ActResult
+from safenav.trace.writing import TraceWriter
+from safenav.world.moves import Pose
+
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
+RING = """
+safenav: 1
+name: ring
+map: {grid: ["#######", "#.....#", "#.###.#", "#.....#", "#######"]}
+catalogue: {robots: {cart: {mobility: free, layer: ground, capabilities: [push]}}}
+robots:
+  a: {model: cart, start: [1, 1], objective: {visit: [[1, 5], [1, 1]]}}
+  b: {model: cart, start: [3, 5], objective: {visit: [[3, 1], [3, 5]]}}
+obstacles: [{type: door, region: [3, 3]}]
+until: {rounds: 1}
+clock: live
+"""
+
+Change = Callable[["Faulty", WorldEvent], Sequence[WorldEvent]]
+
+
+class Faulty(LiveSimulation):
+    """A simulation whose events somebody changes on their way to the mission."""
+
+    def __init__(self, scenario: Scenario, change: Change) -> None:
+        super().__init__(scenario)
+        self.scenario, self.change = scenario, change
+        self.count: dict[str, int] = {}
+        self.last: dict[str, Pose] = {robot.name: robot.start for robot in scenario.robots}
+
+    def start(self, robot: Robot, pose: Pose, command: int) -> None:
+        self.last[robot.name] = self._poses[robot.name]
+        super().start(robot, pose, command)
+
+    def wait(self, timeout: float | None) -> list[WorldEvent]:
+        return [told for event in super().wait(timeout) for told in self._told(event)]
+
+    def _told(self, event: WorldEvent) -> Sequence[WorldEvent]:
+        if isinstance(event, Arrived):
+            self.count[event.robot] = self.count.get(event.robot, 0) + 1
+        return self.change(self, event)
+
+    def back(self, event: Arrived) -> Pose:
+        """The robot is where it set out after all."""
+        pose = self._poses[event.robot] = self.last[event.robot]
+        self.truth._regions[event.robot] = pose.region
+        return pose
+
+
+def nth(number: int, fault: Callable[[Faulty, Arrived], Sequence[WorldEvent]]) -> Change:
+    """The fault in place of the arrival of ``a`` with this number."""
+
+    def change(world: Faulty, event: WorldEvent) -> Sequence[WorldEvent]:
+        if isinstance(event, Arrived) and event.robot == "a" and world.count["a"] == number:
+            return fault(world, event)
+        return [event]
+
+    return change
+
+
+def always(fault: Callable[[Faulty, Arrived], Sequence[WorldEvent]]) -> Change:
+    """The fault in place of each arrival of ``a``."""
+
+    def change(world: Faulty, event: WorldEvent) -> Sequence[WorldEvent]:
+        ours = isinstance(event, Arrived) and event.robot == "a"
+        return fault(world, event) if ours else [event]  # type: ignore[arg-type]
+
+    return change
+
+
+def fails(world: Faulty, event: Arrived, *, fatal: bool = False) -> Sequence[WorldEvent]:
+    return [Failed(event.at, "a", world.back(event), "slips", fatal, command=event.command)]
+
+
+def played(
+    tmp_path: Path, change: Change, text: str = RING, **options: Any
+) -> tuple[Any, list[dict[str, Any]]]:
+    scenario = replace(load_scenario_text(text), **options)
+    trace = tmp_path / "trace.jsonl"
+    with TraceWriter(trace) as writer:
+        result = Mission(scenario, world=Faulty(scenario, change), listeners=[writer]).run()
+    return result, [json.loads(line) for line in trace.read_text().splitlines()]
+
+
+def of(lines: list[dict[str, Any]], kind: str, **fields: object) -> list[dict[str, Any]]:
+    return [
+        line
+        for line in lines
+        if line["type"] == kind and all(line.get(k) == v for k, v in fields.items())
+    ]
+
+
+@pytest.mark.parametrize("name", ["case_study_2", "beam", "corridor_swap", "team_of_six"])
+def test_shipped_scenarios_complete_in_time(name: str, tmp_path: Path) -> None:
+    scenario = replace(load_scenario(SCENARIOS / f"{name}.yaml"), clock=Clock.LIVE)
+    trace = tmp_path / "trace.jsonl"
+    with TraceWriter(trace) as writer:
+        result = Mission(scenario, listeners=[writer]).run()
+    assert result.outcome == "completed", result.explanation
+    assert check_trace(trace).findings == ()
+    lines = [json.loads(line) for line in trace.read_text().splitlines()]
+    times = [line["t"] for line in lines[1:]]
+    assert lines[0]["clock"] == "live" and times == sorted(times)
+    assert not of(lines, "move") and result.makespan == pytest.approx(times[-1])
+    under_way, together = set(), 0
+    for line in lines:
+        if line["type"] in ("depart", "arrive"):
+            (under_way.add if line["type"] == "depart" else under_way.discard)(line["robot"])
+            together = max(together, len(under_way))
+    assert together >= 2
+
+
+def test_without_faults(tmp_path: Path) -> None:
+    result, lines = played(tmp_path, lambda _, event: [event])
+    assert result.outcome == "completed" and not of(lines, "late")
+    assert {line["result"] for line in of(lines, "arrive")} == {"arrived"}
+
+
+def test_a_failed_move_is_repeated(tmp_path: Path) -> None:
+    result, lines = played(tmp_path, nth(2, fails))
+    assert result.outcome == "completed"
+    (failed,) = of(lines, "arrive", result="failed")
+    again = next(d for d in of(lines, "depart", robot="a") if d["command"] > failed["command"])
+    assert failed["reason"] == "slips" and again["from"] == failed["at"]
+
+
+def test_a_region_that_fails_again_and_again_is_an_obstacle(tmp_path: Path) -> None:
+    """The robot goes round the other way."""
+
+    def there(world: Faulty, event: Arrived) -> Sequence[WorldEvent]:
+        stuck = world._poses["a"].region == 10
+        return fails(world, event) if stuck else [event]
+
+    result, lines = played(tmp_path, always(there))
+    assert result.outcome == "completed", result.explanation
+    assert len(of(lines, "arrive", result="failed")) == 3
+    (violation,) = of(lines, "violation", obstacle="unknown_ground@10")
+    assert violation["action"] == "operator"
+    assert of(lines, "blocked", obstacle="unknown_ground@10", reason="no_capable_robot")
+
+
+@pytest.mark.parametrize(
+    ("change", "failures"),
+    [
+        (nth(2, lambda w, e: fails(w, e, fatal=True)), Failures()),
+        (always(fails), Failures(retries=9, most=4)),
+        (always(fails), Failures(then=FailedMoves.OUT_OF_SERVICE)),
+        (nth(2, lambda _, e: [replace(e, command=None), Elsewhere(e.at, "a", Pose(0),
+                                                                  command=e.command)]), Failures()),
+    ],
+    ids=["fatal", "most", "then", "impossible"],
+)  # fmt: skip
+def test_a_robot_that_fails_for_good_is_out_of_service(
+    change: Change, failures: Failures, tmp_path: Path
+) -> None:
+    result, lines = played(tmp_path, change, failures=failures)
+    assert of(lines, "service", robot="a", active=False, cause="world")
+    assert (result.outcome, result.cause) == ("operator_needed", "out_of_service")
+    assert "a out of service" in result.explanation
+
+
+def test_all_regions_of_a_lost_robot_are_closed(tmp_path: Path) -> None:
+    def gone(world: Faulty, event: Arrived) -> Sequence[WorldEvent]:
+        regions = frozenset({world.last["a"].region, world._poses["a"].region})
+        return [Lost(event.at, "a", regions, command=event.command)]
+
+    result, lines = played(tmp_path, nth(1, gone))
+    (lost,) = of(lines, "arrive", result="lost")
+    closed = {line["obstacle"]["name"] for line in of(lines, "discovered")}
+    assert closed == {f"lost_a@{region}" for region in {*lost["regions"]} - {lost["at"]}}
+    after = lines[lines.index(lost) :]
+    assert not [line for line in of(after, "depart") if line["to"] in lost["regions"]]
+    assert result.outcome in ("operator_needed", "completed")
+
+
+def test_what_a_robot_meets_on_its_way_is_an_obstacle(tmp_path: Path) -> None:
+    def meets(world: Faulty, event: Arrived) -> Sequence[WorldEvent]:
+        door = Obstacle(built_in().obstacles["uncertainty"], world._poses["a"].region, True)
+        return [Blocked(event.at, "a", world.back(event), door, command=event.command)]
+
+    _, lines = played(tmp_path, nth(2, meets))
+    (violation,) = of(lines, "violation", robot="a")
+    assert violation["obstacle"].startswith("uncertainty@")
+    assert of(lines, "blocked", obstacle=violation["obstacle"])
+
+
+def test_reports_that_are_late_or_doubled_are_dropped(tmp_path: Path) -> None:
+    def twice(_: Faulty, event: WorldEvent) -> Sequence[WorldEvent]:
+        if isinstance(event, Acted):
+            door = event.found[0][0]
+            return [event, event, Sensed(event.at - 1, door, there=False)]
+        return [event, event] if isinstance(event, Arrived) else [event]
+
+    result, lines = played(tmp_path, twice)
+    assert result.outcome == "completed", result.explanation
+    late = of(lines, "late")
+    assert {line["event"] for line in late} >= {"arrived", "acted"}
+    assert len(late) >= len(of(lines, "arrive"))
+
+
+def test_after_two_failed_actions_another_robot_helps(tmp_path: Path) -> None:
+    class Jammed(LiveSimulation):
+        def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Any:
+            if robot.name == "a":
+                return super().act(robot, obstacles, command)
+            found = tuple((obstacle, ActResult.FAILED) for obstacle in obstacles)
+            return Acted(self.now(), "b", found, command=command)
+
+    text = RING.replace("type: door", "type: debris").replace(
+        "capabilities: [push]}}}",
+        "capabilities: [clear]}}, obstacles: {debris: {action: clear, resolve_at: neighbours}}}",
+    )
+    scenario = load_scenario_text(text)
+    trace = tmp_path / "trace.jsonl"
+    with TraceWriter(trace) as writer:
+        result = Mission(scenario, world=Jammed(scenario), listeners=[writer]).run()
+    lines = [json.loads(line) for line in trace.read_text().splitlines()]
+    assert result.outcome == "completed", result.explanation
+    assert len(of(lines, "acted", robot="b")) == 2
+    (resolved,) = of(lines, "resolved")
+    assert resolved["robot"] == "a"
+
+
+def test_a_command_that_does_not_end_is_cancelled_and_its_robot_lost(tmp_path: Path) -> None:
+    class Silent(Faulty):
+        cancelled = 0
+
+        def cancel(self, robot: Robot) -> None:
+            self.cancelled += robot.name == "a"
+
+    scenario = replace(load_scenario_text(RING), failures=Failures(timeout=30.0))
+    world = Silent(scenario, nth(2, lambda *_: []))
+    trace = tmp_path / "trace.jsonl"
+    with TraceWriter(trace) as writer:
+        Mission(scenario, world=world, listeners=[writer]).run()
+    lines = [json.loads(line) for line in trace.read_text().splitlines()]
+    (lost,) = of(lines, "arrive", result="lost")
+    (depart,) = of(lines, "depart", command=lost["command"])
+    assert world.cancelled == 1 and lost["t"] - depart["t"] == pytest.approx(60, abs=0.01)
+
+
+def test_a_live_run_waits_for_an_operator() -> None:
+    scenario = replace(load_scenario(SCENARIOS / "case_study_1.yaml"), clock=Clock.LIVE)
+    robots = tuple(
+        replace(r, model=replace(r.model, capabilities=frozenset())) for r in scenario.robots
+    )
+    mission = Mission(replace(scenario, robots=robots), attended=True)
+    mission.start()
+    for _ in range(2000):
+        if mission.waiting is not None or mission.result is not None:
+            break
+        mission.step()
+    assert mission.result is None and mission.waiting is not None
+    assert mission.waiting.outcome == "operator_needed" and mission.waiting.proof is not None
+    assert mission.give_up().outcome == "interrupted"
+
+
+def test_strategies_that_rely_on_the_speed_of_others_are_refused() -> None:
+    scenario = load_scenario(SCENARIOS / "case_study_1_beliefs.yaml")
+    with pytest.raises(UsageError, match="digit has 'tracking: belief': its strategy assumes"):
+        Mission(replace(scenario, clock=Clock.LIVE))
+
+
+@pytest.mark.parametrize(
+    ("waits", "busy", "found"),
+    [
+        ({"a": [], "b": []}, [], {"a", "b"}),
+        ({"a": ["b"], "b": ["a"]}, [], {"a", "b"}),
+        ({"a": ["b"], "b": ["c"], "c": []}, ["c"], set()),
+        ({"a": ["b"], "b": ["a"], "c": ["d"], "d": []}, ["d"], {"a", "b"}),
+    ],
+)
+def test_robots_that_wait_only_for_robots_that_wait(
+    waits: dict[str, list[str]], busy: list[str], found: set[str]
+) -> None:
+    assert still(waits, busy) == found
+
+
+def test_reactions_to_failed_moves() -> None:
+    policy, troubles = Failures(retries=1, most=4), Troubles()
+    fail = [troubles.move_failed(policy, "a", region, fatal=False) for region in (1, 1, 2)]
+    assert fail == [Reaction.RETRY, Reaction.OBSTACLE, Reaction.RETRY]
+    assert troubles.move_failed(policy, "b", 1, fatal=True) is Reaction.OUT_OF_SERVICE
+    assert troubles.move_failed(policy, "a", 3, fatal=False) is Reaction.OUT_OF_SERVICE
+    troubles.arrived("a")
+    assert troubles.move_failed(policy, "a", 1, fatal=False) is Reaction.RETRY
