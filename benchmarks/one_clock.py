@@ -24,8 +24,7 @@ import click
 import yaml
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
-from live.missions import crowd  # noqa: E402
-
+from live.missions import crowd
 from safenav.pace.robot import TickPace
 from safenav.report.terminal.table import table
 from safenav.runtime.mission import Mission, default_synthesizer
@@ -85,7 +84,7 @@ class Steps(TickPace):
     """A step a second, whatever the timing of the model."""
 
     def step(
-        self, now: float, origin: int, to: int, ticks: int | None = None, slower: float = 1.0
+        self, now: float, origin: int, to: int, _: int | None = None, slower: float = 1.0
     ) -> float:
         return super().step(now, origin, to, None, slower)
 
