@@ -55,6 +55,7 @@ def drawn(seed: int) -> tuple[dict[str, Any], Any, Any, tuple[bool, ...]]:
     word = {(): None, (False,): "off", (True,): "on", (False, True): "both"}[again]
     document = {
         "safenav": 1,
+        "clock": "lockstep",
         "map": {"grid": ["".join(cells[:COLS]), "".join(cells[COLS:])]},
         "inputs": {"alarm": {"probability": 0.3} | ({"always_eventually": word} if word else {})},
         "robots": {
@@ -159,6 +160,7 @@ def test_runs_keep_the_formulas(seed: int, tmp_path: Path) -> None:
 
 FIRE = """
 safenav: 1
+clock: lockstep
 map: {grid: ["...#...", ".......", "...#..."], names: {muster: [2, 0]}}
 inputs: {alarm: {at: [4-9, 20]}, call: {}}
 robots:
@@ -179,6 +181,13 @@ def lines_of(text: str, tmp_path: Path, **given: Any) -> list[dict[str, Any]]:
         mission.run()
     assert check_trace(path).findings == ()
     return [json.loads(line) for line in path.read_text().splitlines()]
+
+
+def test_inputs_of_a_live_run_are_in_seconds(tmp_path: Path) -> None:
+    lines = lines_of(FIRE.replace("lockstep", "live"), tmp_path)
+    told = [(int(x["t"]), x["values"]["alarm"]) for x in lines if x["type"] == "inputs"]
+    assert told == [(4, True), (10, False), (20, True), (21, False)]
+    assert lines[-1]["outcome"] == "completed"
 
 
 def test_robots_do_what_an_input_says_while_it_is_on(tmp_path: Path) -> None:

@@ -67,6 +67,7 @@ def drawn(seed: int) -> dict[str, Any]:
     cells = ["#" if r in walls else "." for r in range(ROWS * COLS)]
     return {
         "safenav": 1,
+        "clock": "lockstep",
         "map": {"grid": ["".join(cells[k : k + COLS]) for k in range(0, ROWS * COLS, COLS)]},
         "catalogue": CATALOGUE,
         "robots": robots,
@@ -151,6 +152,7 @@ def test_an_order_is_done_by_robots_that_can(seed: int, tmp_path: Path) -> None:
 
 PLAN = {
     "safenav": 1,
+    "clock": "lockstep",
     "map": {"grid": [".....", "....."]},
     "catalogue": CATALOGUE,
     "robots": {

@@ -160,6 +160,7 @@ def run(name: str, path: Path) -> Word:
     told = yaml.safe_load(WRITTEN[name])
     document = {
         "safenav": 1,
+        "clock": "lockstep",
         "map": {"grid": [".....", ".....", "....."], "names": NAMES},
         "inputs": told.get("inputs", {}),
         "robots": {"bot": {"model": "quadcopter", "start": "dock", "objective": told["objective"]}},

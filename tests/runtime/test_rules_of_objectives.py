@@ -103,6 +103,7 @@ class Drawn:
         }
         document = {
             "safenav": 1,
+            "clock": "lockstep",
             "map": {"grid": rows},
             "robots": self.robots,
             "obstacles": self.obstacles,

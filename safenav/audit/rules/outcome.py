@@ -134,9 +134,12 @@ class CompletedRule(Rule):
         self._goals: dict[str, list[Goal]] = {}
         self._held: dict[str, int] = {}
         self._tick = 0
+        self._time = 0.0  # the tick; in a live run the seconds
         self._goes_on = False
 
     def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if record.t is not None or not now.live:
+            self._time = record.tick if record.t is None else record.t
         if isinstance(record, Move) and record.tick > self._tick:
             self._tick = record.tick
             if record.tick > 1 and not self._goes_on and self._over(now):
@@ -196,7 +199,7 @@ class CompletedRule(Rule):
         wanted = now.header.until.rounds
         if wanted is None or now.stack or now.acting or not now.header.robots:
             return False
-        if any(o.ordered and (o.from_ or 0) >= self._tick for o in now.header.obstacles):
+        if any(o.ordered and (o.from_ or 0) >= self._time for o in now.header.obstacles):
             return False  # an order is to come
         if any(now.due(robot) != now.base[robot] for robot in now.header.robots):
             return False  # an input keeps a robot from its objective
