@@ -31,11 +31,14 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
     Runs nothing. Warns about
     valid items that are probably unintended: an obstacle with an
     action that no robot has, a capability that no obstacle needs, a seed without effect, a robot
-    that can win by breaking its assumptions about the other robots."""
+    that can win by breaking its assumptions about the other robots. Says how long
+    the resolution of each obstacle takes, at best and at worst."""
     from safenav.explain.vacuity import vacuous_wins
     from safenav.report.terminal.synthesis_progress import WaitingLine
     from safenav.report.terminal.vacuity_warning import vacuity_data, vacuity_lines
+    from safenav.report.terminal.worst_cases import worst_data, worst_lines
     from safenav.runtime.coordination.foresight import foreseen
+    from safenav.runtime.deadlines.worst import visited, worst_cases
     from safenav.runtime.explanation import explain_unrealizable
     from safenav.runtime.mission import default_synthesizer, first_results
     from safenav.scenario.lint import lint
@@ -73,12 +76,14 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
                 "warnings": [vacuity_data(v, strategy) for v in vacuous if strategy],
             }
         )
+    poses = {
+        name: visited(answer.task, answer.result.strategy, plan) for name, answer in answers.items()
+    }
+    cases = worst_cases(plan, poses)
     if as_json:
-        click.echo(
-            json.dumps(
-                {"scenario": plan.name, "robots": verdicts, "warnings": of_scenario}, indent=2
-            )
-        )
+        obstacles = [worst_data(case) for case in cases]
+        told = {"robots": verdicts, "obstacles": obstacles, "warnings": of_scenario}
+        click.echo(json.dumps({"scenario": plan.name, **told}, indent=2))
     else:
         for verdict in verdicts:
             good = verdict["explanation"] is None
@@ -92,6 +97,8 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
             if not good:
                 click.echo(f"    {verdict['explanation']}")
                 click.echo(f"    safenav explain {shlex.quote(str(scenario))} proposes repairs")
+        for line in worst_lines(cases, plan.map.word):
+            click.echo(line)
         for line in warnings:
             word = "" if line.startswith(" ") else click.style("warning: ", fg="yellow", bold=True)
             click.echo(f"{word}{line}", err=True)

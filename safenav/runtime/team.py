@@ -77,7 +77,7 @@ class RobotState:
     part in, on ``acts_on``; ``asked``: it was let act since it came here. ``held``: it stands still
     until that is over. ``stays_for``: the observation for which its strategy had it stay last.
     ``mode``: the input that has given it its present objective, and ``base`` the one before that
-    with its progress. ``charge``: of its battery, if it has one; ``errand``: where it is to charge;
+    with its progress. ``charge``: of its battery, if it has one; ``stop``: where it is to charge;
     ``places``: the only poses in which it meets its targets (masks, one each)."""
 
     robot: Robot
@@ -98,7 +98,7 @@ class RobotState:
     mode: str | None = None
     base: tuple[Objective, Progress, int | None] | None = None
     charge: int | None = None
-    errand: Pose | None = None
+    stop: Pose | None = None
     places: tuple[Mask, ...] = ()
 
     @property

@@ -211,7 +211,7 @@ class SimulatedWorld:
         self.truths[obstacle.name] = truth
 
     def place(self, obstacle: Obstacle) -> None:
-        """Let an obstacle that stops no robot appear now, whichever robot stands there."""
+        """Let an obstacle that blocks no robot appear now, also where a robot stands."""
         self._works.open[obstacle.region] = Work(obstacle)
         self.truths[obstacle.name] = None
 

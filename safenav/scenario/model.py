@@ -344,7 +344,7 @@ class Outcome(StrEnum):
     INTERRUPTED = "interrupted"
 
 
-class Late(StrEnum):
+class LatePolicy(StrEnum):
     """After a broken promise the run continues, or ends with the outcome ``late``."""
 
     GO_ON = "go_on"
@@ -439,7 +439,7 @@ class Scenario:
     order: RequestOrder = RequestOrder.NEWEST
     resolve_within: int | None = None
     suspects: tuple[Obstacle, ...] | None = None
-    late: Late = Late.GO_ON
+    late: LatePolicy = LatePolicy.GO_ON
     chargers: frozenset[Region] = frozenset()
     flat: ObstacleType | None = None
     inputs: tuple[Input, ...] = ()

@@ -40,8 +40,8 @@ class Assigner:
             if robot.assignment.role is Role.HELPS:
                 return self._wait(robot, index)
             return _as_before(robot)
-        if robot.errand is not None:
-            return self._charge(robot, index, robot.errand)
+        if robot.stop is not None:
+            return self._charge(robot, index, robot.stop)
         duty = self.found.duties.get(index)
         if duty is not None:
             return self._help(robot, index, duty)

@@ -87,8 +87,8 @@ def wants_places(team: TeamState, robot: RobotState, draft: TaskDraft) -> bool:
     """Whether a robot is to meet its targets in the poses of short rounds: it has promised them,
     nobody else is on its floor, and no obstacle in its way."""
     own = draft.assignment.role is Role.OWN and not isinstance(draft.objective, Ltl)
-    if draft.assignment.role is Role.CHARGES and robot.errand is not None:
-        return robot.errand.heading is not None and not team.rivals(robot.robot)
+    if draft.assignment.role is Role.CHARGES and robot.stop is not None:
+        return robot.stop.heading is not None and not team.rivals(robot.robot)
     promised = robot.robot.within is not None or robot.places
     if not promised or not own or team.rivals(robot.robot):
         return False
@@ -106,8 +106,8 @@ def goal_places(
     if not wants_places(team, robot, draft):
         return ()
     graph = graph_of(robot.robot, team.scenario.map)
-    if draft.assignment.role is Role.CHARGES and robot.errand is not None:
-        return (frozenset({robot.errand}),)
+    if draft.assignment.role is Role.CHARGES and robot.stop is not None:
+        return (frozenset({robot.stop}),)
     if robot.places:
         return tuple(frozenset(graph.pose(n) for n in bits(places)) for places in robot.places)
     pose, turned = robot.next_pose, memory.index

@@ -146,7 +146,7 @@ def outdated(team: TeamState, name: str, draft: TaskDraft) -> bool:
     if not draft.forbidden <= old.forbidden:
         return True
     if draft.assignment.role is Role.CHARGES and old.goal_places:
-        return old.goal_places != (frozenset({state.errand}),)
+        return old.goal_places != (frozenset({state.stop}),)
     timed = state.robot.within is not None or state.places
     if timed and wants_places(team, state, draft) != bool(old.goal_places):
         return True

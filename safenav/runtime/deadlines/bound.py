@@ -16,7 +16,7 @@ NEVER = 1 << 40
 
 
 @dataclass(frozen=True, eq=False)
-class Walker:
+class BoundRobot:
     """A robot at a moment: in ``pose`` from the end of tick ``ready`` on; ``ticks``: of its fastest
     step. ``walls``: the poses that are closed to it permanently; ``arrives``: it is in transit."""
 
@@ -30,7 +30,7 @@ class Walker:
 
 
 @dataclass(frozen=True)
-class Part:
+class BoundNeed:
     """A need: ``actions`` that a robot must have, regions (a mask), how many robots, whether all
     act in one tick, and whether they are those of the need before it."""
 
@@ -42,13 +42,13 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Open:
+class BoundObstacle:
     """An open obstacle: the needs from ``stage`` on are left, ``done`` have had a part in the next
     one, ``group`` met the one before it. ``closed``: the robots that must keep out while need k is
     the next."""
 
     region: int
-    parts: tuple[Part, ...]
+    parts: tuple[BoundNeed, ...]
     closed: tuple[frozenset[int], ...]
     stage: int = 0
     done: frozenset[int] = frozenset()
@@ -56,11 +56,11 @@ class Open:
 
 
 @dataclass(frozen=True)
-class Moment:
+class BoundMoment:
     """All robots and open obstacles once turn ``now`` is over."""
 
-    walkers: tuple[Walker, ...]
-    opens: tuple[Open, ...]
+    walkers: tuple[BoundRobot, ...]
+    opens: tuple[BoundObstacle, ...]
     now: int
 
     @property
@@ -72,7 +72,7 @@ Times = tuple[tuple[int, ...], ...]
 """For each open obstacle the earliest turn in which each of its needs can be met."""
 
 
-def earliest(moment: Moment) -> Times:
+def earliest(moment: BoundMoment) -> Times:
     """The least fixpoint from above: each obstacle's needs at their earliest, if the others are
     met at theirs."""
     times: Times = tuple((NEVER,) * len(one.parts) for one in moment.opens)
@@ -95,7 +95,7 @@ def tick_of(turn: int, count: int) -> int | None:
 class Spread:
     """The poses of a robot by tick, obstacles being open from their ``times`` on."""
 
-    def __init__(self, moment: Moment, robot: int, times: Times) -> None:
+    def __init__(self, moment: BoundMoment, robot: int, times: Times) -> None:
         self.walker, self._robot, self._count = moment.walkers[robot], robot, moment.count
         self._gates: list[tuple[Mask, int]] = []  # closed poses, and the first tick without them
         for one, turns in zip(moment.opens, times, strict=True):
@@ -104,7 +104,7 @@ class Spread:
                 first = NEVER if opens >= NEVER else (opens - robot) // self._count + 1
                 self._gates.append((self.walker.graph.poses_on(1 << one.region), first))
 
-    def field(self, seeds: Mapping[int, Mask]) -> Field:
+    def field(self, seeds: Mapping[int, Mask]) -> ReachByTick:
         """Its poses by tick, if it may be in those of ``seeds`` from the end of their ticks on."""
         graph, d = self.walker.graph, self.walker.ticks
         first, last = min(seeds), max(seeds)
@@ -119,9 +119,9 @@ class Spread:
                 here |= graph.forward(masks[go - 1 - first]) & ~self._closed(go)
             quiet = quiet + 1 if here == masks[-1] else 0
             masks.append(here)
-        return Field(first, masks)
+        return ReachByTick(first, masks)
 
-    def counted(self, field: Field, goal: Mask) -> dict[int, Mask]:
+    def counted(self, field: ReachByTick, goal: Mask) -> dict[int, Mask]:
         """The poses of ``goal`` in which it may have had a turn by the end of each tick: staying
         there or arriving, not where it only begins at that tick."""
         graph, d = self.walker.graph, self.walker.ticks
@@ -148,7 +148,7 @@ class Spread:
         return {self.walker.ready: 1 << self.walker.pose}
 
 
-class Field:
+class ReachByTick:
     """Poses of a robot by tick: they only grow, since waiting is always allowed."""
 
     def __init__(self, first: int, masks: Sequence[Mask]) -> None:
@@ -172,7 +172,7 @@ class Field:
         return found
 
 
-def _opens(one: Open, robot: int, turns: Sequence[int]) -> int | None:
+def _opens(one: BoundObstacle, robot: int, turns: Sequence[int]) -> int | None:
     """The turn after which an obstacle no longer stops a robot; None if it does not now."""
     for number in range(one.stage, len(one.parts)):
         if robot not in one.closed[number]:
@@ -180,11 +180,11 @@ def _opens(one: Open, robot: int, turns: Sequence[int]) -> int | None:
     return turns[-1]
 
 
-def _needs(moment: Moment, one: Open, spreads: Sequence[Spread]) -> list[int]:
+def _needs(moment: BoundMoment, one: BoundObstacle, spreads: Sequence[Spread]) -> list[int]:
     """The earliest turn of each need, met one after the other; those that are met: now."""
     found = [moment.now] * one.stage
-    fields: dict[int, Field] = {}
-    previous: Mapping[int, Field] = {}
+    fields: dict[int, ReachByTick] = {}
+    previous: Mapping[int, ReachByTick] = {}
     for number in range(one.stage, len(one.parts)):
         # Needs may be met one after the other in one turn, the next one not before the next turn.
         part, before = one.parts[number], (found[-1] if number > one.stage else moment.now + 1)
@@ -231,7 +231,7 @@ def _needs(moment: Moment, one: Open, spreads: Sequence[Spread]) -> list[int]:
     return found
 
 
-def rounds_done(moment: Moment, robot: int, times: Times, goals: Iterable[Mask]) -> int:
+def rounds_done(moment: BoundMoment, robot: int, times: Times, goals: Iterable[Mask]) -> int:
     """The earliest tick at whose end a robot can have met ``goals`` one after the other, each in a
     turn of its own; NEVER if it cannot."""
     spread = Spread(moment, robot, times)

@@ -9,11 +9,18 @@ from __future__ import annotations
 from dataclasses import field, replace
 
 from safenav.dataclass import dataclass
-from safenav.runtime.deadlines.bound import NEVER, Moment, Times, earliest, rounds_done, tick_of
+from safenav.runtime.deadlines.bound import (
+    NEVER,
+    BoundMoment,
+    Times,
+    earliest,
+    rounds_done,
+    tick_of,
+)
 from safenav.runtime.deadlines.moment import goals_left, moment_of
 from safenav.runtime.team import Role, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded
-from safenav.scenario.model import Late, Outcome
+from safenav.scenario.model import LatePolicy, Outcome
 from safenav.trace import records
 from safenav.trace.vocabulary import DeadlineVerdict
 
@@ -98,7 +105,7 @@ class Deadlines:
                 clock.over = True
                 verdict = DeadlineVerdict.EXCUSED if clock.excused else DeadlineVerdict.LATE
                 self._judge(name, clock.begun + within, verdict)
-        if self.late and self.team.scenario.late is Late.STOP:
+        if self.late and self.team.scenario.late is LatePolicy.STOP:
             told = " and ".join(dict.fromkeys(self.late))
             raise RunEnded(Conclusion(Outcome.LATE, f"late: {told}"))
 
@@ -222,7 +229,7 @@ class Deadlines:
         return None if request is None else self.team.scenario.limit_of(request.obstacle)
 
 
-def mission_end(team: TeamState, moment: Moment, times: Times) -> int | None:
+def mission_end(team: TeamState, moment: BoundMoment, times: Times) -> int | None:
     """A tick before whose end the mission cannot be completed; None if it never can."""
     ends = [team.tick]
     for index, robot in enumerate(team.robots.values()):

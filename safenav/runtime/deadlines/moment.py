@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from safenav.runtime.deadlines.bound import Moment, Open, Part, Walker
+from safenav.runtime.deadlines.bound import BoundMoment, BoundNeed, BoundObstacle, BoundRobot
 from safenav.runtime.formulas import plain_graph
 from safenav.runtime.team import RobotState, TeamState
 from safenav.scenario.model import Obstacle
@@ -12,7 +12,9 @@ from safenav.scenario.objective import Ltl, targets_of
 from safenav.world.poses import Mask, region_mask
 
 
-def moment_of(team: TeamState, had_turn: int, begun: Mapping[str, int]) -> tuple[Moment, list[str]]:
+def moment_of(
+    team: TeamState, had_turn: int, begun: Mapping[str, int]
+) -> tuple[BoundMoment, list[str]]:
     """The team once the first ``had_turn`` robots have had their turns of the present tick, and the
     names of the open obstacles in it. ``begun``: when robots in transit began their steps.
 
@@ -32,7 +34,7 @@ def moment_of(team: TeamState, had_turn: int, begun: Mapping[str, int]) -> tuple
         work, number = team.knowledge.pending[obstacle.name], team.knowledge.need_of(obstacle)
         group = work.groups[number - 1] if number and len(work.groups) >= number else ()
         opens.append(
-            Open(
+            BoundObstacle(
                 obstacle.region,
                 _parts(team, obstacle),
                 tuple(
@@ -50,7 +52,7 @@ def moment_of(team: TeamState, had_turn: int, begun: Mapping[str, int]) -> tuple
         )
         listed.append(obstacle.name)
     now = team.tick * len(names) + had_turn - 1
-    return Moment(walkers, tuple(opens), now), listed
+    return BoundMoment(walkers, tuple(opens), now), listed
 
 
 def goals_left(team: TeamState, robot: RobotState, rounds: int | None = None) -> list[Mask] | None:
@@ -71,7 +73,7 @@ def goals_left(team: TeamState, robot: RobotState, rounds: int | None = None) ->
     return [masks[(first + k) % len(masks)] for k in range(max(left, 0))]
 
 
-def _walker(team: TeamState, robot: RobotState, ready: int, begun: Mapping[str, int]) -> Walker:
+def _walker(team: TeamState, robot: RobotState, ready: int, begun: Mapping[str, int]) -> BoundRobot:
     model = robot.robot.model
     graph = plain_graph(team.scenario.map, model.mobility)
     pose, least, arrives = robot.pose, model.timing.least, False
@@ -85,12 +87,12 @@ def _walker(team: TeamState, robot: RobotState, ready: int, begun: Mapping[str, 
     )
     number = graph.number(pose)
     walls = graph.poses_on(closed)
-    return Walker(graph, number, ready, least, robot.robot.capabilities, walls, arrives)
+    return BoundRobot(graph, number, ready, least, robot.robot.capabilities, walls, arrives)
 
 
-def _parts(team: TeamState, obstacle: Obstacle) -> tuple[Part, ...]:
+def _parts(team: TeamState, obstacle: Obstacle) -> tuple[BoundNeed, ...]:
     return tuple(
-        Part(
+        BoundNeed(
             obstacle.type.actions(number),
             region_mask(obstacle.resolution_regions(team.scenario.map, number)),
             need.robots,

@@ -1,1 +1,1 @@
-"""Batteries: what charge a robot needs, its charging trips, and flat robots."""
+"""Batteries: what charge a robot needs, its charging stops, and flat robots."""

@@ -1,4 +1,4 @@
-"""The charge of each robot in a run: charging trips, and robots whose charge is used up."""
+"""The charge of each robot in a run: stops to chargers, and robots whose charge is used up."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from itertools import islice, product
 
 from safenav.dataclass import dataclass
 from safenav.runtime.coordination.events import BatteryFlat, Event, Unsettled
-from safenav.runtime.energy.errands import Errands
 from safenav.runtime.energy.need import NEVER
+from safenav.runtime.energy.stops import Stops
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.turn import Turns
@@ -28,14 +28,14 @@ MOST_CHOICES = 64
 @dataclass(eq=False)
 class Batteries:
     """Keeps ``RobotState.charge`` as moves change it, and decides each robot's next stop
-    (``RobotState.errand``). ``world``: where a flat robot becomes an obstacle, if simulated."""
+    (``RobotState.stop``). ``world``: where a flat robot becomes an obstacle, if simulated."""
 
     team: TeamState
     turns: Turns
     world: SimulatedWorld | None
     _flat: dict[str, str] = field(default_factory=dict)  # the robot at which an obstacle appeared
     _charged: list[str] = field(default_factory=list)
-    _known: dict[str, tuple[object, Errands]] = field(default_factory=dict)
+    _known: dict[str, tuple[object, Stops]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for robot in self.team.robots.values():
@@ -72,36 +72,36 @@ class Batteries:
         if robot.charge < battery.move and not on_charger and scenario.flat is not None:
             yield from self._runs_flat(robot)
         elif scenario.chargers:
-            errand = self._errand(robot)
-            if errand != robot.errand:
-                robot.errand = errand
+            stop = self._stop(robot)
+            if stop != robot.stop:
+                robot.stop = stop
                 yield from self.turns.leave_plan(PlanEndReason.CHANGED, settling=True)
                 yield Unsettled(Reason.CHARGE)
 
     def choose_places(self, robot: RobotState) -> None:
         """Choose one pose for each target of a robot that can be in it in several, so that its
         strategy takes the shortest path to the pose that its charge was compared for."""
-        errands, charge = self.errands(robot), robot.charge
+        stops, charge = self.stops(robot), robot.charge
         robot_objective = robot.own.objective
-        if errands is None or charge is None or self.team.rivals(robot.robot):
+        if stops is None or charge is None or self.team.rivals(robot.robot):
             return
         if isinstance(robot_objective, Ltl) or robot_objective.settles:
             return
-        start = errands.graph.number(robot.pose)
-        several = any(target & (target - 1) for target in errands.targets)
-        if not several or errands.need(start, 0) > charge:
+        start = stops.graph.number(robot.pose)
+        several = any(target & (target - 1) for target in stops.targets)
+        if not several or stops.need(start, 0) > charge:
             return
-        poses = [[1 << pose for pose in bits(t & errands.allowed)] for t in errands.targets]
+        poses = [[1 << pose for pose in bits(t & stops.allowed)] for t in stops.targets]
         best = 0
         for places in islice(product(*poses), MOST_CHOICES):
-            tried = replace(errands, targets=places, _needs=None, _hops={})
+            tried = replace(stops, targets=places, _needs=None, _hops={})
             slack = charge + 1 - tried.need(start, 0)
             if slack > best:
                 best, robot.places = slack, places
         self._known.pop(robot.name, None)
 
-    def errands(self, robot: RobotState) -> Errands | None:
-        """The charging trips of a robot on the floor as it is known; None without a battery."""
+    def stops(self, robot: RobotState) -> Stops | None:
+        """The stops of a robot on the floor as it is known; None without a battery."""
         battery = robot.robot.model.battery
         objective = robot.own.objective
         if battery is None or isinstance(objective, Ltl):
@@ -123,28 +123,28 @@ class Batteries:
         chargers: Mask = graph.poses_on(region_mask(self.team.scenario.chargers))
         allowed = graph.everywhere & ~graph.poses_on(closed)
         shared = bool(self.team.rivals(robot.robot))
-        found = Errands(graph, masks, allowed, chargers & allowed, battery, full=shared)
+        found = Stops(graph, masks, allowed, chargers & allowed, battery, full=shared)
         self._known[robot.name] = (key, found)
         return found
 
-    def _errand(self, robot: RobotState) -> Pose | None:
+    def _stop(self, robot: RobotState) -> Pose | None:
         """Where a robot is to charge, or to stay and charge; None: it pursues its own objective."""
-        errands = self.errands(robot)
-        assert errands is not None
+        stops = self.stops(robot)
+        assert stops is not None
         assert robot.charge is not None
-        pose = errands.graph.number(robot.pose)
-        turn = robot.own.memory.index % len(errands.targets)
-        errand, rivals = robot.errand, self.team.rivals(robot.robot)
-        if errand is not None:
-            here = errand == robot.pose or (rivals and errand.region == robot.pose.region)
-            there = 1 << errands.graph.number(errand)
+        pose = stops.graph.number(robot.pose)
+        turn = robot.own.memory.index % len(stops.targets)
+        stop, rivals = robot.stop, self.team.rivals(robot.robot)
+        if stop is not None:
+            here = stop == robot.pose or (rivals and stop.region == robot.pose.region)
+            there = 1 << stops.graph.number(stop)
             if not here:
-                if errands.graph.steps_between(1 << pose, there, errands.allowed) is not None:
-                    return errand
-            elif robot.charge < errands.wanted(pose, turn):
-                return errand
-        charger = errands.charger(pose, turn, robot.charge)
-        return None if charger is None else errands.graph.pose(charger)
+                if stops.graph.steps_between(1 << pose, there, stops.allowed) is not None:
+                    return stop
+            elif robot.charge < stops.wanted(pose, turn):
+                return stop
+        charger = stops.charger(pose, turn, robot.charge)
+        return None if charger is None else stops.graph.pose(charger)
 
     def _moved(self, move: records.Move) -> None:
         robot = self.team.robots[move.robot]
@@ -175,9 +175,9 @@ class Batteries:
 
 def least_charge(batteries: Batteries, robot: RobotState) -> int | None:
     """The charge that a robot needs where it is to continue forever; None if none suffices."""
-    errands = batteries.errands(robot)
-    if errands is None:
+    stops = batteries.stops(robot)
+    if stops is None:
         return 0
-    turn = robot.own.memory.index % len(errands.targets)
-    need = errands.need(errands.graph.number(robot.pose), turn)
+    turn = robot.own.memory.index % len(stops.targets)
+    need = stops.need(stops.graph.number(robot.pose), turn)
     return None if need >= NEVER else need

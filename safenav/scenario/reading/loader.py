@@ -20,7 +20,7 @@ from safenav.scenario.model import (
     Coordination,
     FailedMoves,
     Failures,
-    Late,
+    LatePolicy,
     Limits,
     ObstacleType,
     RequestOrder,
@@ -234,7 +234,7 @@ class _Loader:
         failures = self._failures(item.get("failures"))
         limit = read.integer(item.get(RESOLVE_WITHIN), f"'{RESOLVE_WITHIN}'", self._findings)
         suspects = read_suspects(item.get("suspects"), regions, catalogue, self._findings)
-        late = read.choice(item.get("late"), "'late'", Late, self._findings)
+        late = read.choice(item.get("late"), "'late'", LatePolicy, self._findings)
         chargers = self._chargers(item.get("chargers"), regions)
         if regions.world is None:
             return None
@@ -261,7 +261,7 @@ class _Loader:
             order=order or RequestOrder.NEWEST,
             resolve_within=limit,
             suspects=suspects,
-            late=late or Late.GO_ON,
+            late=late or LatePolicy.GO_ON,
             chargers=chargers,
             flat=flat,
             inputs=inputs,

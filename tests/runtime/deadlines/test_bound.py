@@ -9,7 +9,14 @@ from random import Random
 
 import pytest
 
-from safenav.runtime.deadlines.bound import Moment, Open, Part, Walker, earliest, tick_of
+from safenav.runtime.deadlines.bound import (
+    BoundMoment,
+    BoundNeed,
+    BoundObstacle,
+    BoundRobot,
+    earliest,
+    tick_of,
+)
 from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility
 from safenav.world.poses import PoseGraph, bits, region_mask
@@ -20,7 +27,7 @@ MOST = 24
 
 @dataclass
 class Case:
-    moment: Moment
+    moment: BoundMoment
     sizes: list[int]
 
 
@@ -41,7 +48,7 @@ def case(seed: int) -> Case:
         graph = PoseGraph(world, turns)
         skills = frozenset(action for action in "ab" if random.random() < 0.7)
         start = random.choice(list(bits(graph.everywhere)))
-        walkers.append(Walker(graph, start, 0, 1, skills))
+        walkers.append(BoundRobot(graph, start, 0, 1, skills))
     opens = []
     for _ in range(random.randint(1, 2)):
         parts = []
@@ -51,10 +58,12 @@ def case(seed: int) -> Case:
             same = k > 0 and random.random() < 0.5
             robots = parts[-1].robots if same else robots
             together = robots > 1 and random.random() < 0.5
-            parts.append(Part(frozenset(random.choice("ab")), where, robots, together, same))
+            parts.append(BoundNeed(frozenset(random.choice("ab")), where, robots, together, same))
         closed = frozenset(k for k in range(count) if random.random() < 0.6)
-        opens.append(Open(random.choice(free), tuple(parts), (closed,) * len(parts)))
-    return Case(Moment(tuple(walkers), tuple(opens), count - 1), [w.graph.size for w in walkers])
+        opens.append(BoundObstacle(random.choice(free), tuple(parts), (closed,) * len(parts)))
+    return Case(
+        BoundMoment(tuple(walkers), tuple(opens), count - 1), [w.graph.size for w in walkers]
+    )
 
 
 State = tuple[tuple[int, ...], tuple[tuple[int, frozenset[int], frozenset[int]], ...]]
@@ -110,7 +119,7 @@ def acts(
     while need < len(parts):
         part = parts[need]
 
-        def there(one: int, part: Part = part, group: frozenset[int] = group) -> bool:
+        def there(one: int, part: BoundNeed = part, group: frozenset[int] = group) -> bool:
             able = part.actions <= case.moment.walkers[one].capabilities
             return (
                 able

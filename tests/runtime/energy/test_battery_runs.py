@@ -1,4 +1,4 @@
-"""Runs of robots with batteries: errands, refusals, flat robots; the audit follows each charge."""
+"""Runs of robots with batteries: stops, refusals, flat robots; the audit follows each charge."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def test_bundles_of_robots_with_batteries_are_accepted(tmp_path: Path) -> None:
     assert code == 0, said
 
 
-def errand(seed: int) -> str:
+def stop(seed: int) -> str:
     """A robot with a battery, alone on its floor, among rooms with doors that it opens itself."""
     random = Random(seed)
     rows = ["".join("#" if random.random() < 0.15 else "." for _ in range(7)) for _ in range(4)]
@@ -123,10 +123,10 @@ def errand(seed: int) -> str:
 @pytest.mark.parametrize("seed", range(COUNT))
 def test_a_lone_robot_always_gets_there(seed: int, run: Runner) -> None:
     try:
-        load_scenario_text(errand(seed))
+        load_scenario_text(stop(seed))
     except InputError:
         return
-    assert run(errand(seed)).outcome["outcome"] in ("completed", "unrealizable")
+    assert run(stop(seed)).outcome["outcome"] in ("completed", "unrealizable")
 
 
 @pytest.mark.parametrize(

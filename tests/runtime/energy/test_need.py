@@ -1,4 +1,4 @@
-"""The need of each pose against pose x target x charge, and errands: never empty, always done."""
+"""The need of each pose against pose x target x charge, and stops: never empty, always done."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from random import Random
 
 import pytest
 
-from safenav.runtime.energy.errands import Errands
 from safenav.runtime.energy.need import NEVER, needs
+from safenav.runtime.energy.stops import Stops
 from safenav.scenario.model import Battery
 from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility
@@ -18,7 +18,7 @@ COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or 30
 State = tuple[int, int]
 
 
-def floor(seed: int) -> Errands | None:
+def floor(seed: int) -> Stops | None:
     random = Random(seed)
     rows, cols = random.randint(2, 4), random.randint(3, 5)
     wall = "#" * (cols + 2)
@@ -36,10 +36,10 @@ def floor(seed: int) -> Errands | None:
         chargers |= graph.poses_on(1 << region)
     stay = random.choice((0, 0, 1))
     battery = Battery(random.randint(4, 16), random.choice((1, 3, 5)), 0, 1, stay)
-    return Errands(graph, targets, graph.everywhere, chargers, battery, random.random() < 0.5)
+    return Stops(graph, targets, graph.everywhere, chargers, battery, random.random() < 0.5)
 
 
-def lasting(asked: Errands) -> list[set[State]]:
+def lasting(asked: Stops) -> list[set[State]]:
     """For each next target the (pose, charge) from which all targets are met again and again: the
     greatest sets from which a walk leads to the target and into the set of the next one."""
     battery, poses = asked.battery, list(bits(asked.allowed))
@@ -87,8 +87,8 @@ def test_one_number_says_all(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(COUNT))
-def test_errands_never_run_empty_and_come_to_an_end(seed: int) -> None:
-    asked, random = floor(seed), Random(f"errand {seed}")
+def test_stops_never_run_empty_and_come_to_an_end(seed: int) -> None:
+    asked, random = floor(seed), Random(f"stop {seed}")
     if asked is None:
         return
     graph, battery = asked.graph, asked.battery

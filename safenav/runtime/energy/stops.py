@@ -12,8 +12,8 @@ from safenav.world.poses import Mask, PoseGraph, bits
 
 
 @dataclass(eq=False)
-class Errands:
-    """A robot's charging trips on one floor. ``targets`` (pose masks) are met in turn; ``full``:
+class Stops:
+    """The stops of one robot on one floor. ``targets`` (pose masks) are met in turn; ``full``:
     it charges to the full, since others can keep it waiting."""
 
     graph: PoseGraph

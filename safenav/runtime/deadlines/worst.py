@@ -1,0 +1,190 @@
+"""The best and the worst time from the request for an obstacle to its resolution, before any run.
+
+Over all poses of a requester beside the obstacle and all poses of those who can help, as their own
+strategies visit them: once with this obstacle alone, once with all others standing and known, which
+is the worst that may turn up. The times are the lower bounds of ``bound``: for one obstacle that
+one robot resolves they are exact but for collisions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import product
+from math import prod
+from time import monotonic
+
+from safenav.dataclass import dataclass
+from safenav.runtime.deadlines.bound import (
+    BoundMoment,
+    BoundNeed,
+    BoundObstacle,
+    BoundRobot,
+    earliest,
+    tick_of,
+)
+from safenav.runtime.formulas import plain_graph
+from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.spec.task import Task
+from safenav.synthesis.strategy import Strategy
+from safenav.world.map import Heading
+from safenav.world.moves import Pose
+from safenav.world.poses import bits, region_mask
+
+MOST_MOMENTS = 2_000
+"""Moments of one obstacle that are compared; of more the helpers are looked at one by one."""
+SECONDS = 0.25
+"""For one obstacle; what is not looked at by then is left out, and said so."""
+
+
+@dataclass(frozen=True)
+class Times:
+    """Ticks from the request to the resolution, at ``best`` and at ``worst`` (None: never), the
+    poses at the worst moment, the requester first; ``whole``: all moments were compared."""
+
+    best: int | None
+    worst: int | None
+    moment: Mapping[str, Pose]
+    whole: bool
+
+
+@dataclass(frozen=True)
+class Worst:
+    """The times of an obstacle, alone and with all ``others`` standing (None: there are none)."""
+
+    obstacle: Obstacle
+    limit: int | None
+    alone: Times
+    surrounded: Times | None
+
+
+def visited(task: Task, strategy: object, scenario: Scenario) -> list[Pose]:
+    """The poses that a strategy visits; without a listed one all that its robot gets to."""
+    if isinstance(strategy, Strategy):
+        found = {
+            Pose(
+                values["region"],
+                Heading(values["heading"]) if "heading" in values else None,
+            )
+            for values in map(strategy.values, range(len(strategy.nodes)))
+        }
+        return sorted(found, key=lambda pose: (pose.region, pose.heading or 0))
+    graph = plain_graph(scenario.map, task.robot.model.mobility)
+    closed = region_mask(known.region for known in task.blocked)
+    allowed = graph.everywhere & ~graph.poses_on(closed)
+    reached = graph.closure(1 << graph.number(task.pose), allowed)
+    return [graph.pose(number) for number in bits(reached)]
+
+
+def worst_cases(scenario: Scenario, poses: Mapping[str, Sequence[Pose]]) -> list[Worst]:
+    """The times of each obstacle that is listed or suspected and that some robot can meet from its
+    ``poses``."""
+    listed = (*scenario.obstacles, *(scenario.suspects or ()))
+    known = list({o.name: o for o in listed if o.appears is None and o.goes is None}.values())
+    found = []
+    for obstacle in known:
+        alone = _times(scenario, poses, obstacle, [obstacle])
+        if alone is None:
+            continue
+        rest = [other for other in known if other is not obstacle]
+        around = _times(scenario, poses, obstacle, [obstacle, *rest]) if rest else None
+        found.append(Worst(obstacle, scenario.limit_of(obstacle), alone, around))
+    return found
+
+
+def _times(
+    scenario: Scenario,
+    poses: Mapping[str, Sequence[Pose]],
+    obstacle: Obstacle,
+    standing: Sequence[Obstacle],
+) -> Times | None:
+    """None if nobody who must keep out can meet the obstacle."""
+    robots, shut = scenario.robots, {o.region for o in standing}
+    opens = tuple(_open(scenario, each) for each in standing)
+    skills = [part.actions for one in opens for part in one.parts]
+    useful = [r.name for r in robots if any(each <= r.capabilities for each in skills)]
+    best: int | None = None
+    worst: int | None = -1
+    moment: Mapping[str, Pose] = {}
+    whole, ends = True, monotonic() + SECONDS
+    met = False
+    for index, robot in enumerate(robots):
+        if not obstacle.closed_to(robot):
+            continue
+        for pose in poses[robot.name]:
+            graph = plain_graph(scenario.map, robot.model.mobility)
+            steps = graph.steps(graph.number(pose))
+            beside = any(step % graph.size == obstacle.region for step in steps)
+            if pose.region in shut or not beside:
+                continue
+            met = True
+            pools = {
+                name: [p for p in poses[name] if p.region not in shut]
+                or [scenario.robot(name).start]
+                for name in useful
+                if name != robot.name
+            }
+            told = prod(map(len, pools.values())) <= MOST_MOMENTS
+            whole = whole and told
+            for places in _choices(pools) if told else _one_by_one(pools):
+                if monotonic() > ends:
+                    whole = False
+                    break
+                at = {robot.name: pose, **places}
+                ticks = _resolved_after(scenario, at, opens, index)
+                if ticks is not None:
+                    best = ticks if best is None else min(best, ticks)
+                if worst is not None and (ticks is None or ticks > worst):
+                    worst, moment = ticks, at
+    return Times(best, worst, moment, whole) if met else None
+
+
+def _choices(pools: Mapping[str, Sequence[Pose]]) -> Iterator[dict[str, Pose]]:
+    for places in product(*pools.values()):
+        yield dict(zip(pools, places, strict=True))
+
+
+def _one_by_one(pools: Mapping[str, Sequence[Pose]]) -> Iterator[dict[str, Pose]]:
+    """Each pose of each helper, the others being where they are last listed."""
+    fixed = {name: places[-1] for name, places in pools.items()}
+    for name, places in pools.items():
+        for place in places:
+            yield {**fixed, name: place}
+
+
+def _resolved_after(
+    scenario: Scenario, at: Mapping[str, Pose], opens: tuple[BoundObstacle, ...], requester: int
+) -> int | None:
+    """The ticks from a request in tick 1 to the first tick in which it can be met."""
+    walkers = []
+    for index, robot in enumerate(scenario.robots):
+        graph = plain_graph(scenario.map, robot.model.mobility)
+        number = graph.number(at.get(robot.name, robot.start))
+        skills = robot.capabilities if robot.name in at else frozenset[str]()
+        ready = 1 if index <= requester else 0
+        walkers.append(BoundRobot(graph, number, ready, robot.model.timing.most, skills))
+    moment = BoundMoment(tuple(walkers), opens, len(walkers) + requester)
+    tick = tick_of(earliest(moment)[0][-1], moment.count)
+    return None if tick is None else tick - 1
+
+
+def _open(scenario: Scenario, obstacle: Obstacle) -> BoundObstacle:
+    def closed(robot: Robot, need: int) -> bool:
+        return obstacle.closed_to(robot, need)
+
+    return BoundObstacle(
+        obstacle.region,
+        tuple(
+            BoundNeed(
+                obstacle.type.actions(number),
+                region_mask(obstacle.resolution_regions(scenario.map, number)),
+                need.robots,
+                need.together,
+                need.same,
+            )
+            for number, need in enumerate(obstacle.needs)
+        ),
+        tuple(
+            frozenset(i for i, robot in enumerate(scenario.robots) if closed(robot, number))
+            for number in range(len(obstacle.needs))
+        ),
+    )
