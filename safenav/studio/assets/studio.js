@@ -1,4 +1,4 @@
-/* sources ca4848024d61e3708e1ab61c435093f2978c1a55a794c545f97966ca7c32bb03 */
+/* sources dd73634485fa38d9bf1d03623f13286607f0b92a4b53820e0113081c5becf740 */
 /* Contains Preact:
 The MIT License (MIT)
 

@@ -92,7 +92,7 @@ export class LivePlayer extends Player {
     return this.timed ? this.speed * Math.max(1, behind / this.far) : Math.max(this.speed, 2 * behind);
   }
 
-  /** How far behind the newest moment it goes on at the usual pace: ticks, or seconds. */
+  /** How far behind the newest moment it continues at the usual pace: ticks, or seconds. */
   private get far(): number {
     return this.timed ? 3 * this.speed : 1;
   }
