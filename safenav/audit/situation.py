@@ -68,6 +68,10 @@ RESYNTHESIS = "resynthesis"
 WITHOUT_EFFECT = (ActResult.FAILED, ActResult.NOTHING)
 
 
+_CHANGES = (Violation, Resolved, Gone, Appeared, Blocked, Reopened, Service, NewObjective)
+"""Records after which an obstacle that was set aside may be served again."""
+
+
 class Status(Enum):
     """Status of an obstacle."""
 
@@ -160,6 +164,8 @@ class Situation:
         """The requests for obstacles that are given up."""
         self.permanent: set[str] = set()
         """The obstacles of which an operator says that they stay."""
+        self.aside: set[str] = set()
+        """The obstacles that no joint state serves until something changes."""
         self.helping: dict[str, frozenset[str]] = {}
         """The helpers of each obstacle that were named last."""
         self.listed = {
@@ -334,6 +340,8 @@ class Situation:
             self.outcome = record
             return
         self.turn.records.append(record)
+        if isinstance(record, _CHANGES):
+            self.aside.clear()
         match record:
             case Hold():
                 waits = record.why is HoldReason.SYNTHESIS
@@ -431,6 +439,8 @@ class Situation:
                     Status.UNTRAVERSABLE if untraversable else Status.GIVEN_UP
                 )
             case Request():
+                if record.aside:
+                    self.aside.add(record.obstacle)
                 self.helping[record.obstacle] = frozenset(helpers_of(record))
             case Push():
                 helpers = helpers_of(record)

@@ -6,8 +6,8 @@ of the code that decides in a run."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import cache
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from functools import cache, partial
 from itertools import combinations, product, takewhile
 from typing import NamedTuple
 
@@ -295,6 +295,7 @@ class Team:
         at: Mapping[str, Pose],
         obstacles: OpenObstacles,
         present: Mapping[str, frozenset[str]],
+        aside: Collection[str] = (),
     ) -> Settlement | None:
         """Return the robots that serve each obstacle; None if no order of resolutions lets every
         robot continue. ``obstacles``: in the order of service; ``present``: the robots
@@ -305,6 +306,8 @@ class Team:
         if self.solve(sets, sets, obstacles, served, {}) is None:
             return None
         for obstacle in obstacles:
+            if obstacle.name in aside:
+                continue  # no joint state serves it
             if self.solve(sets, sets, obstacles, served | {obstacle.name}, {}) is not None:
                 served |= {obstacle.name}
         plan = self.solve(sets, origins, obstacles, served, present)
@@ -329,6 +332,41 @@ class Team:
         return Settlement(
             tuple(obstacle.name for obstacle in obstacles if obstacle.name in served), duties
         )
+
+    def serves_some(
+        self, at: Mapping[str, Pose], obstacles: OpenObstacles, most: int
+    ) -> bool | None:
+        """Return whether robots that keep apart, moving one at a time, can have their part in some
+        need; None if there are more than ``most`` joint poses."""
+        walls = {name: self.walls(name, obstacles) for name in self.names}
+        start = tuple(at[name] for name in self.names)
+        seen, queue = {start}, [start]
+        while queue:
+            now = queue.pop()
+            if any(map(partial(self._performs, now), obstacles)):
+                return True
+            if len(seen) > most:
+                return None
+            for i, name in enumerate(self.names):
+                rivals = self.members[name].rivals
+                taken = {p[0] for n, p in zip(self.names, now, strict=True) if n in rivals}
+                for pose in self.members[name].steps.get(now[i], ()):
+                    then = (*now[:i], pose, *now[i + 1 :])
+                    if pose[0] not in walls[name] | taken and then not in seen:
+                        seen.add(then)
+                        queue.append(then)
+        return False
+
+    def _performs(self, poses: tuple[Pose, ...], obstacle: OpenObstacle) -> bool:
+        """Return whether robots in these poses have their part in the next need."""
+        if not obstacle.left:
+            return False
+        need = obstacle.left[0]
+        able = need.able - obstacle.done - obstacle.barred
+        here = sum(
+            n in able and p[0] in need.regions for n, p in zip(self.names, poses, strict=True)
+        )
+        return here >= (need.robots - len(obstacle.done) if need.together else 1)
 
     def in_the_way(
         self,

@@ -35,6 +35,7 @@ from safenav.runtime.coordination.events import (
     Event,
     HopeReturned,
     ObstacleChanged,
+    RequestsSetAside,
     Started,
     Unsettled,
 )
@@ -146,6 +147,9 @@ class Algorithm:
         """Finish the joint plan, or begin one that is due."""
         if self.traffic.tick():
             self.settle(self.turns.leave_plan(PlanEndReason.REACHED))
+        if self.traffic.hopeless:
+            names, self.traffic.hopeless = self.traffic.hopeless, frozenset()
+            self.settle([RequestsSetAside(names)])
 
     def _unless_still(self) -> None:
         """Live: where robots wait only for robots that wait, they plan. Where nothing can change,

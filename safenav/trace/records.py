@@ -396,7 +396,8 @@ class Request(Record):
     """``bids``: robots with the capability, and how far each has to go (None: it cannot get
     there). ``helpers``: all requested helpers, where one is not enough. ``need``: which of the
     obstacle's needs, where it has several. ``because``: why no robot helps, in words, where the
-    bids do not show it. No ``requester``: it is an order."""
+    bids do not show it. No ``requester``: it is an order. ``aside``: no joint state that the team
+    can reach serves it; its obstacle is a wall until something changes."""
 
     type: ClassVar[str] = "request"
     obstacle: str
@@ -407,6 +408,7 @@ class Request(Record):
     helpers: tuple[str, ...] | None = None
     need: Count | None = None
     because: str | None = None
+    aside: bool | None = None
 
 
 @dataclass(frozen=True)

@@ -160,3 +160,41 @@ def test_a_robot_does_something_else_while_it_waits(run: Runner) -> None:
     assert waiting == [16, 46][: len(waiting)] != []
     assert trace.outcome["outcome"] == "completed"
     assert ("push", "cart") in findings(trace, told("push", 0, cart={"visit": [17, 46]}))
+
+
+CORRIDOR = """
+safenav: 1
+name: the one who asks cannot be passed
+map:
+  grid: |
+    ##########
+    #........#
+    ##########
+catalogue:
+  robots:
+    courier: {mobility: free, layer: ground, capabilities: [fetch]}
+    cart: {mobility: free, layer: ground}
+  obstacles:
+    shutter: {needs: [{action: fetch, at: neighbours}]}
+robots:
+  c0: {model: courier, start: 17, objective: {cover: [13, {any: [11, 14]}]}}
+  c1: {model: cart, start: 13, objective: {visit: [{any: [17, 11]}]}}
+obstacles: [{type: shutter, region: 11}]
+until: {rounds: 1}
+limits: {ticks: 100}
+"""
+
+
+def test_a_request_that_no_joint_state_serves_is_set_aside(run: Runner) -> None:
+    """Joint plans were made until the tick limit: the helper would have to pass the requester."""
+    trace = run(CORRIDOR)
+    assert trace.outcome["outcome"] == "completed"
+    assert [line.get("aside") for line in trace.all("request")] == [None, True]
+    assert trace.all("resolved") == []
+
+    def passable(lines: list[dict[str, Any]]) -> None:
+        """The two keep apart no longer, so that the helper could pass."""
+        for robot in lines[0]["scenario"]["robots"].values():
+            robot["conflicts"] = []
+
+    assert ("request", "c1") in findings(trace, passable)

@@ -28,11 +28,16 @@ from safenav.trace.vocabulary import BlockReason, RecordedVerdict
 UNTRAVERSABLE = BlockReason.UNTRAVERSABLE
 
 
+MOST_JOINT = 60_000
+"""Joint poses that are enumerated."""
+
+
 class RequestRule(Rule):
     """A robot that encounters an obstacle requests help in the same turn, for the need that is next
     and the regions where that is met. The request is recorded again only when another robot has
-    encountered the obstacle, other robots serve it now, or it joins O. Each request has its entry
-    on the stack, one for each robot that made it, unless the obstacle joins O (D 5.2, T Time)."""
+    encountered the obstacle, other robots serve it now, it joins O, or it is set aside: no joint
+    state serves it (enumerated up to a limit). Each request has its entry on the stack, one for
+    each robot that made it, unless the obstacle joins O (D 5.2, T Time)."""
 
     name = "request"
 
@@ -46,7 +51,9 @@ class RequestRule(Rule):
             for problem in self._problems(record, now):
                 yield self.broken_by(record, record.requester, problem)
             helpers = helpers_of(record)
-            if record.obstacle in self._told and helpers in ((), self._told[record.obstacle]):
+            if record.aside:
+                yield from self._aside(record, now)
+            elif record.obstacle in self._told and helpers in ((), self._told[record.obstacle]):
                 self._again.append(record)
             self._told[record.obstacle] = helpers
         elif isinstance(record, Violation | Resolved | Gone | Appeared | Blocked):
@@ -56,6 +63,14 @@ class RequestRule(Rule):
                 problem = f"{record.obstacle} is given up, but no robot has requested help"
                 yield self.broken_by(record, now.turn.robot, problem)
             self._told.pop(record.obstacle, None)
+
+    def _aside(self, record: Request, now: Situation) -> Iterator[Finding]:
+        """A request is set aside where no order of moves lets robots have a part in any need."""
+        team = team_of(now)
+        poses = {name: pose_of(name, now) for name in now.header.robots}
+        if team is not None and team.serves_some(poses, open_obstacles(now), MOST_JOINT):
+            problem = f"{record.obstacle} is set aside, but robots can get to where it is resolved"
+            yield self.broken_by(record, record.requester, problem)
 
     def turn(self, now: Situation) -> Iterator[Finding]:
         turn, violation = now.turn, now.turn.first(Violation)
@@ -222,7 +237,7 @@ class HelperRule(Rule):
             return None
         poses = {name: pose_of(name, now) for name in now.header.robots}
         try:
-            return team.settle(poses, open_obstacles(now, refused), self._present)
+            return team.settle(poses, open_obstacles(now, refused), self._present, now.aside)
         except TooManyError:
             return None
 

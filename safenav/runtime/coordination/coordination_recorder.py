@@ -105,12 +105,16 @@ def stack(
             for robot, draft in drafts.items()
             if draft.assignment.role is Role.HELPS and draft.assignment.obstacle == name
         )
-        if request.recorded is None or helpers not in ((), request.recorded):
+        aside = name in team.requests.aside and not request.aside
+        if request.recorded is None or helpers not in ((), request.recorded) or aside:
             gate = floor.gates.index(name)
             because = None
             if not helpers:
                 because = why_nobody(floor, found, gate, team.scenario.map.word)
-            lines.append(requested(team, request, floor, helpers, because))
+            if aside:
+                because = "no order of moves lets them resolve it as things stand"
+            line = requested(team, request, floor, helpers, because)
+            lines.append(replace(line, aside=True) if aside else line)
             lines += [
                 synthesis_record(team, result, vocabulary.Reason.REQUEST)
                 for (_, obstacle), result in refused.items()
@@ -128,14 +132,23 @@ def stack(
             helping = {n: a for n, a in now.items() if a.role is Role.HELPS}
             saved = {n: (a.obstacle, a.objective) for n, a in helping.items()}
         entries = (*request.entries, *pushed)
-        after.append(replace(request, helpers=helpers, entries=entries, saved=saved))
+        after.append(
+            replace(
+                request,
+                helpers=helpers,
+                entries=entries,
+                saved=saved,
+                aside=name in team.requests.aside,
+            )
+        )
     if team.scenario.coordination is Coordination.ASSIGNABLE and not changes:
         lines += [  # else lines of syntheses say so
             records.Told(team.tick, name, objective)
             for name, objective in objectives.items()
             if objective != team.recorded[name]
         ]
-    return Requests(tuple(after), given_up=team.requests.given_up), tuple(lines)
+    given_up, set_aside = team.requests.given_up, team.requests.aside
+    return Requests(tuple(after), given_up=given_up, aside=set_aside), tuple(lines)
 
 
 _Entry = tuple[str | None, tuple[str, ...]]
@@ -147,7 +160,7 @@ def requested(
     floor: Floor,
     helpers: tuple[str, ...],
     because: str | None,
-) -> records.Record:
+) -> records.Request:
     """The request with its bids: ticks to the nearest region of the need that is next."""
     gate = floor.gates.index(request.obstacle.name)
     need = floor.stages[gate].need

@@ -25,6 +25,7 @@ from safenav.runtime.coordination.events import (
     ObstacleEncountered,
     ObstacleSealed,
     ObstaclesResolved,
+    RequestsSetAside,
     Started,
     Unsettled,
 )
@@ -101,6 +102,10 @@ def _decided(team: TeamState, event: Event, stopping: Stopping) -> Decision:
             return _changed(team, event)
         case ObstacleSealed(obstacle):
             return _sealed(team, event, obstacle)
+        case RequestsSetAside(names):
+            kept = replace(team.requests, aside=team.requests.aside | names)
+            decision = _unchanged(team, event, next=Unsettled(Reason.BLOCKED))
+            return replace(decision, requests=kept)
         case HopeReturned():
             return _reopened(team, event)
         case BatteryFlat():
@@ -108,6 +113,9 @@ def _decided(team: TeamState, event: Event, stopping: Stopping) -> Decision:
         case Astray(name):
             assert team.settled is not None
             return _assigned(team, event, team.settled, only=name)
+        case Unsettled(Reason.SERVICE | Reason.OBJECTIVE) if team.requests.aside:
+            kept = replace(team.requests, aside=frozenset())
+            return replace(_unchanged(team, event, next=event), requests=kept)
         case Unsettled():
             return _never_resolved(team, event, stopping) or _duties(team, event, stopping)
 
@@ -200,12 +208,14 @@ def _changed(team: TeamState, event: ObstacleChanged) -> Decision:
     if event.change.appeared:
         knowledge.appear(obstacle)
         if not obstacle.ordered:
-            return replace(_unchanged(team, event, records=said), knowledge=knowledge)
+            requests = replace(team.requests, aside=frozenset())
+        decision = _unchanged(team, event, records=said)
+        return replace(decision, knowledge=knowledge, requests=requests)
         knowledge.meet(obstacle)
         decision = _unchanged(team, event, records=said, next=Unsettled(Reason.REQUEST))
         return replace(decision, knowledge=knowledge, requests=team.requests.ordered(obstacle))
     after = Unsettled(Reason.GONE) if knowledge.forget(obstacle) else None
-    requests = team.requests.without(obstacle.name)
+    requests = replace(team.requests.without(obstacle.name), aside=frozenset())
     decision = _unchanged(team, event, records=said, next=after)
     return replace(decision, knowledge=knowledge, requests=requests)
 
@@ -320,7 +330,7 @@ def _settled(team: TeamState, refused: Collection[tuple[str, str]], stopping: St
     """Return the current duties. Raises SpentError."""
     floor = floor_of(team, refused)
     solver = Solver(floor.problem, stopping)
-    order = range(len(floor.gates))
+    order = [gate for gate, name in enumerate(floor.gates) if name not in team.requests.aside]
     return Settled(
         floor, solver, settle(solver, floor.poses, floor.stages, order, _present(team, floor))
     )

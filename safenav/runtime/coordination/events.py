@@ -57,6 +57,13 @@ class ObstacleSealed:
 
 
 @dataclass(frozen=True)
+class RequestsSetAside:
+    """No joint state that the team can reach serves these obstacles: they are walls for now."""
+
+    obstacles: frozenset[str]
+
+
+@dataclass(frozen=True)
 class HopeReturned:
     """Obstacles that were given up may be resolvable again: an operator has intervened, or a robot
     is back in service."""
@@ -97,6 +104,7 @@ Event = (
     | ObstaclesResolved
     | ObstacleChanged
     | ObstacleSealed
+    | RequestsSetAside
     | HopeReturned
     | BatteryFlat
     | Unsettled

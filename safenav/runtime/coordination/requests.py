@@ -21,7 +21,8 @@ class Request:
     """An open request. ``requesters``: all that encountered the obstacle, the first first, and
     where each stood. ``helpers``: the robots that serve it now; ``recorded``: the helpers that the
     trace named last, None before the first line; ``entries``: requester and helpers of each push;
-    ``saved``: the obstacle and the objective of each robot that helped before the first push.
+    ``aside``: the trace says that it is set aside; ``saved``: the obstacle and the objective of
+    each robot that helped before the first push.
     """
 
     obstacle: Obstacle
@@ -29,6 +30,7 @@ class Request:
     helpers: tuple[str, ...] = ()
     recorded: tuple[str, ...] | None = None
     entries: tuple[tuple[str | None, tuple[str, ...]], ...] = ()
+    aside: bool = False
     saved: Mapping[str, tuple[str | None, Objective]] = field(default_factory=dict)
 
     @property
@@ -43,11 +45,12 @@ class Request:
 class Requests:
     """The open requests, the oldest first; ``closed``: those that have left the stack and whose
     pops the trace does not have yet; ``given_up``: those whose obstacles can never be resolved as
-    things stood."""
+    things stood; ``aside``: obstacles that no joint state serves until something changes."""
 
     stack: tuple[Request, ...] = ()
     closed: tuple[Request, ...] = ()
     given_up: tuple[Request, ...] = ()
+    aside: frozenset[str] = frozenset()
 
     def __iter__(self) -> Iterator[Request]:
         return iter(self.stack)
@@ -69,10 +72,12 @@ class Requests:
         must record."""
         found = self.of(obstacle.name)
         if found is None:
-            return replace(self, stack=(*self.stack, Request(obstacle, {requester: place})))
+            asked = Request(obstacle, {requester: place})
+            return replace(self, stack=(*self.stack, asked), aside=frozenset())
         others = {name: at for name, at in found.requesters.items() if name != requester}
         changed = replace(found, requesters=others | {requester: place}, recorded=None)
-        return replace(self, stack=tuple(changed if r is found else r for r in self.stack))
+        stack = tuple(changed if r is found else r for r in self.stack)
+        return replace(self, stack=stack, aside=frozenset())
 
     def waiting(self, obstacle: str, requester: str, place: Region) -> Requests:
         """Return the stack with another waiting place of a robot that has made the request."""
@@ -101,7 +106,9 @@ class Requests:
     def reopened(self, request: Request) -> Requests:
         """With a request that was given up, as one that was just made."""
         again = Request(request.obstacle, request.requesters)
-        return replace(self.decided(request.obstacle.name), stack=(*self.stack, again))
+        return replace(
+            self.decided(request.obstacle.name), stack=(*self.stack, again), aside=frozenset()
+        )
 
     def waits(self, robot: str) -> list[Request]:
         """The requests that a robot has made."""

@@ -55,6 +55,9 @@ class Traffic:
     _spent: int = 0
     _starved: str = ""
     _looked: float = -1.0
+    hopeless: frozenset[str] = frozenset()
+    """Obstacles that no joint state serves, as the last search has shown."""
+    _served_nowhere: bool = False
     _cleared: Settlement | None = None
 
     def __post_init__(self) -> None:
@@ -255,6 +258,11 @@ class Traffic:
                 self._searches.give_up(plain)
             floor = plain  # the strategies' own ways are not all that there are
             course, start, search, answer = self._searched(floor, helping)
+        if self._served_nowhere and isinstance(answer, Found) and floor is plain:
+            served = self.state.last_settled.found.served
+            self.hopeless = frozenset(floor.gates[gate] for gate in served)
+            self._watch.begin_anew()
+            return  # the others complete the mission without
         if isinstance(answer, Exhausted) and not all(r.active for r in self.state.robots.values()):
             self._watch.begin_anew()  # somebody stands in the way who may come back
             return
@@ -327,6 +335,7 @@ class Traffic:
 
     def _searched(self, floor: Floor, helping: bool) -> tuple[Course, Joint, Search, Answer]:
         """Search for a plan; return the search and its result."""
+        self._served_nowhere = False
         course = self._searches.course(floor)
         start = course.begun(floor.poses, self._searches.counts(floor, course.rounds), floor.stages)
         search = self._searches.search(floor, course, start)
@@ -341,6 +350,7 @@ class Traffic:
         # Everything can be undone: a plan that serves those that want something is safe.
         search.goal = lambda state: self._leg_done(course, start, state, helping)
         answer = search.run(self._rounds, 0)
+        self._served_nowhere = helping and isinstance(answer, Exhausted)
         if isinstance(answer, Exhausted):
             search.goal = course.completed
             answer = search.run(ROUNDS_FIRST)
