@@ -221,7 +221,7 @@ CASES_OF_LIVE: list[Case] = [
     ("late", "opened", edit("late", {}, at=4.5), 10, None),
     ("late", "opened", edit("late", {}, reason=""), 10, None),
     ("waiting", "lost", edit("waiting", {}, outcome="completed"), 4, None),
-    ("waiting", "lost", drop("operator", deed="put_back"), 6, "a"),
+    ("waiting", "lost", drop("operator", deed="put_back"), 7, None),
     ("waiting", "waits", drop("operator"), 3, None),
     ("proof", "waits", edit("waiting", {}, proof=None), 2, None),
     ("outcome", "simulated", insert_after("goal", {}, **ACTS), 6, None),
