@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -51,6 +52,14 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
     answers = first_results(plan, synthesizer, WaitingLine())
     verdicts: list[dict[str, Any]] = []
     of_scenario = [*lint(plan), *foreseen(plan)]
+    for robot in plan.robots:
+        for event, objective in robot.when:  # as if it were on from the beginning
+            team = (replace(r, objective=objective) if r is robot else r for r in plan.robots)
+            then = replace(plan, robots=tuple(team))
+            answer = first_results(then, synthesizer, WaitingLine(), [robot.name])[robot.name]
+            if not answer.realizable:
+                said = explain_unrealizable(answer.task.robot, answer.task, plan.map)
+                of_scenario.append(f"when {event} is on from the start, {said}")
     warnings = list(of_scenario)
     for name, answer in answers.items():
         why = (

@@ -13,10 +13,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from click.testing import CliRunner
 
 from safenav.audit.check import check_trace
 from safenav.certify.checker.check import check
 from safenav.certify.record import bundle_of_run
+from safenav.cli.check import command
 from safenav.errors import UsageError
 from safenav.runtime.interventions import Give, SetInput
 from safenav.runtime.mission import Mission
@@ -251,3 +253,15 @@ def test_a_user_sets_inputs_during_a_run(tmp_path: Path) -> None:
         while mission.result is None:
             mission.step()
     assert check_trace(path).findings == ()
+
+
+def test_check_warns_of_what_an_input_makes_impossible(tmp_path: Path) -> None:
+    plan = tmp_path / "plan.yaml"
+    plan.write_text(
+        'safenav: 1\nmap: {grid: ["...."]}\ninputs: {alarm: {at: 3}}\n'
+        "robots:\n  ann:\n    {model: quadcopter, start: 0, objective: {hold: 0},\n"
+        '     when: {alarm: {hold: 3, always: "region\' != 2"}}}\n'
+    )
+    told = CliRunner().invoke(command, [str(plan)])
+    assert told.exit_code == 0
+    assert "when alarm is on from the start, ann cannot hold 3" in told.output

@@ -41,6 +41,36 @@ def lines(before: str, after: str) -> list[str]:
     return [line for line in told if line[0] in "+-" and line[:3] not in ("+++", "---")]
 
 
+RULES = """safenav: 1
+map: {grid: ["....", "...."]}
+inputs: {alarm: {at: 3}}
+never_together: [{robots: [ann, bob], in: [1, {any: [2, 5]}]}]
+robots:
+  ann: {model: quadcopter, start: 0, objective: {hold: 0, avoid: [6]}, when: {alarm: {hold: 1}}}
+  bob: {model: quadcopter, start: 3, objective: {hold: 3}}
+catalogue: {obstacles: {photo: {action: sense, blocks: []}}}
+orders: [{at: 4, type: photo, region: 2}]
+"""
+
+
+@pytest.mark.parametrize(
+    ("operation", "kept"),
+    [
+        (
+            {"op": "resize", "top": 1},
+            ["in: [5, any: [6, 9]]", "avoid: [10]", "alarm: {hold: 5}", "region: 6"],
+        ),
+        ({"op": "rename_robot", "robot": "ann", "name": "cid"}, ["robots: [cid, bob]"]),
+        ({"op": "set_objective", "robot": "ann", "kind": "visit", "regions": [1]}, ["avoid: [6]"]),
+        ({"op": "remove_robot", "robot": "ann"}, ["orders"]),
+    ],
+)
+def test_rules_and_orders_follow_what_is_drawn(operation: dict[str, Any], kept: list[str]) -> None:
+    text = edited(RULES, operation)
+    assert all(part in text for part in kept), text
+    assert load_draft(text, "plan.yaml").diagnostics == ()
+
+
 @pytest.mark.parametrize(
     ("operation", "change"),
     [

@@ -10,6 +10,7 @@ from safenav.report.picture.names import AREA
 from safenav.report.picture.svg import SvgWriter
 from safenav.report.picture.text import text_width, wrapped
 from safenav.report.replay.timeline import ObstacleStatus, Scene, StackRow, StoryKind
+from safenav.scenario.objective import avoided
 from safenav.trace.looks import Look, looks
 from safenav.trace.wording import objective_words
 from safenav.world.map import RegionMap
@@ -245,11 +246,17 @@ def _marks(scene: Scene, style: tuple[Look, ...], more: Sequence[Row]) -> Block:
     def area(page: SvgWriter, x: float, y: float) -> None:
         page.rect(x - 8, y - 8, 16, 16, fill="none", stroke=AREA, stroke_dasharray="4 2")
 
+    def shunned(page: SvgWriter, x: float, y: float) -> None:
+        line = {"stroke": style[0].colour, "stroke_width": 2, "fill": "none"}
+        page.rect(x - 9, y - 9, 18, 18, stroke_dasharray="2 4", **line)
+
     rows = [Row(wall, lines_of("wall", 12))]
     if scene.map.areas:
         rows.append(Row(area, lines_of("area", 12)))
     if style:
         rows.append(Row(target, lines_of("target of the robot with this shape and colour", 12)))
+    if any(robot.objective and avoided(robot.objective) for robot in scene.robots):
+        rows.append(Row(shunned, lines_of("regions that the robot of this colour avoids", 12)))
     if any(len(robot.trail) > 1 for robot in scene.robots):
         rows.append(Row(trail, lines_of("path of a robot, newest part strongest", 12)))
     if any(robot.heading is not None for robot in scene.robots):

@@ -68,14 +68,26 @@ class MapPlaces:
             yield from self._one(robot, "start")
             yield from self._objective(robot.get("objective"))
             yield from self._objective(robot.get("while_waiting"))
+            when = robot.get("when")
+            for objective in when.values() if isinstance(when, dict) else ():
+                yield from self._objective(objective)
         changes = self.data.get("changes")
         for change in changes if isinstance(changes, list) else ():
             if isinstance(change, dict):
                 yield from self._objective(change.get("objective"))
-        obstacles = self.data.get("obstacles")
-        for obstacle in obstacles if isinstance(obstacles, list) else ():
-            if isinstance(obstacle, dict):
-                yield from self._one(obstacle, "region")
+        for key in ("obstacles", "orders", "suspects"):
+            listed = self.data.get(key)
+            for obstacle in listed if isinstance(listed, list) else ():
+                if isinstance(obstacle, dict):
+                    yield from self._one(obstacle, "region")
+        apart = self.data.get("never_together")
+        for entry in apart if isinstance(apart, list) else ():
+            where = entry.get("in") if isinstance(entry, dict) else None
+            if isinstance(where, list):
+                for index in range(len(where)):
+                    yield from self._target(where, index)
+            elif where is not None:
+                yield from self._target(entry, "in")
 
     def move_rectangles(self, down: int, aside: int) -> None:
         """Rectangles of areas after so many new rows at the top and columns at the left."""

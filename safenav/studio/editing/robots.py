@@ -121,6 +121,8 @@ def rename_robot(data: Any, told: Operation) -> None:
                 listed[listed.index(old)] = new
     for change in _changes_of(data, old):
         change["robot"] = new
+    for entry in _apart(data):
+        entry["robots"][:] = [new if name == old else name for name in entry["robots"]]
 
 
 def remove_robot(data: Any, told: Operation) -> None:
@@ -130,8 +132,14 @@ def remove_robot(data: Any, told: Operation) -> None:
         data["robots"] = CommentedMap()
     for change in _changes_of(data, told["robot"]):
         data["changes"].remove(change)
-    if data.get("changes") == []:
-        del data["changes"]
+    for entry in _apart(data):
+        if told["robot"] in entry["robots"]:
+            entry["robots"].remove(told["robot"])
+            if len(entry["robots"]) < 2:
+                data["never_together"].remove(entry)
+    for key in ("changes", "never_together"):
+        if data.get(key) == []:
+            del data[key]
 
 
 def _robot(data: Any, told: Operation) -> Any:
@@ -139,6 +147,13 @@ def _robot(data: Any, told: Operation) -> Any:
     if not isinstance(robots, dict) or not isinstance(robots.get(told.get("robot")), dict):
         raise UsageError(f"there is no robot '{str(told.get('robot'))[:40]}'")
     return robots[told["robot"]]
+
+
+def _apart(data: Any) -> list[Any]:
+    """Return the entries of robots that are never together."""
+    listed = data.get("never_together")
+    entries = listed if isinstance(listed, list) else ()
+    return [e for e in entries if isinstance(e, dict) and isinstance(e.get("robots"), list)]
 
 
 def _changes_of(data: Any, robot: str) -> list[Any]:
