@@ -95,6 +95,9 @@ OBSTACLES = {
 }
 
 
+OBSTACLES |= dict.fromkeys(("pallet", "parcel", "medicine"), OBSTACLES["crate"])
+
+
 def robot_pictogram(model: str) -> str:
     """The silhouette of a robot model; empty for one that looks like none of the library."""
     return _found(ROBOTS, model)

@@ -1,4 +1,4 @@
-/* sources dd73634485fa38d9bf1d03623f13286607f0b92a4b53820e0113081c5becf740 */
+/* sources a9dd18461fa9213b685be18a30f4b15e34fb76e4c6af24d372bd68a4e03ecd3d */
 /* Contains Preact:
 The MIT License (MIT)
 

@@ -152,6 +152,27 @@ function shrink(solid: Group, gone: number): void {
   solid.scale.setScalar(Math.max(0.001, 1 - gone));
 }
 
+/** A wooden box that is lifted and taken away. */
+function load(side: number): Thing {
+  return new Still(
+    side,
+    (own, s) => {
+      const wood = new MeshLambertMaterial({ color: 0xb08a5a });
+      const [size, rim] = [s * 0.5, s * 0.06];
+      const edges = [-1, 1].flatMap((a) => [-1, 1].flatMap((b) => [
+        box(size + rim, rim, rim, own, 0, (a * size) / 2, size / 2 + (b * size) / 2),
+        box(rim, size + rim, rim, own, (a * size) / 2, 0, size / 2 + (b * size) / 2),
+        box(rim, rim, size + rim, own, (a * size) / 2, (b * size) / 2, size / 2),
+      ]));
+      return [box(size, size, size, wood, 0, 0, size / 2), ...edges];
+    },
+    (solid, gone) => {
+      solid.position.z = Math.min(0.5, gone);
+      shrink(solid, Math.max(0, gone * 2 - 1));
+    },
+  );
+}
+
 const STILL: Record<string, (side: number) => Thing> = {
   spill: (side) =>
     new Still(
@@ -162,24 +183,10 @@ const STILL: Record<string, (side: number) => Thing> = {
       ],
       shrink,
     ),
-  crate: (side) =>
-    new Still(
-      side,
-      (own, s) => {
-        const wood = new MeshLambertMaterial({ color: 0xb08a5a });
-        const [size, rim] = [s * 0.5, s * 0.06];
-        const edges = [-1, 1].flatMap((a) => [-1, 1].flatMap((b) => [
-          box(size + rim, rim, rim, own, 0, (a * size) / 2, size / 2 + (b * size) / 2),
-          box(rim, size + rim, rim, own, (a * size) / 2, 0, size / 2 + (b * size) / 2),
-          box(rim, rim, size + rim, own, (a * size) / 2, (b * size) / 2, size / 2),
-        ]));
-        return [box(size, size, size, wood, 0, 0, size / 2), ...edges];
-      },
-      (solid, gone) => {
-        solid.position.z = Math.min(0.5, gone);
-        shrink(solid, Math.max(0, gone * 2 - 1));
-      },
-    ),
+  crate: load,
+  pallet: load,
+  parcel: load,
+  medicine: load,
   person: (side) =>
     new Still(
       side,
