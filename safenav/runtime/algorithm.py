@@ -127,7 +127,8 @@ class Algorithm:
             self._resume()
         for number, robot in enumerate(team.robots.values(), 1):
             self.stop.check()
-            self._guarded(partial(self._step, robot))
+            if robot.transit is None or self.world.may_have_ended(robot.name):
+                self._guarded(partial(self._step, robot))
             self.deadlines.turn_ends(number)
         if team.waiting is None:
             self._guarded(self._plan)

@@ -173,6 +173,10 @@ class Commands:
         assert not isinstance(found, Acted | Sensed)
         return found  # type: ignore[return-value]
 
+    def may_have_ended(self, name: str) -> bool:
+        """Whether a robot's step has ended, as far as that is known before its turn."""
+        return not self.live or name in self._ended
+
     def act(self, robot: Robot, here: Pose, obstacles: Sequence[Obstacle]) -> Acted | None:
         """Let a robot act where it stands; the results, if it is over already."""
         if isinstance(self.world, BlockingAdapter):

@@ -99,9 +99,13 @@ class Turns:
     def _released(self, robot: RobotState) -> bool:
         """Live: whether a robot has done its way of the joint plan, and continues by its strategy
         (``may_move`` keeps it out of the ways of the others)."""
-        if not self.state.live or robot.planner is None or not self.traffic.released(robot.name):
+        planner = robot.planner
+        if not self.state.live or planner is None or not self.traffic.released(robot.name):
             return False
-        return robot.planner.node is not None or self.strategies.relocate(robot)
+        off = "off its strategy", planner, robot.pose
+        if planner.node is None and robot.stays_for != off and not self.strategies.relocate(robot):
+            robot.stays_for = off  # it has no node there
+        return planner.node is not None
 
     def back_in_service(self, robot: RobotState) -> None:
         """Continue the robot from where it is, whatever the others have done meanwhile. If it
@@ -120,7 +124,9 @@ class Turns:
         assert planner is not None
         seen = self._same_again(robot, planner) if self.state.live else None
         if seen is not None and seen == robot.stays_for:
-            yield from self._move(robot, robot.pose, planner.values(), MovedBy.STRATEGY)
+            formulas = isinstance(robot.progress.objective, Ltl)
+            before = planner.values() if formulas else {}
+            yield from self._move(robot, robot.pose, before, MovedBy.STRATEGY)
             return
         observed = self._look(robot, frozenset())
         broken = self.monitors.broken_assumptions(robot.robot, planner, observed)
@@ -317,8 +323,9 @@ class Turns:
         """The variables of the robot's specification around a step that has just ended, and
         remember what its formulas do."""
         planner, progress = robot.planner, robot.progress
-        after: Mapping[str, int] = planner.values() if planner is not None else {}
-        if isinstance(progress.objective, Ltl):
+        after: Mapping[str, int] = {}
+        if isinstance(progress.objective, Ltl):  # nothing else depends on them
+            after = planner.values() if planner is not None else {}
             if strayed or not (before and after):
                 before, after = self._step_off(robot, start)
             progress.remember(after)

@@ -130,8 +130,16 @@ class RegionMap:
 
     def neighbours(self, region: Region) -> tuple[Region, ...]:
         """The free 4-neighbours, in the order north, east, south, west."""
-        steps = (self.step(region, heading) for heading in Heading)
-        return tuple(r for r in steps if r is not None and r not in self.walls)
+        found = self._sides.get(region)
+        if found is None:
+            steps = (self.step(region, heading) for heading in Heading)
+            found = tuple(r for r in steps if r is not None and r not in self.walls)
+            self._sides[region] = found
+        return found
+
+    @cached_property
+    def _sides(self) -> dict[Region, tuple[Region, ...]]:
+        return {}
 
     def distances(self, targets: Iterable[Region]) -> dict[Region, int]:
         """Steps to the nearest of ``targets`` from every free region that is connected to one,
