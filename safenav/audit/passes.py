@@ -50,7 +50,6 @@ _DECIDES = (Violation, Backtrack, Depart, Arrive)
 """Lines before the move of a robot's turn, or in its place."""
 _FOLLOWS = (Act, Acted, Met, Resolved, Goal, Belief)
 _ASIDE = (Discovered, Late, PlanEnd)
-_BY = {HoldReason.STRATEGY: MovedBy.STRATEGY, HoldReason.PLAN: MovedBy.PLAN}
 
 
 def expanded(trace: Trace) -> Trace:
@@ -172,11 +171,13 @@ class _Passes:
                     self._open, to=record.at, heading=record.heading, toward=None, by=by
                 )
             case Hold():
-                self._by[record.robot] = _BY.get(record.why, MovedBy.STAY)
+                decided = record.why is HoldReason.STRATEGY
+                self._by[record.robot] = MovedBy.STRATEGY if decided else MovedBy.STAY
                 if self._open is not None and self._open.toward is None:
                     back = self._open.by is MovedBy.BACKTRACK
                     by = MovedBy.BACKTRACK if back else self._by[record.robot]
-                    self._open = replace(self._open, by=by, signal=record.signal)
+                    told = record.signal
+                    self._open = replace(self._open, by=by, signal=told, busy=record.shown)
             case Backtrack() if self._open is not None:
                 self._open = replace(self._open, by=MovedBy.BACKTRACK)
             case Synthesis() | NewObjective():

@@ -28,7 +28,7 @@ class MoveRecorder:
         self._state = state
         self._sightings = sightings
         self._signals: dict[str, records.Signal | None] = {}
-        self._holds: dict[str, vocabulary.HoldReason] = {}
+        self._holds: dict[str, tuple[vocabulary.HoldReason, tuple[Region, ...] | None]] = {}
 
     def begun(
         self,
@@ -114,9 +114,10 @@ class MoveRecorder:
             return
         why = why or _HOLDS.get(by, vocabulary.HoldReason.HELD)
         signal = self._signal(robot)
-        if signal is not None or self._holds.get(robot.name) is not why:
-            self._holds[robot.name] = why
-            self._state.emit(records.Hold(self._state.tick, robot.name, why, signal))
+        told = why, tuple(sorted(shown)) or None
+        if signal is not None or self._holds.get(robot.name) != told:
+            self._holds[robot.name] = told
+            self._state.emit(records.Hold(self._state.tick, robot.name, why, signal, told[1]))
         self._sightings.tell(robot)
 
     def _move(

@@ -230,12 +230,14 @@ class Acted(Record):
 
 @dataclass(frozen=True)
 class Hold(Record):
-    """Live: a robot stays where it is, from now on for another reason than before."""
+    """Live: a robot stays where it is, from now on for another reason than before. ``shown``:
+    regions that were shown to its strategy as occupied although no robot is there."""
 
     type: ClassVar[str] = "hold"
     robot: str
     why: HoldReason
     signal: Signal | None = None
+    shown: tuple[Region, ...] | None = None
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +12,13 @@ import pytest
 
 from audit.living import living
 from audit.trace_script import edit, find
-from certify.making import files_of, rewrite, run_checker, shipped
+from certify.making import SCENARIOS, files_of, rewrite, run_checker, shipped
 from certify.mutants import lines_of, with_lines
+from safenav import Mission, TraceWriter, load_scenario
 from safenav.certify.checker.check import Passes, Robot
 from safenav.certify.checker.check_strategies import RefusedError
+from safenav.certify.record import bundle_of_trace
+from safenav.scenario.model import Clock
 
 Line = dict[str, Any]
 Broken = Callable[[list[Line]], object]
@@ -39,6 +43,17 @@ ELSE = "refused: the manifest does not claim what the evidence establishes"
 def test_a_run_in_seconds_is_followed_as_one_in_ticks(name: str, tmp_path: Path) -> None:
     """But for one sentence more among the claims."""
     assert told_of(name, json.dumps, tmp_path) == ELSE
+
+
+@pytest.mark.parametrize("name", ["corridor_swap", "case_study_2"])
+def test_a_live_run_is_certified(name: str, tmp_path: Path) -> None:
+    scenario = replace(load_scenario(SCENARIOS / f"{name}.yaml"), clock=Clock.LIVE)
+    with TraceWriter(tmp_path / "run.jsonl") as writer:
+        Mission(scenario, listeners=[writer]).run()
+    bundle_of_trace(tmp_path / "run.jsonl", tmp_path / "bundle")
+    status, said = run_checker(tmp_path / "bundle")
+    assert status == 0, said
+    assert "in seconds, robots in conflict never have a region both" in said
 
 
 PAIR = {

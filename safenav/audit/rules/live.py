@@ -205,7 +205,7 @@ class HoldsRule(Rule):
     name = "holds"
 
     def __init__(self) -> None:
-        self._why: dict[str, tuple[HoldReason, object]] = {}
+        self._why: dict[str, tuple[object, ...]] = {}
         self._plan: frozenset[str] = frozenset()
         self._waiting = False
         self._acts: Hold | None = None
@@ -222,7 +222,7 @@ class HoldsRule(Rule):
                 problem = self._problem(record, now)
                 if problem:
                     yield self.broken_by(record, record.robot, problem)
-                self._why[record.robot] = record.why, record.signal
+                self._why[record.robot] = record.why, record.signal, record.shown
             case Depart():
                 self._why.pop(record.robot, None)
             case Plan():
@@ -240,7 +240,7 @@ class HoldsRule(Rule):
         robot = record.robot
         if robot in now.under_way:
             return f"{robot} stays, but is on its way"
-        if self._why.get(robot) == (record.why, record.signal):
+        if self._why.get(robot) == (record.why, record.signal, record.shown):
             return f"{robot} stays for the same reason as before"
         if record.why is HoldReason.ACTING:
             taking = any(robot in act.robots for act in now.acting.values())

@@ -267,6 +267,7 @@ class Passes:
         self.pose = {name: robot.pose for name, robot in robots.items()}
         self.has = {name: (0.0, robot.places) for name, robot in robots.items()}
         self.under_way, self.by = dict[str, Json](), dict.fromkeys(robots, "stay")
+        self.busy = dict[str, Any]()  # regions that its strategy was shown when it stayed last
         self.open = dict[str, Any]()  # the move of this turn, as far as its lines have shown
         self.begun = set[str]()  # robots with a new strategy in this turn
 
@@ -314,7 +315,8 @@ class Passes:
         name = self.names[self.due]
         self.begun.clear()
         (here, heading), depart = self.pose[name], self.under_way.get(name)
-        more = {"toward": depart["to"]} if depart else {"by": self.by[name]}
+        more = {"by": self.by[name], "busy": self.busy.get(name, ())}
+        more = {"toward": depart["to"]} if depart else more
         base = {"type": "move", "tick": self.tick, "robot": name, "expanded": True}
         return {**base, "from": here, "to": here, "heading": heading, **more}
 
@@ -338,9 +340,10 @@ class Passes:
             del move["toward"]
             self.have(name, line["t"], {*line.get("regions", [line["at"]])})
         elif kind == "hold":
-            self.by[name] = line["why"] if line["why"] in ("strategy", "plan") else "stay"
+            self.by[name] = "strategy" if line["why"] == "strategy" else "stay"
+            self.busy[name] = line.get("shown", ())
             if move and "toward" not in move and move.get("by") != "backtrack":
-                move |= {"by": self.by[name], **told}
+                move |= {"by": self.by[name], "busy": self.busy[name], **told}
         elif kind == "backtrack":
             move |= {"by": "backtrack"}
         elif kind in ("synthesis", "objective"):
@@ -583,6 +586,8 @@ class Run:
             case "plan" | "plan_end":
                 for name, each in self.robots.items():
                     each.way = [(r, h) for r, h in record.get("robots", {}).get(name, ())]
+                    if each.way[1:2] == [each.destination]:  # its first step is under way
+                        del each.way[0]
                     require(each.way[:1] in ([], [each.destination]), f"{name} begins elsewhere")
                     node = (record.get("nodes") or {}).get(name)  # in which it continues
                     if node is not None and each.task and each.pose == each.destination:
