@@ -52,7 +52,7 @@ WAITED = 0.05
 class RunResult:
     """The end of a run. ``cause`` explains ``operator_needed``, ``links`` lists its reasons one by
     one; ``stuck``: the robots that cannot continue. ``makespan``: of a live run, the time (seconds)
-    of the last end of a command."""
+    of the last end of a command. ``lost``: why promises could not be kept, one sentence each."""
 
     outcome: Outcome
     explanation: str
@@ -65,6 +65,7 @@ class RunResult:
     links: tuple[str, ...] = ()
     stuck: tuple[str, ...] = ()
     makespan: float | None = None
+    lost: tuple[str, ...] = ()
 
 
 class Mission:
@@ -265,6 +266,7 @@ class Mission:
             conclusion.links or (conclusion.explanation,),
             conclusion.stuck,
             ended.makespan,
+            tuple(self._deadlines.reasons),
         )
 
     @property

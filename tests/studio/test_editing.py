@@ -354,3 +354,19 @@ def test_rectangles_hold_an_area_exactly(seed: int) -> None:
         for col in range(left, right + 1)
     ]
     assert sorted(held) == sorted(area)
+
+
+TIMED = DOOR.replace("{patrol: [58, 28]}", "{patrol: [58, 28], within: 40}") + (
+    "chargers: [14]\nlate: go_on\nsuspects: [{type: door, region: 47}]\nresolve_within: 30\n"
+)
+
+
+def test_promises_stay_when_a_drawing_changes_something_else() -> None:
+    """The keys of deadlines and batteries are read, kept, and shown where they stand."""
+    assert load_draft(TIMED, "timed.yaml").scenario is not None
+    moved = {"op": "set_objective", "robot": "digit", "kind": "visit", "regions": [58, 27]}
+    after = edited(TIMED, moved)
+    assert "objective: {visit: [58, 27], within: 40}" in after
+    assert after.splitlines()[-4:] == TIMED.splitlines()[-4:]
+    held = edited(after, {"op": "set_objective", "robot": "digit", "kind": "hold", "regions": [58]})
+    assert "objective: {hold: 58}" in held

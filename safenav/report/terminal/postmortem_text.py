@@ -25,7 +25,8 @@ def postmortem_lines(found: Postmortem) -> Iterator[str]:
     if result.outcome is Outcome.COMPLETED:
         good = click.style("realizable", fg="green")
         done = f"the run is completed after {result.ticks} ticks"
-        yield f"every robot is {good}, and {done}: nothing to explain"
+        yield f"every robot is {good}, and {done}: {_late(result.lost)}"
+        yield from (f"  {said}" for said in result.lost)
         return
     ended = click.style(result.outcome.value.replace("_", " "), fg="red", bold=True)
     if result.outcome is not Outcome.OPERATOR_NEEDED:
@@ -44,6 +45,10 @@ def postmortem_lines(found: Postmortem) -> Iterator[str]:
         yield f"None of the simple changes that were tried helps ({found.tried} runs)."
 
 
+def _late(lost: tuple[str, ...]) -> str:
+    return "these promises could not be kept:" if lost else "nothing to explain"
+
+
 def postmortem_data(found: Postmortem, scenario: Scenario) -> dict[str, Any]:
     """Return the same for machines."""
     return {
@@ -53,6 +58,7 @@ def postmortem_data(found: Postmortem, scenario: Scenario) -> dict[str, Any]:
         "cause": found.result.cause,
         "ticks": found.result.ticks,
         "chain": list(found.chain),
+        "lost": list(found.result.lost),
         "repairs": [
             {
                 "kind": repair.kind,

@@ -23,6 +23,7 @@ from safenav.runtime.termination import Conclusion, RunEnded
 from safenav.scenario.model import LatePolicy, Outcome
 from safenav.trace import records
 from safenav.trace.vocabulary import DeadlineVerdict
+from safenav.trace.wording import Wording
 
 MISSION = "mission"
 ENDED = (DeadlineVerdict.KEPT, DeadlineVerdict.LATE, DeadlineVerdict.EXCUSED)
@@ -61,6 +62,7 @@ class Deadlines:
 
     team: TeamState
     late: list[str] = field(default_factory=list)
+    reasons: list[str] = field(default_factory=list)
     _open: dict[str, Promise] = field(default_factory=dict)
     _rounds: dict[str, Round] = field(default_factory=dict)
     _turn: list[records.Record] = field(default_factory=list)
@@ -203,7 +205,7 @@ class Deadlines:
         for of, promise in self._open.items():
             if of in ends and not promise.said and _beyond(ends[of], promise.due):
                 self._open[of] = replace(promise, said=True)
-                self._lost(of, promise.due, ends[of])
+                self._lost(of, promise.due, ends[of], moment, names)
         for index, (name, robot) in enumerate(self.team.robots.items()):
             clock, within = self._rounds[name], robot.robot.within
             if within is None or clock.over or clock.said or clock.excused or not robot.active:
@@ -215,11 +217,17 @@ class Deadlines:
             soonest = tick_of(end * moment.count, moment.count)
             if _beyond(soonest, clock.begun + within):
                 clock.said = True
-                self._lost(name, clock.begun + within, soonest)
+                self._lost(name, clock.begun + within, soonest, moment, names)
 
-    def _lost(self, of: str, due: int, soonest: int | None) -> None:
+    def _lost(
+        self, of: str, due: int, soonest: int | None, moment: BoundMoment, names: list[str]
+    ) -> None:
         lost = DeadlineVerdict.LOST
-        self.team.emit(records.Deadline(self.team.tick, of, due, lost, earliest=soonest))
+        line = records.Deadline(self.team.tick, of, due, lost, earliest=soonest)
+        self.team.emit(line)
+        said = Wording(self.team.scenario.map.word).sentence(line)
+        why = _nearest(self.team, moment, names.index(of)) if of in names else ""
+        self.reasons.append(f"tick {self.team.tick}: {said}{why}")
 
     def _timed(self) -> bool:
         return any(robot.robot.within is not None for robot in self.team.robots.values())
@@ -237,6 +245,22 @@ def mission_end(team: TeamState, moment: BoundMoment, times: Times) -> int | Non
         if goals:
             ends.append(rounds_done(moment, index, times, goals))
     return None if max(ends) >= NEVER else max(ends)
+
+
+def _nearest(team: TeamState, moment: BoundMoment, number: int) -> str:
+    """``: digit is 12 steps away``, of the robots that can meet the next need the nearest."""
+    one = moment.opens[number]
+    part = one.parts[one.stage]
+    steps: dict[str, int] = {}
+    for name, walker in zip(team.robots, moment.walkers, strict=True):
+        goal = walker.graph.poses_on(part.regions)
+        found = walker.graph.steps_between(1 << walker.pose, goal, walker.graph.everywhere)
+        if part.actions <= walker.capabilities and found is not None:
+            steps[name] = found
+    if not steps:
+        return ""
+    name = min(steps, key=lambda one: (steps[one], one))
+    return f": {name} is {steps[name]} step{'s' * (steps[name] != 1)} away"
 
 
 def _beyond(soonest: int | None, due: int) -> bool:

@@ -8,7 +8,7 @@ from typing import Any
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 from safenav.errors import UsageError
-from safenav.scenario.reading.objective import RULES
+from safenav.scenario.reading.objective import RULES, WITHIN
 from safenav.studio.editing.places import OBJECTIVES, MapPlaces, any_of
 from safenav.studio.editing.round_trip import Operation, put
 
@@ -78,7 +78,7 @@ def set_objective(data: Any, told: Operation) -> None:
         value = CommentedSeq(written)
         value.fa.set_flow_style()
     before = robot.get("objective")
-    beside = ("form", *RULES) if kind == "patrol" else RULES
+    beside = {"patrol": ("form", WITHIN, *RULES), "visit": (WITHIN, *RULES)}.get(kind, RULES)
     kept = before if isinstance(before, dict) else {}
     objective = CommentedMap({kind: value} | {key: kept[key] for key in beside if key in kept})
     objective.fa.set_flow_style()
