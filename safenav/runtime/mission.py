@@ -113,6 +113,7 @@ class Mission:
         turns = Turns(self.state, commands, strategies, self._traffic)
         batteries = Batteries(self.state, turns, self._truth)
         self.state.listeners = (*self.state.listeners, batteries)
+        self._deadlines.lasts_until = batteries.lasts_until
         self._interventions = Interventions(self.state, self._truth, turns)
         self._algorithm = Algorithm(
             self.state,

@@ -446,7 +446,10 @@ class Scenario:
 
     @property
     def promises(self) -> bool:
-        """Whether anything is promised in ticks."""
+        """Whether anything is promised in ticks, if only by a charge that runs out."""
+        for robot in self.robots if self.chargers else ():
+            if robot.model.battery is not None and robot.model.battery.stay:
+                return True
         timed = any(robot.within is not None for robot in self.robots)
         timed = timed or any(change.within is not None for change in self.changes)
         types = (*self.catalogue.obstacles.values(), *(o.type for o in self.obstacles))

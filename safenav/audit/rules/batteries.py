@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from safenav.audit.bound import Bound
+from safenav.audit.deriving import pose_of
+from safenav.audit.grid import opposite
 from safenav.audit.rules.rule import Finding, Rule
-from safenav.audit.situation import Situation
+from safenav.audit.situation import Situation, Status
 from safenav.audit.team import Pose
 from safenav.trace.records import Appeared, Move, Outcome, Record, Resolved, Service
 from safenav.trace.setting import BatteryHeader
@@ -29,6 +30,7 @@ class ChargeRule(Rule):
         self._flat: dict[str, str] = {}
         self._filled: set[str] = set()
         self._owed: str | None = None
+        self._asks = False
 
     def opening(self, now: Situation) -> Iterator[Finding]:
         for name, robot in now.header.robots.items():
@@ -52,8 +54,11 @@ class ChargeRule(Rule):
                 else:
                     self._flat[record.obstacle] = self._owed
             case Service(cause=ChangeCause.BATTERY, active=False):
-                if record.robot not in self._flat.values() or record.robot != self._owed:
+                if record.robot != self._owed:
                     problem = f"the charge of {record.robot} is not used up"
+                    yield self.broken_by(record, record.robot, problem)
+                elif self._asks and record.robot not in self._flat.values():
+                    problem = f"nothing appears at {record.robot}, whose charge is used up"
                     yield self.broken_by(record, record.robot, problem)
                 self._owed = None
             case Service(cause=ChangeCause.BATTERY):
@@ -84,23 +89,19 @@ class ChargeRule(Rule):
     def _moved(self, move: Move, now: Situation) -> Iterator[Finding]:
         name, battery = move.robot, _battery(now, move.robot)
         charger = move.to in (now.header.chargers or ())
-        if move.to != move.from_:
-            self._charge[name] -= battery.move
-        elif move.toward is None and charger:
-            self._charge[name] = min(battery.capacity, self._charge[name] + battery.charge)
-        elif move.toward is None:
-            self._charge[name] = max(0, self._charge[name] - battery.stay)
+        self._charge[name] = charge_after(now, move, self._charge[name])
         if self._charge[name] < 0:
             problem = f"{name} takes a step with a charge of {self._charge[name] + battery.move}"
             yield self.broken_by(move, name, problem)
             self._charge[name] = 0
         empty = self._charge[name] < battery.move and not charger and move.toward is None
         stands = any(
-            obstacle.region == move.to and now.status[obstacle.name].name == "UNRESOLVED"
+            obstacle.region == move.to and now.status[obstacle.name] is Status.UNRESOLVED
             for obstacle in now.obstacles.values()
         )
-        if empty and now.header.flat is not None and name not in now.out and not stands:
+        if empty and name not in now.out:
             self._owed = name
+            self._asks = now.header.flat is not None and not stands and not now.external
 
     def _refused(
         self, name: str, least: int | None, record: Outcome, now: Situation
@@ -123,22 +124,66 @@ def _battery(now: Situation, robot: str) -> BatteryHeader:
     return battery
 
 
-def need(now: Situation, robot: str) -> int | None:
-    """The least charge with which a robot can begin and continue forever, meeting its targets in
-    turn on the empty floor; None if none suffices. By relaxation of numbers on poses, for each
+def charge_after(now: Situation, move: Move, charge: int) -> int:
+    """A robot's charge after a move, below 0 if it did not suffice."""
+    battery = _battery(now, move.robot)
+    if move.to != move.from_:
+        return charge - battery.move
+    if move.toward is not None:
+        return charge
+    if move.to in (now.header.chargers or ()):
+        return min(battery.capacity, charge + battery.charge)
+    return max(0, charge - battery.stay)
+
+
+def lasts_until(
+    now: Situation, tick: int, robot: str, obstacle: str, charge: int, turn: int
+) -> int | None:
+    """The last tick in which an obstacle that cuts a robot off from its chargers can be resolved;
+    None if it does not cut it off, or if waiting takes no charge."""
+    stay = _battery(now, robot).stay
+    known = [name for name in now.requests if robot in now.blocked_by(name)]
+    stays = [
+        o.name
+        for o in now.obstacles.values()
+        if now.status[o.name] in (Status.UNTRAVERSABLE, Status.GIVEN_UP) and robot in o.blocks
+    ]
+    shut = frozenset(now.obstacles[name].region for name in (*known, *stays))
+    least = need(now, robot, shut, turn)
+    behind = need(now, robot, shut - {now.obstacles[obstacle].region}, turn)
+    if not stay or behind is None or behind > charge or (least is not None and least <= charge):
+        return None
+    return tick + (charge - behind) // stay
+
+
+def need(
+    now: Situation, robot: str, shut: frozenset[int] = frozenset(), turn: int = 0
+) -> int | None:
+    """The least charge with which a robot can continue forever from where it is, meeting its
+    targets in turn from number ``turn`` on outside the regions ``shut``; None if none suffices.
+    By relaxation of numbers on poses, for each
     target repeatedly, until nothing changes."""
     battery, chargers = _battery(now, robot), now.header.chargers or ()
     targets = now.header.robots[robot].objective.targets
     targets = (
         targets[-1:] if now.header.robots[robot].objective.kind in ("hold", "once") else targets
     )
-    bound = Bound(now, 0, len(now.header.robots), {})
-    start = bound.start[robot][0]
-    poses = {*bound.ticks(robot, {start: 0})[0]}
-    after = {
-        pose: [p for p, t in bound.ticks(robot, {pose: 0})[1].items() if t == _first(now, robot)]
-        for pose in poses
-    }
+    start = pose_of(robot, now)
+
+    def steps(pose: Pose) -> list[Pose]:
+        ways = [(to, now.grid.direction(pose[0], to)) for to in now.grid.neighbours(pose[0])]
+        open_ = [(to, way) for to, way in ways if to not in shut]
+        if pose[1] is None:
+            return [(to, None) for to, _ in open_]
+        return [(to, way) for to, way in open_ if way is not None and opposite(way) != pose[1]]
+
+    poses, queue = {start}, [start]
+    while queue:
+        for pose in steps(queue.pop()):
+            if pose not in poses:
+                poses.add(pose)
+                queue.append(pose)
+    after = {pose: steps(pose) for pose in poses}
     needs: list[dict[Pose, int]] = [dict.fromkeys(poses, 0) for _ in targets]
 
     def leg(target: frozenset[int], then: Mapping[Pose, int]) -> dict[Pose, int]:
@@ -166,10 +211,5 @@ def need(now: Situation, robot: str) -> int | None:
             for new, old in zip(found, needs, strict=True)
         ]
         if grown == needs:
-            return needs[0].get(start)
+            return needs[turn % len(needs)].get(start)
         needs = grown
-
-
-def _first(now: Situation, robot: str) -> int:
-    timing = now.header.robots[robot].timing
-    return timing.least if timing is not None else 1

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from safenav.audit.bound import Bound, least_within, mission_end
-from safenav.audit.rules.batteries import BATTERY
+from safenav.audit.rules.batteries import BATTERY, charge_after, lasts_until
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation
 from safenav.trace.records import (
@@ -22,7 +22,7 @@ from safenav.trace.records import (
     Resolved,
     Service,
 )
-from safenav.trace.vocabulary import DeadlineVerdict, Ending
+from safenav.trace.vocabulary import ChangeCause, DeadlineVerdict, Ending
 
 MISSION = "mission"
 ENDS = (DeadlineVerdict.KEPT, DeadlineVerdict.LATE, DeadlineVerdict.EXCUSED)
@@ -66,6 +66,8 @@ class DeadlineRule(Rule):
         self._open: dict[str, int] = {}
         self._lost: set[str] = set()
         self._past: set[str] = set()
+        self._charge: dict[str, int] = {}
+        self._by_charge: set[str] = set()
         self._late: list[str] = []
         self._owed: list[tuple[str, int, DeadlineVerdict]] = []
         self._turn_owes: list[tuple[str, int, DeadlineVerdict]] = []
@@ -80,6 +82,9 @@ class DeadlineRule(Rule):
         self._active = promises is not None
         for name in now.header.robots:
             self._clocks[name] = _Clock()
+            battery = now.header.robots[name].battery
+            if battery is not None:
+                self._charge[name] = battery.start
         if promises is not None:
             self._within = dict(promises.within)
             if promises.by is not None:
@@ -175,8 +180,13 @@ class DeadlineRule(Rule):
             case Request():
                 limit = now.obstacles[record.obstacle].resolve_within
                 past = record.obstacle in self._open or record.obstacle in self._past
-                if limit is not None and not past:
-                    owed = (record.obstacle, tick + limit, DeadlineVerdict.SET)
+                lasts = None if past else self._lasts(record, now)
+                dues = [tick + limit] if limit is not None else []
+                dues += [lasts] if lasts is not None else []
+                if dues and not past:
+                    owed = (record.obstacle, min(dues), DeadlineVerdict.SET)
+                    if (lasts is not None and dues[0] > lasts) or limit is None:
+                        self._by_charge.add(record.obstacle)
                     if owed not in self._turn_owes:
                         self._turn_owes.append(owed)
             case Resolved():
@@ -191,12 +201,28 @@ class DeadlineRule(Rule):
                 self._within.pop(record.robot, None)
                 if record.within is not None:
                     self._within[record.robot] = record.within
+            case Move() if record.robot in self._charge:
+                left = charge_after(now, record, self._charge[record.robot])
+                self._charge[record.robot] = max(0, left)
             case Service(active=True):
+                battery = now.header.robots[record.robot].battery
+                if record.cause is ChangeCause.BATTERY and battery is not None:
+                    self._charge[record.robot] = battery.capacity
                 self._clocks[record.robot].restart(tick)
             case Goal():
                 self._goal(record, now)
             case _:
                 pass
+
+    def _lasts(self, record: Request, now: Situation) -> int | None:
+        """Until when the charge of the first requester lasts behind the obstacle."""
+        first = next(iter(now.requests.get(record.obstacle, {})), None)
+        if first is None or first not in self._charge:
+            return None
+        turn = self._clocks[first].turn
+        after = 0 if turn is None else turn + 1
+        charge = self._charge[first]
+        return lasts_until(now, record.tick, first, record.obstacle, charge, after)
 
     def _goal(self, record: Goal, now: Situation) -> None:
         clock, own = self._clocks[record.robot], now.header.robots[record.robot].objective
@@ -245,6 +271,8 @@ class DeadlineRule(Rule):
             self._past.add(record.of)
         elif record.verdict is DeadlineVerdict.SET:
             self._open[record.of] = record.due
+            if (record.cause == "battery") is not (record.of in self._by_charge):
+                yield f"a charge is not the cause of {record.due}"
             truth = self._bounds(now).resolution(record.of)
             if record.earliest != truth:
                 yield f"{record.of} is possible from tick {truth} on, not {record.earliest}"

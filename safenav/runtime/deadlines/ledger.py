@@ -6,6 +6,7 @@ has happened in it, and before each tick for what is due and has not.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import field, replace
 
 from safenav.dataclass import dataclass
@@ -26,6 +27,7 @@ from safenav.trace.vocabulary import DeadlineVerdict
 from safenav.trace.wording import Wording
 
 MISSION = "mission"
+BATTERY = "battery"
 ENDED = (DeadlineVerdict.KEPT, DeadlineVerdict.LATE, DeadlineVerdict.EXCUSED)
 
 
@@ -68,6 +70,8 @@ class Deadlines:
     _turn: list[records.Record] = field(default_factory=list)
     _begun: dict[str, int] = field(default_factory=dict)
     _past: set[str] = field(default_factory=set)
+    lasts_until: Callable[[str, str], int | None] | None = None
+    """Until when a robot's charge lasts behind an obstacle."""
 
     def __post_init__(self) -> None:
         scenario = self.team.scenario
@@ -185,7 +189,11 @@ class Deadlines:
         fresh = [
             of for of in dict.fromkeys(begins) if of not in self._open and of not in self._past
         ]
-        wanted = [of for of in fresh if self._limit(of) is not None]
+        wanted = {}
+        for of in fresh:
+            found = self._due(of)
+            if found is not None:
+                wanted[of] = found
         if not (wanted or self._open or self._timed()):
             return
         moment, names = moment_of(self.team, had_turn, self._begun)
@@ -194,12 +202,10 @@ class Deadlines:
             name: tick_of(turns[-1], moment.count) for name, turns in zip(names, times, strict=True)
         }
         tick = self.team.tick
-        for of in wanted:
-            limit, soonest = self._limit(of), ends.get(of, tick)
-            assert limit is not None
-            self._open[of] = Promise(tick + limit)
-            verdict = DeadlineVerdict.SET
-            self.team.emit(records.Deadline(tick, of, tick + limit, verdict, earliest=soonest))
+        for of, (due, cause) in wanted.items():
+            self._open[of] = Promise(due, cause=cause)
+            soonest, verdict = ends.get(of, tick), DeadlineVerdict.SET
+            self.team.emit(records.Deadline(tick, of, due, verdict, soonest, cause))
         if MISSION in self._open:
             ends[MISSION] = mission_end(self.team, moment, times)
         for of, promise in self._open.items():
@@ -232,9 +238,18 @@ class Deadlines:
     def _timed(self) -> bool:
         return any(robot.robot.within is not None for robot in self.team.robots.values())
 
-    def _limit(self, name: str) -> int | None:
+    def _due(self, name: str) -> tuple[int, str | None] | None:
+        """When an obstacle is due: by its limit, or since its requester's charge runs out."""
         request = self.team.requests.of(name)
-        return None if request is None else self.team.scenario.limit_of(request.obstacle)
+        if request is None:
+            return None
+        limit = self.team.scenario.limit_of(request.obstacle)
+        due = None if limit is None else self.team.tick + limit
+        first = next(iter(request.requesters))
+        lasts = self.lasts_until(first, name) if self.lasts_until is not None else None
+        if lasts is not None and (due is None or lasts < due):
+            return lasts, BATTERY
+        return None if due is None else (due, None)
 
 
 def mission_end(team: TeamState, moment: BoundMoment, times: Times) -> int | None:

@@ -69,7 +69,7 @@ class Batteries:
         if battery is None or robot.charge is None or robot.transit is not None or not robot.active:
             return
         on_charger = robot.pose.region in scenario.chargers
-        if robot.charge < battery.move and not on_charger and scenario.flat is not None:
+        if robot.charge < battery.move and not on_charger:
             yield from self._runs_flat(robot)
         elif scenario.chargers:
             stop = self._stop(robot)
@@ -102,16 +102,35 @@ class Batteries:
 
     def stops(self, robot: RobotState) -> Stops | None:
         """The stops of a robot on the floor as it is known; None without a battery."""
-        battery = robot.robot.model.battery
-        objective = robot.own.objective
+        return self._on_floor(robot, frozenset(self.team.knowledge.pending))
+
+    def lasts_until(self, name: str, obstacle: str) -> int | None:
+        """The last tick in which an obstacle that cuts a robot off from its chargers can be
+        resolved, by its charge as it waits; None if it does not cut it off, or waiting is free."""
+        robot = self.team.robots[name]
+        battery, pending = robot.robot.model.battery, frozenset(self.team.knowledge.pending)
+        if battery is None or robot.charge is None or not battery.stay:
+            return None
+        self._known.pop(name, None)
+        chosen, robot.places = robot.places, ()
+        shut, behind = self._on_floor(robot, pending), self._on_floor(robot, pending - {obstacle})
+        robot.places = chosen
+        self._known.pop(name, None)
+        if shut is None or behind is None:
+            return None
+        pose = shut.graph.number(robot.pose)
+        turn = robot.own.memory.index % len(shut.targets)
+        need = behind.need(pose, turn)
+        if shut.need(pose, turn) <= robot.charge or need > robot.charge:
+            return None
+        return self.team.tick + (robot.charge - need) // battery.stay
+
+    def _on_floor(self, robot: RobotState, avoid: frozenset[str]) -> Stops | None:
+        battery, objective = robot.robot.model.battery, robot.own.objective
         if battery is None or isinstance(objective, Ltl):
             return None
-        closed = region_mask(
-            k.region
-            for k in self.team.knowledge.walls_for(
-                robot.robot, frozenset(self.team.knowledge.pending)
-            )
-        )
+        known_walls = self.team.knowledge.walls_for(robot.robot, avoid)
+        closed = region_mask(known.region for known in known_walls)
         key = (objective, closed)
         known = self._known.get(robot.name)
         if known is not None and known[0] == key:
@@ -159,15 +178,17 @@ class Batteries:
             robot.charge = max(0, robot.charge - battery.stay)
 
     def _runs_flat(self, robot: RobotState) -> Iterator[Event]:
-        """An obstacle appears where the robot stands, which asks for its resolution."""
-        kind, tick = self.team.scenario.flat, self.team.tick
-        assert kind is not None
-        obstacle = Obstacle(kind, robot.pose.region, appears=tick)
-        if self.world is None or obstacle.region in self.world.standing():
-            return  # another world has its own obstacles
+        """An obstacle appears where the robot stands, which asks for its resolution; where none
+        can, the robot is out of service for the rest of the run."""
+        kind, world, region = self.team.scenario.flat, self.world, robot.pose.region
+        if kind is None or world is None or region in world.standing():
+            cause = ChangeCause.BATTERY  # nothing can be brought here
+            yield from self.turns.serve(robot, active=False, cause=cause)
+            return
+        obstacle = Obstacle(kind, region, appears=self.team.tick)
         self._flat[obstacle.name] = robot.name
         yield from self.turns.leave_plan(PlanEndReason.CHANGED, settling=True)
-        self.world.place(obstacle)
+        world.place(obstacle)
         self.team.introduce(obstacle)
         robot.active = False
         yield BatteryFlat(obstacle, robot.name)

@@ -143,3 +143,35 @@ def test_a_lone_robot_always_gets_there(seed: int, run: Runner) -> None:
 def test_errors(text: str, found: str) -> None:
     with pytest.raises(InputError, match=found):
         load_scenario_text(text)
+
+
+CUT_OFF = """
+safenav: 1
+map: {grid: ["##############", "#............#", "##############"]}
+catalogue:
+  robots:
+    cart: {mobility: free, layer: ground, capabilities: [],
+           battery: {capacity: 30, move: 1, stay: 1, charge: 5, start: 16}}
+    opener: {mobility: free, layer: air, capabilities: [open]}
+  obstacles:
+    gate: {needs: [{action: open, at: neighbours}], blocks: [ground]}
+robots:
+  cart: {model: cart, start: [1, 2], objective: {visit: [[1, 12], [1, 3]]}}
+  opener: {model: opener, start: [1, 12], objective: {hold: [1, 12]}}
+obstacles: [{type: gate, region: [1, 6]}]
+chargers: [[1, 11]]
+until: {rounds: 1}
+limits: {ticks: 60}
+"""
+
+
+@pytest.mark.parametrize(("start", "due", "end"), [(16, 10, "kept"), (12, 6, "late")])
+def test_a_charger_that_is_cut_off_is_a_deadline(
+    start: int, due: int, end: str, run: Runner
+) -> None:
+    """The cart waits at 5 from tick 4 on; the charger is 6 steps behind the gate."""
+    played = run(CUT_OFF.replace("start: 16", f"start: {start}"))
+    lines = played.all("deadline", cause="battery")
+    assert [(line["due"], line["verdict"]) for line in lines] == [(due, "set"), (due, end)]
+    out = played.all("service", active=False, cause="battery")
+    assert bool(out) is (end == "late")
