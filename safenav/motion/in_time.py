@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from safenav.motion.file.records import Action, Motion, Moving
-from safenav.motion.timing.order import SHARED
+from safenav.motion.timing.schedule import SHARED
 from safenav.trace import records
 from safenav.trace.setting import ObstacleHeader
 from safenav.trace.trace import Trace

@@ -15,7 +15,6 @@ from safenav.motion.in_time import at_times
 from safenav.motion.kinds import mover
 from safenav.motion.mover import Mover
 from safenav.motion.timing.given import carried_out, when
-from safenav.motion.timing.order import order_of
 from safenav.motion.timing.schedule import (
     actions_of,
     chain_of,
@@ -84,7 +83,7 @@ def _carried_out(
     if trace.header.clock is not None:
         plan = carried_out(trace, floor, movers)
         return plan.lines, plan.outcome
-    done = scheduled(order_of(trace, floor), movers)
+    done = scheduled(trace, floor, movers)
     plan = carried_out(at_times(trace, steps_of(done), actions_of(done)), floor, movers)
     waits = [*waits_of(done)]
     waiting = dict.fromkeys(movers, 0.0)

@@ -1,132 +1,317 @@
-"""Times for the dependency graph: everything as early as its edges allow, and why not earlier.
+"""Times for a run in lockstep: each step and action as early as the order of its trace allows.
 
-A robot occupies the region that it leaves and the one that it enters from the start to the end
-of a move; it starts once every node that its step comes after has ended.
+The turns of a trace are in a serial order in which nobody ever enters a region where another
+robot is. In continuous time robots move simultaneously, each at its own pace; only what depends on
+each other keeps the serial order (Hoenig et al., RA-L 2019; section VII of the paper names the
+problem). All that an activity waits for is earlier in the trace, so there is no deadlock.
 """
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from enum import StrEnum
 
 from safenav.motion.file.records import Action, Link, Wait
+from safenav.motion.geometry import MetricFloor
 from safenav.motion.mover import Crossing, Mover
-from safenav.motion.timing.order import After, DecisionNode, LinkCause, Node, StepNode
 from safenav.pace.robot import AT_ONCE
+from safenav.trace import records
+from safenav.trace.setting import ObstacleHeader
+from safenav.trace.trace import Trace
 
 ACTION_SECONDS = "action_seconds"
 
+SHARED = (
+    *(records.Request, records.Push, records.Pop, records.Told, records.Blocked),
+    *(records.Plan, records.PlanEnd, records.Synthesis),
+)
+"""Lines of decisions that concern more than one robot."""
+
+
+class LinkCause(StrEnum):
+    """Why a step or an action comes after another."""
+
+    OWN = "own"
+    """The robot itself did that before."""
+    REGION = "region"
+    """The other robot left the region that this one enters."""
+    OBSTACLE = "obstacle"
+    """It resolved an obstacle that was in the way."""
+    SYNTHESIS = "synthesis"
+    """A decision of that moment made the robot's present strategy or plan."""
+    TOGETHER = "together"
+    """The action takes several robots."""
+
 
 @dataclass(frozen=True)
-class TimedNode:
-    """A node in time. ``edge`` is the last that it waited for; ``begun``: when its robots had come
-    to rest for it; ``free``: since when each of them had nothing else to do."""
+class Activity:
+    """A step, an action, or a decision, which takes no time and has no ``team``. It may ``start``
+    when the last that it comes ``after`` has ended; its robots, ``free`` since then, have come to
+    rest for it when it has ``begun``. ``deed``: obstacle, its region and the action."""
 
-    node: Node
+    robot: str
+    tick: int
+    what: str
+    team: tuple[str, ...]
     start: float
     begun: float
     end: float
-    edge: After | None
+    cause: LinkCause
+    after: Activity | None
     free: Mapping[str, float]
+    deed: tuple[str, int, str] | None = None
 
 
-def scheduled(nodes: Iterable[Node], movers: Mapping[str, Mover]) -> tuple[TimedNode, ...]:
-    """Times of the nodes for robots that move so, whose time is 0; the movers stay as they are."""
-    done: list[TimedNode] = []
-    ahead = {name: copy(mover) for name, mover in movers.items()}
-    free = dict.fromkeys(movers, 0.0)
-    for node in nodes:
-        ready, edge = _latest(done, node.after)
-        team = team_of(node)
-        start = end = max([ready, *(free[name] for name in team)])
+Before = tuple[Activity, LinkCause]
+
+
+def scheduled(
+    trace: Trace, floor: MetricFloor, movers: Mapping[str, Mover]
+) -> tuple[Activity, ...]:
+    """The activities of a run whose robots move so, from time 0; the movers stay as they are."""
+    short: set[tuple[str, int]] = set()
+    for _ in range(2):  # only the whole run tells which steps end before an obstacle
+        run = _Run(trace, floor, {name: copy(m) for name, m in movers.items()}, frozenset(short))
+        for record in trace.records:
+            run.take(record)
+        short = run.found_short
+    return tuple(run.done)
+
+
+@dataclass
+class _Run:
+    trace: Trace
+    floor: MetricFloor
+    movers: Mapping[str, Mover]
+    short: frozenset[tuple[str, int]]
+    """Robot and tick of the steps that end before an obstacle, which the robot resolves there."""
+    found_short: set[tuple[str, int]] = field(default_factory=set)
+    done: list[Activity] = field(default_factory=list)
+    last: dict[str, Activity] = field(default_factory=dict)
+    """The newest activity of each robot."""
+    left: dict[int, dict[str, Activity]] = field(default_factory=lambda: defaultdict(dict))
+    """The step with which each robot left a region last."""
+    opened: dict[int, list[tuple[frozenset[str], Activity]]] = field(
+        default_factory=lambda: defaultdict(list)
+    )
+    """Actions that opened a region to those whom an obstacle had kept out."""
+    cause: dict[str, Activity] = field(default_factory=dict)
+    """The decision that each robot follows."""
+    decided: Activity | None = None
+    """The newest decision; ``deciding``: more lines may join it."""
+    deciding: bool = False
+    planned: tuple[str, ...] = ()
+    turn: str | None = None
+    begun: dict[str, tuple[int, Activity | None]] = field(default_factory=dict)
+    """Steps that take several ticks: the first tick, and the decision that they follow."""
+    entered: dict[str, tuple[int, int]] = field(default_factory=dict)
+    """The region that each robot entered last, and the tick of that step."""
+    told: dict[str, Activity] = field(default_factory=dict)
+    """The action that met the last need of each obstacle that is about to be resolved."""
+
+    def __post_init__(self) -> None:
+        self.robots = self.trace.header.scenario.robots
+        self.obstacles = self.trace.obstacles
+
+    def take(self, record: records.Record) -> None:
+        if isinstance(record, records.Move):
+            self._move(record)
+        elif isinstance(record, records.Met):
+            self._met(record)
+        elif isinstance(record, records.Resolved):
+            self._resolved(record)
+        elif isinstance(record, SHARED) and self.turn is not None:
+            self._decide(record, self.turn)
+
+    def _move(self, move: records.Move) -> None:
+        name, self.turn, self.deciding = move.robot, move.robot, False
+        now = (move.tick, self.cause.get(name))
+        if move.toward is not None:
+            self.begun.setdefault(name, now)
+            return
+        tick, cause = self.begun.pop(name, now)
+        if move.to == move.from_:
+            return
+        before = self._own(name, cause)
+        before += [
+            (step, LinkCause.REGION)
+            for other, step in self.left[move.to].items()
+            if self._conflict(name, other)
+        ]
+        before += [
+            (deed, LinkCause.OBSTACLE) for kept, deed in self.opened[move.to] if name in kept
+        ]
+        heading = self.floor.heading(move.from_, move.to)
+        short = (name, tick) in self.short
+        step = Crossing(tick, move.from_, move.to, heading, None, short)
+        self.left[move.from_][name] = self._do(name, tick, (name,), before, step)
+        self.entered[name] = move.to, tick
+
+    def _own(self, name: str, cause: Activity | None) -> list[Before]:
+        before = [] if name not in self.last else [(self.last[name], LinkCause.OWN)]
+        return before if cause is None else [*before, (cause, LinkCause.SYNTHESIS)]
+
+    def _conflict(self, robot: str, other: str) -> bool:
+        mine, theirs = self.robots[robot], self.robots[other]
+        if robot == other or mine.conflicts is None or theirs.conflicts is None:
+            return robot != other and mine.layer == theirs.layer
+        return other in mine.conflicts or robot in theirs.conflicts
+
+    def _decide(self, record: records.Record, turn: str) -> None:
+        if self.decided is None or not self.deciding:
+            before = self._own(turn, self.decided)
+            self.decided, self.deciding = self._do(turn, record.tick, (), before, None), True
+        if isinstance(record, records.Synthesis):
+            self.cause[record.robot] = self.decided
+        if isinstance(record, records.Plan):
+            self.planned = tuple(record.robots)
+        if isinstance(record, records.Plan | records.PlanEnd):
+            self.cause.update(dict.fromkeys(self.planned, self.decided))
+
+    def _met(self, record: records.Met) -> None:
+        """The action that fulfils one of several needs. Robots that resolve the rest by entering
+        are let in."""
+        obstacle = self.obstacles[record.obstacle]
+        deed = self._act(record, obstacle, record.need)
+        if record.need == len(obstacle.all_needs) - 1:
+            self.told[obstacle.name] = deed
+            return
+        let_in = frozenset(
+            name
+            for name in obstacle.blocks & self.robots.keys()
+            if obstacle.resolved_by_entering(self.robots[name], record.need + 1)
+        )
+        self._open(obstacle, let_in, deed)
+
+    def _resolved(self, record: records.Resolved) -> None:
+        obstacle = self.obstacles[record.obstacle]
+        deed = self.told.pop(obstacle.name, None)
+        if deed is None:
+            deed = self._act(record, obstacle, len(obstacle.all_needs) - 1)
+        if record.traversable is not False:
+            self._open(obstacle, obstacle.blocks, deed)
+
+    def _open(self, obstacle: ObstacleHeader, to: frozenset[str], deed: Activity) -> None:
+        self.opened[obstacle.region].append((to, deed))
+
+    def _act(
+        self, record: records.Met | records.Resolved, obstacle: ObstacleHeader, number: int
+    ) -> Activity:
+        """The action that fulfils the need of that number."""
+        need = obstacle.all_needs[number]
+        others = tuple(
+            name
+            for name in record.robots or ()
+            if name != record.robot
+            and (need.together or isinstance(record, records.Resolved))
+            and self.movers[name].region in need.regions
+            and need.action in self.robots[name].capabilities
+        )
+        team = (record.robot, *others)
+        before = self._own(record.robot, self.cause.get(record.robot))
+        for name in others:
+            links = self._own(name, self.cause.get(name))
+            before += [(link, LinkCause.TOGETHER) for link, _ in links]
+        if self.decided is not None:
+            before.append((self.decided, LinkCause.SYNTHESIS))
+        self.deciding = False
+        deed = (obstacle.name, obstacle.region, need.action)
         for name in team:
-            if not isinstance(node, StepNode) or start > ahead[name].time + AT_ONCE:
-                _rest(ahead[name], start)
-        begun = max([start, *(ahead[name].time for name in team)])
-        if isinstance(node, StepNode):
-            moved = ahead[node.robot]
-            moved.move(Crossing(node.tick, node.origin, node.to, node.heading, None, node.short))
-            end = moved.time
-        elif not isinstance(node, DecisionNode):
-            end = _acted([ahead[name] for name in team], node.region)
-        done.append(TimedNode(node, start, begun, end, edge, {name: free[name] for name in team}))
-        free.update(dict.fromkeys(team, end))
-    return tuple(done)
+            region, tick = self.entered.get(name, (-1, 0))
+            if region == obstacle.region and name not in self.begun:
+                self.found_short.add((name, tick))
+        return self._do(record.robot, record.tick, team, before, deed)
+
+    def _do(
+        self,
+        robot: str,
+        tick: int,
+        team: tuple[str, ...],
+        before: Sequence[Before],
+        what: Crossing | tuple[str, int, str] | None,
+    ) -> Activity:
+        """An activity after all of those before; its last is the robot's own of those that end
+        together."""
+        free = {name: self.last[name].end if name in self.last else 0.0 for name in team}
+        ready = max((activity.end for activity, _ in before), default=0.0)
+        near = [link for link in before if link[0].end >= ready - AT_ONCE]
+        after, cause = max(
+            near, key=lambda link: link[1] is LinkCause.OWN, default=(None, LinkCause.OWN)
+        )
+        start = max([ready, *free.values()])
+        movers = [self.movers[name] for name in team]
+        for mover in movers:
+            if not isinstance(what, Crossing) or start > mover.time + AT_ONCE:
+                _rest(mover, start)
+        begun = end = max([start, *(mover.time for mover in movers)])
+        words = ""
+        if isinstance(what, Crossing):
+            words = f"{what.origin} -> {what.to}"
+            movers[0].move(what)
+            end = movers[0].time
+        elif what is not None:
+            words = f"{what[2]} {what[0]}"
+            end = _acted(movers, what[1])
+        deed = what if isinstance(what, tuple) else None
+        done = Activity(robot, tick, words, team, start, begun, end, cause, after, free, deed)
+        self.done.append(done)
+        self.last.update(dict.fromkeys(team, done))
+        return done
 
 
 def _acted(team: Sequence[Mover], region: int) -> float:
-    for moved in team:
-        moved.face(0, region)
-    lasting = max(float(moved.values.get(ACTION_SECONDS, 2.0)) for moved in team)
-    end = max(moved.time for moved in team) + lasting
-    for moved in team:
-        moved.rest(0, end)
-        moved.resume(0)
+    for mover in team:
+        mover.face(0, region)
+    lasting = max(float(mover.values.get(ACTION_SECONDS, 2.0)) for mover in team)
+    end = max(mover.time for mover in team) + lasting
+    for mover in team:
+        mover.rest(0, end)
+        mover.resume(0)
     return end
 
 
-def _rest(moved: Mover, until: float) -> None:
-    moved.halt(0)
-    if moved.time < until:
-        moved.rest(0, until)
+def _rest(mover: Mover, until: float) -> None:
+    mover.halt(0)
+    if mover.time < until:
+        mover.rest(0, until)
 
 
-def team_of(node: Node) -> tuple[str, ...]:
-    """The robots that a node keeps busy."""
-    if isinstance(node, DecisionNode):
-        return ()
-    return (node.robot,) if isinstance(node, StepNode) else (node.robot, *node.others)
-
-
-def _latest(done: Sequence[TimedNode], edges: Sequence[After]) -> tuple[float, After | None]:
-    """The edge whose node ends last, and when; the robot's own of those that end together."""
-    last = max((done[edge.node].end for edge in edges), default=0.0)
-    near = [edge for edge in edges if done[edge.node].end >= last - AT_ONCE]
-    return last, max(near, key=lambda edge: edge.cause is LinkCause.OWN, default=None)
-
-
-def steps_of(done: Iterable[TimedNode]) -> dict[tuple[str, int], tuple[float, float]]:
+def steps_of(done: Iterable[Activity]) -> dict[tuple[str, int], tuple[float, float]]:
     """When each step begins and ends, by robot and tick."""
-    steps = ((timed.node, timed) for timed in done if isinstance(timed.node, StepNode))
-    return {(node.robot, node.tick): (timed.begun, timed.end) for node, timed in steps}
+    return {(a.robot, a.tick): (a.begun, a.end) for a in done if a.team and a.deed is None}
 
 
-def actions_of(done: Iterable[TimedNode]) -> Iterator[Action]:
-    """The actions, each from when its robots come to rest for it."""
-    for timed in done:
-        node = timed.node
-        if not isinstance(node, StepNode | DecisionNode):
-            for name in team_of(node):
-                what = (node.tick, node.action, node.obstacle, node.region)
-                yield Action(name, *what, timed.start, timed.end)
+def actions_of(done: Iterable[Activity]) -> Iterator[Action]:
+    """The actions, each from when its robots may come to rest for it."""
+    for activity in done:
+        for name in activity.team if activity.deed is not None else ():
+            assert activity.deed is not None
+            obstacle, region, action = activity.deed
+            times = (activity.start, activity.end)
+            yield Action(name, activity.tick, action, obstacle, region, *times)
 
 
-def waits_of(done: Sequence[TimedNode]) -> Iterator[Wait]:
+def waits_of(done: Iterable[Activity]) -> Iterator[Wait]:
     """Who waits for whom."""
-    for timed in done:
-        for name, since in timed.free.items():
-            if timed.edge is not None and timed.start > since + AT_ONCE:
-                on = done[timed.edge.node].node
-                times = (since, timed.start, timed.edge.cause)
-                yield Wait(name, timed.node.tick, *times, on.robot, on.tick)
+    for activity in done:
+        for name, since in activity.free.items():
+            after = activity.after
+            if after is not None and activity.start > since + AT_ONCE:
+                times = (since, activity.start, activity.cause)
+                yield Wait(name, activity.tick, *times, after.robot, after.tick)
 
 
-def chain_of(done: Sequence[TimedNode], makespan: float) -> tuple[Link, ...]:
+def chain_of(done: Iterable[Activity], makespan: float) -> tuple[Link, ...]:
     """The links from the start to the end, each beginning when the one before ends."""
     found: list[Link] = []
-    own = LinkCause.OWN
-    timed = max((t for t in done if t.free), key=lambda t: t.end, default=None)
-    if timed is not None and timed.end < makespan:
-        found.append(Link(timed.node.robot, timed.node.tick, "stop", timed.end, makespan, own))
-    while timed is not None:
-        node, edge = timed.node, timed.edge
-        if not isinstance(node, DecisionNode):
-            if isinstance(node, StepNode):
-                what = f"{node.origin} -> {node.to}"
-            else:
-                what = f"{node.action} {node.obstacle}"
-            cause = own if edge is None else edge.cause
-            found.append(Link(node.robot, node.tick, what, timed.start, timed.end, cause))
-        timed = None if edge is None else done[edge.node]
+    last = max((a for a in done if a.team), key=lambda a: a.end, default=None)
+    if last is not None and last.end < makespan:
+        found.append(Link(last.robot, last.tick, "stop", last.end, makespan, LinkCause.OWN))
+    while last is not None:
+        if last.team:
+            found.append(Link(last.robot, last.tick, last.what, last.start, last.end, last.cause))
+        last = last.after
     return tuple(reversed(found))
