@@ -157,7 +157,9 @@ def floor(robots: int, seed: int, side: int = 32) -> Scenario:
     lines += ["robots:"]
     for i in range(robots):
         start, goal = list(places[2 * i]), list(places[2 * i + 1])
-        lines.append(f"  r{i}: {{model: cart, start: {start}, objective: {{visit: [{goal}]}}}}")
+        lines.append(
+            f"  r{i}: {{model: cart, start: {start}, objective: {{visit: [{goal}, {start}]}}}}"
+        )
     lines += ["until: {rounds: 1}", "limits: {ticks: 2000}"]
     return load_scenario_text("\n".join(lines) + "\n")
 

@@ -211,7 +211,11 @@ class Commands:
             timeout = 0.0
         elif not self.simulated:
             timeout = SLICE if timeout is None else min(timeout, SLICE)
-        for event in self.world.wait(timeout):
+        try:
+            events = list(self.world.wait(timeout))
+        except Exception as error:
+            raise WorldError(f"World.wait({timeout}) failed: {error}") from error
+        for event in events:
             self._take(event)
             heard = True
         self._cancel_overdue()
@@ -266,6 +270,12 @@ class Commands:
         return heard
 
     def _take(self, event: WorldEvent) -> None:
+        if not isinstance(event, WorldEvent):
+            self.dropped.append(Dropped(WorldEvent(self.world.now()), f"{event!r} is not an event"))
+            return
+        if isinstance(event, Sensed) and not isinstance(event.obstacle, Obstacle):
+            self.dropped.append(Dropped(event, f"{event.obstacle!r} is not an Obstacle"))
+            return
         if isinstance(event, Sensed):
             self.sensed.append(event)
             return

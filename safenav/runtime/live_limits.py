@@ -17,8 +17,9 @@ def refuse_if_unsafe(scenario: Scenario) -> None:
         others += [name for name in sorted(robot.tracks) if name not in others]
         if robot.tracking is Tracking.NEARBY or not others:
             continue
+        moves = f"{others[0]} moves" if len(others) == 1 else f"{' and '.join(others)} move"
         raise UsageError(
             f"{robot.name} has 'tracking: {robot.tracking.value}': its strategy assumes that "
-            f"{' and '.join(others)} move at most one region between two of its looks, which a "
+            f"{moves} at most one region between two of its looks, which a "
             "live run does not keep; use 'clock: lockstep' or 'tracking: nearby'"
         )

@@ -360,6 +360,8 @@ class Turns:
         as encountered."""
         region, obstacle = pose.region, None
         match event:
+            case Elsewhere() if robot.pose.region in self.state.taken(robot.robot):
+                return Reaction.OUT_OF_SERVICE, None  # it slid to where another robot is
             case Arrived() | Elsewhere():
                 return None, None
             case Lost():
@@ -414,7 +416,8 @@ class Turns:
         """Close all regions but one in which a lost robot may be: it blocks that one itself."""
         rivals = frozenset(other.name for other in self.state.rivals(robot.robot))
         yield from self.leave_plan(PlanEndReason.VIOLATION, settling=True)
-        for region in sorted(event.regions - {robot.pose.region}):
+        taken = self.state.taken(robot.robot)
+        for region in sorted(event.regions - {robot.pose.region} - taken):
             obstacle = lost(robot.robot, rivals, region)
             violation = Violation(robot.robot, robot.pose.region, region, obstacle)
             self._encounter(robot, violation)
