@@ -1,4 +1,4 @@
-"""Measures what it brings that robots move at the same time.
+"""Measure the gain of robots that move at the same time.
 
     python benchmarks/one_clock.py                          # team_of_six, warehouse, crowds, floors
     python benchmarks/one_clock.py --draws 5 --only floor-20
@@ -81,7 +81,7 @@ class Serial:
 
 
 class Steps(TickPace):
-    """A step a second, whatever the timing of the model."""
+    """One step per second, whatever the timing of the model."""
 
     def step(
         self, now: float, origin: int, to: int, _: int | None = None, slower: float = 1.0

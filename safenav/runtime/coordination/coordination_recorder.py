@@ -112,7 +112,7 @@ def stack(
             if not helpers:
                 because = why_nobody(floor, found, gate, team.scenario.map.word)
             if aside:
-                because = "no order of moves lets them resolve it as things stand"
+                because = "no order of moves lets them resolve it now"
             line = requested(team, request, floor, helpers, because)
             lines.append(replace(line, aside=True) if aside else line)
             lines += [

@@ -31,9 +31,9 @@ from safenav.world.moves import Pose
 from safenav.world.poses import bits, region_mask
 
 MOST_MOMENTS = 2_000
-"""Moments of one obstacle that are compared; of more the helpers are looked at one by one."""
+"""Moments of one obstacle that are compared; beyond that the helpers are examined one by one."""
 SECONDS = 0.25
-"""For one obstacle; what is not looked at by then is left out, and said so."""
+"""Seconds for one obstacle; moments not examined by then are left out, and reported so."""
 
 
 @dataclass(frozen=True)

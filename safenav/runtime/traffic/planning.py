@@ -186,7 +186,7 @@ class Traffic:
         if self.state.live:
             now = self.clock()
             if now == self._looked or self._anybody_busy():
-                return False  # nobody can have waited longer; or the others go on meanwhile
+                return False  # nobody can have waited longer; or the others continue meanwhile
             self._looked = now
         if self.wanted is None:
             self.wanted = self._clearing() or self._starving()

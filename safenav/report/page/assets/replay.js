@@ -1,4 +1,4 @@
-/* sources a9dd18461fa9213b685be18a30f4b15e34fb76e4c6af24d372bd68a4e03ecd3d */
+/* sources b4d6ec8597d024da807da592df8546a83736b037a5c87d29557176a69d6c8366 */
 /* Contains Preact:
 The MIT License (MIT)
 
