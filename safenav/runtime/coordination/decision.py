@@ -207,13 +207,13 @@ def _changed(team: TeamState, event: ObstacleChanged) -> Decision:
     said = tuple(lines.changed(team, event.change))
     if event.change.appeared:
         knowledge.appear(obstacle)
+        requests = replace(team.requests, aside=frozenset())
         if not obstacle.ordered:
-            requests = replace(team.requests, aside=frozenset())
-        decision = _unchanged(team, event, records=said)
-        return replace(decision, knowledge=knowledge, requests=requests)
+            decision = _unchanged(team, event, records=said)
+            return replace(decision, knowledge=knowledge, requests=requests)
         knowledge.meet(obstacle)
         decision = _unchanged(team, event, records=said, next=Unsettled(Reason.REQUEST))
-        return replace(decision, knowledge=knowledge, requests=team.requests.ordered(obstacle))
+        return replace(decision, knowledge=knowledge, requests=requests.ordered(obstacle))
     after = Unsettled(Reason.GONE) if knowledge.forget(obstacle) else None
     requests = replace(team.requests.without(obstacle.name), aside=frozenset())
     decision = _unchanged(team, event, records=said, next=after)
