@@ -245,8 +245,9 @@ class Deadlines:
             return None
         limit = self.team.scenario.limit_of(request.obstacle)
         due = None if limit is None else self.team.tick + limit
-        first = next(iter(request.requesters))
-        lasts = self.lasts_until(first, name) if self.lasts_until is not None else None
+        first, lasts = next(iter(request.requesters), None), None
+        if first is not None and self.lasts_until is not None:
+            lasts = self.lasts_until(first, name)
         if lasts is not None and (due is None or lasts < due):
             return lasts, BATTERY
         return None if due is None else (due, None)
