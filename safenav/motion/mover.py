@@ -22,16 +22,14 @@ Values = Mapping[str, float]
 class Crossing:
     """A move between two regions that lie side by side.
 
-    ``heading``: after it; ``then``: the heading of the move after the next one has begun, or
-    None if the robot does not move again; ``short``: an obstacle stands across the middle of
-    ``to``, and the robot is to resolve it there, so it stays in the first half of the region.
+    ``heading``: after it; ``short``: an obstacle stands across the middle of ``to``, and the robot
+    is to resolve it there, so it stays in the first half of the region.
     """
 
     tick: int
     origin: int
     to: int
     heading: str
-    then: str | None = None
     short: bool = False
 
 

@@ -60,8 +60,7 @@ class _Run:
         self._lines: list[Line] = [Reserve(n, 0, m.region, 0.0) for n, m in movers.items()]
         self._departs: dict[str, records.Depart] = {}
         self._acts: dict[int, records.Act] = {}
-        self._deeds = _deeds(trace)
-        self._short = _short(trace)
+        self._deeds, self._short = _deeds(trace)
         self._busy = dict.fromkeys(movers, 0.0)
         self._last = dict.fromkeys(movers, 0.0)
 
@@ -98,7 +97,7 @@ class _Run:
         mover, begin = self._movers[depart.robot], _time(depart)
         heading = self._floor.heading(depart.from_, depart.to)
         short = (depart.robot, depart.command) in self._short
-        step = Crossing(depart.tick, depart.from_, depart.to, heading, None, short)
+        step = Crossing(depart.tick, depart.from_, depart.to, heading, short)
         self._rest(mover, depart.tick, begin)
         natural, walks = _tried(mover, step)
         end = natural if end is None else end
@@ -190,48 +189,39 @@ def _time(record: records.Record) -> float:
     return record.t or 0.0
 
 
-def _deeds(trace: Trace) -> dict[int, list[tuple[str, str]]]:
-    """The obstacles that each action deals with, and what it does, by its command."""
+def _deeds(
+    trace: Trace,
+) -> tuple[dict[int, list[tuple[str, str]]], set[tuple[str, int]]]:
+    """By the command of each action: the obstacles that it deals with, and what it does; robots and
+    commands of the steps that end before such an obstacle in the region that they enter."""
     found: dict[int, list[tuple[str, str]]] = {}
-    ended: dict[tuple[str, int], int] = {}
+    short: set[tuple[str, int]] = set()
+    ended: dict[tuple[str, int], records.Act] = {}
     acts: dict[int, records.Act] = {}
-    last: set[str] = set()
-    for record in trace.records:
-        if isinstance(record, records.Act):
-            acts[record.command] = record
-        elif isinstance(record, records.Acted):
-            names = acts[record.command].robots
-            ended.update(((name, record.tick), record.command) for name in names)
-        elif isinstance(record, records.Met | records.Resolved):
-            needs = trace.obstacles[record.obstacle].all_needs
-            need = record.need if isinstance(record, records.Met) else len(needs) - 1
-            command = ended.get((record.robot, record.tick))
-            told = isinstance(record, records.Resolved) and record.obstacle in last
-            if command is not None and not told:
-                found.setdefault(command, []).append((record.obstacle, needs[need].action))
-            last.discard(record.obstacle)
-            if isinstance(record, records.Met) and need == len(needs) - 1:
-                last.add(record.obstacle)
-    return found
-
-
-def _short(trace: Trace) -> set[tuple[str, int]]:
-    """Robots and commands of the steps that end before an obstacle that stands in their region."""
-    found: set[tuple[str, int]] = set()
     entered: dict[str, tuple[int, int]] = {}
-    acts: dict[int, records.Act] = {}
-    deeds = _deeds(trace)
+    last: set[str] = set()
     for record in trace.records:
         if isinstance(record, records.Arrive) and record.result is MoveEnd.ARRIVED:
             entered[record.robot] = record.at, record.command
         elif isinstance(record, records.Act):
             acts[record.command] = record
         elif isinstance(record, records.Acted):
-            regions = {trace.obstacles[name].region for name, _ in deeds.get(record.command, ())}
-            for name in acts[record.command].robots:
-                if name in entered and entered[name][0] in regions:
-                    found.add((name, entered[name][1]))
-    return found
+            act = acts[record.command]
+            ended.update(((name, record.tick), act) for name in act.robots)
+        elif isinstance(record, records.Met | records.Resolved):
+            obstacle = trace.obstacles[record.obstacle]
+            needs = obstacle.all_needs
+            need = record.need if isinstance(record, records.Met) else len(needs) - 1
+            by = ended.get((record.robot, record.tick))
+            told = isinstance(record, records.Resolved) and obstacle.name in last
+            last.discard(obstacle.name)
+            if isinstance(record, records.Met) and need == len(needs) - 1:
+                last.add(obstacle.name)
+            if by is not None and not told:
+                found.setdefault(by.command, []).append((obstacle.name, needs[need].action))
+                steps = ((name, *entered.get(name, (-1, 0))) for name in by.robots)
+                short |= {(name, step) for name, at, step in steps if at == obstacle.region}
+    return found, short
 
 
 def _tried(mover: Mover, step: Crossing) -> tuple[float, bool]:

@@ -146,7 +146,7 @@ class _Run:
         ]
         heading = self.floor.heading(move.from_, move.to)
         short = (name, tick) in self.short
-        step = Crossing(tick, move.from_, move.to, heading, None, short)
+        step = Crossing(tick, move.from_, move.to, heading, short)
         self.left[move.from_][name] = self._do(name, tick, (name,), before, step)
         self.entered[name] = move.to, tick
 

@@ -50,8 +50,7 @@ class WalkerMover(Mover):
         if self.foot:
             primitive = primitives.walk(self.gait, quarters, self.foot)
         else:
-            then = turn(crossing.heading, crossing.then) if crossing.then else 0
-            primitive = primitives.start(self.gait, quarters, then or LEFT)
+            primitive = primitives.start(self.gait, quarters, LEFT)
         return [self._carried_out(primitive, crossing.tick, crossing.to, crossing.heading)]
 
     def halt(self, tick: int) -> list[Moving]:
