@@ -3,7 +3,7 @@
     python benchmarks/one_clock.py                          # team_of_six, warehouse, crowds, floors
     python benchmarks/one_clock.py --draws 5 --only floor-20
 
-Each draw gives every robot a speed from 0.5 to 2 steps a second; a tenth of the steps takes five
+Each draw gives every robot a speed from 0.5 to 2 steps per second; a tenth of the steps takes five
 times as long. ``serial``: each command waits for the one before; ``live``: a live run; ``bound``:
 the longest robot alone on the floor, without obstacles. Seconds of the simulated clock, medians.
 ``ms``: CPU milliseconds of the runtime for each step of the live run, without syntheses. Nothing
