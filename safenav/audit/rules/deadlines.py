@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import product
 
 from safenav.audit.bound import Bound, least_within, mission_end
 from safenav.audit.rules.batteries import BATTERY, charge_after, lasts_until
@@ -208,7 +209,10 @@ class DeadlineRule(Rule):
                 battery = now.header.robots[record.robot].battery
                 if record.cause is ChangeCause.BATTERY and battery is not None:
                     self._charge[record.robot] = battery.capacity
-                self._clocks[record.robot].restart(tick)
+                clock = self._clocks[record.robot]
+                met = clock.met
+                clock.restart(tick)
+                clock.met = met  # what it has met in this round counts
             case Goal():
                 self._goal(record, now)
             case _:
@@ -294,7 +298,8 @@ class DeadlineRule(Rule):
             return
         else:
             self._lost.add(of)
-            truths = {record.earliest if of == MISSION else self._bounds(now).resolution(of)}
+            bounds = self._bounds(now)
+            truths = self._mission(now) if of == MISSION else {bounds.resolution(of)}
         if record.earliest not in truths:
             told = " or ".join(str(truth) for truth in truths)
             yield f"{of} is possible from tick {told} on, not {record.earliest}"
@@ -307,17 +312,38 @@ class DeadlineRule(Rule):
             self._bound = (self._tick, self._had, bound)
         return self._bound[2]
 
-    def _left(self, robot: str, now: Situation) -> Iterator[list[frozenset[int]]]:
-        """The targets that a robot has still to meet for its round; of a patrol that has met none,
-        beginning with either."""
+    def _left(self, robot: str, now: Situation, rounds: int = 1) -> Iterator[list[frozenset[int]]]:
+        """The targets that a robot has still to meet for its round, and the ``rounds`` after it;
+        of a patrol that has met none, beginning with either."""
         targets, clock = now.header.robots[robot].objective.targets, self._clocks[robot]
         count = len(targets)
-        left = count - clock.met
+        left = max(count * rounds - clock.met, 0)
         begins = [0] if clock.turn is None else [(clock.turn + 1) % count]
         if clock.turn is None and now.header.robots[robot].objective.kind == "patrol":
             begins = [0, 1]
         for first in begins:
             yield [targets[(first + k) % count] for k in range(left)]
+
+    def _mission(self, now: Situation) -> set[int | None]:
+        """The earliest ticks at which the whole mission can be completed; several where a patrol
+        may begin with either target."""
+        ends: list[set[int | None]] = [{self._tick}]
+        wanted = now.header.until.rounds or 1
+        for name, robot in now.header.robots.items():
+            clock, objective = self._clocks[name], robot.objective
+            if objective.kind in ("hold", "once"):
+                first = 0 if clock.turn is None else clock.turn + 1
+                choices = [[*objective.targets[first:]] if clock.rounds < 1 else []]
+            elif objective.kind in ("patrol", "visit"):
+                choices = [*self._left(name, now, wanted - clock.rounds)]
+            else:
+                continue
+            found = {self._bounds(now).round(name, goals) for goals in choices if goals}
+            ends += [found] if found else []
+        return {
+            None if None in choice else max(end for end in choice if end is not None)
+            for choice in product(*ends)
+        }
 
     def _refused(self, of: str, outcome: Outcome, now: Situation) -> Iterator[Finding]:
         least = (outcome.refused or {})[of]
