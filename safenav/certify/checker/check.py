@@ -121,6 +121,7 @@ class Robot:
         self.back: dict[str, Any] = {}  # this turn: region of an encounter, and its ``node``
         self.heard = dict[str, int]()  # the inputs of the environment
         self.active, self.way = True, list[Pose]()  # in service; its part of a joint plan
+        self.begun = 0  # the tick in which its step began
         self.battery = data.get("battery")
         self.charge = self.battery["start"] if self.battery else None
         self.forms = set[str]()  # in which its own objective was proven, "plan" if it was moved
@@ -379,6 +380,7 @@ class Run:
         self.tick = self.turn = self.answered = self.strayed = 0
         self.stack = list[tuple[Any, ...]]()  # of requests
         self.permanent = set[str]()  # obstacles that stay, as an operator says
+        self.passing = set[str]()  # obstacles that go by themselves
         self.ordered = set[str]()  # obstacles that were requested by no robot
         self.met: Any = None  # the obstacle encountered last, its robot and tick
         self.shown: dict[Any, Any] = {}  # what files show, each once
@@ -602,6 +604,9 @@ class Run:
                 require(there, f"{robot.name} is not at its goal {goal}")
                 robot.goals += [goal] if not own.settles or goal not in robot.goals else []
                 robot.turn += 1
+            case "deadline" if record["of"] in self.obstacles:
+                if record["verdict"] in ("set", "lost"):
+                    self.foretell(record)
             case "outcome":
                 require(record is self.trace[-1], "a line follows the outcome")
                 ran = -(-self.turn // len(self.robots))  # it may end before any move of a tick
@@ -744,8 +749,92 @@ class Run:
         names = {SOMEBODY, *self.robots, *(f"robots.{name}" for name in self.robots)}
         require(data["name"] not in names, "an obstacle has the name of a robot")
         require(data["name"] not in self.obstacles, f"{data['name']} already exists")
+        if data.get("until") is not None:
+            self.passing.add(data["name"])
         about = data["name"], data["region"], frozenset(data["blocks"]), (*needs,), (*needs,)
         self.obstacles[data["name"]] = Obstacle(*about, present, data["traversable"])
+
+    def foretell(self, record: Json) -> None:
+        """Refuse unless the bound on a resolution is what is found here."""
+        of, due, least = record["of"], record["due"], self.earliest(record["of"])
+        require(least == record.get("earliest"), f"{of} can be resolved from tick {least} on")
+        if record["verdict"] == "lost":
+            require(least is None or least > due, f"{of} can be resolved by tick {due}")
+            when = "ever" if least is None else f"before tick {least}"
+            said = f"{of} cannot be resolved {when}, whatever the robots do"
+            self.claim("lost", f"{said}; it is due at tick {due}.")
+
+    def earliest(self, wanted: str) -> int | None:
+        """Return the earliest tick in which an open obstacle can be resolved, if robots do not
+        collide and are never busy, and all open obstacles are gone when they can be; None: never.
+        Turn ``tick * n + k`` is that of robot k of n."""
+        names, count = [*self.robots], len(self.robots)
+        had, never = self.turn - (self.tick - 1) * count, 1 << 40
+        now = self.tick * count + had - 1
+        start = dict[str, tuple[Pose, int]]()
+        for k, (name, robot) in enumerate(self.robots.items()):
+            ready = self.tick - (k >= had)
+            if robot.pose != robot.destination:
+                least = robot.data.get("timing", {}).get("least", 1)
+                ready = max(ready + 1, robot.begun + least - 1)
+            start[name] = robot.destination, ready
+        stays = [o for o in self.obstacles.values() if o.name not in self.passing]
+        opens = [o for o in stays if o.known and o.present and o.sealed is None and o.left]
+        met = {o.name: [never] * len(o.left) for o in opens}
+
+        def until(name: str, region: int) -> int:
+            """The turn after which a robot may enter a region."""
+            if any(name in (o.sealed or ()) and o.region == region for o in stays):
+                return never
+            turns = [-1]
+            for o in opens:
+                if o.region == region and name in o.blocks:
+                    last = o._replace(left=o.left[-1:])
+                    ends = met[o.name] if last.stands(name) else [-1, *met[o.name][:-1]]
+                    turns.append(ends[-1])
+            return max(turns)
+
+        def ways(name: str, seeds: dict[Pose, int]) -> dict[Pose, int]:
+            """The earliest tick at whose end a robot is in each pose."""
+            data, k, best, queue = self.robots[name].data, names.index(name), dict(seeds), [*seeds]
+            takes = (data.get("timing") or {}).get("least", 1)
+            for pose in queue:
+                for to in self.world.moves(data["mobility"], pose) - {pose}:
+                    after = until(name, to[0])
+                    ends = max(best[pose] + 1, (after - k) // count + 1) + takes - 1
+                    if after < never and ends < best.get(to, never):
+                        best[to] = ends
+                        queue.append(to)
+            return best
+
+        def turns_of(o: Obstacle) -> list[int]:
+            found, before, fields = list[int](), now + 1, dict[str, dict[Pose, int]]()
+            for number, need in enumerate(o.left):
+                former, fields, there = fields, {}, list[int]()
+                for k, name in enumerate(names):
+                    done = not number and name in o.done
+                    if name not in need.able and not done:
+                        continue
+                    seeds = dict([start[name]])
+                    if need.same and number and not (number == 1 and name in o.done):
+                        had_part = former.get(name, {}).items()
+                        at, since = o.left[number - 1].regions, before // count
+                        seeds = {p: max(t, since) for p, t in had_part if p[0] in at}
+                    fields[name] = ways(name, seeds)
+                    ticks = [t for p, t in fields[name].items() if p[0] in need.regions]
+                    if ticks and not done:
+                        turn = max(min(ticks) * count + k, before)
+                        there.append(turn if need.together else turn + (k - turn) % count)
+                missing = need.robots - (0 if number else len(o.done))
+                before = [*sorted(there), *[never] * missing][missing - 1]
+                found.append(before)
+            return found
+
+        while (after := {o.name: turns_of(o) for o in opens}) != met:
+            met = after
+        if wanted not in met:
+            return self.tick
+        return None if met[wanted][-1] >= never else met[wanted][-1] // count
 
     def clear(self, obstacle: Obstacle) -> None:
         """Refuse if an obstacle appears where a robot is that must not be there."""
@@ -786,6 +875,8 @@ class Run:
             require(not left, f"{who} met {what}, and no request of it is on the stack")
         self.turn += 1
         pose = (record["to"], record.get("heading"))
+        if robot.pose == robot.destination:
+            robot.begun = self.tick
         self.discharge(record, robot)
         try:
             require("failed" not in record, "its step has failed")

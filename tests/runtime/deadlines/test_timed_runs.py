@@ -5,15 +5,19 @@ from __future__ import annotations
 
 import json
 import os
+import re
+import shutil
 from pathlib import Path
 from random import Random
 from typing import Any
 
 import pytest
 
+from certify.making import files_of, rewrite, run_checker
 from runtime.deadlines.timed import timed_scenario
 from runtime.played import Runner
 from safenav.audit.check import check_trace
+from safenav.certify.record import bundle_of_run
 from safenav.errors import InputError
 from safenav.scenario.reading.loader import load_scenario_text
 
@@ -109,3 +113,39 @@ def test_what_cannot_be_is_refused_before_the_start(run: Runner) -> None:
 def test_errors(text: str, found: str) -> None:
     with pytest.raises(InputError, match=found):
         load_scenario_text(text)
+
+
+LOST = """
+safenav: 1
+map:
+  grid: ["#########", "#.......#", "#########"]
+catalogue:
+  robots:
+    cart: {mobility: free, layer: ground, capabilities: []}
+    opener: {mobility: free, layer: air, capabilities: [open]}
+  obstacles:
+    gate: {action: open, resolve_at: neighbours, blocks: [ground], resolve_within: 1}
+robots:
+  cart: {model: cart, start: [1, 2], objective: {visit: [[1, 7], [1, 1]]}}
+  opener: {model: opener, start: [1, 7], objective: {hold: [1, 7]}}
+obstacles: [{type: gate, region: [1, 3]}]
+until: {rounds: 1}
+"""
+
+
+def test_the_checker_of_a_bundle_computes_the_bound_again(tmp_path: Path) -> None:
+    (tmp_path / "late.yaml").write_text(LOST)
+    bundle_of_run(tmp_path / "late.yaml", tmp_path / "bundle")
+    code, said = run_checker(tmp_path / "bundle")
+    assert code == 0, said
+    assert "gate@12 cannot be resolved before tick" in said
+    files = files_of(tmp_path / "bundle")
+    trace = files["trace.jsonl"].decode()
+    (least,) = {m.group(1) for m in re.finditer(r'"earliest":(\d+)', trace)}
+    for other in (int(least) - 1, int(least) + 1):
+        forged = trace.replace(f'"earliest":{least}', f'"earliest":{other}')
+        rewrite(tmp_path / "bundle", {**files, "trace.jsonl": forged.encode()}, tmp_path / "forged")
+        code, said = run_checker(tmp_path / "forged")
+        assert code == 1
+        assert "can be resolved from tick" in said
+        shutil.rmtree(tmp_path / "forged")
