@@ -16,7 +16,9 @@ from safenav.audit.check import check_trace
 from safenav.errors import UsageError
 from safenav.runtime.intervening import line_read
 from safenav.runtime.mission import Mission
-from safenav.scenario.model import Outcome
+from safenav.runtime.protocol import Lost
+from safenav.runtime.simulation import LiveSimulation
+from safenav.scenario.model import Outcome, Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.writing import TraceWriter
 
@@ -201,3 +203,42 @@ def test_the_terminal_tells_what_would_help(tmp_path: Path) -> None:
     assert "tried: catalogue.robots.cart.capabilities: [push]" in done.stderr
     assert "unknown intervention 'open'" in done.stderr
     assert "an operator intervenes: resolved gate@27" in done.stdout
+
+
+class Remote:
+    """A world like any outside: the runtime knows nothing of what is there."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.simulation = LiveSimulation(scenario)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.simulation, name)
+
+
+def test_a_lost_robot_is_put_back(tmp_path: Path) -> None:
+    """Where it may be, nobody goes; once an operator has put it down, that is over."""
+    text = GATE.replace("obstacles: [{type: gate, region: [2, 5]}]\n", "")
+    scenario = load_scenario_text(text.replace("layer: air", "layer: ground"))
+    world, path = Remote(scenario), tmp_path / "trace.jsonl"
+    with TraceWriter(path) as trace:
+        mission = Mission(scenario, world=world, listeners=[trace], attended=True)
+        mission.start()
+        while mission.state.robots["cart"].transit is None or mission.state.tick < 6:
+            mission.step()
+        cart = mission.state.robots["cart"]
+        mission.post(
+            Lost(world.now(), "cart", cart.occupied, command=mission._commands.number("cart"))
+        )
+        world.simulation._coming = [c for c in world.simulation._coming if c[3].name != "cart"]
+        while mission.waiting is None or not mission.still:
+            mission.step()
+        assert "lost_cart@26" in mission.waiting.explanation
+        mission.intervene(line_read("put_back cart [3, 2]", scenario))
+        while mission.result is None:
+            mission.step()
+    assert mission.result.outcome is Outcome.COMPLETED
+    audit = check_trace(path)
+    assert audit.findings == (), "\n".join(map(str, audit.findings))
+    records = [json.loads(line) for line in path.read_text().splitlines()]
+    gone = [line["obstacle"] for line in records if line["type"] == "gone"]
+    assert gone == ["lost_cart@26"]
