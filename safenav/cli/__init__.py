@@ -21,6 +21,7 @@ from safenav.errors import ExitCode, SafenavError, UsageError
 COMMANDS = {
     "run": "Run a scenario and print what happens.",
     "resume": "Continue a run that was interrupted or killed.",
+    "drive": "Run a scenario with real robots, or rehearse it.",
     "studio": "Draw a scenario in a browser, run it, change its world.",
     "synth": "Synthesize the controllers and write them to files.",
     "check": "Validate a scenario and check whether each robot is realizable.",
@@ -41,7 +42,13 @@ COMMANDS = {
     "doctor": "List what is installed and test whether it works.",
 }
 
-EXTRAS = {"numpy": "motion", "daqp": "motion", "PIL": "pictures", "aiohttp": "studio"}
+EXTRAS = {
+    "numpy": "motion",
+    "daqp": "motion",
+    "PIL": "pictures",
+    "aiohttp": "studio",
+    "cyclonedds": "ros2",
+}
 """The extra that installs a package which some commands need, by the name that is imported."""
 
 EPILOG = """\b

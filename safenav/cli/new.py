@@ -30,6 +30,9 @@ EPILOG = "\n".join(
         "  safenav new office.yaml --map office_map.yaml --side 0.5",
         "  safenav new floor.yaml --map floor.png --rows 20 --cols 30",
         "\b",
+        "For robots of yours (docs/drive.md):",
+        "  safenav new fleet.yaml --fleet lab.yaml",
+        "\b",
         "Exit codes:",
         "  0  written   2  bad usage, or the file exists already",
     ]
@@ -52,6 +55,12 @@ EPILOG = "\n".join(
     help="Use this map (image, ROS, MovingAI) instead.",
 )
 @division_options
+@click.option(
+    "--fleet",
+    type=click.Path(path_type=Path),
+    metavar="SCENARIO",
+    help="Write a fleet file for the robots of this scenario instead.",
+)
 @click.option("--force", is_flag=True, help="Replace FILE if it exists.")
 def command(
     file: Path,
@@ -61,10 +70,13 @@ def command(
     cols: int | None,
     side: float | None,
     share: float | None,
+    fleet: Path | None,
     force: bool,
 ) -> int:
     """Write a commented scenario to FILE (default: scenario.yaml; -: standard output). It loads
     and runs as it is; change it from there."""
+    if fleet is not None:
+        return _new_fleet(file, fleet, force)
     if map_file is not None:
         from safenav.scenario.reading.bare_map import Division
 
@@ -84,6 +96,22 @@ def command(
     schema = file.with_name("safenav.schema.json")
     if not schema.exists():
         click.echo(f"    in editors: safenav schema -o {quote(str(schema))}", err=True)
+    return ExitCode.OK
+
+
+def _new_fleet(file: Path, scenario: Path, force: bool) -> int:
+    from safenav.fleet.fleet_file import template_text as fleet_text
+    from safenav.scenario.reading.loader import load_scenario
+
+    text = fleet_text(load_scenario(scenario))
+    if str(file) == "-":
+        click.echo(text, nl=False)
+        return ExitCode.OK
+    write_text(text, file, force)
+    click.echo(f"{file}: how to reach the robots of {scenario}", err=True)
+    names = f"{quote(str(scenario))} --fleet {quote(str(file))}"
+    click.echo(f"    rehearse:   safenav drive {names} --rehearse", err=True)
+    click.echo(f"    drive:      safenav drive {names}", err=True)
     return ExitCode.OK
 
 

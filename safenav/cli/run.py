@@ -6,6 +6,7 @@ import json
 import os
 import signal
 import sys
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +18,7 @@ from safenav.cli.output import FILE, TRACE_PAGE_OR_FOLDER
 from safenav.errors import ExitCode, UsageError
 
 if TYPE_CHECKING:
+    from safenav.runtime.expectation import Ledger
     from safenav.runtime.mission import Mission
     from safenav.trace.records import Record
     from safenav.trace.writing import Listener
@@ -107,7 +109,7 @@ def command(
     from safenav.cli.operator import run_with_operator
     from safenav.report.terminal.story import Story
     from safenav.report.terminal.synthesis_progress import WaitingLine
-    from safenav.runtime.expectation import Ledger, differences
+    from safenav.runtime.expectation import Ledger
     from safenav.runtime.mission import Mission, default_synthesizer
     from safenav.scenario.model import Clock
     from safenav.scenario.reading.loader import load_scenario
@@ -139,7 +141,7 @@ def command(
         if trace is not None:
             listeners.append(stack.enter_context(TraceWriter(trace)))
         if not as_json:
-            listeners.append(_while_heard(Story(plan, maps=maps)))
+            listeners.append(while_heard(Story(plan, maps=maps)))
         operator = _operator(operator, plan.clock is Clock.LIVE, as_json)
         mission = Mission(
             plan,
@@ -149,27 +151,44 @@ def command(
             attended=operator is not None,
         )
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGALRM):
-            signal.signal(number, lambda number, _: _interrupt(mission, number))
+            signal.signal(number, lambda number, _: interrupt(mission, number))
         wall = plan.limits.seconds if plan.clock is Clock.LOCKSTEP else None
         signal.setitimer(signal.ITIMER_REAL, wall or 0, PATIENCE)
         if operator is None:
-            result = mission.run()
+            mission.run()
         else:
-            result = run_with_operator(mission, operator, helping=not as_json)
+            run_with_operator(mission, operator, helping=not as_json)
         signal.setitimer(signal.ITIMER_REAL, 0)
         if html is not None and trace is not None:
             _write_page(trace, html)
         unmet = []
         if motion is not None and trace is not None:
             unmet = _write_motion(trace, motion)
+    return report(mission, scenario, ledger, as_json, kept, html, unmet)
+
+
+def report(
+    mission: Mission,
+    scenario: Path,
+    ledger: Ledger,
+    as_json: bool,
+    trace: Path | None = None,
+    html: Path | None = None,
+    unmet: Sequence[str] = (),
+) -> int:
+    """Print how a run ended, and what differs from what the scenario expects (``unmet``:
+    differences found before); the exit code."""
+    from safenav.runtime.expectation import differences
+
+    plan, outcome = mission.scenario, str(mission.result and mission.result.outcome.value)
     wrong = [*differences(plan.expect, ledger, plan.map.word), *unmet]
     if as_json:
         click.echo(json.dumps(_record(ledger, mission, wrong), indent=2))
     for difference in wrong:
         click.echo(f"{click.style('not as expected:', fg='red')} {difference}", err=True)
-    status = _status(result.outcome.value, plan.expect.outcome is not None, bool(wrong))
+    status = _status(outcome, plan.expect.outcome is not None, bool(wrong))
     if status in (ExitCode.NEGATIVE, ExitCode.RESOURCE_LIMIT) and not as_json:
-        for line in _next_steps(result.outcome.value, scenario, kept, html):
+        for line in _next_steps(outcome, scenario, trace, html):
             click.echo(f"    {line}", err=True)
     return status
 
@@ -194,7 +213,7 @@ def _watch(scenario: Path, seed: int | None, trace: Path | None, clock: str | No
     return ExitCode.OK
 
 
-def _interrupt(mission: Mission, number: int) -> None:
+def interrupt(mission: Mission, number: int) -> None:
     """Stop at the next safe point; immediately on a second signal or after PATIENCE. The clock's
     own first signal ends the run at its time limit."""
     if number == signal.SIGALRM and mission.ending:
@@ -241,7 +260,7 @@ def _refuse_same_files(scenario: Path, outputs: dict[str, Path | None]) -> None:
             raise UsageError(f"{option} {path} would overwrite {first}; give another file")
 
 
-def _while_heard(listener: Listener) -> Listener:
+def while_heard(listener: Listener) -> Listener:
     """A listener that falls silent when the reader of our output has gone: the run continues."""
     heard = True
 

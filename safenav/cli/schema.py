@@ -1,4 +1,4 @@
-"""``safenav schema``: the JSON Schema of scenarios and of traces."""
+"""``safenav schema``: the JSON Schema of scenarios, traces and fleet files."""
 
 from __future__ import annotations
 
@@ -27,10 +27,13 @@ Exit codes:
 @click.command(epilog=EPILOG)
 @click.option("-o", "--output", type=FILE, help="Write it to this file.")
 @click.option("--trace", "of_trace", is_flag=True, help="The schema of a line of a trace.")
-def command(output: Path | None, of_trace: bool) -> int:
+@click.option("--fleet", "of_fleet", is_flag=True, help="The schema of a fleet file.")
+def command(output: Path | None, of_trace: bool, of_fleet: bool) -> int:
     """Print the JSON Schema (draft 2020-12) of scenario files, or of a trace's lines."""
     if of_trace:
         from safenav.trace.schema import schema_text
+    elif of_fleet:
+        from safenav.fleet.fleet_file import schema_text
     else:
         from safenav.scenario.schema import schema_text
 

@@ -1,0 +1,1 @@
+"""Real robots: regions to metres and back, and the transports that drive them."""

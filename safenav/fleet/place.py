@@ -1,0 +1,66 @@
+"""Regions in metres: where a robot is sent, and in which region and heading it is.
+
+x, y in metres in the frame of the map (map_server's: x east, y north, ``origin`` its south-western
+corner); yaw in radians, counter-clockwise from the x axis.
+"""
+
+from __future__ import annotations
+
+from math import atan2, cos, floor, hypot, pi, sin
+
+from safenav.dataclass import dataclass
+from safenav.world.frame import Frame
+from safenav.world.map import Heading, Region, RegionMap
+from safenav.world.moves import Pose
+
+_YAW = {
+    Heading.EAST: 0.0,
+    Heading.NORTH: pi / 2,
+    Heading.WEST: pi,
+    Heading.SOUTH: -pi / 2,
+}
+
+
+@dataclass(frozen=True)
+class Places:
+    """The regions of a map in metres."""
+
+    world: RegionMap
+    frame: Frame
+
+    def centre(self, region: Region) -> tuple[float, float]:
+        """x and y of the middle of a region."""
+        return self.frame.centre(*self.world.position(region), self.world.rows)
+
+    def yaw(self, pose: Pose) -> float | None:
+        """The direction that a robot with a heading faces; None for one without."""
+        return None if pose.heading is None else _YAW[pose.heading] + self.frame.yaw
+
+    def region(self, x: float, y: float) -> Region | None:
+        """The region that holds a point; None off the map."""
+        dx, dy = x - self.frame.origin[0], y - self.frame.origin[1]
+        east = dx * cos(self.frame.yaw) + dy * sin(self.frame.yaw)
+        north = dy * cos(self.frame.yaw) - dx * sin(self.frame.yaw)
+        col = floor(east / self.frame.resolution[0])
+        row = self.world.rows - 1 - floor(north / self.frame.resolution[1])
+        inside = 0 <= row < self.world.rows and 0 <= col < self.world.cols
+        return self.world.region(row, col) if inside else None
+
+    def heading(self, yaw: float) -> Heading:
+        """The nearest heading to a direction."""
+        return min(Heading, key=lambda heading: abs(turned(_YAW[heading] + self.frame.yaw - yaw)))
+
+    def distance(self, region: Region, x: float, y: float) -> float:
+        """Metres from a point to the middle of a region."""
+        cx, cy = self.centre(region)
+        return hypot(cx - x, cy - y)
+
+    def bearing(self, region: Region, x: float, y: float) -> float:
+        """The direction from a point to the middle of a region."""
+        cx, cy = self.centre(region)
+        return atan2(cy - y, cx - x)
+
+
+def turned(angle: float) -> float:
+    """The same angle between -pi and pi."""
+    return (angle + pi) % (2 * pi) - pi

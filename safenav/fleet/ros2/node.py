@@ -1,0 +1,146 @@
+"""A participant on the network of rmw_cyclonedds: topics and service clients, without ROS.
+
+Names on the wire: a topic ``/odom`` is ``rt/odom``; a service ``/push`` is ``rq/pushRequest`` and
+``rr/pushReply``. cyclonedds calls listeners from threads of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import count
+from threading import Lock
+from typing import Any, TypeVar
+from uuid import uuid4
+
+from cyclonedds.core import Listener, Policy, Qos
+from cyclonedds.domain import Domain, DomainParticipant
+from cyclonedds.idl import IdlStruct
+from cyclonedds.pub import DataWriter
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+from cyclonedds.util import duration
+
+M = TypeVar("M", bound=IdlStruct)
+
+_CDR = Policy.DataRepresentation(use_cdrv0_representation=True)
+_SECOND = duration(seconds=1)
+SERVICE = Qos(
+    Policy.Reliability.Reliable(_SECOND),
+    Policy.Durability.Volatile,
+    Policy.History.KeepAll,
+    _CDR,
+)
+RELIABLE = Qos(
+    Policy.Reliability.Reliable(_SECOND),
+    Policy.Durability.Volatile,
+    Policy.History.KeepLast(10),
+    _CDR,
+)
+SENSOR = Qos(
+    Policy.Reliability.BestEffort,
+    Policy.Durability.Volatile,
+    Policy.History.KeepLast(5),
+    _CDR,
+)
+"""A reader of best effort also hears reliable writers; one that is reliable hears only those."""
+
+_CONFIGURATION = (
+    "<CycloneDDS><Domain><General>"
+    '<Interfaces><NetworkInterface name="{interface}"/></Interfaces>'
+    "<AllowMulticast>{multicast}</AllowMulticast></General>"
+    "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
+    "<MaxAutoParticipantIndex>60</MaxAutoParticipantIndex>"
+    "<Peers>{peers}</Peers></Discovery></Domain></CycloneDDS>"
+)
+
+
+def configuration(interface: str, peers: tuple[str, ...]) -> str:
+    """Return the configuration of cyclonedds: one interface; the peers that are named are asked one
+    by one, and multicast is used only if none is."""
+    listed = "".join(f'<Peer address="{peer}"/>' for peer in peers)
+    return _CONFIGURATION.format(
+        interface=interface, multicast="false" if peers else "spdp", peers=listed
+    )
+
+
+class _Taking(Listener):
+    """Gives each message to a function; one at a time, in the order of their arrival."""
+
+    def __init__(self, take: Callable[[Any], None]) -> None:
+        super().__init__()  # type: ignore[no-untyped-call]
+        self._give = take
+        self._lock = Lock()
+
+    def on_data_available(self, reader: Any) -> None:
+        with self._lock:
+            for message in reader.take(N=256):
+                if message.sample_info.valid_data:
+                    self._give(message)
+
+
+class Participant:
+    """A participant of one domain. Close it to end all callbacks."""
+
+    def __init__(self, domain: int, interface: str, peers: tuple[str, ...]) -> None:
+        self._domain: Any = Domain(domain, configuration(interface, peers))
+        self._participant: Any = DomainParticipant(domain)
+        self._topics: dict[str, Any] = {}
+        self._readers: list[Any] = []
+        self.client = uuid4().int & (2**63 - 1)
+
+    def _topic(self, name: str, kind: type[M], qos: Qos) -> Any:
+        if name not in self._topics:
+            self._topics[name] = Topic(self._participant, name, kind, qos=qos)
+        return self._topics[name]
+
+    def listen(self, name: str, kind: type[M], take: Callable[[M], None], qos: Qos) -> None:
+        """Call ``take`` for every message of a topic (its name on the wire), in another thread."""
+        topic = self._topic(name, kind, qos)
+        self._readers.append(DataReader(self._participant, topic, qos=qos, listener=_Taking(take)))
+
+    def writer(self, name: str, kind: type[M], qos: Qos) -> Any:
+        """A writer of a topic (its name on the wire)."""
+        return DataWriter(self._participant, self._topic(name, kind, qos), qos=qos)
+
+    def close(self) -> None:
+        """End all callbacks and leave the network."""
+        for reader in self._readers:
+            reader.set_listener(None)
+        self._readers.clear()
+        self._topics.clear()
+        self._participant = self._domain = None
+
+
+class Client:
+    """A client of one service. Replies for other clients are not passed on."""
+
+    def __init__(
+        self,
+        node: Participant,
+        service: str,
+        request: type[IdlStruct],
+        reply: type[IdlStruct],
+        take: Callable[[Any], None],
+    ) -> None:
+        self._node = node
+        self._request = request
+        self._numbers = count(1)
+        self._take = take
+        node.listen(f"rr{service}Reply", reply, self._filter, SERVICE)
+        self._writer = node.writer(f"rq{service}Request", request, SERVICE)
+
+    def call(self, **fields: Any) -> int:
+        """Send a request; the number that its reply will have."""
+        number = next(self._numbers)
+        make: Any = self._request
+        self._writer.write(make(client=self._node.client, number=number, **fields))
+        return number
+
+    @property
+    def connected(self) -> bool:
+        """Whether a server listens."""
+        return bool(self._writer.get_matched_subscriptions())
+
+    def _filter(self, reply: Any) -> None:
+        if reply.client == self._node.client:
+            self._take(reply)

@@ -1,0 +1,106 @@
+"""Robots of a physics simulation in this process, in place of real ones."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from math import tau
+from threading import Event, Thread
+from typing import Any
+
+from safenav.extras import missing
+from safenav.fleet.fleet_file import SimulationUse, Station
+from safenav.fleet.place import Places
+from safenav.fleet.transport import (
+    GoalEnd,
+    GoalEnded,
+    GoalPoint,
+    Located,
+    Message,
+    Performed,
+    Reported,
+    Scanned,
+)
+from safenav.runtime.world import draw_truths
+from safenav.scenario.model import Scenario
+from safenav.trace.vocabulary import ActResult
+
+RATE = 50.0
+"""Odometry and scans a second of simulated time; the lidar's only while a robot stands."""
+
+
+class SimulationTransport:
+    """A fleet in MuJoCo, ``pace`` times as fast as a clock if this machine is."""
+
+    def __init__(
+        self, scenario: Scenario, stations: Mapping[str, Station], use: SimulationUse
+    ) -> None:
+        try:
+            from safenav.fleet.physics import Physics
+        except ImportError as error:
+            raise missing("transport simulation", "mujoco", "simulation") from error
+        assert scenario.map.frame is not None
+        places = Places(scenario.map, scenario.map.frame)
+        hidden = use.obstacles
+        if hidden is None:
+            truths = draw_truths(scenario)
+            hidden = tuple(replace(o, traversable=truths[o]) for o in scenario.obstacles)
+        self.physics = Physics(places, scenario.robots, hidden)
+        self._stations = stations
+        self._pace = use.pace
+        self._goals: dict[str, int] = {}
+        self._acts: dict[str, int] = {}
+        self._end = Event()
+        self._thread: Thread | None = None
+
+    def open(self, post: Callable[[Message], None]) -> None:
+        self._thread = Thread(target=self._run, args=(post,), daemon=True)
+        self._thread.start()
+
+    def missing(self) -> list[str]:
+        return []
+
+    def navigate(self, robot: str, goal: GoalPoint) -> None:
+        with self.physics.lock:
+            self._goals[robot] = goal.number
+            self.physics.send(robot, goal.x, goal.y, goal.yaw)
+
+    def cancel(self, robot: str) -> None:
+        self.physics.stop(robot)
+
+    def perform(self, robot: str, action: str, obstacle: str, number: int) -> None:
+        del obstacle
+        actions = {service: name for name, service in self._stations[robot].act.items()}
+        with self.physics.lock:
+            self._acts[robot] = number
+            self.physics.perform(robot, actions[action])
+
+    def close(self) -> None:
+        self._end.set()
+        if self._thread is not None:
+            self._thread.join()
+            self._thread = None
+
+    def _run(self, post: Callable[[Message], None]) -> None:
+        begun = time.monotonic()
+        while not self._end.is_set():
+            ahead = self.physics.now / self._pace - (time.monotonic() - begun)
+            if ahead > 0:
+                self._end.wait(ahead)
+            self.physics.step(1.0 / RATE)
+            for name in self._stations:
+                self._tell(name, self.physics.state(name), post)
+
+    def _tell(self, name: str, state: dict[str, Any], post: Callable[[Message], None]) -> None:
+        post(Located(name, state["now"], state["x"], state["y"], state["yaw"]))
+        if state["end"] is not None:
+            post(GoalEnded(name, self._goals[name], GoalEnd(state["end"])))
+        if state["acted"] is not None:
+            post(Performed(name, self._acts[name], ActResult(state["acted"])))
+        if state["goal"] is None:
+            for found in self.physics.noticed(name):
+                post(Reported(name, found))
+        if state["goal"] is None and self._stations[name].scan is not None:
+            stamp, ranges = self.physics.scan(name)
+            post(Scanned(name, stamp, 0.0, tau / len(ranges), ranges))

@@ -1,0 +1,61 @@
+"""``python lab.py SCENARIO FLEET PACE``: the physics simulation of a scenario, for other processes.
+
+It prints the port of a manager whose ``lab()`` is a ``Physics``, and ends with its standard input.
+"""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from multiprocessing.managers import BaseManager
+from pathlib import Path
+from typing import Any
+
+KEY = b"lab"
+
+
+class Access(BaseManager):
+    """A lab in another process."""
+
+
+def lab_at(port: int) -> Any:
+    """The lab that listens at a port."""
+    Access.register("lab")
+    access = Access(("127.0.0.1", port), authkey=KEY)
+    access.connect()
+    return access.lab()  # type: ignore[attr-defined]
+
+
+def ends() -> threading.Event:
+    """Set when standard input ends."""
+    end = threading.Event()
+    threading.Thread(target=lambda: (sys.stdin.read(), end.set()), daemon=True).start()
+    return end
+
+
+def main(scenario: Path, fleet: Path, pace: float) -> None:
+    from safenav.fleet.fleet_file import load_fleet
+    from safenav.fleet.simulation import SimulationTransport
+    from safenav.scenario.reading.loader import load_scenario
+
+    plan = load_scenario(scenario)
+    given = load_fleet(fleet, plan)
+    lab = SimulationTransport(plan, given.stations, given.simulation).physics
+    Access.register("lab", callable=lambda: lab)
+    server = Access(("127.0.0.1", 0), authkey=KEY).get_server()
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    end = ends()
+    print(server.address[1], flush=True)
+    begun = time.monotonic()
+    while not end.is_set():
+        ahead = lab.now / pace - (time.monotonic() - begun)
+        if ahead > 0:
+            end.wait(ahead)
+        else:
+            time.sleep(0)  # others get the lock
+        lab.step(0.02)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), Path(sys.argv[2]), float(sys.argv[3]))

@@ -1,0 +1,143 @@
+"""``python ros2_robots.py PORT DOMAIN ROBOT...``: robots of a lab as ROS 2 nodes, over loopback.
+
+PORT is the lab's. A robot may have faults: ``digit+doubled`` sends every reply twice, ``+late`` a
+tenth of a second late, ``+abort`` aborts its third goal, ``+die`` never ends its fourth. Written
+from ROS 2's action design and rmw_cyclonedds' names; it ends with its standard input.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+import threading
+import time
+from typing import Any
+
+from fleet.lab import ends, lab_at
+from safenav.fleet.ros2 import messages as ros
+from safenav.fleet.ros2.node import RELIABLE, SENSOR, SERVICE, Participant
+
+STATUS = {"succeeded": ros.SUCCEEDED, "aborted": ros.ABORTED, "canceled": ros.CANCELED}
+
+
+class Server:
+    """Nav2 of one robot: an action server, odometry, a lidar, reports, a service per action."""
+
+    def __init__(self, lab: Any, name: str, node: Participant, faults: set[str]) -> None:
+        self.lab, self.name, self.faults, self.goals = lab, name, faults, 0
+        self.goal: bytes | None = None
+        self.waiting: dict[bytes, tuple[int, int]] = {}
+        self.ended: dict[bytes, int] = {}
+        self.acting: list[tuple[Any, int, int]] = []
+        self.lock = threading.RLock()
+        space = f"/{name}"
+        action = f"{space}/navigate_to_pose/_action"
+        self.accept = node.writer(f"rr{action}/send_goalReply", ros.NavigateReply, SERVICE)
+        self.tell = node.writer(f"rr{action}/get_resultReply", ros.ResultReply, SERVICE)
+        self.yes = node.writer(f"rr{action}/cancel_goalReply", ros.CancelReply, SERVICE)
+        self.odom = node.writer(f"rt{space}/odom", ros.Odometry, RELIABLE)
+        self.scans = node.writer(f"rt{space}/scan", ros.LaserScan, SENSOR)
+        self.reports = node.writer(f"rt{space}/obstacles", ros.String, RELIABLE)
+        self.feedback = node.writer(f"rt{action}/feedback", ros.FeedbackMessage, RELIABLE)
+        node.listen(f"rq{action}/send_goalRequest", ros.NavigateRequest, self.sent, SERVICE)
+        node.listen(f"rq{action}/get_resultRequest", ros.ResultRequest, self.asked, SERVICE)
+        node.listen(f"rq{action}/cancel_goalRequest", ros.CancelRequest, self.cancelled, SERVICE)
+        for word in ("push", "sense"):
+            self.serve(node, space, word)
+
+    def serve(self, node: Participant, space: str, word: str) -> None:
+        reply = node.writer(f"rr{space}/{word}Reply", ros.TriggerReply, SERVICE)
+
+        def called(request: Any) -> None:
+            with self.lock:
+                self.acting.append((reply, request.client, request.number))
+            self.lab.perform(self.name, word)
+
+        node.listen(f"rq{space}/{word}Request", ros.TriggerRequest, called, SERVICE)
+
+    def sent(self, request: Any) -> None:
+        pose = request.goal.pose.pose
+        yaw = 2 * math.atan2(pose.orientation.z, pose.orientation.w)
+        with self.lock:
+            if self.goal is not None:
+                self.end("aborted")
+            self.goal, self.goals = bytes(request.goal_id.uuid), self.goals + 1
+            stops = "abort" in self.faults and self.goals == 3
+            if not stops and not ("die" in self.faults and self.goals >= 4):
+                self.lab.send(self.name, pose.position.x, pose.position.y, yaw)
+        for _ in range(1 + ("doubled" in self.faults)):
+            self.accept.write(ros.NavigateReply(request.client, request.number, True, ros.Time()))
+        if stops:
+            self.end("aborted")
+
+    def end(self, how: str) -> None:
+        with self.lock:
+            if self.goal is None:
+                return
+            self.ended[self.goal] = STATUS[how]
+            asked = self.waiting.pop(self.goal, None)
+            if asked:
+                self.result(asked, STATUS[how])
+            self.goal = None
+
+    def result(self, asked: tuple[int, int], status: int) -> None:
+        for _ in range(1 + ("doubled" in self.faults)):
+            self.tell.write(ros.ResultReply(*asked, status, ros.NavigateResult(0)))
+
+    def asked(self, request: Any) -> None:
+        with self.lock:
+            goal = bytes(request.goal_id.uuid)
+            if goal in self.ended:
+                self.result((request.client, request.number), self.ended[goal])
+            else:
+                self.waiting[goal] = (request.client, request.number)
+
+    def cancelled(self, request: Any) -> None:
+        self.yes.write(ros.CancelReply(request.client, request.number, 0, []))
+        self.lab.stop(self.name)
+
+    def publish(self) -> None:
+        with self.lock:
+            robot = self.lab.state(self.name)
+            goal, acting = self.goal, self.acting
+            if robot["acted"] is not None:
+                self.acting = []
+        stamp = ros.Time(int(robot["now"]), int(robot["now"] % 1 * 1e9))
+        turn = ros.Quaternion(0.0, 0.0, math.sin(robot["yaw"] / 2), math.cos(robot["yaw"] / 2))
+        pose = ros.PlacedPose(ros.Point(robot["x"], robot["y"], 0.0), turn)
+        header = ros.MessageHeader(stamp, "map")
+        self.odom.write(ros.Odometry(header, "base_link", ros.PoseWithCovariance(pose)))
+        if goal is not None:
+            told = ros.NavigateFeedback(ros.PoseStamped(header, pose))
+            self.feedback.write(ros.FeedbackMessage(ros.UUID(list(goal)), told))
+        if "late" in self.faults and (robot["end"] or robot["acted"]):
+            time.sleep(0.1)
+        if robot["end"] is not None:
+            self.end(robot["end"])
+        for reply, client, number in acting if robot["acted"] is not None else ():
+            good = robot["acted"] == "done"
+            reply.write(ros.TriggerReply(client, number, good, robot["acted"]))
+        if robot["goal"] is None:
+            for found in self.lab.noticed(self.name):
+                self.reports.write(ros.String(found))
+            _, ranges = self.lab.scan(self.name)
+            step = 2 * math.pi / len(ranges)
+            self.scans.write(
+                ros.LaserScan(header, 0.0, 2 * math.pi, step, 0.0, 0.0, 0.05, 7.5, ranges, [])
+            )
+
+
+def main(port: int, domain: int, robots: list[str]) -> None:
+    node = Participant(domain, "lo", ("127.0.0.1",))
+    named = [robot.split("+") for robot in robots]
+    servers = [Server(lab_at(port), name, node, set(faults)) for name, *faults in named]
+    end = ends()
+    print("ready", flush=True)
+    while not end.wait(0.01):
+        for server in servers:
+            server.publish()
+    node.close()
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]), int(sys.argv[2]), sys.argv[3:])

@@ -1,0 +1,107 @@
+"""Fleet files: what is read, and what each mistake is told."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+import yaml
+
+from safenav.errors import InputError
+from safenav.fleet.fleet_file import (
+    FleetFile,
+    Network,
+    ScanUse,
+    Station,
+    TransportKind,
+    load_fleet,
+    schema_text,
+    template_text,
+)
+from safenav.scenario.reading.loader import load_scenario
+from warm import safenav
+
+ROOT = Path(__file__).parents[2]
+CASE = ROOT / "scenarios" / "case_study_1.yaml"
+SCHEMA = json.loads(schema_text())
+HEAD = "safenav-fleet: 1\ntransport: ros2\n"
+
+
+def loaded(text: str, folder: Path) -> FleetFile:
+    path = folder / "fleet.yaml"
+    path.write_text(text)
+    return load_fleet(path, load_scenario(CASE))
+
+
+def test_own_keys_win_over_defaults(tmp_path: Path) -> None:
+    text = (
+        HEAD
+        + """\
+network: {domain: 7, interface: wlan0, peers: [10.0.0.7]}
+defaults: {speed: 0.4, retries: 0, scan: {obstacle: door}}
+robots:
+  digit: {namespace: /d/, speed: 0.8, act: {push: open_door}, report: seen}
+"""
+    )
+    fleet = loaded(text, tmp_path)
+    assert fleet.transport is TransportKind.ROS2
+    assert fleet.network == Network(7, "wlan0", ("10.0.0.7",))
+    scan = ScanUse("scan", "door", 0.35)
+    assert fleet.stations == {
+        "quad": Station("/quad", speed=0.4, retries=0, scan=scan),
+        "digit": Station("/d", 0.3, 0.8, 3.0, 0, scan, "seen", {"push": "open_door"}),
+    }
+    jsonschema.validate(yaml.safe_load(text), SCHEMA)
+
+
+def test_without_a_network_nothing_leaves_the_machine(tmp_path: Path) -> None:
+    assert loaded(HEAD, tmp_path).network == Network(0, "lo", ("127.0.0.1",))
+
+
+@pytest.mark.parametrize("name", ["case_study_1", "team_of_six", "beam", "hello"])
+def test_the_template_loads_and_fits_the_schema(name: str, tmp_path: Path) -> None:
+    scenario = load_scenario(ROOT / "scenarios" / f"{name}.yaml")
+    text = template_text(scenario)
+    path = tmp_path / "fleet.yaml"
+    path.write_text(text)
+    fleet = load_fleet(path, scenario)
+    assert set(fleet.stations) == {robot.name for robot in scenario.robots}
+    for robot in scenario.robots:
+        assert set(fleet.stations[robot.name].act) == set(robot.capabilities)
+    jsonschema.validate(yaml.safe_load(text), SCHEMA)
+
+
+MISTAKES = [
+    ("transport: ros2\n", "the key 'safenav-fleet' is missing"),
+    ("safenav-fleet: 2\ntransport: ros2\n", "found version 2, expected 1"),
+    ("safenav-fleet: 1\ntransport: ros3\n", "'transport'"),
+    (HEAD + "robots: {digi: {}}\n", "no robot 'digi'"),
+    (HEAD + "robots: {digit: {sped: 1}}\n", "unknown key 'sped' in robot 'digit'"),
+    (HEAD + "robots: {digit: {speed: 0}}\n", "'speed' of robot 'digit'"),
+    (HEAD + "robots: {digit: {retries: 99}}\n", "must be at most 20"),
+    (HEAD + "robots: {digit: {scan: {}}}\n", "the key 'obstacle' is missing"),
+    (HEAD + "robots: {digit: {scan: {obstacle: dor}}}\n", "no type of obstacle 'dor'"),
+    (HEAD + "robots: {digit: {act: [push]}}\n", "'act' of robot 'digit'"),
+    (HEAD + "network: {domain: 300}\n", "must be at most 232"),
+    (HEAD + "network: {peers: 10.0.0.1}\n", "'peers' of network"),
+    ("[1, 2]\n", "a fleet file: found a list of 2"),
+    ("", "the file is empty"),
+]
+
+
+@pytest.mark.parametrize(("text", "told"), MISTAKES)
+def test_a_mistake_is_told_with_its_place(text: str, told: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError) as error:
+        loaded(text, tmp_path)
+    assert told in str(error.value)
+    assert "fleet.yaml" in str(error.value)
+
+
+def test_new_writes_a_fleet_file(tmp_path: Path) -> None:
+    written = tmp_path / "fleet.yaml"
+    done: Any = safenav("new", written, "--fleet", CASE)
+    assert done.returncode == 0 and f"--fleet {written} --rehearse" in done.stderr
+    load_fleet(written, load_scenario(CASE))

@@ -1,0 +1,293 @@
+"""A fleet's world over a transport of the test's own: each command ends by one true event."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+from safenav.fleet import world as fleet
+from safenav.fleet.fleet_file import ScanUse, Station
+from safenav.fleet.transport import (
+    GoalEnd,
+    GoalEnded,
+    GoalPoint,
+    Located,
+    Message,
+    Performed,
+    Reported,
+    Scanned,
+)
+from safenav.fleet.world import FleetError, FleetWorld
+from safenav.runtime.protocol import WorldEvent
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.trace.vocabulary import ActResult
+from safenav.world.map import Heading
+from safenav.world.moves import Pose
+
+SCENARIO = """\
+safenav: 1
+name: hall
+map:
+  resolution: {resolution}
+  grid: |
+    #######
+    #.....#
+    #.....#
+    #######
+robots:
+  {{digit: {{model: digit, start: 8, heading: east, objective: {{visit: [8, 12]}}}},
+   quad: {{model: quadcopter, start: 15, objective: {{visit: [15, 19]}}}}}}
+"""
+ENDS = {end.value: end for end in GoalEnd}
+
+
+class Robots:
+    """A transport whose robots do what a script says, goal by goal: how the goal ends, and where
+    the robot is then (in regions east of where it began; None: it says nothing more)."""
+
+    def __init__(self, side: float = 1.0) -> None:
+        self.side = side
+        self.script: list[tuple[str | None, float | None]] = []
+        self.results: list[tuple[ActResult, str]] = []
+        self.goals: list[GoalPoint] = []
+        self.cancelled: list[str] = []
+        self.stamp = 0.0
+        self.x = {"digit": 1.5, "quad": 1.5}
+        self.y = {"digit": 2.5, "quad": 1.5}
+        self.post: Callable[[Message], None] = print
+        self.closed = False
+
+    def open(self, post: Callable[[Message], None]) -> None:
+        self.post = post
+        for name in self.x:
+            self.locate(name)
+
+    def locate(self, name: str) -> None:
+        self.stamp += 1.0
+        x, y = self.x[name] * self.side, self.y[name] * self.side
+        self.post(Located(name, self.stamp, x, y, 0.0))
+
+    def missing(self) -> list[str]:
+        return [] if "digit" in self.x else ["/digit/move_base"]
+
+    def navigate(self, robot: str, goal: GoalPoint) -> None:
+        self.goals.append(goal)
+        end, at = self.script.pop(0)
+        if at is not None:
+            self.x[robot] = at
+            self.locate(robot)
+        if end is not None:
+            self.post(GoalEnded(robot, goal.number, ENDS[end], ""))
+
+    def cancel(self, robot: str) -> None:
+        self.cancelled.append(robot)
+        if self.script and self.script[0][0] == "canceled":
+            self.script.pop(0)
+            self.post(GoalEnded(robot, self.goals[-1].number, GoalEnd.CANCELED))
+
+    def perform(self, robot: str, action: str, obstacle: str, number: int) -> None:
+        assert (action, obstacle) == ("push", "door@9")
+        result, text = self.results.pop(0)
+        self.post(Performed(robot, number, result, text))
+
+    def close(self) -> None:
+        self.closed = True
+
+
+GIVEN: dict[str, Any] = {"speed": 10.0, "retries": 1, "act": {"push": "push"}}
+
+
+def started(side: float = 1.0, **station: Any) -> tuple[FleetWorld, Robots, Any]:
+    scenario = load_scenario_text(SCENARIO.format(resolution=side), "hall.yaml")
+    robots = Robots(side)
+    stations = {
+        name: Station(
+            f"/{name}", **{"speed": 10.0, "retries": 1, "act": {"push": "push"}, **station}
+        )
+        for name in ("digit", "quad")
+    }
+    world = FleetWorld(scenario, stations, robots)
+    world.open()
+    return world, robots, scenario
+
+
+def told(event: WorldEvent) -> tuple[Any, ...]:
+    """An event without its time and command."""
+    hidden = ("at", "command", "robot", "obstacle", "reason")
+    fields = [
+        getattr(event, name) for name in type(event).__dataclass_fields__ if name not in hidden
+    ]
+    return (type(event).__name__, *fields)
+
+
+@pytest.fixture(autouse=True)
+def _quick(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Time limits of hundredths of seconds."""
+    for name, seconds in (("SETTLING", 0.05), ("STOPPING", 0.05), ("FRESH", 0.05), ("STALE", 0.2)):
+        monkeypatch.setattr(fleet, name, seconds)
+    yield
+
+
+EAST = Pose(9, Heading.EAST)
+HOME = Pose(8, Heading.EAST)
+STEPS = {
+    "it arrives": ([("succeeded", 2.5)], ("Arrived",)),
+    "it arrives beside the middle, within its tolerance": ([("succeeded", 2.3)], ("Arrived",)),
+    "the second try succeeds": ([("aborted", 1.9), ("succeeded", 2.5)], ("Arrived",)),
+    "a server that is not there yet": ([("unreachable", None), ("succeeded", 2.5)], ("Arrived",)),
+    "a success that is none is tried again": (
+        [("succeeded", 1.9), ("succeeded", 2.5)],
+        ("Arrived",),
+    ),
+    "two failures: it is sent back first": (
+        [("aborted", 1.9), ("aborted", 1.9), ("succeeded", 1.5)],
+        ("Failed", HOME, False),
+    ),
+    "rejected twice, and home at once": (
+        [("rejected", None), ("rejected", None), ("succeeded", 1.5)],
+        ("Failed", HOME, False),
+    ),
+    "it cannot be sent back": (
+        [("aborted", 1.9), ("aborted", 1.9), ("aborted", 2.1)],
+        ("Lost", frozenset({8, 9})),
+    ),
+    "it is sent back and stands elsewhere": (
+        [("aborted", 1.9), ("aborted", 1.9), ("succeeded", 3.5)],
+        ("Elsewhere", Pose(10, Heading.EAST)),
+    ),
+    "no answer: it is stopped, and sent back": (
+        [(None, 1.6), ("canceled", None), ("succeeded", 1.5)],
+        ("Failed", HOME, False),
+    ),
+    "no answer to anything": (
+        [(None, 1.6), (None, None)],
+        ("Lost", frozenset({8, 9})),
+    ),
+}
+
+
+@pytest.mark.parametrize("case", STEPS)
+@pytest.mark.parametrize("side", [1.0, 2.5])
+def test_a_step_ends_by_one_event_that_is_true(case: str, side: float) -> None:
+    script, expected = STEPS[case]
+    world, robots, scenario = started(side, tolerance=0.25 * side)
+    robots.script = list(script)
+    assert world.idle and world.start(scenario.robots[0], EAST, 7) is None
+    assert not world.idle
+    (event,) = world.wait(5.0)
+    assert told(event) == expected
+    assert event.command == 7 and world.idle
+    if case == "no answer: it is stopped, and sent back":
+        assert robots.cancelled == ["digit"]
+    assert robots.goals[0] == GoalPoint(1, 2.5 * side, 2.5 * side, 0.0)
+
+
+def test_old_and_doubled_answers_end_nothing() -> None:
+    world, robots, scenario = started()
+    robots.script = [("succeeded", 2.5), (None, None)]
+    world.start(scenario.robots[0], EAST, 1)
+    assert [told(event)[0] for event in world.wait(5.0)] == ["Arrived"]
+    world.start(scenario.robots[0], Pose(10, Heading.EAST), 2)
+    robots.post(GoalEnded("digit", 1, GoalEnd.SUCCEEDED))
+    robots.post(GoalEnded("nobody", 2, GoalEnd.SUCCEEDED))
+    assert world.wait(0.02) == [] and not world.idle
+
+
+def rays(metres: float, ahead: int) -> list[float]:
+    """A lidar of four rays, forward, left, back, right: one of them hits something."""
+    return [metres if index == ahead else math.inf for index in range(4)]
+
+
+def scanned(robots: Robots, name: str, metres: float, ahead: int = 0) -> None:
+    robots.stamp += 1.0
+    robots.post(Scanned(name, robots.stamp, 0.0, math.pi / 2, rays(metres, ahead)))
+
+
+def test_a_lidar_finds_a_door_before_the_arrival_is_told() -> None:
+    """A reading from the way there does not count; the one from the new place does."""
+    world, robots, scenario = started(scan=ScanUse("scan", "door"))
+    robots.script = [("succeeded", 2.5)]
+    world.start(scenario.robots[0], EAST, 1)
+    robots.post(Scanned("digit", robots.stamp - 0.5, 0.0, math.pi / 2, rays(0.6, 1)))
+    scanned(robots, "digit", 0.6)
+    events = world.wait(5.0)
+    assert [told(event)[0] for event in events] == ["Sensed", "Arrived"]
+    found = world.sense(scenario.robots[1], 10)
+    assert found is not None and found.name == "door@10"
+    assert world.sense(scenario.robots[1], 16) is None
+    scanned(robots, "digit", 3.0)  # somebody has opened it
+    (gone,) = world.wait(5.0)
+    assert told(gone) == ("Sensed", "digit", False) and world.sense(scenario.robots[1], 10) is None
+
+
+def test_another_robot_is_no_obstacle() -> None:
+    world, robots, scenario = started(scan=ScanUse("scan", "door"))
+    scanned(robots, "digit", 0.6, ahead=3)  # to the south stands the quadcopter, in 15
+    assert world.wait(0.05) == []
+    assert world.sense(scenario.robots[0], 15) is None
+
+
+def test_who_is_stopped_by_a_door_that_it_has_seen_is_blocked() -> None:
+    world, robots, scenario = started(report="obstacles")
+    robots.script = [("aborted", 1.6), ("succeeded", 1.5)]
+    robots.post(Reported("quad", "door@9"))
+    robots.post(Reported("quad", "elephant@9"))
+    robots.post(Reported("quad", "nonsense"))
+    world.start(scenario.robots[0], EAST, 4)
+    events = world.wait(5.0)
+    assert [told(event)[0] for event in events] == ["Sensed", "Blocked"]
+    assert told(events[1]) == ("Blocked", HOME)
+    assert len(robots.goals) == 2  # no second try against a closed door
+
+
+@pytest.mark.parametrize("result", list(ActResult), ids=str)
+def test_an_action_is_always_answered(result: ActResult) -> None:
+    world, robots, scenario = started()
+    robots.post(Reported("quad", "door@9"))
+    world.wait(0.05)
+    door = world.sense(scenario.robots[0], 9)
+    assert door is not None
+    robots.results = [(result, "")]
+    world.act(scenario.robots[0], [door], 9)
+    (event,) = world.wait(5.0)
+    assert told(event) == ("Acted", [(door, result)]) and event.command == 9
+    assert (world.sense(scenario.robots[0], 9) is None) == (result is not ActResult.FAILED)
+
+
+def test_a_reading_from_before_a_resolution_is_of_the_past() -> None:
+    world, robots, scenario = started(scan=ScanUse("scan", "door"))
+    robots.post(Reported("quad", "door@9"))
+    world.wait(0.05)
+    door = world.sense(scenario.robots[0], 9)
+    assert door is not None
+    stamp = robots.stamp + 0.5
+    robots.stamp += 1.0
+    robots.locate("digit")
+    robots.results = [(ActResult.DONE, "")]
+    world.act(scenario.robots[0], [door], 1)
+    world.wait(5.0)
+    robots.post(Scanned("digit", stamp, 0.0, math.pi / 2, rays(0.6, 0)))
+    assert world.wait(0.05) == [] and world.sense(scenario.robots[0], 9) is None
+
+
+def test_a_robot_that_is_silent_or_begins_elsewhere_is_named() -> None:
+    scenario = load_scenario_text(SCENARIO.format(resolution=1.0), "hall.yaml")
+    stations = {name: Station(f"/{name}") for name in ("digit", "quad")}
+    robots = Robots()
+    robots.x = {}
+    with pytest.raises(FleetError, match=r"no answer in 0\.05 s from /digit/odom, /quad/odom"):
+        FleetWorld(scenario, stations, robots).open(patience=0.05)
+    robots = Robots()
+    robots.x["digit"] = 3.5
+    with pytest.raises(FleetError, match=r"digit is in region 10 \(3.50, 2.50 m\).* begin in 8"):
+        FleetWorld(scenario, stations, robots).open()
+
+
+def test_a_map_without_metres_is_refused() -> None:
+    text = SCENARIO.format(resolution=1.0).replace("  resolution: 1.0\n", "")
+    scenario = load_scenario_text(text, "hall.yaml")
+    with pytest.raises(FleetError, match=r"add 'resolution: 1\.0'"):
+        FleetWorld(scenario, {}, Robots())

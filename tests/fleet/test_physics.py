@@ -1,0 +1,134 @@
+"""The simulation in metres: what touches what, and who opens a door."""
+
+from __future__ import annotations
+
+from math import pi
+from typing import Any
+
+import pytest
+
+pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
+
+from safenav.fleet.physics import FAR, Physics
+from safenav.fleet.place import Places
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.world.map import Heading
+from safenav.world.moves import Pose
+
+HALL = """\
+safenav: 1
+name: hall
+map:
+  resolution: 2.0
+  origin: [3.0, -4.0]
+  grid: |
+    #######
+    #.....#
+    #######
+robots:
+  {{digit: {{model: digit, start: 8, heading: east, objective: {{hold: 8}}}},
+   quad: {{model: quadcopter, start: 12, objective: {{visit: [8, 12]}}}}}}
+obstacles: {obstacles}
+catalogue: {{obstacles: {{crate: {{action: push, resolve_at: neighbours}},
+  rubble: {{action: clear, resolve_at: neighbours}}}}}}
+"""
+
+
+def hall(obstacles: str = "[]") -> tuple[Physics, Places]:
+    scenario = load_scenario_text(HALL.format(obstacles=obstacles), "hall.yaml")
+    assert scenario.map.frame is not None
+    places = Places(scenario.map, scenario.map.frame)
+    return Physics(places, scenario.robots, scenario.obstacles), places
+
+
+def gone(physics: Physics, places: Places, name: str, region: int, limit: float = 30.0) -> Any:
+    """Send a robot to a region; how that ended."""
+    physics.send(name, *places.centre(region), 0.0 if name == "digit" else None)
+    return ended(physics, name, "end", limit)
+
+
+def ended(physics: Physics, name: str, key: str, limit: float = 30.0) -> Any:
+    until = physics.now + limit
+    while physics.now < until:
+        physics.step(0.1)
+        state = physics.state(name)
+        if state[key] is not None:
+            return state[key]
+    return None
+
+
+def test_a_robot_stops_in_the_middle_of_a_region() -> None:
+    physics, places = hall()
+    assert gone(physics, places, "digit", 9) == "succeeded"
+    assert gone(physics, places, "quad", 11) == "succeeded"
+    for name, region in (("digit", 9), ("quad", 11)):
+        state = physics.state(name)
+        assert places.region(state["x"], state["y"]) == region
+        assert places.distance(region, state["x"], state["y"]) < 0.05
+    assert physics.log()["contacts"] == {}
+
+
+def test_a_drone_is_stopped_by_a_closed_door_and_a_walker_opens_it() -> None:
+    physics, places = hall("[{type: door, region: 10}]")
+    assert gone(physics, places, "quad", 11) == "succeeded"
+    assert gone(physics, places, "quad", 10) == "aborted"
+    assert physics.log()["closed"] == ["door@10"]
+    assert gone(physics, places, "quad", 12) == "succeeded"
+    assert gone(physics, places, "digit", 9) == "succeeded"
+    _, ranges = physics.scan("digit")
+    assert ranges[0] < 2.0  # the leaf, straight ahead
+    physics.perform("digit", "push")
+    assert ended(physics, "digit", "acted") == "done"
+    log = physics.log()
+    assert log["closed"] == [] and log["regions"]["digit"] == 9
+    assert set(log["contacts"]) == {"digit door@10", "door@10 quad"}
+    _, ranges = physics.scan("digit")
+    assert ranges[0] > 4.0
+    for region in (11, 10):
+        assert gone(physics, places, "quad", region) == "succeeded"
+
+
+def test_who_walks_into_a_door_that_it_may_enter_pushes_it_open() -> None:
+    physics, places = hall("[{type: door, region: 9}]")
+    assert gone(physics, places, "digit", 9) == "succeeded"
+    physics.perform("digit", "push")
+    assert ended(physics, "digit", "acted") == "done"
+    assert physics.log()["closed"] == []
+    assert places.distance(9, physics.state("digit")["x"], physics.state("digit")["y"]) < 0.1
+
+
+def test_a_box_goes_when_somebody_has_worked_on_it() -> None:
+    physics, places = hall("[{type: rubble, region: 10}]")
+    assert gone(physics, places, "digit", 9) == "succeeded"
+    assert gone(physics, places, "digit", 10) == "aborted"
+    assert gone(physics, places, "digit", 9) == "succeeded"
+    physics.perform("digit", "push")
+    assert ended(physics, "digit", "acted") == "nothing"
+    physics.perform("digit", "clear")
+    assert ended(physics, "digit", "acted") == "done"
+    assert gone(physics, places, "digit", 10) == "succeeded"
+
+
+def test_a_cancelled_robot_stops_within_its_braking_distance() -> None:
+    physics, places = hall()
+    physics.send("quad", *places.centre(8), None)
+    physics.step(3.0)
+    before = physics.state("quad")["x"]
+    physics.stop("quad")
+    physics.step(3.0)
+    after = physics.state("quad")
+    assert after["end"] == "canceled" and before - after["x"] < 0.6
+    assert physics.log()["moving"] == []
+
+
+@pytest.mark.parametrize(("heading", "yaw"), [(Heading.NORTH, pi / 2), (Heading.WEST, pi)])
+def test_places_and_headings_of_a_turned_map(heading: Heading, yaw: float) -> None:
+    text = HALL.format(obstacles="[]").replace("origin: [3.0, -4.0]", "origin: [3.0, -4.0, 0.3]")
+    scenario = load_scenario_text(text, "hall.yaml")
+    assert scenario.map.frame is not None
+    places = Places(scenario.map, scenario.map.frame)
+    for region in range(scenario.map.size):
+        assert places.region(*places.centre(region)) == region
+    assert places.yaw(Pose(8, heading)) == pytest.approx(yaw + 0.3)
+    assert places.heading(yaw + 0.3 + 0.5) is heading and places.region(-50.0, 0.0) is None
+    assert FAR > 0

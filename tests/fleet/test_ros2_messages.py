@@ -1,0 +1,157 @@
+"""The bytes of ROS 2 messages, against an independent serializer with definitions of its own."""
+
+from __future__ import annotations
+
+import math
+import random
+from typing import Any
+
+import pytest
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+pytest.importorskip("cyclonedds", reason="the ROS 2 transport needs the extra 'ros2'")
+
+from safenav.fleet.ros2 import messages as ros
+
+NAVIGATE = "nav2_msgs/msg/NavigateToPose_"
+DEFINITIONS = {
+    "Goal": "geometry_msgs/PoseStamped pose\nstring behavior_tree\n",
+    "Result": "uint16 error_code\n",
+    "Feedback": """geometry_msgs/PoseStamped current_pose
+builtin_interfaces/Duration navigation_time
+builtin_interfaces/Duration estimated_time_remaining
+int16 number_of_recoveries
+float32 distance_remaining
+""",
+    "SendGoal_Request": f"unique_identifier_msgs/UUID goal_id\n{NAVIGATE}Goal goal\n",
+    "SendGoal_Response": "bool accepted\nbuiltin_interfaces/Time stamp\n",
+    "GetResult_Request": "unique_identifier_msgs/UUID goal_id\n",
+    "GetResult_Response": f"int8 status\n{NAVIGATE}Result result\n",
+    "FeedbackMessage": f"unique_identifier_msgs/UUID goal_id\n{NAVIGATE}Feedback feedback\n",
+}
+SERVICES = {
+    "action_msgs/msg/CancelGoal_Request": "action_msgs/GoalInfo goal_info\n",
+    "action_msgs/msg/CancelGoal_Response": (
+        "int8 return_code\naction_msgs/GoalInfo[] goals_canceling\n"
+    ),
+    "std_srvs/msg/Trigger_Response": "bool success\nstring message\n",
+    "std_srvs/msg/Trigger_Request": "uint8 structure_needs_at_least_one_member\n",
+}
+KINDS: dict[str, type[Any]] = {
+    "std_msgs/msg/String": ros.String,
+    "nav_msgs/msg/Odometry": ros.Odometry,
+    "sensor_msgs/msg/LaserScan": ros.LaserScan,
+    "action_msgs/msg/GoalStatusArray": ros.GoalStatusArray,
+    "action_msgs/msg/CancelGoal_Request": ros.CancelRequest,
+    "action_msgs/msg/CancelGoal_Response": ros.CancelReply,
+    "std_srvs/msg/Trigger_Request": ros.TriggerRequest,
+    "std_srvs/msg/Trigger_Response": ros.TriggerReply,
+    f"{NAVIGATE}Goal": ros.NavigateGoal,
+    f"{NAVIGATE}Result": ros.NavigateResult,
+    f"{NAVIGATE}Feedback": ros.NavigateFeedback,
+    f"{NAVIGATE}SendGoal_Request": ros.NavigateRequest,
+    f"{NAVIGATE}SendGoal_Response": ros.NavigateReply,
+    f"{NAVIGATE}GetResult_Request": ros.ResultRequest,
+    f"{NAVIGATE}GetResult_Response": ros.ResultReply,
+    f"{NAVIGATE}FeedbackMessage": ros.FeedbackMessage,
+}
+HEADED = {"client", "number"}
+
+
+def typestore() -> Any:
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    texts = {f"{NAVIGATE}{name}": text for name, text in DEFINITIONS.items()} | SERVICES
+    for name, text in texts.items():
+        store.register(get_types_from_msg(text, name))
+    return store
+
+
+STORE = typestore()
+
+
+def drawn(name: str, rng: random.Random) -> Any:
+    """A random value of a type, by the serializer's own description of it."""
+    kind = STORE.types[name]
+    return kind(**{field: _drawn(what, rng) for field, what in STORE.fielddefs[name][1]})
+
+
+INTEGERS = {f"{sign}int{bits}": (sign, bits) for sign in ("u", "") for bits in (8, 16, 32, 64)}
+
+
+def _drawn(what: Any, rng: random.Random) -> Any:
+    import numpy
+
+    shape, detail = what
+    if shape.name == "BASE":
+        return _base(detail[0], rng)
+    if shape.name == "NAME":
+        return drawn(detail, rng)
+    inner, size = detail
+    counts = (0, 1, 2, 7, 360) if inner[0].name == "BASE" else (0, 1, 3)
+    count = size if shape.name == "ARRAY" else rng.choice(counts)
+    values = [_drawn(inner, rng) for _ in range(count)]
+    if inner[0].name == "BASE" and inner[1][0] != "string":
+        return numpy.array(values, dtype=numpy.dtype(inner[1][0].replace("octet", "uint8")))
+    return values
+
+
+def _base(name: str, rng: random.Random) -> Any:
+    if name in INTEGERS or name == "octet":
+        sign, bits = INTEGERS.get(name, ("u", 8))
+        least = 0 if sign else -(2 ** (bits - 1))
+        return rng.choice((least, least + 2**bits - 1, rng.randrange(least, least + 2**bits)))
+    if name == "bool":
+        return rng.random() < 0.5
+    if name == "string":
+        return "".join(rng.choice("ab/_ äλ") for _ in range(rng.choice((0, 1, 2, 3, 4, 5, 40))))
+    value = rng.choice((0.0, -0.0, math.inf, rng.uniform(-1e6, 1e6), rng.random()))
+    if name == "float32":
+        import numpy
+
+        return float(numpy.float32(value))
+    return value
+
+
+def ours(kind: type[Any], value: Any, client: int, number: int) -> Any:
+    """The same value as a message of ours."""
+    import dataclasses
+    import typing
+
+    types = typing.get_type_hints(kind)
+    given: dict[str, Any] = {}
+    for field in dataclasses.fields(kind):
+        if field.name in HEADED and field.name not in getattr(value, "__dataclass_fields__", {}):
+            given[field.name] = client if field.name == "client" else number
+            continue
+        found = getattr(value, field.name)
+        wanted = types[field.name]
+        if dataclasses.is_dataclass(wanted):
+            given[field.name] = ours(wanted, found, 0, 0)  # type: ignore[arg-type]
+        elif hasattr(found, "tolist"):
+            given[field.name] = found.tolist()
+        elif isinstance(found, list):
+            element = {"status_list": ros.GoalStatus, "goals_canceling": ros.GoalInfo}[field.name]
+            given[field.name] = [ours(element, one, 0, 0) for one in found]
+        else:
+            given[field.name] = found
+    return kind(**given)
+
+
+@pytest.mark.parametrize("name", KINDS, ids=lambda name: name.split("/")[-1])
+def test_bytes_are_those_of_another_serializer(name: str, values: int = 1000) -> None:
+    """A request or reply begins with its header, after which CDR counts anew by 8."""
+    rng = random.Random(name)
+    kind = KINDS[name]
+    for _ in range(values):
+        value, client, number = drawn(name, rng), rng.getrandbits(64), rng.getrandbits(62)
+        message = ours(kind, value, client, number)
+        wire = message.serialize(use_version_2=False)
+        theirs = bytes(STORE.serialize_cdr(value, name))
+        body = wire[4:]
+        if "client" in kind.__dataclass_fields__:
+            assert body[:16] == client.to_bytes(8, "little") + number.to_bytes(8, "little")
+            body = body[16:]
+        assert wire[:2] == theirs[:2] == b"\x00\x01"
+        size = len(theirs) - 4
+        assert body[:size] == theirs[4:] and not any(body[size:])
+        assert kind.deserialize(wire).serialize(use_version_2=False) == wire
