@@ -140,7 +140,10 @@ def _motion(task: Task, world: RegionMap, others: OthersEncoding) -> Iterator[Co
     yield from walls("region", Section.SYS_TRANS, world, "map")
     for known in task.blocked:
         origin = Origin(known.item, known.reason, "paper, eq. (3)")
-        yield Constraint(Section.SYS_TRANS, f"region' != {known.region}", origin, (known.region,))
+        formula = f"region' != {known.region}"
+        if known.region == task.pose.region and known.item.endswith(".avoid"):
+            formula = f"region = {known.region} | {formula}"  # it leaves when it can
+        yield Constraint(Section.SYS_TRANS, formula, origin, (known.region,))
     lost = Origin("coordination", "from there the team could not continue", "design, section 5")
     for pose in sorted(task.forbidden, key=lambda pose: (pose.region, pose.heading or 0)):
         formula = f"region' != {pose.region}"

@@ -177,7 +177,7 @@ class OrderRule(Rule):
             problem = f"a {kind} line of tick {record.tick} among those of tick {turn.tick}"
             yield self.broken_by(record, turn.robot, problem)
         if turn.robot is None:
-            settled = isinstance(record, Request | Push | Pop | Blocked)
+            settled = isinstance(record, Request | Push | Pop | Blocked | Told)
             if not isinstance(record, _BEFORE_THE_FIRST_MOVE) and not settled:
                 yield self.broken_by(record, None, f"a {kind} line before the first turn")
             return

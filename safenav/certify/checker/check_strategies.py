@@ -573,6 +573,8 @@ class Task:
         self.heard = self.objective.inputs
         self.inputs = {name: int(on) for name, on in (line.get("inputs") or {}).items()}
         self.closed = {region for region, _ in line.get("closed") or ()}
+        avoided = {r for r, name in line.get("closed") or () if name.endswith(".objective.avoid")}
+        self.leaves = avoided & {line["region"]}  # it begins where it may only leave
         self.forbidden = poses_of(line.get("forbidden") or (), robot["mobility"])
         listed = line.get("goal_places") or ()  # where a target is entered while it is next
         self.goal_places = [poses_of(places, robot["mobility"]) for places in listed]
@@ -688,7 +690,7 @@ class Task:
         held = held and not seen.get("request")
         stays = held or seen.get("wait")
         moves = {pose} if stays else self.world.moves(self.robot["mobility"], pose)
-        shut = self.taken(pose[0], seen) | self.closed
+        shut = self.taken(pose[0], seen) | (self.closed - ({pose[0]} & self.leaves))
         if kind == "patrol":
             shut |= self.targets[1 - awaited]  # the target whose turn it is not
         legal = [after for after in moves - self.forbidden if after[0] not in shut]
