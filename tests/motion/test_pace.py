@@ -28,7 +28,7 @@ def test_steps_and_actions_take_as_long_as_their_motion(kind: str, side: float) 
     floor, at, heading, now = MetricFloor(ROWS, COLS, side), 40, "east", 0.0
     moved = mover("r", floor, at, heading, motion)
     pace = pace_of(motion, COLS, side, heading)
-    for tick in range(200):
+    for tick in range(60):
         if dice.random() < 0.3:
             now += dice.choice([0.5, 5.0])
         if now > moved.time + 1e-9:
