@@ -14,7 +14,7 @@ from safenav.motion.timing.schedule import SHARED
 from safenav.trace import records
 from safenav.trace.setting import ObstacleHeader
 from safenav.trace.trace import Trace
-from safenav.trace.vocabulary import ActResult, MovedBy, MoveEnd
+from safenav.trace.vocabulary import ActResult, ChangeCause, MovedBy, MoveEnd
 
 DECIMALS = 9
 """Of seconds: an arrival and the departure that follows it must not differ by rounding."""
@@ -77,6 +77,8 @@ class _Run:
     decided: float = 0.0
     """The time of the last decision that concerned more than one robot."""
     commands: int = 0
+    at: dict[str, int] = field(default_factory=dict)
+    """Where each robot came to rest last."""
 
     def take(self, record: records.Record) -> None:
         now = self.ended.get(self.turn, 0.0)
@@ -88,6 +90,14 @@ class _Run:
                 self._about(record.obstacle, self.ended.get(record.robot, 0.0), record)
             case records.Met() | records.Resolved():
                 self._deed(record)
+            case records.Appeared(cause=ChangeCause.BATTERY):
+                region = self.obstacles[record.obstacle].region
+                there = [self.ended[name] for name, at in self.at.items() if at == region]
+                self._about(record.obstacle, max(there, default=0.0), record)
+            case records.Service(cause=ChangeCause.BATTERY):
+                region = self.at.get(record.robot, -1)
+                past = [t for o, t in self.since.items() if self.obstacles[o].region == region]
+                self._tell(max([self.ended.get(record.robot, 0.0), *past]), record)
             case records.Appeared():
                 left = self.left.get(self.obstacles[record.obstacle].region, 0.0)
                 self._about(record.obstacle, left, record)
@@ -123,6 +133,7 @@ class _Run:
         if move.toward is None and name in self.under_way:
             command, end = self.under_way.pop(name)
             self.ended[name] = self.left[move.from_] = end
+            self.at[name] = move.to
             place = (command, name, move.to, move.heading, MoveEnd.ARRIVED)
             self._tell(end, records.Arrive(move.tick, *place))
 

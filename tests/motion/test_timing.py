@@ -12,10 +12,11 @@ import pytest
 from motion.runs import SHIPPED, motion, trace_of
 from safenav.motion.file.records import Action, Line, Moving, Release, Reserve
 from safenav.motion.geometry import MetricFloor
+from safenav.motion.in_time import in_time
 from safenav.motion.mover import Crossing, Mover
 from safenav.motion.timing.given import when
 from safenav.motion.timing.schedule import actions_of, scheduled
-from safenav.trace.records import Met, Move, Resolved
+from safenav.trace.records import Met, Move, Resolved, Service
 from safenav.trace.trace import Trace
 
 SLOWED = int(os.environ.get("SAFENAV_MOTION_SLOWED", "20"))
@@ -176,3 +177,14 @@ def test_step_of_several_ticks_is_one_move() -> None:
         if isinstance(line, Moving) and line.robot == "porter" and line.origin != line.to
     ]
     assert len(moved) == sum(1 for r in steps if r.from_ != r.to)
+
+
+def test_a_robot_without_charge_stands_until_its_battery_is_replaced() -> None:
+    lines = motion("battery_delivery").lines
+    replaced = max(line.t1 for line in lines if isinstance(line, Action))
+    moved = [m for m in lines if isinstance(m, Moving) and m.robot == "digit" and m.origin != m.to]
+    flat = max(move.t1 for move in moved if move.t0 < replaced)
+    assert flat < replaced <= min(move.t0 for move in moved if move.t0 >= flat)
+    told = in_time(trace_of("battery_delivery"), motion("battery_delivery")).records
+    served = [(record.active, record.t) for record in told if isinstance(record, Service)]
+    assert served == [(False, pytest.approx(flat)), (True, pytest.approx(replaced))]

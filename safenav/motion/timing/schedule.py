@@ -21,6 +21,7 @@ from safenav.pace.robot import AT_ONCE
 from safenav.trace import records
 from safenav.trace.setting import ObstacleHeader
 from safenav.trace.trace import Trace
+from safenav.trace.vocabulary import ChangeCause
 
 ACTION_SECONDS = "action_seconds"
 
@@ -109,6 +110,8 @@ class _Run:
     """Steps that take several ticks: the first tick, and the decision that they follow."""
     entered: dict[str, tuple[int, int]] = field(default_factory=dict)
     """The region that each robot entered last, and the tick of that step."""
+    charged: dict[str, Activity] = field(default_factory=dict)
+    """The action that replaced the battery of a robot, which has not moved since."""
     told: dict[str, Activity] = field(default_factory=dict)
     """The action that met the last need of each obstacle that is about to be resolved."""
 
@@ -123,6 +126,8 @@ class _Run:
             self._met(record)
         elif isinstance(record, records.Resolved):
             self._resolved(record)
+        elif isinstance(record, records.Service):
+            self._served(record)
         elif isinstance(record, SHARED) and self.turn is not None:
             self._decide(record, self.turn)
 
@@ -144,6 +149,8 @@ class _Run:
         before += [
             (deed, LinkCause.OBSTACLE) for kept, deed in self.opened[move.to] if name in kept
         ]
+        if (replaced := self.charged.pop(name, None)) is not None:
+            before.append((replaced, LinkCause.OBSTACLE))
         heading = self.floor.heading(move.from_, move.to)
         short = (name, tick) in self.short
         step = Crossing(tick, move.from_, move.to, heading, short)
@@ -193,6 +200,13 @@ class _Run:
             deed = self._act(record, obstacle, len(obstacle.all_needs) - 1)
         if record.traversable is not False:
             self._open(obstacle, obstacle.blocks, deed)
+
+    def _served(self, record: records.Service) -> None:
+        """A robot without charge moves again when its battery was replaced."""
+        if record.active and record.cause is ChangeCause.BATTERY:
+            region, _ = self.entered.get(record.robot, (self.robots[record.robot].start, 0))
+            for _, deed in self.opened[region][-1:]:
+                self.charged[record.robot] = deed
 
     def _open(self, obstacle: ObstacleHeader, to: frozenset[str], deed: Activity) -> None:
         self.opened[obstacle.region].append((to, deed))
