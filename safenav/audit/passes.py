@@ -182,6 +182,8 @@ class _Passes:
                 self._open = replace(self._open, by=MovedBy.BACKTRACK)
             case Synthesis() | NewObjective():
                 self._begun.add(record.robot)
+            case Goal():
+                self._begun.discard(record.robot)
             case Operator() if record.deed is OperatorDeed.PUT_BACK and record.robot is not None:
                 assert record.region is not None
                 self._region[record.robot] = record.region

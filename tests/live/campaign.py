@@ -146,7 +146,7 @@ def main() -> int:
     first, behind = map(int, options.seeds.split(":"))
     counts: Counter[str] = Counter()
     injected: Counter[str] = Counter()
-    found = 0
+    found, faster = 0, list[float]()
     for seed in range(first, behind):
         faults = options.all_faults or (options.faults and seed % 4 == 3)
         one = play(seed, faults=faults, wired=seed % 10 == 7, patience=options.patience)
@@ -158,16 +158,21 @@ def main() -> int:
         injected.update(one.injected)
         problem = one.found if one.found != "?" else ""
         if options.both and not faults and not problem:
-            other = serially(seed).outcome
-            same = other == one.outcome
+            other = serially(seed)
+            same = other.outcome == one.outcome
             counts["ends alike"] += same
-            problem = "" if same else f"ends as {one.outcome}, in lockstep as {other}"
+            problem = "" if same else f"ends as {one.outcome}, in lockstep as {other.outcome}"
+            if same and one.outcome == "completed" and len(one.walk.robots) > 2:
+                faster.append(other.walk.over / max(one.walk.over, 0.1))
         if problem:
             found += 1
             print(f"seed {seed}{' with faults' * faults}: {problem}", flush=True)
         if options.trace:
             text = "".join(json.dumps(line) + "\n" for line in one.walk.log)
             Path(options.trace).write_text(text, encoding="utf-8")
+    if faster:
+        half = sorted(faster)[len(faster) // 2]
+        print(f"serial over live: median {half:.2f} of {len(faster)} teams of three or more")
     print(f"{behind - first} runs, {found} findings: {dict(counts)}; faults: {dict(injected)}")
     return int(found > 0)
 

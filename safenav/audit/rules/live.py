@@ -161,7 +161,7 @@ class CommandRule(Rule):
             act = now.acting.get(robot)
             if act is None or act.command != record.command:
                 yield f"{robot} has acted by command {record.command}, which is not open"
-            elif missing := set(act.obstacles) - record.results.keys():
+            elif missing := {n for n in act.obstacles if _single(n, now)} - record.results.keys():
                 yield f"no result for {', '.join(sorted(missing))}, on which {robot} acted"
             return
         depart = now.under_way.get(robot)
@@ -174,6 +174,14 @@ class CommandRule(Rule):
             yield f"the step of {robot} has ended as {record.result.value}, but at {where}"
         if record.result is MoveEnd.ARRIVED and record.heading != depart.heading:
             yield f"{robot} was to face {depart.heading}, but faces {record.heading}"
+
+
+def _single(obstacle: str, now: Situation) -> bool:
+    """Return whether one action resolves an obstacle: there is no result for a part of one."""
+    if obstacle not in now.obstacles:
+        return False
+    left = now.obstacles[obstacle].all_needs[now.stage[obstacle] :]
+    return len(left) == 1 and left[0].robots == 1
 
 
 class ActRule(Rule):

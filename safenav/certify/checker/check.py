@@ -349,6 +349,8 @@ class Passes:
             move |= {"by": "backtrack"}
         elif kind in ("synthesis", "objective"):
             self.begun.add(name)
+        elif kind == "goal":
+            self.begun.discard(name)
         elif kind == "operator" and line.get("region") is not None:
             self.pose[name] = line["region"], line.get("heading")
             self.have(name, line["t"], {line["region"]})
