@@ -613,7 +613,7 @@ class Turns:
                 other.acting = None if other.acting == name else other.acting
             results = {obstacle.name: result for obstacle, result in event.found}
             state.emit(records.Acted(state.tick, event.command or 0, name, results))
-            robot.asked = False
+            robot.asked = not event.found  # else there may be more to do
             state.changes += 1
             yield from self._acted(robot, event)
         return True

@@ -252,6 +252,23 @@ def test_after_two_failed_actions_another_robot_helps(tmp_path: Path) -> None:
     assert resolved["robot"] == "a"
 
 
+def test_an_action_that_finds_nothing_is_not_repeated(tmp_path: Path) -> None:
+    """Also where the world takes its time to say so."""
+
+    class Slow(LiveSimulation):
+        def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Any:
+            found = super().act(robot, obstacles, command)
+            if found is not None:
+                self._push(0.5, found, robot)
+
+    scenario, trace = load_scenario_text(RING), tmp_path / "trace.jsonl"
+    with TraceWriter(trace) as writer:
+        result = Mission(scenario, world=Slow(scenario), listeners=[writer]).run()
+    lines = [json.loads(line) for line in trace.read_text().splitlines()]
+    assert result.outcome == "completed"
+    assert len(of(lines, "act")) <= len(of(lines, "arrive")) + len(scenario.robots) + 1
+
+
 def test_a_command_that_does_not_end_is_cancelled_and_its_robot_lost(tmp_path: Path) -> None:
     class Silent(Faulty):
         cancelled = 0

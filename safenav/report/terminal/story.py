@@ -116,7 +116,7 @@ class Story:
                 | records.Told()
                 | records.Plan()
                 | records.PlanEnd()
-                | records.Act()
+                | records.Act(obstacles=(_, *_))
                 | records.Late()
                 | records.Reopened()
                 | records.Waiting()
