@@ -113,9 +113,26 @@ class Traffic:
     def released(self, name: str) -> bool:
         """Live: whether a robot has done its way of the plan, and may leave it before the others.
         Where robots have headings, the end of the plan is what is certified, and all keep to it."""
-        if self.execution is None or self._turning:
+        index = self.state.last_settled.floor.index(name)
+        if self.execution is None or index in self._among_turning:
             return False
-        return self.execution.done(self.state.last_settled.floor.index(name))
+        return self.execution.done(index)
+
+    @cached_property
+    def _among_turning(self) -> frozenset[int]:
+        """The robots with headings that share a floor, and all that may have to wait for them, or
+        for such a robot, and so on."""
+        problem = self.state.last_settled.floor.problem
+        robots = [robot.robot for robot in self.state.robots.values()]
+        names = [robot.name for robot in robots]
+        turning = [
+            names[i] for i, m in enumerate(problem.members) if m.turns and problem.interferes(i)
+        ]
+        waits = {
+            a.name: [b.name for b in robots if self.state.scenario.interfere(a, b)] for a in robots
+        }
+        apart = still(waits, turning)
+        return frozenset(i for i, name in enumerate(names) if name not in apart)
 
     def ahead(self, name: str) -> set[Region]:
         """The regions that robots in conflict with this one still need for the plan."""
