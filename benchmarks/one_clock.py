@@ -173,10 +173,11 @@ def families(draws: int) -> dict[str, Iterable[tuple[Scenario, int]]]:
     """The scenarios and draws of each line."""
     found: dict[str, Iterable[tuple[Scenario, int]]] = {}
     for name in ("team_of_six", "warehouse"):
-        found[name] = ((load_scenario(SCENARIOS / f"{name}.yaml"), d) for d in range(draws))
+        shipped = load_scenario(SCENARIOS / f"{name}.yaml")
+        found[name] = [(shipped, draw) for draw in range(draws)]
     found["crowds"] = ((rooms(d), d) for d in range(draws))
     for robots in (4, 20):
-        found[f"floor-{robots}"] = ((floor(robots, d), d) for d in range(draws))
+        found[f"floor-{robots}"] = ((floor(n, d), d) for d, n in enumerate([robots] * draws))
     return found
 
 
