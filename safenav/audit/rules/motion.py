@@ -122,16 +122,18 @@ class AlwaysRule(Rule):
         robot, own = record.robot, now.header.robots[record.robot].objective
         for region in (_taken(record) - now.taken_by(robot)) & own.avoid:
             yield self.broken_by(record, robot, f"{robot} enters {now.show(region)}, to be avoided")
-        if not own.always or record.from_ == record.to:
-            return
+        to = record.to if record.toward is None else record.toward
+        if not own.always or record.from_ == to or now.toward[robot] is not None:
+            return  # a step that was begun may be ended under other rules
         faced = now.has_heading(robot)
         before = record.from_, now.heading[robot] if faced else None
+        after = to, now.grid.direction(record.from_, to) if faced else None
         try:
-            kept = rules_of(own).allows(before, (record.to, record.heading if faced else None))
+            kept = rules_of(own).allows(before, after)
         except UnreadError:
             return
         if not kept:
-            told = f"{robot} steps from {now.show(record.from_)} to {now.show(record.to)}"
+            told = f"{robot} steps from {now.show(record.from_)} to {now.show(to)}"
             problem = f"{told}, against {' and '.join(own.always)}"
             yield self.broken_by(record, robot, problem)
 

@@ -217,6 +217,7 @@ class MissedResolutionRule(Rule):
         if now.live:
             return
         met = {record.obstacle for record in turn.all(Resolved)} | turn.advanced
+        met |= {record.obstacle for record in turn.all(Appeared)}  # at the beginning of the next
         for name in now.obstacles:
             if now.status[name] is not Status.UNRESOLVED or name in met:
                 continue

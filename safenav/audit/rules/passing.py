@@ -36,7 +36,7 @@ class AppearedRule(Rule):
                 yield self.broken_by(
                     record, None, f"the scenario does not let {obstacle.name} appear"
                 )
-            elif record.tick < since:
+            elif _time(record, now) < since:
                 problem = f"{obstacle.name} appears in tick {record.tick}, before {since}"
                 yield self.broken_by(record, None, problem)
 
@@ -84,6 +84,11 @@ class GoneRule(Rule):
                 yield self.broken_by(
                     record, None, f"the scenario does not let {obstacle.name} disappear"
                 )
-            elif record.tick < until:
+            elif _time(record, now) < until:
                 problem = f"{obstacle.name} disappears in tick {record.tick}, before {until}"
                 yield self.broken_by(record, None, problem)
+
+
+def _time(record: Record, now: Situation) -> float:
+    """Return the tick of a line; in a live run its seconds."""
+    return record.tick if record.t is None or not now.live else record.t
