@@ -28,7 +28,7 @@ from safenav.scenario.objective import Hold
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.writing import TraceWriter
 
-WANTED = int(os.environ.get("SAFENAV_FUZZ", "20"))
+WANTED = int(os.environ.get("SAFENAV_FUZZ", "6"))
 COLS, ROWS = 4, 2
 BUNDLED = 6
 

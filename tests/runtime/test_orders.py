@@ -20,7 +20,7 @@ from safenav.runtime.world import SimulatedWorld
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.writing import TraceWriter
 
-WANTED = int(os.environ.get("SAFENAV_FUZZ", "16"))
+WANTED = int(os.environ.get("SAFENAV_FUZZ", "6"))
 ROWS, COLS = 3, 5
 BUNDLED = 5
 CATALOGUE = {

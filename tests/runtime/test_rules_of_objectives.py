@@ -21,7 +21,7 @@ from safenav.scenario.model import Outcome
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.writing import TraceWriter
 
-WANTED = int(os.environ.get("SAFENAV_FUZZ", "20"))
+WANTED = int(os.environ.get("SAFENAV_FUZZ", "6"))
 HEADINGS = ("north", "east", "south", "west")
 BUNDLED = 5  # every so many runs
 
