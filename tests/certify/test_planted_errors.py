@@ -127,7 +127,7 @@ EXERCISES = [
         OPEN,
         "a: {model: rover, start: [1, 1], objective: {cover: [[1, 1], [1, 5], [3, 3]]}}",
         without("region' = 24", section=Section.SYS_LIVENESS),
-        "wish 2 of the scenario",
+        "goal 2 of the scenario",
     ),
     Exercise(
         "a busy side left out of the rule",
