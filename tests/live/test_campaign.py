@@ -14,8 +14,9 @@ import pytest
 import warm
 from live.campaign import play
 from safenav.runtime.characterization import Characterization
-from safenav.runtime.team import RobotState
+from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.traffic.execution import Execution
+from safenav.scenario.model import Robot
 
 PART = 50
 LONG = 2000 if os.environ.get("SAFENAV_FUZZ") else 0
@@ -33,12 +34,23 @@ def test_runs_keep_what_the_judge_asks_for(seeds: str) -> None:
     run("--seeds", seeds, "--faults", *(["--both"] if int(seeds.split(":")[0]) < LONG // 2 else []))
 
 
+def reserved(patch: pytest.MonkeyPatch, region: Callable[[RobotState], int]) -> None:
+    """Let each robot have only one region."""
+
+    def taken(self: TeamState, robot: Robot) -> set[int]:
+        rivals = (o for o in self.robots.values() if self.scenario.conflict(robot, o.robot))
+        return {region(other) for other in rivals if other.name != robot.name}
+
+    patch.setattr(RobotState, "occupied", property(lambda self: frozenset({region(self)})))
+    patch.setattr(TeamState, "taken", taken)
+
+
 def destination_not_reserved(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(RobotState, "occupied", property(lambda self: frozenset({self.pose.region})))
+    reserved(patch, lambda robot: robot.pose.region)
 
 
 def origin_released_at_departure(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(RobotState, "occupied", property(lambda self: frozenset({self.next_pose.region})))
+    reserved(patch, lambda robot: robot.next_pose.region)
 
 
 def orders_of_plans_ignored(patch: pytest.MonkeyPatch) -> None:
