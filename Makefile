@@ -89,6 +89,8 @@ fuzz: slugs-test ## long campaigns: games, proofs, missions; with clang the read
 	  tests/motion/test_requirements.py \
 	  tests/slugs/test_random_games.py tests/slugs/test_sanitized.py tests/slugs/test_serve.py \
 	  tests/runtime/test_random_teams.py tests/runtime/test_beliefs.py tests/spec/test_belief.py \
+	  tests/runtime/test_rules_of_objectives.py tests/runtime/test_never_together.py tests/runtime/test_inputs.py \
+	  tests/runtime/test_orders.py \
 	  tests/oracle/test_agreement.py tests/synthesis/test_reading.py \
 	  tests/synthesis/test_verify_random.py \
 	  tests/studio/test_editing.py tests/studio/test_random_sessions.py \
