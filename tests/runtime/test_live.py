@@ -25,7 +25,9 @@ from safenav.runtime.protocol import (
     WorldEvent,
 )
 from safenav.runtime.simulation import LiveSimulation
-from safenav.runtime.traffic.live import still
+from safenav.runtime.traffic.execution import schedule
+from safenav.runtime.traffic.joint import Joint
+from safenav.runtime.traffic.live import still, with_steps_under_way
 from safenav.scenario.model import Clock, FailedMoves, Failures, Obstacle, Robot, Scenario
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
@@ -322,6 +324,18 @@ def test_robots_that_wait_only_for_robots_that_wait(
     waits: dict[str, list[str]], busy: list[str], found: set[str]
 ) -> None:
     assert still(waits, busy) == found
+
+
+def test_a_plan_begins_with_the_steps_under_way() -> None:
+    """Robot 1 set out from 4 to 5: its way begins in 4, and the others stay meanwhile."""
+    states = [Joint((1, 5), ((0, 0, 0),) * 2, ()), Joint((2, 6), ((0, 0, 0), (1, 0, 0)), ())]
+    counts = ((0, 0, 0),) * 2
+    poses, after = with_steps_under_way([s.poses for s in states], states, counts, {1: 4})
+    assert poses == [(1, 4), (1, 5), (2, 6)]
+    assert [state.poses for state in after] == [(1, 4), (1, 5), (2, 6)]
+    plan = schedule(poses, [9, 9], [frozenset({1}), frozenset({0})])
+    assert plan.ways == ((1, 2), (4, 5, 6))
+    assert with_steps_under_way([(1, 5)], states, counts, {}) == ([(1, 5)], states)
 
 
 def test_reactions_to_failed_moves() -> None:
