@@ -150,7 +150,7 @@ EXERCISES = [
         OPEN,
         TWO,
         with_more(Section.ENV_LIVENESS, "FALSE"),
-        "wish 0 of the scenario",
+        "goal 0 of the scenario",
         FAIR,
     ),
     Exercise(
@@ -210,7 +210,7 @@ EXERCISES = [
                 else c.formula
             )
         ),
-        "the robot could go on to",
+        "the robot could continue to",
         FAIR,
     ),
     Exercise(
@@ -226,7 +226,7 @@ EXERCISES = [
         OPEN,
         'a: {model: rover, start: [1, 1], objective: {ltl: {liveness: ["region\' = 12"]}}}',
         without("region' = 12", section=Section.SYS_LIVENESS),
-        "wish 0 of the scenario",
+        "goal 0 of the scenario",
     ),
     Exercise(
         "a belief that vanishes",
@@ -290,7 +290,7 @@ EXERCISES = [
         OPEN,
         ALONE,
         without("request' & !wait' -> region' = assigned'"),
-        "wish 1 of the scenario",
+        "goal 1 of the scenario",
         Circumstances(assignable=True),
     ),
     Exercise(
