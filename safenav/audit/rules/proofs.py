@@ -21,6 +21,7 @@ from safenav.trace.records import (
     Blocked,
     Goal,
     Gone,
+    NewObjective,
     Outcome,
     Record,
     Reopened,
@@ -52,6 +53,8 @@ class ProofRule(Rule):
                 self._goals.setdefault(record.robot, []).append(record)
         elif isinstance(record, Resolved):
             self._goals.clear()
+        elif isinstance(record, NewObjective):
+            self._goals.pop(record.robot, None)
         elif isinstance(record, Synthesis):
             self._memory[record.robot, record.spec] = record.memory
         elif isinstance(record, Appeared | Gone | Reopened):
@@ -204,7 +207,7 @@ def _robot(name: str, now: Situation, goals: list[Goal]) -> Robot:
         ),
         awaited=(min(now.ahead[name], len(objective.targets) - 1),)
         if objective.kind in ENDS
-        else _awaited(objective, goals),
+        else _awaited(objective, goals, resumed=bool(told.when)),
         covered=frozenset(goal for goal in covered if goal < len(objective.targets)),
         met=len(covered),
         rounds_left=max(rounds - done, 0),
@@ -221,13 +224,13 @@ def _robot(name: str, now: Situation, goals: list[Goal]) -> Robot:
     return replace(robot, formulas=formulas, targets=targets)
 
 
-def _awaited(objective: Objective, goals: list[Goal]) -> tuple[int, ...]:
+def _awaited(objective: Objective, goals: list[Goal], *, resumed: bool) -> tuple[int, ...]:
     """Return the targets that may be next: a patrol that has met no target may begin with
     either."""
     count = len(objective.targets)
     if goals and goals[-1].goal < count:
         return ((goals[-1].goal + 1) % count,)
-    return tuple(range(count)) if objective.kind == "patrol" else (0,)
+    return tuple(range(count)) if objective.kind == "patrol" or resumed else (0,)
 
 
 def _pose(name: str, now: Situation) -> Pose:
