@@ -38,6 +38,8 @@ PURPOSES = {
     "mcap": "runs as MCAP files for Foxglove and ROS 2",
     "studio": "the studio and live runs",
     "dask": "batches on a cluster",
+    "ros2": "robots that speak ROS 2",
+    "simulation": "robots in a physics simulation",
 }
 """The extras that commands need. Their packages are those of safenav's own metadata."""
 

@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 EPILOG = """\b
 Examples:
-  safenav new fleet.yaml --fleet lab.yaml        # how to reach each robot
-  safenav drive lab.yaml --fleet fleet.yaml --rehearse
-  safenav drive lab.yaml --fleet fleet.yaml --trace lab.jsonl
+  safenav new lab.yaml && safenav new fleet.yaml --fleet lab.yaml
+  safenav drive lab.yaml --fleet fleet.yaml --rehearse --trace lab.jsonl
+Without --rehearse the robots of the fleet file move.
 \b
 Ctrl-C stops all robots, then ends the run; a second one ends it immediately.
 \b

@@ -68,8 +68,7 @@ def _of_the_run(plan: Scenario, as_json: bool) -> int:
     from safenav.runtime.postmortem import explain_run
     from safenav.scenario.model import Outcome
 
-    models = {robot.model.name: robot.model for robot in plan.robots} | dict(plan.catalogue.robots)
-    found = explain_run(plan, models, lambda: default_synthesizer(plan))
+    found = explain_run(plan, plan.catalogue.robots, lambda: default_synthesizer(plan))
     if as_json:
         click.echo(json.dumps(postmortem_data(found, plan), indent=2))
     else:

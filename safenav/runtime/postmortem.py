@@ -134,7 +134,8 @@ class _Failure:
         self, scenario: Scenario, mission: Mission, models: Mapping[str, RobotModel]
     ) -> None:
         self.scenario = scenario
-        self.models = models
+        # those of the team first: they are at hand
+        self.models = {robot.model.name: robot.model for robot in scenario.robots} | dict(models)
         seen: Foresight = foresee(scenario)
         self.reach = seen.reach
         self.lacks = seen.lacks or mission.lacks

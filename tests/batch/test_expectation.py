@@ -108,7 +108,9 @@ def test_patterns_speak_of_all_events_but_the_frame_of_a_run_and_what_every_tick
     # Of a simulated world all obstacles are listed: none is discovered. And what a person changes
     # in a run that goes on is in no scenario.
     frame = {"header", "move", "belief", "outcome", "discovered", "plan_end"}
-    assert kinds - patterns <= frame | {"truth", "objective", "service"}
+    changes = {"truth", "objective", "service", "inputs", "operator", "reopened", "waiting"}
+    live = {"depart", "arrive", "act", "acted", "hold", "late"}  # in place of moves
+    assert kinds - patterns == frame | changes | live | {"deadline", "order"}
 
 
 def test_a_pattern_is_shown_as_it_can_be_written() -> None:

@@ -62,21 +62,20 @@ limits: {ticks: 60}
 
 def explained(text: str, seconds: float = 20.0) -> Postmortem:
     plan = load_scenario_text(text)
-    models = dict(built_in().robots) | {robot.model.name: robot.model for robot in plan.robots}
-    return explain_run(plan, models, lambda: default_synthesizer(plan), seconds)
+    return explain_run(plan, built_in().robots, lambda: default_synthesizer(plan), seconds)
 
 
 def test_a_circle_of_keys_is_shown_link_by_link_with_repairs_that_were_run() -> None:
     found = explained(KEYS)
     assert found.result.cause == "cyclic_requests"
     assert [link.split(";")[0] for link in found.chain[-2:]] == [
-        "blue_door@west needs a robot with 'blue_key'",
         "red_door@east needs a robot with 'red_key'",
+        "blue_door@west needs a robot with 'blue_key'",
     ]
     assert {repair.kind for repair in found.repairs} >= {"start", "robot", "need", "wall"}
     starts = [repair.change for repair in found.repairs if repair.kind == "start"]
-    assert (("robots.r.start", "a_button"),) in starts
-    begun = KEYS.replace("model: red, start: [1, 5]", "model: red, start: a_button")
+    assert (("robots.b.start", "b_button"),) in starts
+    begun = KEYS.replace("model: blue, start: [1, 9]", "model: blue, start: b_button")
     assert explained(begun).result.outcome.value == "completed"
 
 

@@ -74,7 +74,7 @@ def test_the_bundle_of_a_changed_run_is_accepted_by_its_own_checker(
     command = [sys.executable, "-I", "-S", str(checker), str(checker.parent)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "digit is given another objective" in done.stdout
+    assert "digit receives another objective" in done.stdout
 
 
 @pytest.mark.parametrize(
