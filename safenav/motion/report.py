@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from safenav.motion.columns import Columns, columns_of
-from safenav.motion.file.records import Blow, FlownTrack, Link, Motion, Moving, Wait
+from safenav.motion.file.records import BodyPush, FlownTrack, Link, Motion, Moving, Wait
 from safenav.motion.geometry import MetricFloor, margin
 
 RATE = 50.0
@@ -113,7 +113,7 @@ def _waits(motion: Motion) -> list[str]:
 
 
 def _disturbed(motion: Motion) -> list[str]:
-    pushes = [line for line in motion.lines if isinstance(line, Blow)]
+    pushes = [line for line in motion.lines if isinstance(line, BodyPush)]
     tracks = [line for line in motion.lines if isinstance(line, FlownTrack)]
     found: list[str] = []
     if pushes:

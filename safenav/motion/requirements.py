@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from safenav.errors import UsageError
 from safenav.motion.columns import Columns, columns_at
-from safenav.motion.file.records import Blow, Motion
+from safenav.motion.file.records import BodyPush, Motion
 from safenav.motion.in_time import in_time
 from safenav.stl.parser import RequirementError, parse_requirement
 from safenav.stl.robustness import Robustness, robustness
@@ -108,7 +108,7 @@ class MotionRecording:
         """The pushes that change a speed instantly."""
         if which.name != "speed":
             return ()
-        pushes = (line for line in self._motion.lines if isinstance(line, Blow))
+        pushes = (line for line in self._motion.lines if isinstance(line, BodyPush))
         return tuple(push.t for push in pushes if push.robot in which.robots)
 
     def instants(self, event: Happens) -> tuple[float, ...]:

@@ -340,7 +340,9 @@ class Interventions:
         if own:
             if robot.planner is not None:
                 robot.planner.node = None  # whatever it did, it is to have a strategy for this
-            robot.assignment = Assignment(Role.OWN, objective, kept=robot.assignment.kept)
+            robot.assignment = Assignment(
+                Role.OWN, objective, safe_poses=robot.assignment.safe_poses
+            )
             robot.progress, robot.begun = robot.own, False
         yield Unsettled(vocabulary.Reason.OBJECTIVE)
 

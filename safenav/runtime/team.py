@@ -47,13 +47,13 @@ class Role(Enum):
 @dataclass(frozen=True)
 class Assignment:
     """Current assignment of one robot. ``obstacle``: the one that it resolves, if it helps, and at
-    which poses (``goal``, a mask). ``kept``: the poses that it may go to (a mask; None: all)."""
+    which poses (``goal``, a mask). ``safe_poses``: those that it may go to (a mask; None: all)."""
 
     role: Role
     objective: Objective
     obstacle: str | None = None
     goal: Mask = 0
-    kept: Mask | None = None
+    safe_poses: Mask | None = None
 
 
 @dataclass(frozen=True)

@@ -523,7 +523,7 @@ class Turns:
         if self.state.live and not self._out_of_ways(robot, pose):
             return False
         graph = graph_of(robot.robot, self.state.scenario.map)
-        kept = robot.assignment.kept
+        kept = robot.assignment.safe_poses
         if graph.one_way and kept is not None and not kept >> graph.number(pose) & 1:
             return False
         return self.traffic.certified(robot.name, pose)

@@ -20,7 +20,7 @@ from motion.walking import lateral_order, longest_step, mass, swing_path
 from safenav.errors import UsageError
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.file.reading import parsed
-from safenav.motion.file.records import Blow, Segment
+from safenav.motion.file.records import BodyPush, Segment
 from safenav.motion.file.writing import text_of
 from safenav.motion.geometry import Box
 from safenav.motion.making import Disturbances, motion_of
@@ -103,7 +103,7 @@ def test_run_under_blows_is_accepted_by_the_checker(seed: int) -> None:
     name = "two_digits"
     made = motion_of(trace_of(name), digest_of(name), None, Disturbances(seed, push=SIZE))
     made = parsed(text_of(made).encode(), "pushed")
-    assert sum(1 for line in made.lines if isinstance(line, Blow)) > 100
+    assert sum(1 for line in made.lines if isinstance(line, BodyPush)) > 100
     assert check_motion(made, trace_of(name), digest_of(name)) == []
 
 
@@ -111,7 +111,7 @@ def test_blow_that_the_file_does_not_tell_is_refused() -> None:
     name = "two_digits"
     made = motion_of(trace_of(name), digest_of(name), None, Disturbances(1, push=SIZE))
     lines = list(made.lines)
-    lines.remove(next(line for line in lines if isinstance(line, Blow)))
+    lines.remove(next(line for line in lines if isinstance(line, BodyPush)))
     hidden = parsed(text_of(type(made)(made.header, tuple(lines), made.outcome)).encode(), "f")
     found = check_motion(hidden, trace_of(name), digest_of(name))
     assert any("its velocity jumps by" in finding.found for finding in found)

@@ -11,13 +11,13 @@ import numpy as np
 from safenav.motion.check.finding import NEAR, Finding, Report
 from safenav.motion.check.gliding import arc_ends, curve_ends
 from safenav.motion.check.paths import Array
-from safenav.motion.file.records import Blow, Drive, Flight, Moving, Segment
+from safenav.motion.file.records import BodyPush, Drive, Flight, Moving, Segment
 
 
 def check_joins(
     robot: str,
     pieces: Sequence[Moving],
-    pushes: Sequence[Blow],
+    pushes: Sequence[BodyPush],
     makespan: float,
     report: Report,
 ) -> None:
@@ -107,7 +107,7 @@ def _driven(end: Array) -> Array:
     return np.array([x, y, speed * np.cos(yaw), speed * np.sin(yaw), np.cos(yaw), np.sin(yaw)])
 
 
-def _blow(pushes: Sequence[Blow], t: float) -> Array:
+def _blow(pushes: Sequence[BodyPush], t: float) -> Array:
     total = np.zeros(4)
     for push in pushes:
         if abs(push.t - t) < NEAR:

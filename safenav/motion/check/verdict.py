@@ -6,8 +6,8 @@ from bisect import bisect_left
 from collections.abc import Mapping
 from itertools import pairwise
 
+from safenav.motion.check.actions import check_deeds
 from safenav.motion.check.bodies import check_distances
-from safenav.motion.check.deeds import check_deeds
 from safenav.motion.check.finding import NEAR, Finding
 from safenav.motion.check.gliding import check_drive, check_flight
 from safenav.motion.check.joins import by_robot, check_joins, inner_joins
@@ -17,7 +17,7 @@ from safenav.motion.check.tracking import check_flown, check_track
 from safenav.motion.check.walking import check_segment
 from safenav.motion.file.records import (
     Action,
-    Blow,
+    BodyPush,
     Drive,
     Flight,
     FlownTrack,
@@ -56,7 +56,7 @@ def check_motion(motion: Motion, trace: Trace, digest: str) -> list[Finding]:
     conflicts = conflicts_of(trace.header.scenario)
     makespan = motion.outcome.makespan
     for name in trace.header.scenario.robots:
-        pushes = [line for line in lines if isinstance(line, Blow) and line.robot == name]
+        pushes = [line for line in lines if isinstance(line, BodyPush) and line.robot == name]
         check_joins(name, pieces.get(name, []), pushes, makespan, report)
         _start(name, trace, pieces.get(name, []), found)
     held = holdings(lines, report)

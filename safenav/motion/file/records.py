@@ -158,7 +158,7 @@ class FlownTrack:
 
 
 @dataclass(frozen=True)
-class Blow:
+class BodyPush:
     """A push that changes the velocity of a walker's mass instantly, in metres per second."""
 
     robot: str
@@ -241,7 +241,7 @@ class MotionOutcome:
     chain: tuple[Link, ...]
 
 
-Line = Segment | Flight | Drive | FlownTrack | Blow | Reserve | Release | Action | Wait
+Line = Segment | Flight | Drive | FlownTrack | BodyPush | Reserve | Release | Action | Wait
 Moving = Segment | Flight | Drive
 
 

@@ -9,7 +9,7 @@ from math import cos, pi, sin
 
 import numpy as np
 
-from safenav.motion.file.records import Blow, Line, Segment
+from safenav.motion.file.records import BodyPush, Line, Segment
 from safenav.motion.geometry import Box, MetricFloor
 from safenav.motion.walker.courses import Actual, PendingMove
 from safenav.motion.walker.cutting import split
@@ -54,14 +54,14 @@ def struck(
     instant: float,
     blow: tuple[float, float],
     omega: float,
-) -> tuple[Segment, Blow, Segment]:
+) -> tuple[Segment, BodyPush, Segment]:
     """A move until a push that changes the velocity (m/s), the push, and the move from there."""
     first, second = split(course.segment, instant, omega)
     state = np.array(first.goal) + np.array([0.0, 0.0, *blow])
     foot = next(foot for foot in second.feet if foot.down <= 0.0)
     actual = Actual(state, (foot.x, foot.y))
     second = recovered(PendingMove(second, course.box), actual, following, omega)
-    return first, Blow(second.robot, second.tick, second.t0, *blow), second
+    return first, BodyPush(second.robot, second.tick, second.t0, *blow), second
 
 
 def _left(segment: Segment, planned: Segment) -> Actual | None:

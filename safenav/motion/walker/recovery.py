@@ -22,8 +22,8 @@ from safenav.motion.file.records import Foothold, PressurePhase, Segment, State,
 from safenav.motion.pendulum import Array, advanced
 from safenav.motion.polynomial import between, derivative, values
 from safenav.motion.walker.courses import Actual, PendingMove, WalkPlan, plan_of
+from safenav.motion.walker.footstep_replanning import replaced
 from safenav.motion.walker.limits import LIMITS
-from safenav.motion.walker.replacing import replaced
 
 EARLY = 0.2
 """Seconds before landing until which there is no need to try that."""

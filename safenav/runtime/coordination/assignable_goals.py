@@ -74,8 +74,8 @@ def _next(team: TeamState, robot: RobotState, goal: Mask) -> Region | None:
     own = graph.everywhere & ~graph.poses_on(region_mask(k.region for k in task.blocked))
     walls = knowledge.walls_for(robot.robot, knowledge.pending)
     allowed = own & ~graph.poses_on(region_mask(known.region for known in walls))
-    if robot.assignment.kept is not None:
-        allowed &= robot.assignment.kept
+    if robot.assignment.safe_poses is not None:
+        allowed &= robot.assignment.safe_poses
     here = graph.number(robot.pose)
     goal &= allowed | 1 << here
     field = graph.distances(goal, allowed)

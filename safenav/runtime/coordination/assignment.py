@@ -57,7 +57,9 @@ class Assigner:
         if robot.next_pose.region == charger.region and robot.next_pose != charger:
             objective = ruled(Visit((frozenset({charger.region}),)), own)
         goal = self._mask(index, {charger.region})
-        assignment = Assignment(Role.CHARGES, objective, goal=goal, kept=self.found.kept[index])
+        assignment = Assignment(
+            Role.CHARGES, objective, goal=goal, safe_poses=self.found.safe_poses[index]
+        )
         forbidden = self._forbidden(robot, index, (goal,))
         return TaskDraft(assignment, objective, pending, pending, forbidden)
 
@@ -72,8 +74,8 @@ class Assigner:
             if before.targets[0] == places and self._goes_between(index, duty.goal, before):
                 objective = before  # it continues what it has begun
                 break
-        kept = self.found.kept[index]
-        assignment = Assignment(Role.HELPS, objective, gate.name, duty.goal, kept)
+        safe = self.found.safe_poses[index]
+        assignment = Assignment(Role.HELPS, objective, gate.name, duty.goal, safe)
         wanted = (duty.goal,) if own is None else (duty.goal, self._mask(index, own))
         pending = self._pending(index)
         return TaskDraft(
@@ -103,7 +105,9 @@ class Assigner:
 
     def _alternates(self, index: int, targets: tuple[Mask, ...]) -> bool:
         member = self.floor.problem.members[index]
-        allowed = self.floor.problem.allowed(index, self.floor.stages) & self.found.kept[index]
+        allowed = (
+            self.floor.problem.allowed(index, self.floor.stages) & self.found.safe_poses[index]
+        )
         live = member.graph.live(targets, allowed)
         return bool(member.graph.closure(1 << self.floor.poses[index], allowed) & live)
 
@@ -118,23 +122,23 @@ class Assigner:
         it held before, or nearby if it would be in a helper's way; if it cannot get there now, hold
         where it stands."""
         here = robot.next_pose.region
-        kept = self.found.kept[index]
+        safe = self.found.safe_poses[index]
         pending = self._pending(index)
         other = robot.robot.while_waiting
         if other is not None and robot.name not in self.idle and self._waits_for_help(robot):
             targets = tuple(self._mask(index, target) for target in targets_of(other))
             if self._alternates(index, targets):
                 forbidden = self._forbidden(robot, index, targets)
-                again = Assignment(Role.WAITS, other, kept=kept)
+                again = Assignment(Role.WAITS, other, safe_poses=safe)
                 return TaskDraft(again, other, pending, pending, forbidden)
         there = self._waiting_place(robot, index)
         if there != here and self._alternates(index, (self._mask(index, {there}),)):
             objective = holding(robot.robot.objective, there)
             forbidden = self._forbidden(robot, index, (self._mask(index, {there}),))
-            again = Assignment(Role.WAITS, objective, kept=kept)
+            again = Assignment(Role.WAITS, objective, safe_poses=safe)
             return TaskDraft(again, objective, pending, pending, forbidden)
         objective = holding(robot.robot.objective, here)
-        return TaskDraft(Assignment(Role.WAITS, objective, kept=kept), objective)
+        return TaskDraft(Assignment(Role.WAITS, objective, safe_poses=safe), objective)
 
     def _waiting_place(self, robot: RobotState, index: int) -> Region:
         """Return where a robot waits, as far as it gets there."""
@@ -148,7 +152,7 @@ class Assigner:
                 if other in rivals and self.state.robots[name].assignment.role is Role.WAITS
                 for region in self.state.robots[name].occupied
             }
-            clear = clear_region(self.floor, duties, index, self.found.kept[index], taken)
+            clear = clear_region(self.floor, duties, index, self.found.safe_poses[index], taken)
             return place if clear is None else clear
         return place
 
@@ -163,9 +167,9 @@ class Assigner:
         """Return its own objective, around the obstacles in its way; None if it gets nowhere
         now."""
         met = {request.obstacle.name for request in self.state.requests.waits(robot.name)}
-        kept = self.found.kept[index]
+        safe = self.found.safe_poses[index]
         objective = robot.robot.objective
-        assignment = Assignment(Role.OWN, objective, kept=kept)
+        assignment = Assignment(Role.OWN, objective, safe_poses=safe)
         member = self.floor.problem.members[index]
         must = frozenset(met)
         now = self.floor.problem.allowed(index, self.floor.stages)
@@ -174,7 +178,7 @@ class Assigner:
             walls = region_mask(
                 gate.region for gate in self.floor.problem.gates if gate.name in avoid
             )
-            lost = within_reach & ~kept
+            lost = within_reach & ~safe
             allowed = member.floor & ~member.graph.poses_on(walls) & ~lost
             reach = member.graph.closure(1 << self.floor.poses[index], allowed)
             if reach & member.live(allowed):
@@ -196,12 +200,12 @@ class Assigner:
     def _forbidden(
         self, robot: RobotState, index: int, targets: tuple[Mask, ...]
     ) -> frozenset[Pose]:
-        """The poses next to those that are kept from which it could still reach ``targets``:
+        """The poses next to the safe ones from which it could still reach ``targets``:
         from the others a strategy keeps away by itself."""
         member = self.floor.problem.members[index]
-        graph, kept = member.graph, self.found.kept[index]
+        graph, safe = member.graph, self.found.safe_poses[index]
         allowed = self.floor.problem.allowed(index, self.floor.stages)
-        lost = graph.forward(kept) & allowed & ~kept
+        lost = graph.forward(safe) & allowed & ~safe
         if lost and not isinstance(robot.robot.objective, Ltl):
             own = targets == member.targets
             lost &= member.live(allowed) if own else graph.live(targets, allowed)

@@ -29,18 +29,18 @@ from safenav.runtime.coordination.events import (
     Started,
     Unsettled,
 )
-from safenav.runtime.coordination.floor import floor_of
-from safenav.runtime.coordination.ladder import Ladder, TaskDraft, ladder
-from safenav.runtime.coordination.negatives import (
+from safenav.runtime.coordination.infeasibility import (
     closure_told,
     no_strategy,
     nobody_goes_on,
     spent,
 )
+from safenav.runtime.coordination.ladder import Ladder, TaskDraft, ladder
 from safenav.runtime.coordination.problem import Floor, SpentError
 from safenav.runtime.coordination.proofs import Closure, closure_of
 from safenav.runtime.coordination.reasons import Shortfall, shortfall_words, shortfalls
 from safenav.runtime.coordination.requests import Request, Requests
+from safenav.runtime.coordination.snapshot import floor_of
 from safenav.runtime.coordination.solve import Solver
 from safenav.runtime.coordination.strategies import outdated
 from safenav.runtime.coordination.strategy_search import TaskResult, failed

@@ -35,7 +35,7 @@ class Settlement:
 
     ``served``: the obstacles that will be resolved, in the order of their requests; the other
     open ones are walls for now. ``plan``: the steps to come. ``duties``: duty of each robot.
-    ``reserved``: robots of later steps. ``kept``: for each robot the poses that it may go to while
+    ``reserved``: robots of later steps. ``safe_poses``: where each robot may go while
     the team can still complete all that it can now. ``proof``: why no robot can continue; no other
     field counts then.
     """
@@ -44,7 +44,7 @@ class Settlement:
     plan: Plan = ()
     duties: Mapping[int, Duty] = field(default_factory=dict)
     reserved: frozenset[int] = frozenset()
-    kept: tuple[Mask, ...] = ()
+    safe_poses: tuple[Mask, ...] = ()
     proof: Proof | None = None
 
 
@@ -76,11 +76,11 @@ def settle(
     plan = solver.plan(poses, stages, frozenset(served), present)
     assert plan is not None, "what can be done can be planned"
     duties, reserved = _walk(solver, plan, sets, stages, frozenset(served))
-    kept = tuple(
-        _kept(solver, i, sets, stages, frozenset(served), duties.get(i))
+    safe_poses = tuple(
+        _safe_poses(solver, i, sets, stages, frozenset(served), duties.get(i))
         for i in range(len(solver.problem.members))
     )
-    return Settlement(tuple(served), plan, duties, reserved, kept)
+    return Settlement(tuple(served), plan, duties, reserved, safe_poses)
 
 
 def _walk(
@@ -125,7 +125,7 @@ def _lasting(
     return _sifted(solver, robot, there, after, then, served)
 
 
-def _kept(
+def _safe_poses(
     solver: Solver,
     robot: int,
     sets: Sets,

@@ -34,7 +34,7 @@ class GateNeed:
 
 
 @dataclass(frozen=True)
-class Gate:
+class OpenObstacle:
     """An obstacle that is known and not resolved. ``closed_to``: the robots that must not enter
     it, for each need as long as it is the next. ``barred``: robots that cannot serve it although
     they have the action (no strategy was found)."""
@@ -107,7 +107,7 @@ class Problem:
     """
 
     members: tuple[Member, ...]
-    gates: tuple[Gate, ...]
+    gates: tuple[OpenObstacle, ...]
     conflicts: tuple[frozenset[int], ...]
     zones: Zones = ()
     newest_first: bool = False

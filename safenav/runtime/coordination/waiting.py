@@ -35,12 +35,12 @@ def in_the_way(floor: Floor, duties: Mapping[int, Duty], robot: int, region: Reg
 
 
 def clear_region(
-    floor: Floor, duties: Mapping[int, Duty], robot: int, kept: Mask, taken: Collection[Region]
+    floor: Floor, duties: Mapping[int, Duty], robot: int, safe: Mask, taken: Collection[Region]
 ) -> Region | None:
-    """Return the region nearest to a robot in which it is in no helper's way, through ``kept``
+    """Return the region nearest to a robot in which it is in no helper's way, through ``safe``
     poses, and not in one of ``taken``; None if there is none."""
     graph = floor.problem.members[robot].graph
-    allowed = floor.problem.allowed(robot, floor.stages) & kept
+    allowed = floor.problem.allowed(robot, floor.stages) & safe
     found = frontier = 1 << floor.poses[robot]
     while frontier:
         for region in bits(graph.regions_of(frontier)):

@@ -28,10 +28,10 @@ from safenav.runtime.traffic.budgets import (
     ROUNDS_OF_SEARCH,
     SINGLES_BUDGET,
 )
+from safenav.runtime.traffic.immobile import Stuck
 from safenav.runtime.traffic.joint import Count, Course, Joint
 from safenav.runtime.traffic.legs import by_legs
 from safenav.runtime.traffic.pibt import Field, Generator
-from safenav.runtime.traffic.stuck import Stuck
 from safenav.world.poses import FAR, Mask
 
 Guide = Callable[[Stages, tuple[int, ...]], Sequence[Mask | None]]

@@ -15,15 +15,15 @@ from functools import cached_property
 
 from safenav.dataclass import dataclass
 from safenav.runtime.coordination.duties import Settlement
-from safenav.runtime.coordination.floor import awaited_by
 from safenav.runtime.coordination.problem import Floor
+from safenav.runtime.coordination.snapshot import awaited_by
 from safenav.runtime.coordination.waiting import in_the_way
 from safenav.runtime.formulas import formulas_of
 from safenav.runtime.team import Role, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded, Stop
 from safenav.runtime.traffic.answers import Answer, Exhausted, Found, Spent
 from safenav.runtime.traffic.budgets import LOOKS_FOR_FEW, MOST_FAILURES, ROUNDS_FIRST
-from safenav.runtime.traffic.certificates import Certificates
+from safenav.runtime.traffic.continuation_plans import Certificates
 from safenav.runtime.traffic.deadlock import deadlock_of_few, deadlocked
 from safenav.runtime.traffic.execution import Execution, Schedule, dues_of, schedule
 from safenav.runtime.traffic.joint import Count, Course, Joint, has_met
@@ -33,7 +33,7 @@ from safenav.runtime.traffic.local import local_plan
 from safenav.runtime.traffic.remembering import plain_poses, remembering
 from safenav.runtime.traffic.searches import Searches
 from safenav.runtime.traffic.shortening import shortened
-from safenav.runtime.traffic.watch import Watch
+from safenav.runtime.traffic.starvation import Watch
 from safenav.scenario.model import Outcome
 from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace

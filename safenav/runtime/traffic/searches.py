@@ -7,14 +7,14 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from safenav.runtime.coordination.duties import settle
-from safenav.runtime.coordination.floor import awaited_by, counts_of
 from safenav.runtime.coordination.problem import Floor, Problem, SpentError, Stages
+from safenav.runtime.coordination.snapshot import awaited_by, counts_of
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.termination import Stop
-from safenav.runtime.traffic.aim import Aims
 from safenav.runtime.traffic.budgets import ROUNDS_AHEAD
 from safenav.runtime.traffic.joint import Count, Course, Joint
 from safenav.runtime.traffic.joint_plan import Search
+from safenav.runtime.traffic.milestone import Aims
 from safenav.runtime.traffic.remembering import (
     StateGraph,
     plain_poses,

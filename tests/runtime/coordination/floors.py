@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from safenav.runtime.coordination.problem import Gate, GateNeed, Member, Problem
+from safenav.runtime.coordination.problem import GateNeed, Member, OpenObstacle, Problem
 from safenav.world.map import Heading, RegionMap
 from safenav.world.moves import Mobility, Pose
 from safenav.world.poses import PoseGraph, region_mask
@@ -72,7 +72,7 @@ class Floor:
                 blocked = [i for i, yes in enumerate(able) if not yes]
             needs = tuple(GateNeed(a, n, region_mask(at), t) for a, n, at, t in block.needs)
             barred = (frozenset(blocked),) * len(needs)
-            gates.append(Gate(f"o{number}", block.region, barred, needs))
+            gates.append(OpenObstacle(f"o{number}", block.region, barred, needs))
         layers = [bot.layer for _, bot in listed]
         conflicts = tuple(
             frozenset(j for j, other in enumerate(layers) if other == layer and j != i)

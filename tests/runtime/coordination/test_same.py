@@ -18,7 +18,7 @@ from runtime.coordination.floors import Bot, Floor
 from runtime.played import Runner
 from safenav.certify.record import bundle_of_run
 from safenav.errors import InputError
-from safenav.runtime.coordination.problem import Gate, GateNeed, Problem
+from safenav.runtime.coordination.problem import GateNeed, OpenObstacle, Problem
 from safenav.runtime.coordination.proofs import Closure, closure_of, refute
 from safenav.runtime.coordination.solve import Solver
 from safenav.scenario.reading.loader import load_scenario_text
@@ -64,7 +64,7 @@ def floor(seed: int) -> Floor:
         )
         stopped = frozenset(k for k in range(len(bots)) if random.random() < 0.6)
         place = random.choice(free)
-        gates.append(Gate(f"o{number}", place, (stopped,) * len(needs), needs))
+        gates.append(OpenObstacle(f"o{number}", place, (stopped,) * len(needs), needs))
     made.problem = Problem(made.problem.members, tuple(gates), made.problem.conflicts)
     return made
 

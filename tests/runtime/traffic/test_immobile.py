@@ -8,9 +8,9 @@ import pytest
 
 from runtime.coordination.floors import Bot, Floor
 from safenav.runtime.traffic.answers import Exhausted
+from safenav.runtime.traffic.immobile import Stuck
 from safenav.runtime.traffic.joint import Course
 from safenav.runtime.traffic.joint_plan import Search
-from safenav.runtime.traffic.stuck import Stuck
 
 ROOM = ["#####", "#...#", "#...#", "#####"]
 """Regions 6 to 8 above 11 to 13."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from safenav.runtime.coordination.floor import poses_in
 from safenav.runtime.coordination.problem import Floor
 from safenav.runtime.coordination.proofs import Closure, Proof, Tree
 from safenav.runtime.coordination.reasons import (
@@ -14,6 +13,7 @@ from safenav.runtime.coordination.reasons import (
     shortfalls,
     without_room,
 )
+from safenav.runtime.coordination.snapshot import poses_in
 from safenav.runtime.coordination.strategy_search import TaskResult, failed
 from safenav.runtime.team import TeamState
 from safenav.runtime.termination import Conclusion

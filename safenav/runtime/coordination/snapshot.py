@@ -8,9 +8,9 @@ from functools import lru_cache
 
 from safenav.runtime.coordination.problem import (
     Floor,
-    Gate,
     GateNeed,
     Member,
+    OpenObstacle,
     Problem,
     Stage,
     Zones,
@@ -61,7 +61,7 @@ def floor_of(
         if state.live and not hopeful:  # who is out of service does nothing
             none |= {(name, obstacle.name) for name, e in state.robots.items() if not e.active}
         barred = frozenset(i for i, name in enumerate(names) if (name, obstacle.name) in none)
-        gates.append(Gate(obstacle.name, obstacle.region, closed_to, needs, barred))
+        gates.append(OpenObstacle(obstacle.name, obstacle.region, closed_to, needs, barred))
         done = frozenset(names.index(name) for name in work.done)
         number = state.knowledge.need_of(obstacle)
         group = None
