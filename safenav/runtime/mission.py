@@ -18,7 +18,6 @@ import safenav
 from safenav.dataclass import dataclass
 from safenav.errors import SafenavError, UsageError
 from safenav.runtime.adapter import BlockingAdapter
-from safenav.runtime.algorithm import Algorithm
 from safenav.runtime.commands import Commands
 from safenav.runtime.coordination.reasons import Shortfall
 from safenav.runtime.coordination.strategies import Strategies
@@ -27,6 +26,7 @@ from safenav.runtime.deadlines.ledger import Deadlines
 from safenav.runtime.energy.batteries import Batteries
 from safenav.runtime.interventions import Intervention, Interventions
 from safenav.runtime.live_limits import refuse_if_unsafe
+from safenav.runtime.passes import Passes
 from safenav.runtime.protocol import BlockingWorld, World, WorldEvent
 from safenav.runtime.simulation import LiveSimulation
 from safenav.runtime.team import TeamState
@@ -115,7 +115,7 @@ class Mission:
         self.state.listeners = (*self.state.listeners, batteries)
         self._deadlines.lasts_until = batteries.lasts_until
         self._interventions = Interventions(self.state, self._truth, turns)
-        self._algorithm = Algorithm(
+        self._algorithm = Passes(
             self.state,
             commands,
             self._search,

@@ -1,0 +1,234 @@
+"""The passes of a run: what the world reports, the turns of the robots, and when the run ends.
+
+In lockstep a pass is a tick; live, a pass begins when something has happened. Decisions and their
+application are ``safenav.runtime.algorithm``'s.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+from safenav.dataclass import dataclass
+from safenav.runtime.algorithm import Algorithm
+from safenav.runtime.coordination.events import (
+    HopeReturned,
+    ObstacleChanged,
+    RequestsSetAside,
+)
+from safenav.runtime.termination import Conclusion, RunEnded
+from safenav.scenario.model import Obstacle, Outcome
+from safenav.trace import records
+from safenav.trace.vocabulary import Ending, OperatorCause, PlanEndReason
+from safenav.trace.wording import seconds_words
+
+WAITS = (Outcome.OPERATOR_NEEDED, Outcome.ASSUMPTION_VIOLATED, Outcome.SEARCH_LIMIT)
+"""The ends after which an operator can help."""
+STILL = 3
+"""Passes without any change after which nothing will change."""
+SLOWEST = 20.0
+"""Seconds for each tick of the limit, where a simulated run has no limit in seconds."""
+
+
+@dataclass
+class Passes(Algorithm):
+    """The passes of a team. ``attended``: live, whether an operator can intervene; then the run
+    waits where it would end."""
+
+    attended: bool = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._changed, self._still, self._come = True, 0, False
+        self.limit = self._limit()
+
+    def tick(self) -> None:
+        """One tick, or one pass of a live run: what the world reports, the changes, each robot's
+        turn. Raises RunEnded."""
+        team, before = self.team, self.team.changes
+        self.stop.check()
+        asked = self.interventions.asked
+        if team.waiting is not None and not asked and self.world.simulated and self.world.idle:
+            return  # time stands still until an operator intervenes
+        self._come = self.search.fresh() or self._come
+        if not self.world.hear(self._due(), self._changed or self._come or asked):
+            return  # there is nothing to do yet
+        team.tick += 1  # 5
+        self.deadlines.tick_begins()
+        self._hear()
+        given_up, self._together = self.interventions.given_up, team.waiting is not None and asked
+        self._guarded(lambda: self.settle(self.batteries.tick_begins()))
+        self._guarded(lambda: self.settle(self.interventions.apply()))
+        if given_up:
+            raise RunEnded(team.waiting or Conclusion(Outcome.INTERRUPTED, "given up"))
+        for change in self.world.changes(team.occupied()):
+            if not change.appeared and team.knowledge.knows(change.obstacle):
+                self.settle(self.turns.leave_plan(PlanEndReason.CHANGED, settling=True))
+            team.introduce(change.obstacle, change.truth)
+            self.settle([ObstacleChanged(change)])
+        if self._together:
+            self._resume()
+        for number, robot in enumerate(team.robots.values(), 1):
+            self.stop.check()
+            if robot.transit is None or self.world.may_have_ended(robot.name):
+                self._guarded(partial(self._step, robot))
+            self.deadlines.turn_ends(number)
+        if team.waiting is None:
+            self._guarded(self._plan)
+        self._end_if_due()
+        self._changed = team.changes > before
+        if team.live:
+            self._guarded(self._unless_still)
+
+    def _settle_gone(self, obstacle: Obstacle) -> None:
+        self.settle(self.turns.gone(obstacle))
+
+    def _plan(self) -> None:
+        """Finish the joint plan, or begin one that is due."""
+        if self.traffic.tick():
+            self.settle(self.turns.leave_plan(PlanEndReason.REACHED))
+        if self.traffic.hopeless:
+            names, self.traffic.hopeless = self.traffic.hopeless, frozenset()
+            self.settle([RequestsSetAside(names)])
+
+    def _unless_still(self) -> None:
+        """Live: where robots wait only for robots that wait, they plan. Where nothing can change,
+        the run ends. Raises RunEnded."""
+        team = self.team
+        if self._changed or team.waiting is not None or team.owed or self._astray:
+            self._still = 0
+            return
+        if self.traffic.quiescent(all_still=self.world.idle):
+            self._changed = True
+        if self._changed or not self.world.idle or self._times():
+            return
+        self._still += 1
+        self._changed = self._still < STILL
+        if not self._changed:
+            if any(not robot.active for robot in team.robots.values()):
+                self._unless_back()
+            said = f"no robot moves; {self._what_is_left()}"
+            raise RunEnded(Conclusion(Outcome.TIME_LIMIT, said))
+
+    def _times(self) -> list[float]:
+        """The times to come at which the scenario changes something."""
+        now = self.world.now()
+        changes = (float(change.at) for change in self.team.scenario.changes)
+        seconds = [float(int(now) + 1)] if self.team.inputs and self.world.simulated else []
+        return [time for time in (*changes, *seconds, *self.world.times()) if time > now]
+
+    def _due(self) -> float | None:
+        """The time at which there is something to do, whatever the world reports until then."""
+        if not self.team.live:
+            return None
+        limits = [self.limit] if self.limit is not None else []
+        return min((*self._times(), *limits), default=None)
+
+    def _limit(self) -> float | None:
+        """Seconds of a live run: those of the scenario, or of as many steps of its slowest robot
+        as it has ticks."""
+        limits = self.team.scenario.limits
+        if limits.seconds is not None or not self.world.simulated:
+            return limits.seconds
+        return limits.ticks * SLOWEST
+
+    def _guarded(self, part: Callable[[], None]) -> None:
+        """Do a part of a pass; where the run would end and an operator can help, it waits."""
+        try:
+            part()
+        except RunEnded as over:
+            if not self.attended or over.conclusion.outcome not in WAITS:
+                raise
+            self.wait_for_operator(over.conclusion)
+
+    def wait_for_operator(self, conclusion: Conclusion) -> None:
+        """Let the robots stand until an intervention, but those that can still pursue their own
+        objective. Nothing of the decision that could not be
+        made is in force."""
+        team = self.team
+        if team.waiting is not None:
+            return
+        for _ in self.turns.leave_plan(PlanEndReason.CHANGED, settling=True):
+            pass  # strategies come with the decision after an intervention
+        team.waiting, team.changes = conclusion, team.changes + 1
+        outcome = Ending(conclusion.outcome.value)
+        cause = None if conclusion.cause is None else OperatorCause(conclusion.cause)
+        told = conclusion.explanation, cause, conclusion.proof
+        team.emit(records.Waiting(team.tick, outcome, *told))
+
+    def _resume(self) -> None:
+        """Decide once after all interventions of a pass: first what was given up is requested
+        again, for what it lacked may be there now."""
+        self.team.waiting, self._together = None, False
+        self._guarded(lambda: self.settle([HopeReturned()]))
+
+    def _hear(self) -> None:
+        """Take in what the world has reported beside the ends of commands."""
+        failures = self.team.failures
+        for dropped in self.world.take_dropped():
+            event = dropped.event
+            kind, name = type(event).__name__.lower(), getattr(event, "robot", None)
+            self.turns.tell.late(kind, dropped.reason, name, None, self.world.at(event))
+        for sensed in self.world.take_sensed():
+            obstacle, said = sensed.obstacle, "the obstacle was opened later"
+            at = self.world.at(sensed)
+            if failures.is_late(obstacle.name, at):
+                self.turns.tell.late("sensed", said, sensed.by, obstacle, at)
+            elif not sensed.there:
+                self._guarded(partial(self._settle_gone, obstacle))
+        if self._come:
+            self._come = False
+            self._guarded(self._pay)
+
+    def _end_if_due(self) -> None:
+        """Raises RunEnded if the mission is completed, or has used up its ticks or seconds."""
+        team, scenario = self.team, self.team.scenario
+        wanted = scenario.until.rounds
+        done = all(r.own.rounds >= wanted and r.base is None for r in team.robots.values())
+        free = not any(robot.acting for robot in team.robots.values()) and team.waiting is None
+        now = self.world.now() if team.live else team.tick
+        coming = any(o.ordered and (o.appears or 0) > now for o in scenario.obstacles)
+        if done and free and not (coming or team.owed or team.last_settled.found.served):
+            plural = "round" if wanted == 1 else "rounds"
+            said = f"every robot has met its objective for {wanted} {plural}"
+            self.deadlines.completed()
+            raise RunEnded(Conclusion(Outcome.COMPLETED, said))
+        left = [robot for robot in team.robots.values() if robot.own.rounds < wanted]
+        served = team.last_settled.found.served
+        if team.live and free and left and not served and not any(r.active for r in left):
+            self._guarded(self._unless_back)
+        if team.live:
+            if self.limit is not None and self.world.now() >= self.limit:
+                raise RunEnded(self._out_of(Outcome.TIME_LIMIT))
+        elif team.tick >= scenario.limits.ticks:
+            raise RunEnded(self._out_of(Outcome.TICK_LIMIT))
+
+    def _unless_back(self) -> None:
+        """Only robots out of service have something left to do. Raises RunEnded unless one may be
+        back by itself."""
+        if not self._times():
+            out = [robot.name for robot in self.team.robots.values() if not robot.active]
+            said = f"{' and '.join(out)} out of service; {self._what_is_left()}"
+            raise RunEnded(Conclusion(Outcome.OPERATOR_NEEDED, said, "out_of_service"))
+
+    def _out_of(self, limit: Outcome) -> Conclusion:
+        said = "; ".join([self._what_is_left(), *self.turns.monitors.unmet_fairness()])
+        return Conclusion(limit, said)
+
+    def _what_is_left(self) -> str:
+        """Return the reasons why the run is not completed yet."""
+        wanted = self.team.scenario.until.rounds
+        left = [
+            f"{robot.name} has done {robot.own.rounds} of {wanted} rounds"
+            for robot in self.team.robots.values()
+            if robot.own.rounds < wanted
+        ]
+        left += [
+            f"{' and '.join(request.requesters) or 'the environment'} wait for "
+            f"{' and '.join(request.helpers) or 'help'} to resolve {request.obstacle.name}"
+            for request in self.team.requests
+        ]
+        after = f"{self.team.tick} ticks"
+        if self.team.live:
+            after = seconds_words(self.world.now())
+        return f"not completed after {after}: {'; '.join(left)}"
