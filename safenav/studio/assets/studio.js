@@ -1,4 +1,4 @@
-/* sources b4d6ec8597d024da807da592df8546a83736b037a5c87d29557176a69d6c8366 */
+/* sources 8b474fb92432e834d493e0f04ee95c6c7d56af6631784cfb7afc266d06b6e582 */
 /* Contains Preact:
 The MIT License (MIT)
 

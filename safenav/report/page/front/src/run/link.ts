@@ -22,8 +22,10 @@ export function followLinks(player: Player): void {
   player.onTick(() => {
     clearTimeout(pending);
     if (player.playing) return; // browsers refuse hundreds of changes of address a minute
+    const before = location.hash;
     pending = window.setTimeout(() => {
-      if (location.hash !== linkTo(player)) history.replaceState(null, "", linkTo(player));
+      if (location.hash !== before) return; // a new address, to which the page is about to go
+      if (before !== linkTo(player)) history.replaceState(null, "", linkTo(player));
     }, 120);
   });
 }
