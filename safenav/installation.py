@@ -15,6 +15,7 @@ from typing import Any
 import safenav
 from safenav.errors import SafenavError
 from safenav.extras import project, requirements
+from safenav.outcome import Verdict
 from safenav.spec.specification import (
     Constraint,
     Origin,
@@ -28,7 +29,6 @@ from safenav.synthesis.binary import Binary, find_binary
 from safenav.synthesis.cache import VARIABLE as CACHE_VARIABLE
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
-from safenav.synthesis.verdict import Verdict
 from safenav.verify.verification import first_failure
 
 PURPOSES = {
@@ -40,6 +40,7 @@ PURPOSES = {
     "dask": "batches on a cluster",
     "ros2": "robots that speak ROS 2",
     "simulation": "robots in a physics simulation",
+    "pyrobosim": "robots in pyrobosim",
 }
 """The extras that commands need. Their packages are those of safenav's own metadata."""
 

@@ -10,11 +10,10 @@ from collections.abc import Iterable, Mapping
 from heapq import heappop, heappush
 
 from safenav.audit.deriving import pose_of
+from safenav.audit.language import Pose
+from safenav.audit.lines import Line
 from safenav.audit.progress import ENDS
 from safenav.audit.situation import Situation, Status
-from safenav.audit.team import Pose
-from safenav.trace.setting import ObstacleHeader
-from safenav.trace.vocabulary import Region
 
 NEVER = 1 << 40
 Ticks = dict[Pose, int]
@@ -22,18 +21,25 @@ Ticks = dict[Pose, int]
 
 class Bound:
     """The bounds at the end of a turn. ``had``: the robots that have had their turn in this tick;
-    ``begun``: when robots in transit began their steps."""
+    ``begun``: when robots in transit began their steps. ``slow``: steps take the most ticks, and
+    the turns of needs that are not met yet are the caller's to tell (``met``)."""
 
-    def __init__(self, now: Situation, tick: int, had: int, begun: Mapping[str, int]) -> None:
-        self.now, self.names = now, [*now.header.robots]
+    def __init__(
+        self,
+        now: Situation,
+        tick: int,
+        had: int,
+        begun: Mapping[str, int],
+        *,
+        slow: bool = False,
+    ) -> None:
+        self.now, self.names, self._slow = now, [*now.header.robots], slow
         self.turn = tick * len(self.names) + had - 1
         self.start: dict[str, tuple[Pose, int]] = {}
         for index, name in enumerate(self.names):
             ready = tick if index < had else tick - 1
             if now.toward[name] is not None:
-                timing = now.header.robots[name].timing
-                least = timing.least if timing is not None else 1
-                ready = max(ready + 1, begun.get(name, tick) + least - 1)
+                ready = max(ready + 1, begun.get(name, tick) + self.takes(name) - 1)
             self.start[name] = (pose_of(name, now), ready)
         stays = (Status.UNTRAVERSABLE, Status.GIVEN_UP)
         self.sealed = {
@@ -46,8 +52,14 @@ class Bound:
         }
         self.open = [o for name in now.requests if (o := now.obstacles[name]).until is None]
         self.ends = {obstacle.name: NEVER for obstacle in self.open}
-        self.met = {obstacle.name: [NEVER] * len(obstacle.all_needs) for obstacle in self.open}
-        changed = True
+        self.met = {
+            o.name: [
+                self.turn if number < now.stage[o.name] else NEVER
+                for number in range(len(o.all_needs))
+            ]
+            for o in self.open
+        }
+        changed = not slow
         while changed:
             found = {obstacle.name: self._needs(obstacle) for obstacle in self.open}
             changed = found != self.met
@@ -59,7 +71,7 @@ class Bound:
         turn = self.ends.get(obstacle, self.turn)
         return None if turn >= NEVER else turn // len(self.names)
 
-    def round(self, robot: str, goals: Iterable[frozenset[Region]]) -> int | None:
+    def round(self, robot: str, goals: Iterable[frozenset[int]]) -> int | None:
         """The earliest tick at whose end a robot can have met some targets one after the other."""
         pose, ready = self.start[robot]
         seeds = {pose: ready}
@@ -78,7 +90,14 @@ class Bound:
             seeds = met
         return min(seeds.values())
 
-    def _closed_until(self, robot: str, region: Region) -> int:
+    def takes(self, robot: str) -> int:
+        """The ticks of a robot's step."""
+        timing = self.now.header.robots[robot].timing
+        if timing is None:
+            return 1
+        return timing.most if self._slow else timing.least
+
+    def _closed_until(self, robot: str, region: int) -> int:
         """The turn after which a robot may enter a region; -1: now."""
         after = -1
         for obstacle in self.open:
@@ -94,31 +113,29 @@ class Bound:
 
     def ticks(self, robot: str, seeds: Ticks) -> tuple[Ticks, Ticks]:
         """The earliest tick at whose end a robot is in each pose; in which a step ends there."""
-        timing, own = self.now.header.robots[robot].timing, self.names.index(robot)
-        takes = timing.least if timing is not None else 1
+        own, takes = self.names.index(robot), self.takes(robot)
+        mobility = self.now.header.robots[robot].mobility
         best, stepped = dict(seeds), Ticks()
         queue = sorted((tick, str(pose), pose) for pose, tick in seeds.items())
         while queue:
             tick, _, pose = heappop(queue)
             if tick > best[pose]:
                 continue
-            region, faced = pose
-            for to in self.now.grid.neighbours(region):
-                way = self.now.grid.direction(region, to)
-                if to in self.sealed[robot] or (faced and way == _BEHIND[faced]):
+            for there in self.now.grid.steps(mobility, pose):
+                if there[0] in self.sealed[robot]:
                     continue
-                after = self._closed_until(robot, to)
+                after = self._closed_until(robot, there[0])
                 if after >= NEVER:
                     continue
                 begins = max(tick + 1, (after - own) // len(self.names) + 1)
-                there, ends = (to, way if faced else None), begins + takes - 1
+                ends = begins + takes - 1
                 stepped[there] = min(stepped.get(there, NEVER), ends)
                 if ends < best.get(there, NEVER):
                     best[there] = ends
                     heappush(queue, (ends, str(there), there))
         return best, stepped
 
-    def _needs(self, obstacle: ObstacleHeader) -> list[int]:
+    def _needs(self, obstacle: Line) -> list[int]:
         now, count, needs = self.now, len(self.names), obstacle.all_needs
         stage = min(now.stage[obstacle.name], len(needs) - 1)
         turns, before = [self.turn] * stage, self.turn + 1
@@ -141,7 +158,9 @@ class Bound:
                 if need.same and number > stage:
                     if name not in former:
                         continue
-                    since, places = before // count, needs[number - 1].regions
+                    # from its own next turn on; a step of several ticks begins as it acts
+                    since = (before - index) // count - (self.takes(name) > 1)
+                    places = needs[number - 1].regions
                     took_part = number - 1 == stage and name in now.done[obstacle.name]
                     if not took_part or needs[stage].together:
                         had = former[name].items()
@@ -166,8 +185,8 @@ class Bound:
 def mission_end(bound: Bound) -> int | None:
     """The earliest tick at which the whole mission can be completed, from its start."""
     now, ends = bound.now, [0]
-    for name, robot in now.header.robots.items():
-        objective, rounds = robot.objective, now.header.until.rounds or 1
+    for name in now.header.robots:
+        objective, rounds = now.own[name], now.header.until.rounds or 1
         if objective.kind in ("cover", "ltl"):
             continue
         goals = [*objective.targets] * (1 if objective.kind in ENDS else rounds)
@@ -182,7 +201,7 @@ def least_within(now: Situation, robot: str) -> int | None:
     """The least number of ticks that every round of a robot can take, alone, forever: by trying
     one after the other."""
     bound = Bound(now, 0, len(now.header.robots), {})
-    targets = now.header.robots[robot].objective.targets
+    targets = now.own[robot].targets
 
     def way(seeds: Ticks) -> Ticks:
         for goal in targets:
@@ -207,6 +226,3 @@ def least_within(now: Situation, robot: str) -> int | None:
         if any(tick <= most and pose in kept for pose, tick in first.items()):
             return most
     return None
-
-
-_BEHIND = {"north": "south", "south": "north", "east": "west", "west": "east"}

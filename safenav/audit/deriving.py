@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from itertools import product
 
-from safenav.audit.grid import opposite
+from safenav.audit.formulas import Formulas, rules_of
+from safenav.audit.language import HEADINGS, Pose, RefusedError
+from safenav.audit.lines import Objective
 from safenav.audit.progress import ENDS
-from safenav.audit.proofs.formulas import Formulas, UnreadError, read_formulas, rules_of
 from safenav.audit.situation import Situation, Status
-from safenav.audit.team import Member, Need, OpenObstacle, Pose, Poses, Team
-from safenav.trace.objective import Objective
-from safenav.trace.vocabulary import Region
+from safenav.audit.team import Member, Need, OpenObstacle, Poses, Team
 
 NEWEST = "newest"
-HEADINGS = ("north", "east", "south", "west")
 
 
 def pose_of(name: str, now: Situation) -> Pose:
@@ -31,33 +28,34 @@ def open_obstacles(
     now: Situation, refused: Collection[tuple[str, str]] = ()
 ) -> tuple[OpenObstacle, ...]:
     """The obstacles with an open request in the order in which they are served. ``refused``:
-    robots that have no strategy for serving an obstacle."""
-    return tuple(
-        OpenObstacle(
-            name,
-            now.obstacles[name].region,
-            frozenset(now.stopped_by(name)),
-            tuple(
-                Need(
-                    frozenset(
-                        n
-                        for n, r in now.header.robots.items()
-                        if now.obstacles[name].actions(number) <= r.capabilities
-                        and (number > now.stage[name] or not need.same or n in now.group[name])
-                    ),
-                    frozenset(need.regions),
-                    need.robots,
-                    need.together,
-                    bool(need.same),
-                )
-                for number, need in enumerate(now.obstacles[name].all_needs)
-                if number >= now.stage[name]
+    robots that have no strategy for serving an obstacle, beside those that leave it to others."""
+    return tuple(open_obstacle(name, now, refused) for name in _in_order(now))
+
+
+def open_obstacle(
+    name: str, now: Situation, refused: Collection[tuple[str, str]] = ()
+) -> OpenObstacle:
+    """One obstacle with the needs that are not met yet."""
+    obstacle = now.obstacles[name]
+    needs = tuple(
+        Need(
+            frozenset(
+                n
+                for n, r in now.header.robots.items()
+                if obstacle.actions(number) <= r.capabilities
+                and (number > now.stage[name] or not need.same or n in now.group[name])
             ),
-            frozenset() if now.need(name).together else frozenset(now.done[name]),
-            frozenset(robot for robot, obstacle in refused if obstacle == name),
+            frozenset(need.regions),
+            need.robots,
+            need.together,
+            need.same,
         )
-        for name in _in_order(now)
+        for number, need in enumerate(obstacle.all_needs)
+        if number >= now.stage[name]
     )
+    done = frozenset() if now.need(name).together else frozenset(now.done[name])
+    barred = frozenset(robot for robot, left in {*refused, *now.barred} if left == name)
+    return OpenObstacle(name, obstacle.region, frozenset(obstacle.blocks), needs, done, barred)
 
 
 def _in_order(now: Situation) -> list[str]:
@@ -65,56 +63,52 @@ def _in_order(now: Situation) -> list[str]:
     return [*now.requests][:: -1 if now.header.order == NEWEST else 1]
 
 
-def team_of(now: Situation) -> Team | None:
-    """The robots with their objectives; None if some have formulas that are not read here."""
+def team_of(
+    now: Situation, shut: Collection[str] | None = None, out: Collection[str] | None = None
+) -> Team | None:
+    """The robots with their objectives; None if some have formulas that are not read here.
+
+    ``shut``: the obstacles that stay (default: those that no robot can resolve), beside those that
+    were found untraversable; ``out``: the robots out of service (default: those of the moment)."""
+    stays, away = _stays(now, shut), now.out if out is None else out
     try:
-        members = {name: _member(name, now) for name in now.header.robots}
+        members = {name: _member(name, now, stays, away) for name in now.header.robots}
         return Team(members, newest_first=now.header.order == NEWEST)
-    except UnreadError:
+    except RefusedError:
         return None
 
 
-def _member(name: str, now: Situation) -> Member:
-    robot = now.header.robots[name]
+def _stays(now: Situation, shut: Collection[str] | None = None) -> set[str]:
+    given_up = [name for name, status in now.status.items() if status is Status.GIVEN_UP]
+    found = [name for name, status in now.status.items() if status is Status.UNTRAVERSABLE]
+    return {*found, *(given_up if shut is None else shut)}
+
+
+def poses_in(regions: Iterable[int], name: str, now: Situation) -> Iterator[Pose]:
+    """Yield a robot's poses in some regions."""
+    yield from product(regions, HEADINGS if now.has_heading(name) else (None,))
+
+
+def _member(name: str, now: Situation, stays: Collection[str], out: Collection[str]) -> Member:
+    robot, own = now.header.robots[name], now.own[name]
     timing = robot.timing.most if robot.timing is not None else 1
     rivals = frozenset(n for n in now.header.robots if n != name and now.conflict(name, n))
-    if name in now.out:
-        here = pose_of(name, now)
-        return Member({here: ()}, (frozenset([here]),), rivals, timing)
-    free = [r for r in range(now.grid.rows * now.grid.cols) if now.grid.is_free(r)]
-    poses: list[Pose] = list(product(free, HEADINGS if now.has_heading(name) else (None,)))
-    steps = {pose: tuple(_steps(pose, now)) for pose in poses}
-    targets = robot.objective.targets[-1 if robot.objective.kind in ENDS else 0 :]
-    aims = tuple(frozenset(p for p in poses if p[0] in target) for target in targets)
-    if robot.objective.kind == "ltl":
-        formulas = read_formulas(json.loads(robot.objective.body))
-        steps = {a: tuple(b for b in to if formulas.allows(a, b)) for a, to in steps.items()}
-        aims = tuple(_met(formulas, k, steps) for k in range(len(formulas.liveness)))
-    stays = (Status.UNTRAVERSABLE, Status.GIVEN_UP)
-    if robot.objective.always:
-        formulas = rules_of(robot.objective)
-        steps = {a: tuple(b for b in to if formulas.allows(a, b)) for a, to in steps.items()}
-    sealed = robot.objective.avoid | {
-        o.region
-        for o in now.obstacles.values()
-        if now.status[o.name] in stays and name in now.stopped_by(o.name)
-    }
-    steps = {a: tuple(b for b in to if b[0] not in sealed) for a, to in steps.items()}
     here = pose_of(name, now)
+    if name in out:
+        return Member({here: ()}, (frozenset([here]),), rivals, timing)
+    everywhere = poses_in(now.grid.free, name, now)
+    steps = {pose: tuple(now.grid.steps(robot.mobility, pose)) for pose in everywhere}
+    targets = own.targets[-1 if own.kind in ENDS else 0 :]
+    aims = tuple(frozenset(p for p in steps if p[0] in target) for target in targets)
+    if own.kind == "ltl" or own.always:
+        formulas = rules_of(own)
+        steps = {a: tuple(b for b in to if formulas.allows(a, b)) for a, to in steps.items()}
+        if own.kind == "ltl":
+            aims = tuple(_met(formulas, k, steps) for k in range(len(formulas.goals)))
+    sealed = own.avoid | {now.obstacles[one].region for one in stays if name in now.stopped_by(one)}
+    steps = {a: tuple(b for b in to if b[0] not in sealed) for a, to in steps.items()}
     kept = {a: to for a, to in steps.items() if a[0] not in sealed or a == here}
     return Member(kept, aims, rivals, timing)
-
-
-def _steps(pose: Pose, now: Situation) -> list[Pose]:
-    region, faced = pose
-    found: list[Pose] = []
-    for to in now.grid.neighbours(region):
-        way = now.grid.direction(region, to)
-        if faced is None:
-            found.append((to, None))
-        elif way is not None and opposite(way) != faced:
-            found.append((to, way))
-    return found
 
 
 def _met(formulas: Formulas, goal: int, steps: Mapping[Pose, tuple[Pose, ...]]) -> Poses:
@@ -132,7 +126,7 @@ def _met(formulas: Formulas, goal: int, steps: Mapping[Pose, tuple[Pose, ...]]) 
 def can_alternate(name: str, objective: Objective, now: Situation) -> bool:
     """Return whether a robot can meet each target of an objective infinitely often now, by its
     moves alone."""
-    member = _member(name, now)
+    member = _member(name, now, _stays(now), now.out)
     aims = tuple(
         frozenset(pose for pose in member.steps if pose[0] in target)
         for target in objective.targets
@@ -149,13 +143,11 @@ def serving(now: Situation) -> dict[str, frozenset[str]]:
         found[name] = frozenset(
             robot
             for robot in now.helping.get(name, ())
-            if now.objectives[robot] != now.header.robots[robot].objective
+            if now.objectives[robot] != now.own[robot]
             and _goes(now.objectives[robot].targets[:1], regions, now.objectives[robot].kind)
         )
     return found
 
 
-def _goes(
-    first: tuple[frozenset[Region], ...], regions: list[frozenset[Region]], kind: str
-) -> bool:
+def _goes(first: tuple[frozenset[int], ...], regions: list[frozenset[int]], kind: str) -> bool:
     return kind == "ltl" or any(target <= where for target in first for where in regions)

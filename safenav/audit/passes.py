@@ -7,115 +7,77 @@ in their order; only moves come in between, with the number of the line that sho
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Mapping
 
-from safenav.trace.records import (
-    Act,
-    Acted,
-    Arrive,
-    Backtrack,
-    Belief,
-    Depart,
-    Discovered,
-    Goal,
-    Hold,
-    Late,
-    Met,
-    Move,
-    NewObjective,
-    Operator,
-    Outcome,
-    Plan,
-    PlanEnd,
-    Record,
-    Resolved,
-    Synthesis,
-    Violation,
-)
-from safenav.trace.trace import Trace
-from safenav.trace.vocabulary import (
-    Ending,
-    Heading,
-    HoldReason,
-    MovedBy,
-    OperatorDeed,
-    PlanEndReason,
-    Region,
-)
+from safenav.audit.lines import Line, Made
 
 LIVE = "live"
 
-_DECIDES = (Violation, Backtrack, Depart, Arrive)
+_DECIDES = ("violation", "backtrack", "depart", "arrive")
 """Lines before the move of a robot's turn, or in its place."""
-_FOLLOWS = (Act, Acted, Met, Resolved, Goal, Belief)
-_ASIDE = (Discovered, Late, PlanEnd)
+_FOLLOWS = ("act", "acted", "met", "resolved", "goal", "belief")
+_ASIDE = ("discovered", "late", "plan_end")
 
 
-def expanded(trace: Trace) -> Trace:
-    """A live run with its moves; any other trace as it is."""
-    if trace.header.clock != LIVE:
-        return trace
-    return replace(trace, records=tuple(_Passes(trace).lines()))
-
-
-def _ends_pass(record: Record) -> bool:
+def _ends_pass(record: Line) -> bool:
     """Return whether a line comes when all robots have had their turns in a pass."""
-    if isinstance(record, PlanEnd):
-        return record.reason is PlanEndReason.REACHED
-    if isinstance(record, Plan):
-        return True
-    return isinstance(record, Outcome) and record.outcome is Ending.COMPLETED
+    reached = record.type == "plan_end" and record.reason == "reached"
+    completed = record.type == "outcome" and record.outcome == "completed"
+    return reached or completed or record.type == "plan"
 
 
-class _Passes:
-    def __init__(self, trace: Trace) -> None:
-        robots = trace.header.scenario.robots
-        self._trace = trace
+class Passes:
+    """``robots``: as the header has them."""
+
+    def __init__(self, robots: Mapping[str, Line]) -> None:
         self._names = list(robots)
-        self._region: dict[str, Region] = {n: r.start for n, r in robots.items()}
-        self._heading: dict[str, Heading | None] = {n: r.heading for n, r in robots.items()}
-        self._toward: dict[str, Depart | None] = dict.fromkeys(robots)
-        self._by = dict.fromkeys(robots, MovedBy.STAY)
+        self._region: dict[str, int] = {n: r.start for n, r in robots.items()}
+        self._heading: dict[str, str | None] = {n: r.heading for n, r in robots.items()}
+        self._toward: dict[str, Line | None] = dict.fromkeys(robots)
+        self._by = dict.fromkeys(robots, "stay")
+        self._busy: dict[str, tuple[int, ...]] = {}
         self._tick = 0
         self._due = 0
         """Index of the robot whose move is the next of the pass."""
-        self._open: Move | None = None
+        self._open: Line | None = None
         """The move of the robot whose turn it is, as far as its lines have shown by now."""
         self._begun: set[str] = set()
 
-    def lines(self) -> Iterator[Record]:
-        for record in self._trace.records:
+    def expand(self, records: Iterable[Line]) -> Iterator[Line]:
+        """Yield the lines with the moves between them."""
+        for record in records:
             if record.tick > self._tick > 0:
                 yield from self._pass_over(record)
             elif _ends_pass(record) and self._tick:
                 yield from self._others(record)
             self._tick = record.tick
-            if isinstance(record, Act | Depart) and record.robot in self._by:  # held no more
-                self._by[record.robot] = MovedBy.STAY
+            if record.type in ("act", "depart") and record.robot in self._by:  # held no more
+                self._by[record.robot] = "stay"
             robot = self._owner(record)
             if robot is not None:
                 yield from self._turn_of(robot, record)
-            if not isinstance(record, (*_DECIDES, *_ASIDE, Hold)):
+            departed = self._open is not None and self._open.toward is not None
+            ends = record.type == "plan_end" and departed  # the run, or until an operator helps
+            if ends or record.type not in (*_DECIDES, *_ASIDE, "hold"):
                 yield from self._moved()
             yield record
             self._take(record)
         yield from self._moved()
 
-    def _owner(self, record: Record) -> str | None:
+    def _owner(self, record: Line) -> str | None:
         """The robot whose turn has come by this line; None if it may be in any turn."""
         name = getattr(record, "robot", None)
-        if not isinstance(record, (*_DECIDES, *_FOLLOWS, Hold)) or name not in self._region:
+        if record.type not in (*_DECIDES, *_FOLLOWS, "hold") or name not in self._region:
             return None
         if not record.tick:
             return None  # before the first pass
-        if isinstance(record, _DECIDES):
+        if record.type in _DECIDES:
             return str(name)
-        begins = isinstance(record, Goal) and name in self._begun  # on its target, in any turn
+        begins = record.type == "goal" and name in self._begun  # on its target, in any turn
         ahead = self._names.index(name) >= self._due and not begins
         return str(name) if ahead else None
 
-    def _turn_of(self, robot: str, record: Record) -> Iterator[Record]:
+    def _turn_of(self, robot: str, record: Line) -> Iterator[Line]:
         """Let the robots before it move, and begin its turn."""
         if self._open is not None and self._open.robot == robot:
             return
@@ -127,17 +89,17 @@ class _Passes:
         self._open = self._stay(record)
         self._due -= 1
 
-    def _pass_over(self, record: Record) -> Iterator[Record]:
+    def _pass_over(self, record: Line) -> Iterator[Line]:
         yield from self._others(record)
         self._due = 0
 
-    def _others(self, record: Record) -> Iterator[Record]:
+    def _others(self, record: Line) -> Iterator[Line]:
         """The moves that are left of a pass."""
         yield from self._moved()
         while self._due < len(self._names):
             yield self._stay(record)
 
-    def _stay(self, record: Record) -> Move:
+    def _stay(self, record: Line) -> Line:
         """The move of the robot that is next, if no line tells another."""
         name = self._names[self._due]
         self._due += 1
@@ -146,9 +108,11 @@ class _Passes:
         toward = None if depart is None else depart.to
         by = self._by[name] if depart is None else None
         tick = self._tick or record.tick
-        return Move(tick, name, here, here, self._heading[name], toward, by, line=record.line)
+        about = {"tick": tick, "t": None, "robot": name, "line": record.line, "signal": None}
+        where = {"from_": here, "to": here, "heading": self._heading[name], "toward": toward}
+        return Made(type="move", **about, **where, by=by, busy=self._busy.get(name))
 
-    def _moved(self) -> Iterator[Record]:
+    def _moved(self) -> Iterator[Line]:
         """The turn's move, as soon as it is certain."""
         if self._open is None:
             return
@@ -157,36 +121,31 @@ class _Passes:
         self._region[move.robot], self._heading[move.robot] = move.to, move.heading
         yield move
 
-    def _take(self, record: Record) -> None:
-        match record:
-            case Depart() if self._open is not None:
+    def _take(self, record: Line) -> None:
+        move = self._open
+        match record.type:
+            case "depart" if move:
                 self._toward[record.robot] = record
-                self._open = replace(self._open, toward=record.to, by=record.by)
-                self._open = replace(self._open, busy=record.shown, signal=record.signal)
-            case Arrive() if self._open is not None:
+                move.toward, move.by = record.to, record.by
+                move.busy, move.signal = record.shown, record.signal
+            case "arrive" if move:
                 depart, self._toward[record.robot] = self._toward[record.robot], None
-                planned = depart is not None and depart.by is MovedBy.PLAN
-                by = MovedBy.PLAN if planned else self._open.by
-                self._open = replace(
-                    self._open, to=record.at, heading=record.heading, toward=None, by=by
-                )
-            case Hold():
-                decided = record.why is HoldReason.STRATEGY
-                self._by[record.robot] = MovedBy.STRATEGY if decided else MovedBy.STAY
-                if self._open is not None and self._open.toward is None:
-                    back = self._open.by is MovedBy.BACKTRACK
-                    by = MovedBy.BACKTRACK if back else self._by[record.robot]
-                    told = record.signal
-                    self._open = replace(self._open, by=by, signal=told, busy=record.shown)
-            case Backtrack() if self._open is not None:
-                self._open = replace(self._open, by=MovedBy.BACKTRACK)
-            case Synthesis() | NewObjective():
+                move.to, move.heading, move.toward = record.at, record.heading, None
+                if depart is not None and depart.by == "plan":
+                    move.by = "plan"
+            case "hold":
+                self._by[record.robot] = "strategy" if record.why == "strategy" else "stay"
+                self._busy[record.robot] = record.shown
+                if move and move.toward is None:
+                    move.busy, move.signal = record.shown, record.signal
+                    if move.by != "backtrack":
+                        move.by = self._by[record.robot]
+            case "backtrack" if move:
+                move.by = "backtrack"
+            case "synthesis" | "objective":
                 self._begun.add(record.robot)
-            case Goal():
+            case "goal":
                 self._begun.discard(record.robot)
-            case Operator() if record.deed is OperatorDeed.PUT_BACK and record.robot is not None:
-                assert record.region is not None
+            case "operator" if record.deed == "put_back" and record.robot is not None:
                 self._region[record.robot] = record.region
                 self._heading[record.robot] = record.heading
-            case _:
-                pass

@@ -7,9 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from safenav.trace.objective import Objective
-from safenav.trace.records import Goal
-from safenav.trace.vocabulary import Region
+from safenav.audit.lines import Line, Objective
 
 IN_ORDER = ("patrol", "visit", "once")
 """Objectives whose targets are met in their order."""
@@ -34,7 +32,7 @@ class Progress:
     last_round: int | None = 0
 
     @classmethod
-    def at_start(cls, objective: Objective, start: Region) -> Progress:
+    def at_start(cls, objective: Objective, start: int) -> Progress:
         """Return the progress before the first move: a visit begins with its first target unless
         the robot is in it at the start (whether that counts is the strategy's decision)."""
         first = objective.targets[0] if objective.targets else frozenset()
@@ -55,7 +53,7 @@ class Progress:
         self.covered.clear()
         self.fresh = False
 
-    def meet(self, goal: Goal) -> None:
+    def meet(self, goal: Line) -> None:
         count = len(self.objective.targets)
         if self.objective.kind in IN_ORDER and goal.goal < count:
             over = self.objective.kind in ENDS and goal.goal == count - 1

@@ -5,70 +5,29 @@ rule the situation follows the trace, so that one fault is not reported forever.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field
 from enum import Enum, auto
-from typing import TypeVar
 
-from safenav.audit.grid import Grid
+from safenav.audit.lines import Line, Objective, Obstacle
 from safenav.audit.passes import LIVE
 from safenav.audit.progress import Progress
-from safenav.trace.objective import Objective
-from safenav.trace.records import (
-    Act,
-    Acted,
-    Appeared,
-    Arrive,
-    Assumption,
-    Backtrack,
-    Belief,
-    Blocked,
-    Depart,
-    Discovered,
-    Goal,
-    Gone,
-    Hold,
-    Inputs,
-    Move,
-    NewObjective,
-    Operator,
-    Ordered,
-    Outcome,
-    Pop,
-    Push,
-    Record,
-    Reopened,
-    Request,
-    Resolved,
-    Service,
-    Signal,
-    Synthesis,
-    Told,
-    Truth,
-    Violation,
-)
-from safenav.trace.setting import NeedHeader, ObstacleHeader
-from safenav.trace.trace import Trace
-from safenav.trace.vocabulary import (
-    ActResult,
-    BlockReason,
-    ChangeCause,
-    Ending,
-    Form,
-    Heading,
-    HoldReason,
-    MoveEnd,
-    OperatorDeed,
-    Region,
-)
-
-L = TypeVar("L", bound=Record)
+from safenav.audit.world import World
 
 RESYNTHESIS = "resynthesis"
-WITHOUT_EFFECT = (ActResult.FAILED, ActResult.NOTHING)
+WITHOUT_EFFECT = ("failed", "nothing")
 
 
-_CHANGES = (Violation, Resolved, Gone, Appeared, Blocked, Reopened, Service, NewObjective)
+_CHANGES = (
+    "violation",
+    "resolved",
+    "gone",
+    "appeared",
+    "blocked",
+    "reopened",
+    "service",
+    "objective",
+)
 """Records after which an obstacle that was set aside may be served again."""
 
 
@@ -110,10 +69,10 @@ class Turn:
     robot: str | None
     line: int
     objectives: Mapping[str, Objective]
-    origin: Region | None = None
+    origin: int | None = None
     on_the_way: bool = False
     progress: Progress | None = None
-    records: list[Record] = field(default_factory=list)
+    records: list[Line] = field(default_factory=list)
     final: bool = False
     torn: bool = False
     failed: bool = False
@@ -123,14 +82,14 @@ class Turn:
     """The needs of obstacles that were met in this turn, with the robots that met them; for the
     last need of each, the robots that could have met it."""
 
-    def all(self, kind: type[L]) -> list[L]:
-        return [record for record in self.records if isinstance(record, kind)]
+    def all(self, kind: str) -> list[Line]:
+        return [record for record in self.records if record.type == kind]
 
-    def first(self, kind: type[L]) -> L | None:
-        return next((record for record in self.records if isinstance(record, kind)), None)
+    def first(self, kind: str) -> Line | None:
+        return next((record for record in self.records if record.type == kind), None)
 
 
-def helpers_of(record: Request | Push | Pop) -> tuple[str, ...]:
+def helpers_of(record: Line) -> tuple[str, ...]:
     """Return all helpers that a line names."""
     return record.helpers or (() if record.helper is None else (record.helper,))
 
@@ -138,29 +97,35 @@ def helpers_of(record: Request | Push | Pop) -> tuple[str, ...]:
 class Situation:
     """The team, the obstacles and the stack, as of some line."""
 
-    def __init__(self, trace: Trace) -> None:
-        self.header = trace.header.scenario
-        self.header_line = trace.header.line
-        self.grid = Grid(self.header.map)
-        self.obstacles = trace.obstacles
+    def __init__(self, header: Line, records: Iterable[Line]) -> None:
+        self.header = header.scenario
+        self.header_line = header.line
+        told = self.header.map
+        self.grid = World(told.grid, told.rows, told.cols)
+        first = [Obstacle.of(told) for told in self.header.obstacles]
+        later = [Obstacle.of(record.obstacle) for record in records if record.type == "discovered"]
+        self.obstacles = {o.name: o for o in later} | {o.name: o for o in first}
+        self.truth = {name: o.traversable for name, o in self.obstacles.items()}
         self.external = self.header.world == "external"
         robots = self.header.robots
-        self.region: dict[str, Region] = {n: r.start for n, r in robots.items()}
-        self.heading: dict[str, Heading | None] = {n: r.heading for n, r in robots.items()}
-        self.objectives: dict[str, Objective] = {n: r.objective for n, r in robots.items()}
+        self.region: dict[str, int] = {n: r.start for n, r in robots.items()}
+        self.heading: dict[str, str | None] = {n: r.heading for n, r in robots.items()}
+        self.own: dict[str, Objective] = {n: r.objective for n, r in robots.items()}
+        self.objectives = dict(self.own)
+        """The objectives in force; ``own``: those that the robots have for themselves."""
         self.progress = {n: Progress.at_start(r.objective, r.start) for n, r in robots.items()}
         self.ahead = dict.fromkeys(robots, 0)
         """Number of targets that each robot has met of an objective that ends, whatever it did
         meanwhile."""
-        self.toward: dict[str, Region | None] = dict.fromkeys(robots)
-        self.signals: dict[str, Signal] = {}
+        self.toward: dict[str, int | None] = dict.fromkeys(robots)
+        self.signals: dict[str, Line] = {}
         """Each robot's last command inputs, where robots are driven by command inputs."""
-        self.beliefs: dict[tuple[str, str], Belief] = {}
+        self.beliefs: dict[tuple[str, str], Line] = {}
         self.stack: list[StackEntry] = []
-        self.requests: dict[str, dict[str, Region]] = {}
+        self.requests: dict[str, dict[str, int]] = {}
         """The open requests, the oldest first: obstacle -> requesters, each with the region where
         it waits."""
-        self.given_up: dict[str, dict[str, Region]] = {}
+        self.given_up: dict[str, dict[str, int]] = {}
         """The requests for obstacles that are given up."""
         self.permanent: set[str] = set()
         """The obstacles of which an operator says that they stay."""
@@ -169,7 +134,7 @@ class Situation:
         self.helping: dict[str, frozenset[str]] = {}
         """The helpers of each obstacle that were named last."""
         self.listed = {
-            name: [o for o in self.header.obstacles if o.name == name] or [obstacle]
+            name: [o for o in first if o.name == name] or [obstacle]
             for name, obstacle in self.obstacles.items()
         }
         """All obstacles of one name: an obstacle may reappear."""
@@ -185,6 +150,8 @@ class Situation:
         """Obstacles that the scenario lists, or that a line has described."""
         self.discovered: set[str] = set()
         self.out: set[str] = set()
+        self.barred: set[tuple[str, str]] = set()
+        """Live: (robot, obstacle) where actions have failed until the robot leaves it to others."""
         self.orders: set[str] = set()
         """Obstacles that were ordered, so that no robot has made the request."""
         self.inputs = {each.name: False for each in self.header.inputs or ()}
@@ -192,28 +159,28 @@ class Situation:
         """The objectives of the header, which robots have while no input gives them another."""
         self._kept: dict[str, int] = {}
         """The robots that are out of service."""
-        self.form: dict[tuple[str, Objective], Form | None] = {}
-        self.live = trace.header.clock == LIVE
-        self.under_way: dict[str, Depart] = {}
+        self.form: dict[tuple[str, Objective], str | None] = {}
+        self.live = header.clock == LIVE
+        self.under_way: dict[str, Line] = {}
         """Live: the step of each robot that has not ended."""
-        self.acting: dict[str, Act] = {}
+        self.acting: dict[str, Line] = {}
         """Live: the action of each robot that has not ended."""
         self.awaiting: set[str] = set()
         """Live: the robots that wait for a strategy."""
-        self.ended: dict[str, Arrive] = {}
+        self.ended: dict[str, Line] = {}
         """Live: the end of each robot's step that its next move shows."""
-        self.outcome: Outcome | None = None
+        self.outcome: Line | None = None
         self.turn = Turn(0, None, self.header_line, dict(self.objectives))
 
     def has_heading(self, robot: str) -> bool:
         return self.header.robots[robot].mobility == "heading"
 
-    def taken_by(self, robot: str) -> set[Region]:
+    def taken_by(self, robot: str) -> set[int]:
         """Return the regions that a robot occupies: two while it is in transit."""
         toward = self.toward[robot]
         return {self.region[robot]} if toward is None else {self.region[robot], toward}
 
-    def zones(self, one: str, other: str) -> list[frozenset[Region]]:
+    def zones(self, one: str, other: str) -> list[frozenset[int]]:
         """Return the sets of regions in which two robots are never together."""
         return [
             frozenset(zone.regions)
@@ -224,10 +191,10 @@ class Situation:
     def conflict(self, one: str, other: str) -> bool:
         """Return whether two robots must never share a region."""
         robots = self.header.robots
-        listed = robots[one].conflicts
-        if listed is None:
-            return robots[one].layer == robots[other].layer
-        return other in listed
+        listed = robots[one].conflicts, robots[other].conflicts
+        if None in listed:
+            return bool(robots[one].layer == robots[other].layer)
+        return other in listed[0] or one in listed[1]
 
     def capable(self, obstacle: str) -> set[str]:
         """Return the robots that have the action which the obstacle needs next, and what the same
@@ -240,9 +207,9 @@ class Situation:
 
     def alternates(self, robot: str) -> bool:
         """Return whether the robot was synthesized for its objective as plain alternation."""
-        return self.form.get((robot, self.objectives[robot])) is Form.ALTERNATION
+        return self.form.get((robot, self.objectives[robot])) == "alternation"
 
-    def need(self, obstacle: str) -> NeedHeader:
+    def need(self, obstacle: str) -> Line:
         """Return the obstacle's next need, or its last one if all are met."""
         needs = self.obstacles[obstacle].all_needs
         return needs[min(self.stage[obstacle], len(needs) - 1)]
@@ -258,6 +225,30 @@ class Situation:
             for k in left
         ]
 
+    def swept_with(self, obstacle: str, robots: Collection[str]) -> list[str]:
+        """Return the robots, other than these, that are where an obstacle's resolution sweeps."""
+        sweeps = {*(self.obstacles[obstacle].sweeps or ())}
+        return [name for name in self.region if name not in robots and sweeps & self.taken_by(name)]
+
+    def must_not_sweep(self, robot: str, obstacle: str) -> bool:
+        """Return whether a robot that could resolve an obstacle must wait: the team does not know
+        of it yet, or another robot is where that sweeps."""
+        return obstacle not in self.discovered or bool(self.swept_with(obstacle, {robot}))
+
+    def resolving(self, obstacle: str) -> set[str]:
+        """Return the robots that act on an obstacle, or that have entered its region to resolve
+        it."""
+        acts = [act for act in self.acting.values() if obstacle in act.obstacles]
+        region = self.obstacles[obstacle].region
+        inside = {name for name in self.region if region in self.taken_by(name)}
+        entered = {name for name in inside if self.resolves_by_entering(obstacle, name)}
+        return entered.union(*(act.robots for act in acts))
+
+    def resolves_by_entering(self, obstacle: str, robot: str) -> bool:
+        """Return whether a robot resolves an obstacle by entering its region now."""
+        enters, stage = self.obstacles[obstacle].resolved_by_entering, self.stage[obstacle]
+        return enters(self.header.robots[robot], stage)
+
     def stopped_by(self, obstacle: str) -> set[str]:
         """Return the robots that the obstacle physically stops."""
         return set(self.obstacles[obstacle].blocks & self.header.robots.keys())
@@ -268,61 +259,53 @@ class Situation:
         stopped = self.stopped_by(obstacle)
         if self.status[obstacle] is not Status.UNRESOLVED:
             return stopped
-        return {name for name in stopped if not self._resolves_by_entering(obstacle, name)}
-
-    def _resolves_by_entering(self, obstacle: str, robot: str) -> bool:
-        """Return whether one need is left, which the robot alone meets in the obstacle's own
-        region."""
-        left = self.obstacles[obstacle].all_needs[self.stage[obstacle] :]
-        return (
-            len(left) == 1
-            and left[0].robots == 1
-            and not left[0].same
-            and self.obstacles[obstacle].region in left[0].regions
-            and left[0].action in self.header.robots[robot].capabilities
-        )
+        return {name for name in stopped if not self.resolves_by_entering(obstacle, name)}
 
     def is_cut_short(self) -> bool:
         """Return whether the run ended within this turn, so that the rest of it never happened."""
         if not self.turn.final:
             return False
-        endings = (Ending.COMPLETED, Ending.TICK_LIMIT)
+        endings = ("completed", "tick_limit")
         return self.outcome is None or self.outcome.outcome not in endings
 
     def is_requested(self, obstacle: str) -> bool:
         """Return whether a request for the obstacle is on the stack and not yet fulfilled."""
         return any(entry.obstacle == obstacle for entry in self.stack)
 
-    def entry_of(self, record: Pop) -> StackEntry | None:
+    def entry_of(self, record: Line) -> StackEntry | None:
         """Return the entry that a pop drops: that of its request, wherever it is in the stack."""
         why = (record.obstacle, record.requester, helpers_of(record))
         entries = reversed(self.stack)
         return next((e for e in entries if (e.obstacle, e.requester, e.helpers) == why), None)
 
-    def _drop(self, record: Pop) -> None:
+    def _fit_again(self, *, robot: str = "", obstacle: str = "") -> None:
+        """A robot may act again on all, or all robots on an obstacle."""
+        self.barred = {pair for pair in self.barred if robot != pair[0] and obstacle != pair[1]}
+
+    def _drop(self, record: Line) -> None:
         """Remove an entry from the stack, even if it is not exactly the one that the line names."""
         found = [e for e in self.stack if e.obstacle == record.obstacle] or self.stack
         dropped = self.entry_of(record) or (found[-1] if found else None)
         if dropped is not None:
             self.stack.remove(dropped)
 
-    def obstacles_at(self, region: Region) -> list[ObstacleHeader]:
+    def obstacles_at(self, region: int) -> list[Line]:
         return [o for o in self.obstacles.values() if o.region == region]
 
-    def show(self, region: Region) -> str:
+    def show(self, region: int) -> str:
         return self.grid.show(region)
 
-    def starts_turn(self, record: Record) -> bool:
+    def starts_turn(self, record: Line) -> bool:
         """Return whether a new turn begins with this line: its violation, or else its move (or, in
         a trace that is wrong, a backtrack from nothing)."""
         turn = self.turn
-        if isinstance(record, Violation):
+        if record.type == "violation":
             return True
-        if not isinstance(record, Backtrack | Move):
+        if record.type not in ("backtrack", "move"):
             return False
-        return turn.robot != record.robot or turn.first(Move) is not None
+        return turn.robot != record.robot or turn.first("move") is not None
 
-    def begin_turn(self, record: Violation | Backtrack | Move) -> None:
+    def begin_turn(self, record: Line) -> None:
         robot = record.robot
         self.turn = Turn(
             record.tick,
@@ -334,41 +317,41 @@ class Situation:
             self.progress[robot].copy(),
         )
 
-    def apply(self, record: Record) -> None:
+    def apply(self, record: Line) -> None:
         """Let a line take effect."""
-        if isinstance(record, Outcome):
+        if record.type == "outcome":
             self.outcome = record
             return
         self.turn.records.append(record)
-        if isinstance(record, _CHANGES):
+        if record.type in _CHANGES:
             self.aside.clear()
-        match record:
-            case Hold():
-                waits = record.why is HoldReason.SYNTHESIS
+        match record.type:
+            case "hold":
+                waits = record.why == "synthesis"
                 (self.awaiting.add if waits else self.awaiting.discard)(record.robot)
-            case Depart():
+            case "depart":
                 self.awaiting.discard(record.robot)
                 self.under_way[record.robot] = record
-            case Arrive():
+            case "arrive":
                 self.under_way.pop(record.robot, None)
                 self.ended[record.robot] = record
-            case Act():
+            case "act":
                 self.acting[record.robot] = record
-            case Acted():
+            case "acted":
                 self.acting.pop(record.robot, None)
+                self.barred |= {(record.robot, one) for one in record.barred or ()}
                 self._perform(record.robot, record.results)
-            case Reopened():
+            case "reopened":
                 self.status[record.obstacle] = Status.UNRESOLVED
                 self.requests[record.obstacle] = self.given_up.pop(record.obstacle, {})
-            case Operator() if (
-                record.deed is OperatorDeed.PERMANENT and record.obstacle is not None
-            ):
+            case "operator" if record.deed == "permanent" and record.obstacle is not None:
                 self.permanent.add(record.obstacle)
-            case Operator() if record.region is not None and record.robot is not None:
+            case "operator" if record.region is not None and record.robot is not None:
                 self.region[record.robot] = record.region
                 self.heading[record.robot] = record.heading
                 self.toward[record.robot] = None
-            case Move():
+                self._fit_again(robot=record.robot)
+            case "move":
                 self.region[record.robot] = record.to
                 self.heading[record.robot] = record.heading
                 self.toward[record.robot] = record.toward
@@ -376,12 +359,12 @@ class Situation:
                     self.signals[record.robot] = record.signal
                 self._wait_here(record.robot)
                 ended = self.ended.pop(record.robot, None)
-                self.turn.failed = ended is not None and ended.result is not MoveEnd.ARRIVED
+                self.turn.failed = ended is not None and ended.result != "arrived"
                 if not self.live:
                     self._perform(record.robot, {})
-            case Belief():
+            case "belief":
                 self.beliefs[record.robot, record.of] = record
-            case Violation():
+            case "violation":
                 self.discovered.add(record.obstacle)
                 requesters = self.requests.setdefault(record.obstacle, {})
                 requesters.pop(record.robot, None)
@@ -391,58 +374,59 @@ class Situation:
                     self.status[record.obstacle] = Status.UNRESOLVED
                     self.stage[record.obstacle] = 0
                     self.done[record.obstacle].clear()
-            case Discovered():
+            case "discovered":
                 self.introduced.add(record.obstacle.name)
-            case Resolved():
+            case "resolved":
+                self._fit_again(obstacle=record.obstacle)
                 self.stage[record.obstacle] = len(self.obstacles[record.obstacle].all_needs)
                 self.requests.pop(record.obstacle, None)
                 gone = record.traversable is not False
                 self.status[record.obstacle] = Status.RESOLVED if gone else Status.UNTRAVERSABLE
                 for progress in self.progress.values():
                     progress.recount()
-            case Appeared():
+            case "appeared":
                 self.requests.pop(record.obstacle, None)
                 self.status[record.obstacle] = Status.UNRESOLVED
                 self.stage[record.obstacle] = 0
                 self.done[record.obstacle].clear()
                 self.discovered.discard(record.obstacle)
                 self.orders.discard(record.obstacle)
-            case Ordered():
+            case "order":
                 self.requests[record.obstacle] = {}
                 self.discovered.add(record.obstacle)
                 self.orders.add(record.obstacle)
-            case Truth():
-                changed = replace(self.obstacles[record.obstacle], traversable=record.traversable)
-                self.obstacles[record.obstacle] = changed
-            case NewObjective():
-                robots = dict(self.header.robots)
-                robots[record.robot] = replace(robots[record.robot], objective=record.objective)
-                self.header = replace(self.header, robots=robots)
+            case "truth":
+                self.truth[record.obstacle] = record.traversable
+            case "objective":
+                self.own[record.robot] = record.objective
                 self._count_ahead(record)
                 if record.at_once:
                     self.objectives[record.robot] = record.objective
                     self.progress[record.robot].reset(record.objective, record.line)
-            case Inputs():
+            case "inputs":
                 self.inputs = dict(record.values)
-            case Service():
-                if record.cause is ChangeCause.BATTERY and not record.active:
+            case "service":
+                if record.cause == "battery" and not record.active:
                     self._asks_for(record.robot)
                 (self.out.discard if record.active else self.out.add)(record.robot)
-            case Gone():
+                if record.active:
+                    self._fit_again(robot=record.robot)
+            case "gone":
+                self._fit_again(obstacle=record.obstacle)
                 self.requests.pop(record.obstacle, None)
                 self.status[record.obstacle] = Status.ABSENT
                 self.discovered.discard(record.obstacle)
-            case Blocked():
+            case "blocked":
                 self.given_up[record.obstacle] = self.requests.pop(record.obstacle, {})
-                untraversable = record.reason is BlockReason.UNTRAVERSABLE
+                untraversable = record.reason == "untraversable"
                 self.status[record.obstacle] = (
                     Status.UNTRAVERSABLE if untraversable else Status.GIVEN_UP
                 )
-            case Request():
+            case "request":
                 if record.aside:
                     self.aside.add(record.obstacle)
                 self.helping[record.obstacle] = frozenset(helpers_of(record))
-            case Push():
+            case "push":
                 helpers = helpers_of(record)
                 self.stack.append(
                     StackEntry(
@@ -454,12 +438,12 @@ class Situation:
                     )
                 )
                 self._put_in_force(record.objectives, record.line)
-            case Pop():
+            case "pop":
                 self._drop(record)
                 self._put_in_force(record.objectives, record.line)
-            case Told():
+            case "told":
                 self._put_in_force({record.robot: record.objective}, record.line)
-            case Synthesis():
+            case "synthesis":
                 self.form[record.robot, record.objective] = record.form
                 always_own = record.places is not None  # a strategy of assignable goals
                 if record.node is not None and not always_own:  # it was installed
@@ -467,10 +451,10 @@ class Situation:
                 if record.tick > 0:
                     robot = record.robot
                     self.progress[robot].reset(self.objectives[robot], record.line)
-            case Assumption():
+            case "assumption":
                 self.progress[record.robot].reset(self.objectives[record.robot], record.line)
-            case Goal():
-                own = self.objectives[record.robot] == self.header.robots[record.robot].objective
+            case "goal":
+                own = self.objectives[record.robot] == self.own[record.robot]
                 if own and record.goal == self.ahead[record.robot]:
                     self.ahead[record.robot] += 1
                 met = self.progress[record.robot]
@@ -484,7 +468,7 @@ class Situation:
     def finish_turn(self, last: bool) -> None:
         """Note of the turn that is over whether it was the last of the trace."""
         self.turn.final = last
-        from_outside = (Ending.INTERRUPTED, Ending.ERROR)
+        from_outside = ("interrupted", "error")
         self.turn.torn = last and (self.outcome is None or self.outcome.outcome in from_outside)
 
     def due(self, robot: str) -> Objective:
@@ -492,13 +476,13 @@ class Situation:
         listed = self.header.robots[robot].when or ()
         return next((w.objective for w in listed if self.inputs.get(w.input)), self.base[robot])
 
-    def _count_ahead(self, record: NewObjective) -> None:
+    def _count_ahead(self, record: Line) -> None:
         """Count the targets met of an objective that ends: one resumed after an input continues."""
         robot, before = record.robot, self.ahead[record.robot]
         self.ahead[robot] = 0
-        if record.cause is ChangeCause.INPUT and record.objective == self.base[robot]:
+        if record.cause == "input" and record.objective == self.base[robot]:
             self.ahead[robot] = self._kept.pop(robot, 0)
-        elif record.cause is ChangeCause.INPUT:
+        elif record.cause == "input":
             self._kept.setdefault(robot, before)
 
     def standing(self, obstacle: str) -> set[str]:
@@ -510,19 +494,19 @@ class Situation:
 
     def _asks_for(self, robot: str) -> None:
         """Note that a robot whose charge is used up asks for the obstacle that appeared there."""
-        for flat in self.turn.all(Appeared)[-1:]:
+        for flat in self.turn.all("appeared")[-1:]:
             self.discovered.add(flat.obstacle)
             self.requests[flat.obstacle] = {robot: self.region[robot]}
 
     def _wait_here(self, robot: str) -> None:
         """Note that a robot that encounters an obstacle waits where it has backed up to."""
-        violation = self.turn.first(Violation)
+        violation = self.turn.first("violation")
         if violation is not None and robot in self.requests.get(violation.obstacle, ()):
             toward = self.toward[robot]
             here = self.region[robot] if toward is None else toward
             self.requests[violation.obstacle][robot] = here
 
-    def _perform(self, robot: str, results: Mapping[str, ActResult]) -> None:
+    def _perform(self, robot: str, results: Mapping[str, str]) -> None:
         """Note what the robot does where it stands: its part in the needs that are next, unless its
         result was none. A need that is met gives way to the next."""
         for name, obstacle in self.obstacles.items():
@@ -530,7 +514,9 @@ class Situation:
                 continue
             # Needs of an obstacle that no scenario lists count from its discovery on.
             counted = name in self.introduced or len(obstacle.all_needs) == 1
-            if counted and self.status[name] in (Status.UNRESOLVED, Status.GIVEN_UP):
+            waits = obstacle.sweeps and self.must_not_sweep(robot, name)
+            unmet = self.status[name] in (Status.UNRESOLVED, Status.GIVEN_UP)
+            if counted and unmet and not waits:
                 self._perform_at(robot, name)
 
     def _perform_at(self, robot: str, name: str) -> None:

@@ -6,12 +6,13 @@ of the code that decides in a run."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from functools import cache, partial
 from itertools import combinations, product, takewhile
 from typing import NamedTuple
 
-Pose = tuple[int, str | None]
+from safenav.audit.language import Pose
+
 Poses = frozenset[Pose]
 MOST_NODES = 20_000
 FAR = 1 << 30
@@ -19,6 +20,19 @@ FAR = 1 << 30
 
 class TooManyError(Exception):
     """A search that grew larger than this check accepts."""
+
+
+class TrappedError(Exception):
+    """The team cannot continue after the acts that it has chosen."""
+
+
+class Act(NamedTuple):
+    """``robots``, each in its pose, have their part in the next need of an obstacle, its need
+    number ``need``."""
+
+    obstacle: str
+    need: int
+    robots: dict[str, Pose]
 
 
 class Need(NamedTuple):
@@ -139,6 +153,10 @@ class Team:
         return bool(
             self.reach(name, poses, obstacles) & self._live(name, self.walls(name, obstacles))
         )
+
+    def is_live(self, name: str, pose: Pose, obstacles: OpenObstacles) -> bool:
+        """Return whether a robot can meet each of its targets infinitely often from a pose."""
+        return pose in self._live(name, self.walls(name, obstacles))
 
     def ticks(self, name: str, poses: Poses, there: Poses, obstacles: OpenObstacles) -> int | None:
         """Return an upper bound on the ticks to the nearest of some poses; None if there is no
@@ -296,11 +314,11 @@ class Team:
         obstacles: OpenObstacles,
         present: Mapping[str, frozenset[str]],
         aside: Collection[str] = (),
+        acts: Sequence[Act] = (),
     ) -> Settlement | None:
         """Return the robots that serve each obstacle; None if no order of resolutions lets every
         robot continue. ``obstacles``: in the order of service; ``present``: the robots
-        that serve them now."""
-        origins = tuple(frozenset([at[name]]) for name in self.names)
+        that serve them now; ``acts``: those that come first, since something is due."""
         sets = tuple(self.around(name, at[name], obstacles) for name in self.names)
         served = frozenset[str]()
         if self.solve(sets, sets, obstacles, served, {}) is None:
@@ -310,28 +328,81 @@ class Team:
                 continue  # no joint state serves it
             if self.solve(sets, sets, obstacles, served | {obstacle.name}, {}) is not None:
                 served |= {obstacle.name}
-        plan = self.solve(sets, origins, obstacles, served, present)
-        assert plan is not None
-        for name in dict.fromkeys(obstacles[step.obstacle].name for step in reversed(plan)):
-            if name not in served:  # perhaps it can stay as it is
-                rest = [step for step in plan if obstacles[step.obstacle].name != name]
-                plan = self._replayed(rest, sets, obstacles, served) or plan
+        rest = self._planned(*self._scheduled(at, obstacles, acts), served, present)
+        if rest is None:
+            raise TrappedError
+        plan = self._steps(obstacles, acts) + rest
         duties, begun, busy = dict[str, Duty](), set[int](), set[str]()
         for step in plan:
             obstacle = obstacles[step.obstacle]
             ready = step.obstacle not in begun and not busy & {*step.group}
             begun, busy = begun | {step.obstacle}, busy | {*step.group}
-            spots = tuple(self._spots(name, sets, obstacles, step.obstacle) for name in step.group)
+            spots = tuple(
+                frozenset(p for p in self._spots(n, sets, obstacles, step.obstacle) if p in there)
+                for n, there in zip(step.group, step.at, strict=True)
+            )
             if ready and all(spots):
                 now = step._replace(at=spots)
                 for name, there in zip(step.group, spots, strict=True):
                     lasting = self._lasting(now, name, there, sets, obstacles, served) or there
                     regions = frozenset(region for region, _ in lasting)
-                    stays = obstacle.left[0].together or len(step.group) > 1
+                    here = bool(acts) and at[name] in lasting
+                    stays = obstacle.left[0].together or len(step.group) > 1 or here
                     duties[name] = Duty(obstacle.name, step.group, regions, stays)
         return Settlement(
             tuple(obstacle.name for obstacle in obstacles if obstacle.name in served), duties
         )
+
+    def _planned(
+        self,
+        at: Mapping[str, Pose],
+        obstacles: OpenObstacles,
+        served: frozenset[str],
+        present: Mapping[str, frozenset[str]],
+    ) -> list[Step] | None:
+        """Return steps that resolve all ``served`` obstacles, without those that nothing needs."""
+        origins = tuple(frozenset([at[name]]) for name in self.names)
+        sets = tuple(self.around(name, at[name], obstacles) for name in self.names)
+        plan = self.solve(sets, origins, obstacles, served, present)
+        for name in dict.fromkeys(obstacles[step.obstacle].name for step in reversed(plan or ())):
+            if name not in served and plan is not None:  # perhaps it can stay as it is
+                rest = [step for step in plan if obstacles[step.obstacle].name != name]
+                plan = self._replayed(rest, sets, obstacles, served) or plan
+        return plan
+
+    def _scheduled(
+        self, at: Mapping[str, Pose], obstacles: OpenObstacles, acts: Sequence[Act]
+    ) -> tuple[dict[str, Pose], OpenObstacles]:
+        """Return where the robots are, and the obstacles, after some acts."""
+        where = dict(at)
+        for act in acts:
+            where |= act.robots
+            k = next(k for k, obstacle in enumerate(obstacles) if obstacle.name == act.obstacle)
+            need, done = obstacles[k].left[0], obstacles[k].done.union(act.robots)
+            if need.together or len(done) >= need.robots:
+                then = obstacles[k].advanced(act.robots)
+            else:
+                then = obstacles[k]._replace(done=done)
+            obstacles = (*obstacles[:k], then, *obstacles[k + 1 :])
+        return where, obstacles
+
+    def _steps(self, obstacles: OpenObstacles, acts: Sequence[Act]) -> list[Step]:
+        """Return a step for each need of the acts, in their order; a robot that acts again later
+        acts in the region that the act names."""
+        names, found = [obstacle.name for obstacle in obstacles], dict[tuple[str, int], Step]()
+        for number, act in enumerate(acts):
+            k = names.index(act.obstacle)
+            again = {name for later in acts[number + 1 :] for name in later.robots}
+            group, at = list[str](), list[Poses]()
+            for name, pose in act.robots.items():
+                steps = self.members[name].steps
+                there = frozenset(p for p in steps if p[0] == pose[0] or name not in again)
+                group.append(name)
+                at.append(there)
+            before = found.get((act.obstacle, act.need), Step(k, (), (), lossless=False))
+            step = before._replace(group=(*before.group, *group), at=(*before.at, *at))
+            found[act.obstacle, act.need] = step
+        return [*found.values()]
 
     def serves_some(
         self, at: Mapping[str, Pose], obstacles: OpenObstacles, most: int

@@ -26,6 +26,7 @@ COLUMNS = (
     "outcome",
     "cause",
     "ticks",
+    "makespan",
     "syntheses",
     "synthesis_seconds",
     "seconds",

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import safenav
+import safenav.audit
 from safenav.certify.check import Acceptance, BundleVerdict, check_bundle
 from safenav.certify.evidence import RulesEvidence, counter_evidence, strategy_measures
 from safenav.certify.measures import NoMeasureError
@@ -27,7 +28,6 @@ from safenav.spec.parsing import read_specification
 from safenav.synthesis.slugs import Synthesizer
 
 CHECKER = Path(__file__).parent / "checker"
-PROGRAMS = ("check.py", "check_strategies.py")
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ def make_bundle(
         raise UsageError(f"{target} exists; name a bundle that does not")
     with tempfile.TemporaryDirectory(dir=_parent(target), prefix=".bundle-") as directory:
         folder = Path(directory) / "bundle"
-        files = _files(trace, sources, kept, synthesizer)
+        files = files_of_run(trace, sources, kept, synthesizer)
         if motion is not None:
             files["motion.jsonl"] = motion
         for name, data in files.items():
@@ -104,7 +104,7 @@ def _parent(target: Path) -> Path:
     return target.parent
 
 
-def _files(
+def files_of_run(
     trace: bytes, sources: Mapping[str, bytes], kept: Kept, synthesizer: Synthesizer
 ) -> dict[str, bytes]:
     """Return all files except the page and the manifest."""
@@ -113,7 +113,7 @@ def _files(
         "scenario.json": _json(lines[0]["scenario"]),
         "trace.jsonl": trace,
         **{f"source/{name}": data for name, data in sources.items()},
-        **{name: (CHECKER / name).read_bytes() for name in PROGRAMS},
+        **programs(),
     }
     rules = RulesEvidence(lines[0])
     for line in lines:
@@ -146,6 +146,20 @@ def _files(
             found = rules.measures(line, text, *_proof_of(files[name]))
             files |= {rules.name(line): _json(found)} if found is not None else {}
     return files
+
+
+def programs() -> dict[str, bytes]:
+    """Return the checker as a bundle has it: two programs, and the rules of a run in ``audit``."""
+    audit = Path(safenav.audit.__file__).parent
+    found = {name: CHECKER / name for name in ("check.py", "check_strategies.py")}
+    for path in sorted(audit.rglob("*.py")):
+        name = path.relative_to(audit).as_posix()
+        found |= {f"audit/{name}": path} if name != "check.py" else {}  # which reads for safenav
+    own = {"safenav.certify.checker.": "", "safenav.audit": "audit"}
+    texts = {name: path.read_text() for name, path in found.items()}
+    for before, after in own.items():
+        texts = {name: text.replace(before, after) for name, text in texts.items()}
+    return {name: text.encode() for name, text in texts.items()}
 
 
 def _proof_of(data: bytes) -> tuple[bytes, Any]:

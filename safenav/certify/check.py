@@ -13,7 +13,14 @@ from typing import Any
 
 from safenav.errors import UsageError
 
-PROGRAM = Path(__file__).parent / "checker" / "check.py"
+ROOT = Path(__file__).parents[2]
+PROGRAM = f"""
+import sys
+sys.dont_write_bytecode = True
+sys.path.insert(0, {str(ROOT)!r})
+from safenav.certify.checker.check import main
+sys.exit(main())
+"""
 
 
 class Acceptance(StrEnum):
@@ -45,7 +52,7 @@ def check_bundle(bundle: Path, *, compare: bool = True) -> BundleVerdict:
 
     ``compare``: the manifest has to claim what the evidence establishes. Raises UsageError if this
     is not a bundle."""
-    command = [sys.executable, "-I", "-S", str(PROGRAM), str(bundle), "--json"]
+    command = [sys.executable, "-I", "-S", "-c", PROGRAM, str(bundle), "--json"]
     if not compare:
         command.append("--any-claims")
     done = subprocess.run(command, capture_output=True, text=True, check=False)

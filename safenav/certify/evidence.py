@@ -11,15 +11,13 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
+from safenav.audit.language import RefusedError, Row, TooLargeError
+from safenav.audit.world import World
 from safenav.certify.checker.check_strategies import (
     Edges,
     Met,
-    RefusedError,
-    Row,
     Strategy,
     Task,
-    TooLargeError,
-    World,
     circumstances,
 )
 from safenav.certify.measures import Measure, NoMeasureError, measure
@@ -72,7 +70,7 @@ class RulesEvidence:
     def __init__(self, header: Mapping[str, Any]) -> None:
         """``header``: the first line of the trace."""
         self._scenario = header["scenario"]
-        self._world = World(self._scenario["map"])
+        self._world = World.of(self._scenario["map"], live=header.get("clock") == "live")
 
     def name(self, line: Mapping[str, Any]) -> str:
         """Return the file for a line; lines about the same circumstances share one."""

@@ -8,7 +8,8 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from safenav.certify.checker.check_strategies import ASSUMED, Objective, World
+from safenav.audit.world import World
+from safenav.certify.checker.check_strategies import ASSUMED, Objective
 from safenav.certify.proved import TEAM, Proof, rests_on
 from safenav.trace.reading import read_lines
 from safenav.trace.records import KINDS
@@ -73,7 +74,7 @@ def facts_of(
     return {
         "name": scenario["name"],
         "asked": [
-            _asked(name, robot, claims, world, World(scenario["map"]))
+            _asked(name, robot, claims, world, World.of(scenario["map"]))
             for name, robot in scenario["robots"].items()
         ],
         "obstacles": [

@@ -138,9 +138,9 @@ def _summary(facts: Mapping[str, Any]) -> str:
         f"<h2>Assumed</h2>{_list(assumed or ['Nothing: no robot can run into another one.'])}"
         f"<h2>Not covered</h2>{_list(facts['not_covered'])}"
         "<h2>Check it yourself</h2><p>Run <code>python3 -I -S check.py .</code> in this folder. "
-        "check.py, which shares no code with safenav, established each of the "
-        f"{len(facts['claims'])} claims from the files listed and compares the sentences below; "
-        "this summary and the pictures explain.</p>"
+        "check.py, which shares no code with the program that made this run, established each of "
+        f"the {len(facts['claims'])} claims from the files listed and compares the sentences "
+        "below; this summary and the pictures explain.</p>"
     )
 
 

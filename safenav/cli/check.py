@@ -35,10 +35,12 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
     that can win by breaking its assumptions about the other robots. Says how long
     the resolution of each obstacle takes, at best and at worst."""
     from safenav.explain.vacuity import vacuous_wins
+    from safenav.report.terminal.promises import promise_data, promise_lines
     from safenav.report.terminal.synthesis_progress import WaitingLine
     from safenav.report.terminal.vacuity_warning import vacuity_data, vacuity_lines
     from safenav.report.terminal.worst_cases import worst_data, worst_lines
     from safenav.runtime.coordination.foresight import foreseen
+    from safenav.runtime.deadlines.ahead import run_ahead
     from safenav.runtime.deadlines.worst import visited, worst_cases
     from safenav.runtime.explanation import explain_unrealizable
     from safenav.runtime.mission import default_synthesizer, first_results
@@ -89,9 +91,13 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
         name: visited(answer.task, answer.result.strategy, plan) for name, answer in answers.items()
     }
     cases = worst_cases(plan, poses)
+    realizable = all(answer.realizable for answer in answers.values())
+    ahead = run_ahead(plan, synthesizer) if realizable else None
     if as_json:
         obstacles = [worst_data(case) for case in cases]
         told = {"robots": verdicts, "obstacles": obstacles, "warnings": of_scenario}
+        if ahead is not None:
+            told["promises"] = promise_data(plan, ahead)
         click.echo(json.dumps({"scenario": plan.name, **told}, indent=2))
     else:
         for verdict in verdicts:
@@ -107,6 +113,8 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
                 click.echo(f"    {verdict['explanation']}")
                 click.echo(f"    safenav explain {shlex.quote(str(scenario))} proposes repairs")
         for line in worst_lines(cases, plan.map.word):
+            click.echo(line)
+        for line in promise_lines(plan, ahead):
             click.echo(line)
         for line in warnings:
             word = "" if line.startswith(" ") else click.style("warning: ", fg="yellow", bold=True)

@@ -48,8 +48,9 @@ def command(
     motion: Path, trace: Path, show_all: bool, more: tuple[str, ...], rate: float, as_json: bool
 ) -> int:
     """Check a MOTION file against the TRACE that it carries out: continuity, dynamics, feet,
-    room, reservations, order, actions and distances are recomputed. Then the requirements of the
-    scenario are evaluated on it."""
+    room, reservations, order, actions and distances are recomputed. The measured ways of a drive
+    are checked as well. Then the requirements of the scenario are evaluated."""
+    from safenav.motion.check.execution import trackings
     from safenav.motion.check.verdict import check_motion
     from safenav.motion.file.reading import read_motion
     from safenav.motion.requirements import SATISFIED, MotionRecording, judged, requirements_of
@@ -65,6 +66,7 @@ def command(
     ok = not found and all(one.verdict == SATISFIED for one in judgements)
     if as_json:
         data = {"ok": ok, "findings": [asdict(finding) for finding in found]}
+        data["execution"] = [] if found else [asdict(one) for one in trackings(moved, source.trace)]
         data["requirements"] = [one.data() for one in judgements]
         click.echo(json.dumps(data, indent=2))
         return ExitCode.OK if ok else ExitCode.NEGATIVE
@@ -78,6 +80,8 @@ def command(
         robots = counted(len(moved.header.robots), "robot")
         seconds = moved.outcome.makespan
         click.echo(f"{motion}: no rule broken in {seconds:.1f} s of {robots}")
+        for tracking in trackings(moved, source.trace):
+            click.echo(str(tracking))
     for one in judgements:
         click.echo(str(one))
     return ExitCode.OK if ok else ExitCode.NEGATIVE

@@ -14,14 +14,18 @@ from safenav.cli.output import FILE
 
 if TYPE_CHECKING:
     from safenav.fleet.fleet_file import FleetFile
+    from safenav.fleet.recording import DriveRecording
     from safenav.fleet.world import FleetWorld
+    from safenav.runtime.mission import Mission
     from safenav.scenario.model import Scenario
+    from safenav.studio.watching import LiveView
     from safenav.trace.writing import Listener
 
 EPILOG = """\b
 Examples:
   safenav new lab.yaml && safenav new fleet.yaml --fleet lab.yaml
   safenav drive lab.yaml --fleet fleet.yaml --rehearse --trace lab.jsonl
+  safenav drive lab.yaml --fleet fleet.yaml --live   # extra 'studio'
 Without --rehearse the robots of the fleet file move.
 \b
 Ctrl-C stops all robots, then ends the run; a second one ends it immediately.
@@ -43,7 +47,18 @@ Exit codes:
     help="How each robot is reached, senses and acts (docs/drive.md).",
 )
 @click.option("--trace", type=FILE, help="Write the trace (JSON Lines).")
+@click.option(
+    "--motion", type=FILE, help="Write what was sent and measured in metres (extra: motion)."
+)
 @click.option("--rehearse", is_flag=True, help="Simulate the run in time; no robot moves.")
+@click.option(
+    "--operator",
+    metavar="FILE",
+    help="Where the run needs an operator, read interventions from this file (-: ask here).",
+)
+@click.option(
+    "--live", is_flag=True, help="Watch the run in a browser as it happens (extra: studio)."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON, not the events.")
 @click.option(
     "--time-limit",
@@ -61,15 +76,21 @@ def command(
     scenario: Path,
     fleet: Path,
     trace: Path | None,
+    motion: Path | None,
     rehearse: bool,
+    operator: str | None,
+    live: bool,
     as_json: bool,
     time_limit: float | None,
     patience: float,
 ) -> int:
     """Run SCENARIO with the robots of a fleet file. safenav decides where each robot goes next; the
     robots' own navigation drives them there."""
-    from safenav.cli.run import interrupt, report, while_heard
+    from safenav.cli.operator import run_with_operator
+    from safenav.cli.run import attendant, interrupt, report, while_heard
     from safenav.fleet.fleet_file import load_fleet
+    from safenav.fleet.recording import DriveRecording
+    from safenav.outfile import try_out
     from safenav.report.terminal.story import Story
     from safenav.runtime.expectation import Ledger
     from safenav.runtime.mission import Mission, default_synthesizer
@@ -80,28 +101,89 @@ def command(
     plan = replace(load_scenario(scenario), clock=Clock.LIVE)
     if time_limit is not None:
         plan = replace(plan, limits=replace(plan.limits, seconds=time_limit))
+    if motion is not None and rehearse:
+        raise click.UsageError("--motion: no robot moves in a rehearsal; use safenav motion")
     stations = load_fleet(fleet, plan)
+    recording = None if motion is None else DriveRecording()
+    kept = trace
+    operator = attendant(operator, True, as_json)
     ledger = Ledger()
     listeners: list[Listener] = [ledger]
-    with ExitStack() as stack:
-        if trace is not None:
-            listeners.append(stack.enter_context(TraceWriter(trace)))
-        if not as_json:
-            listeners.append(while_heard(Story(plan)))
-        world = None if rehearse else _connected(plan, stations, patience, stack)
-        mission = Mission(plan, default_synthesizer(plan), world=world, listeners=listeners)
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGALRM):
-            signal.signal(number, lambda number, _: interrupt(mission, number))
-        mission.run()
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        return report(mission, scenario, ledger, as_json, trace)
+    with ExitStack() as watched:
+        view = watched.enter_context(_view(plan)) if live else None
+        if view is not None:
+            click.echo(f"live: {view.address}", err=True)
+        with ExitStack() as stack:
+            if motion is not None and trace is None:
+                from tempfile import TemporaryDirectory
+
+                folder = watched.enter_context(TemporaryDirectory())
+                trace = Path(folder) / f"{scenario.stem}.jsonl"
+            if trace is not None:
+                try_out(trace)
+            world = None if rehearse else _connected(plan, stations, patience, stack, recording)
+            if trace is not None:
+                listeners.append(stack.enter_context(TraceWriter(trace)))
+            if not as_json:
+                listeners.append(while_heard(Story(plan)))
+            if view is not None:
+                listeners.append(view)
+            if world is not None:
+                listeners.append(world.told)
+            mission = Mission(
+                plan,
+                default_synthesizer(plan),
+                world=world,
+                listeners=listeners,
+                attended=operator is not None,
+            )
+            for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGALRM):
+                signal.signal(number, lambda number, _: interrupt(mission, number))
+            if operator is None:
+                mission.run()
+            else:
+                run_with_operator(mission, operator, helping=not as_json)
+            signal.setitimer(signal.ITIMER_REAL, 0)
+        if motion is not None and trace is not None and world is not None:
+            _write_motion(motion, trace, world, mission, stations)
+        status = report(mission, scenario, ledger, as_json, kept)
+        if view is not None:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+            view.wait()
+    return status
 
 
-def _connected(plan: Scenario, fleet: FleetFile, patience: float, stack: ExitStack) -> FleetWorld:
+def _view(plan: Scenario) -> LiveView:
+    """The page of the run."""
+    from safenav.studio.watching import LiveView
+
+    return LiveView(plan)
+
+
+def _connected(
+    plan: Scenario,
+    fleet: FleetFile,
+    patience: float,
+    stack: ExitStack,
+    recording: DriveRecording | None,
+) -> FleetWorld:
     """The fleet behind its transport, where each robot has answered; closed with the stack."""
     from safenav.fleet.connecting import fleet_world
 
-    world = fleet_world(plan, fleet)
+    world = fleet_world(plan, fleet, recording)
     stack.callback(world.close)
     world.open(patience)
     return world
+
+
+def _write_motion(
+    motion: Path, trace: Path, world: FleetWorld, mission: Mission, fleet: FleetFile
+) -> None:
+    from safenav.fleet.driven import driven_motion
+    from safenav.motion.file.writing import text_of
+    from safenav.motion.source import read_source
+    from safenav.outfile import write_bytes
+
+    source = read_source(trace)
+    made = driven_motion(source.trace, source.digest, world, fleet.stations, mission.began)
+    write_bytes(motion, text_of(made).encode())

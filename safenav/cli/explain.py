@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from safenav.errors import ExitCode, UsageError
+from safenav.outcome import Outcome
 
 if TYPE_CHECKING:
     from safenav.scenario.model import Scenario
@@ -64,9 +65,10 @@ def command(scenario: Path, robot: str | None, as_json: bool) -> int:
 def _of_the_run(plan: Scenario, as_json: bool) -> int:
     """Why the run of a team of realizable robots needs an operator, if it does."""
     from safenav.report.terminal.postmortem_text import postmortem_data, postmortem_lines
+    from safenav.report.terminal.promises import promise_lines
+    from safenav.runtime.deadlines.ahead import run_ahead
     from safenav.runtime.mission import default_synthesizer
     from safenav.runtime.postmortem import explain_run
-    from safenav.scenario.model import Outcome
 
     found = explain_run(plan, plan.catalogue.robots, lambda: default_synthesizer(plan))
     if as_json:
@@ -74,6 +76,8 @@ def _of_the_run(plan: Scenario, as_json: bool) -> int:
     else:
         for line in postmortem_lines(found):
             click.echo(line)
+        for line in promise_lines(plan, run_ahead(plan, default_synthesizer(plan))):
+            click.echo(f"without obstacles: {line}")
     return {Outcome.COMPLETED: ExitCode.OK, Outcome.OPERATOR_NEEDED: ExitCode.NEGATIVE}.get(
         found.result.outcome, ExitCode.RESOURCE_LIMIT
     )

@@ -40,7 +40,7 @@ EPILOG = "\n".join(
 
 
 @click.command(epilog=EPILOG)
-@click.argument("file", type=click.Path(path_type=Path), default=Path("scenario.yaml"))
+@click.argument("file", type=click.Path(path_type=Path), required=False)
 @click.option(
     "--template",
     type=click.Choice(list(TEMPLATES)),
@@ -63,7 +63,7 @@ EPILOG = "\n".join(
 )
 @click.option("--force", is_flag=True, help="Replace FILE if it exists.")
 def command(
-    file: Path,
+    file: Path | None,
     template: str,
     map_file: Path | None,
     rows: int | None,
@@ -73,10 +73,11 @@ def command(
     fleet: Path | None,
     force: bool,
 ) -> int:
-    """Write a commented scenario to FILE (default: scenario.yaml; -: standard output). It loads
-    and runs as it is; change it from there."""
+    """Write a commented scenario to FILE (default: scenario.yaml, or fleet.yaml; -: standard
+    output). It loads and runs as it is; change it from there."""
     if fleet is not None:
-        return _new_fleet(file, fleet, force)
+        return _new_fleet(file or Path("fleet.yaml"), fleet, force)
+    file = file or Path("scenario.yaml")
     if map_file is not None:
         from safenav.scenario.reading.bare_map import Division
 

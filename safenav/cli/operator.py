@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from select import select
 from typing import TYPE_CHECKING
 
 import click
@@ -13,6 +15,10 @@ from safenav.errors import UsageError
 
 if TYPE_CHECKING:
     from safenav.runtime.mission import Mission, RunResult
+    from safenav.scenario.model import Scenario
+    from safenav.trace.records import Record
+
+    Another = Callable[[Scenario], Mission]
 
 TERMINAL = "-"
 HELP_SECONDS = 10.0
@@ -20,33 +26,128 @@ HELP_SECONDS = 10.0
 PASSES = 200
 """Passes in which robots that have a command may end it before the operator is asked."""
 
+POLL = 0.05
+"""Seconds between two looks at the terminal."""
+
+ADD = "add"
+ADD_FORM = "add ROBOT {model: M, start: A, objective: {visit: [A, B]}}"
+
 Lines = list[tuple[str, str]]
 """Where a line stands, and the line."""
 
 
-def run_with_operator(mission: Mission, source: str, *, helping: bool) -> RunResult:
+def run_with_operator(
+    mission: Mission, source: str, *, helping: bool, another: Another | None = None
+) -> Mission:
     """Run a mission; where it waits, take interventions from a file (TERMINAL: the terminal).
-    ``helping``: print the repairs that were tried. Raises UsageError for a line that is not an
-    intervention, or is impossible; at the terminal it is printed."""
+    ``helping``: print the repairs that were tried. ``another`` makes the mission that continues
+    where a robot joins the team; None: no robot can. A Ctrl-C that interrupts this function itself
+    ends the mission. Returns the mission that has ended last. Raises UsageError for a line that is
+    not an intervention, or is impossible; at the terminal it is printed."""
     batches = None if source == TERMINAL else _batches(Path(source))
+    while True:
+        told: list[Record] = []
+        mission.state.listeners = (*mission.state.listeners, told.append)
+        try:
+            _run(mission, batches, helping=helping)
+        except _Joins as joins:
+            if another is None:
+                raise UsageError(f"{joins.place}: this run takes no further robot") from None
+            mission = another(_with(mission, told, joins))
+            continue
+        return mission
+
+
+class _Joins(Exception):  # noqa: N818 - it is not an error
+    """A robot joins the team: ``line`` is its item in a scenario, from ``place``."""
+
+    def __init__(self, line: str, place: str) -> None:
+        self.line, self.place = line, place
+        super().__init__(line)
+
+
+def _joining(line: str, place: str) -> _Joins | None:
+    """The robot of a line ``add NAME {...}``; None for another line."""
+    word, _, robot = line.partition(" ")
+    name, _, rest = robot.strip().partition(" ")
+    return _Joins(f"{name.rstrip(':')}: {rest}", place) if word == ADD else None
+
+
+def _with(mission: Mission, told: Sequence[Record], joins: _Joins) -> Scenario:
+    """The rest of a mission with the robot that joins; ends the mission."""
+    from safenav.runtime.resuming import resumed
+    from safenav.scenario.reading.joining import joined
+    from safenav.trace.records import Header
+    from safenav.trace.trace import Trace
+
+    header = next(record for record in told if isinstance(record, Header))
+    trace = Trace("<run>", header, tuple(told), cut_off=False, ignored=0)
+    try:
+        found = joined(resumed(trace, mission.scenario), joins.line)
+    except UsageError as error:
+        raise UsageError(f"{joins.place}: {error}") from error
+    mission.give_up(f"{found.robots[-1].name} joins the team, and another run continues from here")
+    return found
+
+
+def _run(mission: Mission, batches: Iterator[Lines] | None, *, helping: bool) -> RunResult:
+    """Run a mission to its end. Raises _Joins where a robot joins."""
+    terminal = _Terminal(mission)
     mission.start()
     passes = 0
-    while mission.result is None:
-        passes = passes + 1 if mission.waiting is not None else 0
-        if mission.waiting is not None and (mission.still or passes > PASSES):
-            passes = 0
-            if batches is None:
-                _ask(mission, helping=helping)
-            else:
-                _apply(mission, next(batches, [("", "give_up")]))
-        mission.step()
+    try:
+        while mission.result is None:
+            passes = passes + 1 if mission.waiting is not None else 0
+            if mission.waiting is not None and (mission.still or passes > PASSES):
+                passes = 0
+                if batches is None:
+                    _ask(mission, terminal, helping=helping)
+                else:
+                    _apply(mission, next(batches, [("", "give_up")]))
+            if mission.result is None:
+                mission.step()
+    except KeyboardInterrupt:
+        return mission.give_up()
     return mission.result
+
+
+class _Terminal:
+    """Lines of standard input. A mission continues while no line is there: robots end their
+    commands, and a Ctrl-C ends the run."""
+
+    def __init__(self, mission: Mission) -> None:
+        self._mission = mission
+        self._read = b""
+        self._over = False
+
+    def line(self, *, stepping: bool) -> str | None:
+        """The next line without its end; None at the end of the input or of the mission.
+        ``stepping``: let the mission continue meanwhile."""
+        while b"\n" not in self._read and not self._over:
+            if self._mission.result is not None:
+                return None
+            if select([sys.stdin], [], [], POLL)[0]:
+                found = os.read(sys.stdin.fileno(), 4096)
+                self._read, self._over = self._read + found, not found
+            elif stepping or self._mission.stopping:
+                self._mission.step()
+        line, _, self._read = self._read.partition(b"\n")
+        return line.decode(errors="replace").strip() if line or not self._over else None
+
+
+def _settle(mission: Mission) -> None:
+    """Let the interventions that were made before take effect."""
+    if mission.result is None:
+        mission.step()
 
 
 def _apply(mission: Mission, lines: Lines) -> None:
     from safenav.runtime.intervening import line_read
 
     for place, line in lines:
+        if (joins := _joining(line, place)) is not None:
+            _settle(mission)
+            raise joins
         try:
             mission.intervene(line_read(line, mission.state.scenario))
         except UsageError as error:
@@ -64,8 +165,8 @@ def _batches(path: Path) -> Iterator[Lines]:
     found: list[Lines] = [[]]
     for number, line in enumerate(lines, 1):
         told = line.partition("#")[0].strip()
-        if told and told.split()[0] not in LINES:
-            known = "; ".join(LINES.values())
+        if told and told.split()[0] not in (*LINES, ADD):
+            known = "; ".join((*LINES.values(), ADD_FORM))
             raise UsageError(
                 f"{path}:{number}: '{told[:60]}' is not an intervention; known: {known}"
             )
@@ -76,9 +177,10 @@ def _batches(path: Path) -> Iterator[Lines]:
     return iter([batch for batch in found if batch])
 
 
-def _ask(mission: Mission, *, helping: bool) -> None:
+def _ask(mission: Mission, terminal: _Terminal, *, helping: bool) -> None:
     """Ask for interventions until an empty line follows one; the end of the input gives up."""
     from safenav.runtime.intervening import LINES, line_read
+    from safenav.scenario.reading.joining import joined
 
     conclusion = mission.waiting
     assert conclusion is not None
@@ -86,20 +188,30 @@ def _ask(mission: Mission, *, helping: bool) -> None:
         click.echo(f"           because {link}", err=True)
     for repair in repairs_of(mission) if helping else ():
         click.echo(f"           tried: {repair}", err=True)
-    click.echo(f"           interventions: {'; '.join(LINES.values())}", err=True)
+    known = "; ".join((*LINES.values(), ADD_FORM))
+    click.echo(f"           interventions: {known}", err=True)
     click.echo("           an empty line continues the run", err=True)
     given = 0
-    while True:
+    while mission.result is None:
         click.echo("operator> ", nl=False, err=True)
-        line = sys.stdin.readline()
-        told = line.strip()
-        if not line or told == "give_up":
+        told = terminal.line(stepping=not given)
+        if mission.result is not None:
+            return
+        if told is None or told == "give_up":
             mission.intervene(line_read("give_up", mission.state.scenario))
             return
         if not told and given:
             return
         if not told:
             continue
+        if (joins := _joining(told, "operator")) is not None:
+            try:
+                joined(mission.scenario, joins.line)
+            except UsageError as error:
+                click.echo(f"           {error}", err=True)
+                continue
+            _settle(mission)
+            raise joins
         try:
             mission.intervene(line_read(told, mission.state.scenario))
             given += 1

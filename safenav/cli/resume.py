@@ -9,11 +9,13 @@ import click
 
 from safenav.cli.output import FILE
 from safenav.errors import ExitCode, UsageError
+from safenav.outcome import Outcome
 
 EPILOG = """\b
 Examples:
   safenav new lab.yaml && safenav run lab.yaml --clock live --trace lab.jsonl
   head -20 lab.jsonl > part.jsonl && safenav resume part.jsonl --trace rest.jsonl
+  safenav resume part.jsonl --add "eye: {model: bebop2, start: 20, objective: {hold: 20}}"
   echo give_up > fixes.txt && safenav resume part.jsonl lab.yaml --operator fixes.txt
 \b
 Exit codes: those of 'safenav run', for the rest of the run
@@ -29,9 +31,20 @@ Exit codes: those of 'safenav run', for the rest of the run
     metavar="FILE",
     help="Where a live run needs an operator, read interventions from this file (-: ask here).",
 )
+@click.option(
+    "--add",
+    metavar="ROBOT",
+    multiple=True,
+    help="A robot that joins the team: 'NAME: {model: ..., start: ..., objective: ...}'.",
+)
 @click.option("--map/--no-map", "maps", default=True, help="Draw the map at the main events.")
 def command(
-    trace: Path, scenario: Path | None, output: Path | None, operator: str | None, maps: bool
+    trace: Path,
+    scenario: Path | None,
+    output: Path | None,
+    operator: str | None,
+    add: tuple[str, ...],
+    maps: bool,
 ) -> int:
     """Continue the run of TRACE: each robot from where the trace leaves it, with the target whose
     turn it was, without the resolved obstacles. The rest is a run with its own trace. SCENARIO:
@@ -42,7 +55,8 @@ def command(
     from safenav.report.terminal.synthesis_progress import WaitingLine
     from safenav.runtime.mission import Mission, default_synthesizer
     from safenav.runtime.resuming import resumed
-    from safenav.scenario.model import Clock, Outcome
+    from safenav.scenario.model import Clock
+    from safenav.scenario.reading.joining import joined
     from safenav.scenario.reading.loader import load_scenario
     from safenav.trace.reading import read_trace
     from safenav.trace.writing import Listener, TraceWriter
@@ -51,6 +65,8 @@ def command(
         raise UsageError(f"--trace {output} would overwrite the trace; give another file")
     read = read_trace(trace)
     plan = resumed(read, None if scenario is None else load_scenario(scenario))
+    for robot in add:
+        plan = joined(plan, robot)
     if operator is not None and plan.clock is not Clock.LIVE:
         raise UsageError("--operator helps live runs only")
     listeners: list[Listener] = [Story(plan, maps=maps)]
@@ -64,10 +80,9 @@ def command(
             progress=WaitingLine(),
             attended=operator is not None,
         )
-        if operator is None:
-            result = mission.run()
-        else:
-            result = run_with_operator(mission, operator, helping=True)
+        if operator is not None:
+            run_with_operator(mission, operator, helping=True)
+        result = mission.result or mission.run()
     if result.outcome is Outcome.COMPLETED:
         return ExitCode.OK
     limit = result.outcome.value.endswith("_limit")

@@ -20,6 +20,7 @@ from safenav.errors import ExitCode, UsageError
 if TYPE_CHECKING:
     from safenav.runtime.expectation import Ledger
     from safenav.runtime.mission import Mission
+    from safenav.scenario.model import Scenario
     from safenav.trace.records import Record
     from safenav.trace.writing import Listener
 
@@ -129,6 +130,10 @@ def command(
     if output is not None:
         trace, html = _by_its_ending(output, scenario.stem, trace, html)
     _refuse_same_files(scenario, {"--trace": trace, "--html": html, "--motion": motion})
+    if motion is not None:
+        from safenav.motion.making import check_movable
+
+        check_movable(plan)
     synthesizer = default_synthesizer(plan, verify=verify)
     kept = trace
     ledger = Ledger()
@@ -142,7 +147,7 @@ def command(
             listeners.append(stack.enter_context(TraceWriter(trace)))
         if not as_json:
             listeners.append(while_heard(Story(plan, maps=maps)))
-        operator = _operator(operator, plan.clock is Clock.LIVE, as_json)
+        operator = attendant(operator, plan.clock is Clock.LIVE, as_json)
         mission = Mission(
             plan,
             synthesizer,
@@ -150,6 +155,21 @@ def command(
             progress=WaitingLine(),
             attended=operator is not None,
         )
+
+        def another(rest: Scenario) -> Mission:
+            """The mission that continues with a robot more, and has a trace of its own."""
+            nonlocal mission, trace, kept
+            told: list[Listener] = [ledger]
+            if trace is not None:
+                trace = next_part(trace)
+                kept = kept and trace
+                told.append(stack.enter_context(TraceWriter(trace)))
+            if not as_json:
+                told.append(while_heard(Story(rest, maps=maps)))
+            made = default_synthesizer(rest, verify=verify)
+            mission = Mission(rest, made, listeners=told, progress=WaitingLine(), attended=True)
+            return mission
+
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGALRM):
             signal.signal(number, lambda number, _: interrupt(mission, number))
         wall = plan.limits.seconds if plan.clock is Clock.LOCKSTEP else None
@@ -157,7 +177,7 @@ def command(
         if operator is None:
             mission.run()
         else:
-            run_with_operator(mission, operator, helping=not as_json)
+            run_with_operator(mission, operator, helping=not as_json, another=another)
         signal.setitimer(signal.ITIMER_REAL, 0)
         if html is not None and trace is not None:
             _write_page(trace, html)
@@ -165,6 +185,13 @@ def command(
         if motion is not None and trace is not None:
             unmet = _write_motion(trace, motion)
     return report(mission, scenario, ledger, as_json, kept, html, unmet)
+
+
+def next_part(trace: Path) -> Path:
+    """Return the file for the rest of a run: ``run-2.jsonl`` after ``run.jsonl``."""
+    stem, _, number = trace.stem.rpartition("-")
+    before = int(number) if stem and number.isdecimal() else 1
+    return trace.with_stem(f"{stem if before > 1 else trace.stem}-{before + 1}")
 
 
 def report(
@@ -193,7 +220,7 @@ def report(
     return status
 
 
-def _operator(given: str | None, live: bool, as_json: bool) -> str | None:
+def attendant(given: str | None, live: bool, as_json: bool) -> str | None:
     """The file of interventions; TERMINAL where somebody can be asked. Raises UsageError."""
     from safenav.cli.operator import TERMINAL
 

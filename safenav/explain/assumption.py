@@ -8,12 +8,12 @@ from collections.abc import Iterator
 
 from safenav.explain.explanation import Repair, RepairKind
 from safenav.explain.realizability import Questions
+from safenav.outcome import Verdict
 from safenav.scenario.model import Tracking
 from safenav.spec.movement import headings, one_of
 from safenav.spec.other_robots.nearby import busy
 from safenav.spec.specification import Constraint, Origin, Section, Specification
 from safenav.spec.task import Task
-from safenav.synthesis.verdict import Verdict
 from safenav.world.map import Region, RegionMap
 
 

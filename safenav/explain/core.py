@@ -19,11 +19,11 @@ from safenav.explain.explanation import (
 )
 from safenav.explain.quickxplain import minimal_subset
 from safenav.explain.realizability import Questions, cooperative
+from safenav.outcome import Verdict
 from safenav.scenario.objective import Target
 from safenav.spec.movement import stepping
 from safenav.spec.specification import Constraint, Section, Specification
 from safenav.spec.task import Task
-from safenav.synthesis.verdict import Verdict
 from safenav.world.map import Heading, Region, RegionMap
 
 MOST_AT_ONCE = 64

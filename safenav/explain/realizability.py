@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from safenav.outcome import Verdict
 from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.synthesis.slugs import Synthesizer
-from safenav.synthesis.verdict import Verdict
 
 _COOPERATIVE = {
     Section.ENV_INIT: Section.SYS_INIT,

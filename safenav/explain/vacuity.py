@@ -11,10 +11,10 @@ from __future__ import annotations
 from enum import StrEnum
 
 from safenav.dataclass import dataclass
+from safenav.outcome import Verdict
 from safenav.spec.specification import Constraint, Origin, Section, Specification
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
-from safenav.synthesis.verdict import Verdict
 from safenav.verify.automaton import Automaton
 from safenav.verify.cycles import cyclic_parts
 

@@ -18,7 +18,6 @@ from safenav.explain.explanation import (
     Witness,
     WitnessEnd,
 )
-from safenav.formula.evaluator import evaluate
 from safenav.scenario.objective import Ltl, Target
 from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.spec.task import Task
@@ -105,7 +104,7 @@ class _Play:
             now = self._strategy.values(node)
             for after in self.answers(node):
                 later = self._strategy.values(after)
-                met = next((g for g in goals if evaluate(g.formula, now, later)), None)
+                met = next((g for g in goals if g.holds(now, later)), None)
                 if met is not None:
                     leg = [after]
                     while node != start:
@@ -158,8 +157,7 @@ class _Play:
         rounds = list(zip(cycle, (*cycle[1:], cycle[0]), strict=True))
         for clause in clauses(self._spec, Section.SYS_LIVENESS):
             if not any(
-                evaluate(clause.formula, self._strategy.values(a), self._strategy.values(b))
-                for a, b in rounds
+                clause.holds(self._strategy.values(a), self._strategy.values(b)) for a, b in rounds
             ):
                 return clause.constraint
         return None
@@ -200,7 +198,7 @@ class _Play:
         best: list[Constraint] | None = None
         for choice in islice(product(*ranges), _MOST_INPUTS):
             after = {**later, **{v.name: c for v, c in zip(free, choice, strict=True)}}
-            broken = [c.constraint for c in promised if not evaluate(c.formula, now, after)]
+            broken = [c.constraint for c in promised if not c.holds(now, after)]
             if best is None or len(broken) < len(best):
                 best = broken
         return best[0] if best else None

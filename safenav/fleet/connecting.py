@@ -4,25 +4,41 @@ from __future__ import annotations
 
 from safenav.extras import missing
 from safenav.fleet.fleet_file import FleetFile, TransportKind
+from safenav.fleet.place import Places
+from safenav.fleet.recording import DriveRecording
+from safenav.fleet.transport import Transport
 from safenav.fleet.world import FleetWorld
 from safenav.scenario.model import Scenario
 
 
-def fleet_world(scenario: Scenario, fleet: FleetFile) -> FleetWorld:
-    """Return the world, not yet open. Raises UsageError if the transport's library is missing."""
+def fleet_world(
+    scenario: Scenario, fleet: FleetFile, recording: DriveRecording | None = None
+) -> FleetWorld:
+    """Return the world, not yet open; ``recording`` takes what is sent and measured.
+
+    Raises UsageError if the transport's library is missing."""
     stations = fleet.stations
+    if fleet.transport is TransportKind.SIMULATION:
+        from safenav.fleet.simulation import SimulationTransport
+
+        FleetWorld.check(scenario)
+        simulated = SimulationTransport(scenario, stations, fleet.simulation)
+        return FleetWorld(scenario, stations, simulated, lambda: simulated.physics.now, recording)
+    transport: Transport
     if fleet.transport is TransportKind.ROS1:
         from safenav.fleet.ros1 import Ros1Transport
 
-        return FleetWorld(scenario, stations, Ros1Transport(fleet.network, stations))
-    if fleet.transport is TransportKind.ROS2:
+        transport = Ros1Transport(fleet.network, stations)
+    elif fleet.transport is TransportKind.PYROBOSIM:
+        from safenav.fleet.pyrobosim.transport import PyrobosimTransport
+
+        assert fleet.pyrobosim is not None
+        places = Places(scenario.map, FleetWorld.check(scenario))
+        transport = PyrobosimTransport(places, stations, fleet.pyrobosim)
+    else:
         try:
             from safenav.fleet.ros2.transport import Ros2Transport
         except ImportError as error:
             raise missing("transport ros2", "cyclonedds", "ros2") from error
-        return FleetWorld(scenario, stations, Ros2Transport(fleet.network, stations))
-    from safenav.fleet.simulation import SimulationTransport
-
-    FleetWorld.check(scenario)
-    simulated = SimulationTransport(scenario, stations, fleet.simulation)
-    return FleetWorld(scenario, stations, simulated, clock=lambda: simulated.physics.now)
+        transport = Ros2Transport(fleet.network, stations)
+    return FleetWorld(scenario, stations, transport, recording=recording)

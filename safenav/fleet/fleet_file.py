@@ -20,10 +20,18 @@ from safenav.scenario.yaml.findings import Findings, suggestion
 from safenav.scenario.yaml.source import parsed, read_source
 
 VERSION = 1
-KEYS = ("safenav-fleet", "transport", "network", "simulation", "defaults", "robots")
+KEYS = (
+    "safenav-fleet",
+    "transport",
+    "network",
+    "simulation",
+    "pyrobosim",
+    "defaults",
+    "robots",
+)
 REQUIRED = {
     "safenav-fleet": "begin the file with 'safenav-fleet: 1', the version of its format",
-    "transport": "'transport: ros2', 'ros1' or 'simulation'",
+    "transport": "'transport: ros2', 'ros1', 'simulation' or 'pyrobosim'",
 }
 NETWORK_KEYS = ("domain", "interface", "peers", "master", "address")
 STATION_KEYS = (
@@ -34,13 +42,20 @@ STATION_KEYS = (
     "retries",
     "scan",
     "report",
+    "follow",
     "act",
 )
 SIMULATION_KEYS = ("pace", "obstacles")
+REQUIRED_OF_PYROBOSIM = {
+    "world": "'world: lab.yaml', a world file of pyrobosim",
+    "hallway": "'hallway: door', the type of obstacle that a closed hallway is",
+}
+PYROBOSIM_KEYS = (*REQUIRED_OF_PYROBOSIM, "pace", "closing")
 REQUIRED_OF_OBSTACLE = ("type", "region")
 OBSTACLE_KEYS = (*REQUIRED_OF_OBSTACLE, "traversable")
 EXAMPLE = "{type: door, region: 47}"
 SCAN_KEYS = ("topic", "obstacle", "beyond")
+FOLLOW_KEYS = ("topic", "tolerance")
 MOST_RETRIES = 20
 
 
@@ -50,6 +65,7 @@ class TransportKind(StrEnum):
     ROS1 = "ros1"
     ROS2 = "ros2"
     SIMULATION = "simulation"
+    PYROBOSIM = "pyrobosim"
 
 
 @dataclass(frozen=True)
@@ -63,11 +79,21 @@ class ScanUse:
 
 
 @dataclass(frozen=True)
+class FollowUse:
+    """A robot that tracks references for itself: the ``topic`` on which it gets them, and the most
+    metres (``tolerance``) by which it may be off."""
+
+    topic: str = "reference"
+    tolerance: float = 0.25
+
+
+@dataclass(frozen=True)
 class Station:
     """One robot. ``tolerance``: metres from the middle of a region at which it has arrived;
     ``speed``: metres per second, for the time limit of a goal, which is ``timeout`` times the
     expected time; ``retries``: how often a failed goal is sent again; ``scan`` and ``report``: what
-    it senses by; ``act``: the service that performs each action."""
+    it senses by; ``follow``: None for a robot that finds its own way to goals; ``act``: the service
+    that performs each action."""
 
     namespace: str
     tolerance: float = 0.3
@@ -76,6 +102,7 @@ class Station:
     retries: int = 2
     scan: ScanUse | None = None
     report: str | None = None
+    follow: FollowUse | None = None
     act: Mapping[str, str] = field(default_factory=dict, hash=False)
 
 
@@ -101,10 +128,23 @@ class SimulationUse:
 
 
 @dataclass(frozen=True)
+class PyrobosimUse:
+    """A ``world`` file of pyrobosim. A closed hallway is an obstacle of type ``hallway`` in the
+    region of its middle; ``closing``: seconds of the simulation after which a hallway closes, as
+    soon as no robot is in it."""
+
+    world: Path
+    hallway: str
+    pace: float = 1.0
+    closing: Mapping[str, float] = field(default_factory=dict, hash=False)
+
+
+@dataclass(frozen=True)
 class FleetFile:
     transport: TransportKind
     network: Network
     simulation: SimulationUse
+    pyrobosim: PyrobosimUse | None
     stations: Mapping[str, Station] = field(hash=False)
 
 
@@ -114,13 +154,13 @@ def load_fleet(path: Path, scenario: Scenario) -> FleetFile:
     findings = Findings(str(path))
     text = read_source(path, findings)
     document = None if text is None else parsed(text, findings)
-    fleet = None if document is None else _fleet(document.root, scenario, findings)
+    fleet = None if document is None else _fleet(document.root, scenario, path.parent, findings)
     findings.raise_if_any()
     assert fleet is not None
     return fleet
 
 
-def _fleet(root: Node, scenario: Scenario, findings: Findings) -> FleetFile | None:
+def _fleet(root: Node, scenario: Scenario, folder: Path, findings: Findings) -> FleetFile | None:
     item = read.mapping(root, "a fleet file", findings, KEYS, REQUIRED)
     if item is None:
         return None
@@ -144,7 +184,12 @@ def _fleet(root: Node, scenario: Scenario, findings: Findings) -> FleetFile | No
             hint = suggestion(key.text, names) or f"its robots are {', '.join(names)}"
             findings.add(key, f"the scenario has no robot '{key.text}'", hint)
     simulation = _simulation(item.get("simulation"), scenario, findings)
-    return FleetFile(transport or TransportKind.ROS2, network, simulation, stations)
+    pyrobosim = _pyrobosim(item.get("pyrobosim"), scenario, folder, findings)
+    if transport is TransportKind.PYROBOSIM and item.get("pyrobosim") is None:
+        needed = " and ".join(REQUIRED_OF_PYROBOSIM.values())
+        findings.add(root, "the key 'pyrobosim' is missing", f"it has {needed}")
+    kind = transport or TransportKind.ROS2
+    return FleetFile(kind, network, simulation, pyrobosim, stations)
 
 
 def _network(node: Node | None, findings: Findings) -> Network:
@@ -186,6 +231,27 @@ def _simulation(node: Node | None, scenario: Scenario, findings: Findings) -> Si
         if kind is not None and region is not None:
             found.append(Obstacle(scenario.catalogue.obstacles[kind], region, truth))
     return SimulationUse(pace or 1.0, None if listed is None else tuple(found))
+
+
+def _pyrobosim(
+    node: Node | None, scenario: Scenario, folder: Path, findings: Findings
+) -> PyrobosimUse | None:
+    what = "'pyrobosim'"
+    item = read.mapping(node, what, findings, PYROBOSIM_KEYS, REQUIRED_OF_PYROBOSIM)
+    if item is None:
+        return None
+    world = read.text(item.get("world"), "'world' of pyrobosim", findings)
+    kind = _kind(item.get("hallway"), "'hallway' of pyrobosim", scenario, findings)
+    pace = read.positive(item.get("pace"), "'pace' of pyrobosim", findings)
+    listed = read.mapping(item.get("closing"), "'closing' of pyrobosim", findings)
+    closing = {
+        key.text: seconds
+        for key, value in (listed.entries if listed else ())
+        if (seconds := read.positive(value, f"'{key.text}' of closing", findings)) is not None
+    }
+    if world is None or kind is None:
+        return None
+    return PyrobosimUse(folder / world, kind, pace or 1.0, closing)
 
 
 def _kind(node: Node | None, what: str, scenario: Scenario, findings: Findings) -> str | None:
@@ -236,6 +302,7 @@ def _station(
         base.retries if retries is None else retries,
         _scan(at("scan"), label, findings, scenario),
         read.text(at("report"), f"'report' {label}", findings),
+        _follow(at("follow"), label, findings),
         act,
     )
 
@@ -252,6 +319,16 @@ def _scan(node: Node | None, label: str, findings: Findings, scenario: Scenario)
     return None if kind is None else ScanUse(topic or "scan", kind, beyond or ScanUse.beyond)
 
 
+def _follow(node: Node | None, label: str, findings: Findings) -> FollowUse | None:
+    item = read.mapping(node, f"'follow' {label}", findings, FOLLOW_KEYS)
+    if item is None:
+        return None
+    topic = read.text(item.get("topic"), f"'topic' of follow {label}", findings)
+    tolerance = read.positive(item.get("tolerance"), f"'tolerance' of follow {label}", findings)
+    base = FollowUse()
+    return FollowUse(topic or base.topic, tolerance or base.tolerance)
+
+
 def schema_text() -> str:
     """The JSON Schema (draft 2020-12) of fleet files."""
     return Path(__file__).with_name("schema.json").read_text(encoding="utf-8")
@@ -262,7 +339,7 @@ def template_text(scenario: Scenario) -> str:
     lines = [
         "# How safenav reaches each robot, what it senses and how it acts (docs/drive.md).",
         "safenav-fleet: 1",
-        "transport: ros2          # ros2, ros1 or simulation",
+        "transport: ros2          # ros2, ros1, simulation or pyrobosim",
         "network:",
         "  domain: 0              # ROS_DOMAIN_ID",
         "  interface: lo          # the network of your robots, for example wlan0",
@@ -271,6 +348,7 @@ def template_text(scenario: Scenario) -> str:
         "  tolerance: 0.3         # metres from the middle of a region: arrived",
         "  timeout: 3             # times the expected time, then the goal is cancelled",
         "  retries: 2             # how often a failed goal is sent again",
+        "  # follow: {topic: reference, tolerance: 0.25}  # references instead of goals",
         "robots:",
     ]
     seen = next((o.type.name for o in scenario.obstacles), None)

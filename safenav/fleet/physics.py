@@ -1,8 +1,9 @@
 """Robots, walls, doors and boxes in MuJoCo: a lab without robots, for rehearsals and tests.
 
-A robot on the ground is a capsule that slides and turns under limited forces; a quadcopter is a
-point mass whose accelerations the 20 Hz quadratic programme of ``safenav.motion.flyer`` commands
-(paper, Section VII). A door is two leaves on hinges with damping, wide open only where somebody has
+A robot on the ground is a capsule that slides and turns under limited forces, a walker that tracks
+its footsteps an inverted pendulum (``safenav.fleet.walk``); a quadcopter is a point mass whose
+accelerations the 20 Hz quadratic programme of ``safenav.motion.flyer`` commands (paper, Section
+VII). A door is two leaves on hinges with damping, wide open only where somebody has
 pushed it by contact; a region of uncertainty has no body, and is noticed beside it; anything else
 is a box that its action takes away. Metres, radians, seconds of
 simulated time. Several threads may call it; ``step`` alone moves anything.
@@ -11,22 +12,21 @@ simulated time. Several threads may call it; ``step`` alone moves anything.
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterable
-from dataclasses import dataclass, field
-from math import cos, hypot, inf, pi, sin, tau
+from collections.abc import Iterable, Mapping
+from math import cos, hypot, inf, sin, tau
+from types import MappingProxyType
 from typing import Any
 
 import mujoco
 import numpy as np
 
+from safenav.fleet.lab_model import STEP, Handling, SimulatedBody, body_of, is_door, model_text
 from safenav.fleet.place import Places, turned
+from safenav.fleet.setpoints import Setpoints
 from safenav.motion.flyer.tracking import DRAG, HORIZON, LAG, AxisTracker
 from safenav.motion.flyer.tracking import STEP as PERIOD
-from safenav.scenario.model import Obstacle, Robot
-from safenav.scenario.motion import resolved
-from safenav.world.map import Region
+from safenav.scenario.model import Need, Obstacle, Robot
 
-STEP = 0.005
 NEAR, SLOW, ALIGNED = 0.03, 0.05, 0.05
 """Metres, metres per second, radians: within these a robot has reached its goal."""
 STUCK = 3.0
@@ -35,87 +35,57 @@ PROGRESS = 0.02
 """Metres or radians that count as progress."""
 FORCE = 2.5
 """Highest acceleration of a robot on the ground, m/s^2."""
-LEAF_MASS, LEAF_DAMPING, LEAF_FRICTION = 8.0, 3.0, 4.0
-"""A leaf of a door: kg, N m s/rad, N m: more than a drone's thrust moves."""
 OPEN = 1.2
 """Radians from which on a leaf counts as open."""
 RAYS, FAR = 72, 8.0
 """Rays of a lidar, and metres that they reach."""
-ACTING = 2.0
-"""Seconds that an action on a box takes."""
-HEIGHT, TALL = 1.2, 3.0
-"""Metres of a robot on the ground without its round ends; of walls and doors."""
-
-
-@dataclass
-class SimulatedBody:
-    """One robot. ``way``: goals that are left, the first one now; ``end``: how the last of them
-    ended, told once; ``stay``: where it holds its place without a goal; ``pull``: commanded
-    accelerations, which ``thrust`` follows with a lag; ``acts``: what it performs, if it does."""
-
-    name: str
-    radius: float
-    speed: float
-    height: float
-    flies: bool
-    turning: float
-    mass: float
-    tilt: float
-    dofs: tuple[int, ...] = ()
-    way: list[tuple[float, float, float | None]] = field(default_factory=list)
-    begun: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    stay: tuple[float, float] = (0.0, 0.0)
-    trackers: tuple[AxisTracker, ...] = ()
-    pull: tuple[float, float] = (0.0, 0.0)
-    thrust: list[float] = field(default_factory=lambda: [0.0, 0.0])
-    end: str | None = None
-    acts: Handling | None = None
-    best: float = inf
-    since: float = 0.0
-
-
-@dataclass
-class Handling:
-    """An action under way on ``obstacle`` (None: nothing to act on)."""
-
-    obstacle: Obstacle | None
-    until: float
-    result: str | None = None
+ACTING, WAITING = 2.0, 2.0
+"""Seconds that an action on a box takes, and that a robot waits for others who lift with it."""
+STIFF = 6.0
+"""Stiffness (1/s) with which a robot on the ground is drawn to its reference."""
 
 
 class Physics:
     """A world in MuJoCo. ``contacts`` counts the steps of each pair that touched, as names of
-    robots, ``wall`` and obstacles."""
+    robots, ``wall`` and obstacles. ``begin``: x, y and yaw of robots that stand elsewhere than in
+    the middle of their region at first."""
 
     def __init__(
-        self, places: Places, robots: Iterable[Robot], obstacles: Iterable[Obstacle]
+        self,
+        places: Places,
+        robots: Iterable[Robot],
+        obstacles: Iterable[Obstacle],
+        begin: Mapping[str, tuple[float, float, float]] = MappingProxyType({}),
     ) -> None:
         self.lock = threading.RLock()
         self._places = places
         self._side = min(places.frame.resolution)
-        self._bodies = {robot.name: _body(robot) for robot in robots}
+        self._bodies = {robot.name: body_of(robot) for robot in robots}
         starts = {robot.name: robot.start for robot in robots}
         self._obstacles = {o.name: o for o in obstacles}
-        self._model: Any = mujoco.MjModel.from_xml_string(self._text())
+        self._model: Any = mujoco.MjModel.from_xml_string(
+            model_text(places, self._obstacles.values(), self._bodies.values())
+        )
         self._data: Any = mujoco.MjData(self._model)
         self._leaves: dict[str, list[int]] = {}
         self.contacts: dict[tuple[str, str], int] = {}
+        self._stages: dict[str, int] = {}
+        self._parts: dict[str, set[str]] = {}
         for name, body in self._bodies.items():
             axes = "xyza" if body.flies else "xya"
             joints = [self._model.joint(f"{name}.{axis}") for axis in axes]
             body.dofs = tuple(int(joint.dofadr[0]) for joint in joints)
-            yaw = places.yaw(starts[name])
-            self._data.qpos[body.dofs[-1]] = 0.0 if yaw is None else yaw
-            for i, value in enumerate(places.centre(starts[name].region)):
-                self._data.qpos[body.dofs[i]] = value
-            x, y, _ = self._at(body)
-            body.stay = self._at(body)[:2]
+            middle = (*places.centre(starts[name].region), places.yaw(starts[name]) or 0.0)
+            x, y, yaw = begin.get(name, middle)
+            for dof, value in zip((*body.dofs[:2], body.dofs[-1]), (x, y, yaw), strict=True):
+                self._data.qpos[dof] = value
+            body.stay = (x, y)
             body.begun = (*body.stay, -inf)
             if body.flies:
                 self._data.qpos[body.dofs[2]] = body.height
                 body.trackers = (AxisTracker(x, body.tilt), AxisTracker(y, body.tilt))
         for name, obstacle in self._obstacles.items():
-            if _is_door(obstacle):
+            if is_door(obstacle):
                 self._leaves[name] = [
                     int(self._model.joint(f"{name}.{i}").qposadr[0]) for i in (0, 1)
                 ]
@@ -132,10 +102,17 @@ class Physics:
         with self.lock:
             self._begin(self._bodies[name], [(x, y, yaw)])
 
+    def follow(self, name: str, reference: Setpoints) -> None:
+        """Let a robot track a reference, on the clock of the simulation, from now on."""
+        with self.lock:
+            self._bodies[name].reference = reference
+
     def stop(self, name: str) -> None:
-        """Cancel a robot's goal: it brakes."""
+        """Cancel a robot's goal or reference: it brakes."""
         with self.lock:
             body = self._bodies[name]
+            if body.reference is not None:
+                body.reference, body.stay = None, self._at(body)[:2]
             if body.way:
                 body.stay = self._at(body)[:2]
                 body.begun = (*body.stay, self.now)
@@ -156,8 +133,11 @@ class Physics:
                 ),
                 None,
             )
-            body.acts = Handling(found, self.now + ACTING)
-            if found is not None and _is_door(found):
+            body.acts = Handling(action, found, self.now + ACTING)
+            if found is not None and is_door(found) and action == "push":
+                if self._need(found).action != action:
+                    body.acts.result = "failed"  # something else has to be done first
+                    return
                 cx, cy = self._places.centre(found.region)
                 far = hypot(cx - x, cy - y)
                 ux, uy = (cx - x, cy - y) if far > 0.3 * self._side else (cos(yaw), sin(yaw))
@@ -167,7 +147,9 @@ class Physics:
                 side = deep - 0.1  # a leaf that is wide open is between the robot and the wall
                 spots = [(0.0, 0.0), (deep, 0.0), (deep, side), (deep, -side), (deep, 0.0)]
                 way = [(cx + a * ux - b * uy, cy + a * uy + b * ux, None) for a, b in spots]
-                home = self._places.centre(here) if here is not None else (x, y)
+                home = (x, y)
+                if here is not None and body.reference is None:
+                    home = self._places.centre(here)
                 self._begin(body, [*way, (*home, yaw)])
                 body.acts.until = inf
 
@@ -180,13 +162,12 @@ class Physics:
             if body.acts is not None and body.acts.result is not None:
                 acted, body.acts = body.acts.result, None
             end, body.end = (None, body.end) if body.acts is not None else (body.end, None)
-            moving = bool(body.way)
             return {
                 "now": self.now,
                 "x": x,
                 "y": y,
                 "yaw": yaw,
-                "goal": moving or None,
+                "goal": self._moves(name) or None,
                 "end": end,
                 "acted": acted,
             }
@@ -217,16 +198,17 @@ class Physics:
             ]
 
     def log(self) -> dict[str, Any]:
-        """Contacts, doors that are closed, and where robots are."""
+        """The time, contacts, doors that are closed, and where robots are."""
         with self.lock:
             return {
+                "now": self.now,
                 "contacts": {" ".join(pair): count for pair, count in self.contacts.items()},
                 "closed": sorted(n for n in self._leaves if not self._is_open(n)),
                 "regions": {
                     name: self._places.region(*self._at(body)[:2])
                     for name, body in self._bodies.items()
                 },
-                "moving": sorted(name for name, body in self._bodies.items() if body.way),
+                "moving": sorted(name for name in self._bodies if self._moves(name)),
             }
 
     def step(self, seconds: float) -> None:
@@ -234,6 +216,10 @@ class Physics:
         with self.lock:
             for _ in range(max(1, round(seconds / STEP))):
                 self._step()
+
+    def _moves(self, name: str) -> bool:
+        body = self._bodies[name]
+        return bool(body.way) or (body.reference is not None and self.now < body.reference.end)
 
     # Steps
 
@@ -253,9 +239,13 @@ class Physics:
             self._judge(body)
 
     def _drive(self, body: SimulatedBody, _: bool) -> None:
-        """Towards the goal, with limited speed and force; without a goal, keep the place."""
+        """Towards the goal, with limited speed and force; without a goal, track the reference, else
+        keep the place."""
         x, y, yaw = self._at(body)
         vx, vy, turn = (float(self._data.qvel[dof]) for dof in body.dofs)
+        if body.reference is not None and not body.way:
+            self._track(body, body.reference, (x, y, vx, vy), yaw, turn)
+            return
         gx, gy, to = body.way[0] if body.way else (*body.stay, None)
         far = hypot(gx - x, gy - y)
         fast = min(body.speed, (2 * 0.5 * FORCE * far) ** 0.5) / far if far > 1e-6 else 0.0
@@ -271,17 +261,51 @@ class Physics:
                 pull = max(-10.0, min(10.0, (speed - now) / 0.1))
             self._data.qfrc_applied[dof] = weight * pull
 
+    def _track(
+        self,
+        body: SimulatedBody,
+        reference: Setpoints,
+        state: tuple[float, float, float, float],
+        yaw: float,
+        turn: float,
+    ) -> None:
+        """A walker by its footsteps; anything else by the reference's acceleration and limited
+        corrections."""
+        row = reference.at(self.now)
+        if body.omega:
+            pull = body.walk.pull(state, row, reference, self.now, body.omega)
+            if pull is None:  # it has fallen
+                body.reference, body.stay = None, state[:2]
+                return
+        else:
+            off = STIFF**2 * (row[:2] - state[:2]) + 2 * STIFF * (row[3:5] - state[2:])
+            pull = tuple(np.clip(row[6:8] + off, -FORCE, FORCE).tolist())
+        for dof, share in zip(body.dofs[:2], pull, strict=True):
+            self._data.qfrc_applied[dof] = body.mass * share
+        spin = 36.0 * turned(float(row[9]) - yaw) - 12.0 * turn
+        inertia = body.mass * body.radius**2 / 2
+        self._data.qfrc_applied[body.dofs[2]] = inertia * max(-20.0, min(20.0, spin))
+
     def _fly(self, body: SimulatedBody, thinks: bool) -> None:
         """The quadratic programme at 20 Hz for x and y; altitude and yaw are held."""
         x, y, yaw = self._at(body)
+        follows = None if body.way else body.reference
+        to = body.way[0][2] if body.way else None
+        if follows is not None:
+            to = float(follows.at(self.now)[9])
         if thinks:
             goal = body.way[0][:2] if body.way else body.stay
+            ahead = None if follows is None else follows.ahead(self.now + PERIOD).rows
             pulls = []
             for i, tracker in enumerate(body.trackers):
                 tracker.observe((x, y)[i])
-                wanted = self._reference(body, i, goal[i])
-                low = min(body.begun[i], goal[i]) - self._side / 2 + body.radius
-                high = max(body.begun[i], goal[i]) + self._side / 2 - body.radius
+                if follows is None or ahead is None:
+                    wanted, ends = self._reference(body, i, goal[i]), (body.begun[i], goal[i])
+                else:
+                    wanted = ahead[:, [i, i + 3, i + 6]]
+                    ends = float(follows.rows[0, i]), float(follows.rows[-1, i])
+                low = min(ends) - self._side / 2 + body.radius
+                high = max(ends) + self._side / 2 - body.radius
                 pulls.append(tracker.command(wanted, np.full(HORIZON, low), np.full(HORIZON, high)))
             body.pull = (pulls[0], pulls[1])
         for i in (0, 1):
@@ -291,7 +315,6 @@ class Physics:
         z, up = (float(a[body.dofs[2]]) for a in (self._data.qpos, self._data.qvel))
         self._data.qfrc_applied[body.dofs[2]] = body.mass * (9 * (body.height - z) - 5 * up)
         turn = float(self._data.qvel[body.dofs[3]])
-        to = body.way[0][2] if body.way else None
         off = turned(to - yaw) if to is not None else 0.0
         self._data.qfrc_applied[body.dofs[3]] = 0.02 * (4 * off - 4 * turn)
 
@@ -331,11 +354,44 @@ class Physics:
             act.result = "done" if opened and body.end == "succeeded" else "failed"
             body.end = None
         elif act is not None and act.result is None and self.now >= act.until:
+            self._worked(body.name, act)
+
+    def _need(self, obstacle: Obstacle) -> Need:
+        """The need of an obstacle that is to be met next."""
+        return obstacle.needs[min(self._stages.get(obstacle.name, 0), len(obstacle.needs) - 1)]
+
+    def _worked(self, name: str, act: Handling) -> None:
+        """A robot has worked long enough: that meets a need if enough robots have, or if it is
+        alone for long, it does not."""
+        obstacle = act.obstacle
+        if obstacle is None or obstacle.name not in self._obstacles:
             act.result = "nothing"
-            if act.obstacle is not None:
-                passable = not act.obstacle.type.has_truth or act.obstacle.traversable
-                act.result = "done" if passable else "untraversable"
-                self._take_away(act.obstacle)
+            return
+        need = self._need(obstacle)
+        if need.action != act.action:
+            act.result = "failed"
+            return
+        team = [a for a in self._at_work(obstacle, act.action) if self.now >= a.until]
+        if not need.together:
+            self._parts.setdefault(obstacle.name, set()).add(name)
+            team = [act]
+        done = len(team) if need.together else len(self._parts[obstacle.name])
+        if done < need.robots:
+            late = need.together and self.now < act.until + WAITING
+            act.result = None if late else "failed" if need.together else "done"
+            return
+        passable = not obstacle.type.has_truth or obstacle.traversable
+        for one in team:
+            one.result = "done" if passable else "untraversable"
+        self._stages[obstacle.name] = self._stages.get(obstacle.name, 0) + 1
+        self._parts.pop(obstacle.name, None)
+        if self._stages[obstacle.name] >= len(obstacle.needs):
+            self._take_away(obstacle)
+
+    def _at_work(self, obstacle: Obstacle, action: str) -> list[Handling]:
+        """The robots' actions of this kind on an obstacle that are under way."""
+        acts = [body.acts for body in self._bodies.values() if body.acts is not None]
+        return [a for a in acts if (a.obstacle, a.action, a.result) == (obstacle, action, None)]
 
     def _next(self, body: SimulatedBody, end: str) -> None:
         """Begin the next goal, or end the way: an action also goes home when it fails."""
@@ -376,97 +432,3 @@ class Physics:
     def _named(self, geom: int) -> str:
         name = str(self._model.geom(geom).name)
         return name.split(".")[0]
-
-    # The model
-
-    def _text(self) -> str:
-        parts = [self._wall(region) for region in sorted(self._places.world.walls)]
-        solid = [o for o in self._obstacles.values() if not o.type.has_truth]
-        parts += [self._door(o) if _is_door(o) else self._box(o) for o in solid]
-        parts += [self._robot(body) for body in self._bodies.values()]
-        return (
-            f'<mujoco><option timestep="{STEP}" integrator="implicitfast" gravity="0 0 0"/>'
-            f"<worldbody>{''.join(parts)}</worldbody></mujoco>"
-        )
-
-    def _wall(self, region: Region) -> str:
-        x, y = self._places.centre(region)
-        dx, dy = (side / 2 for side in self._places.frame.resolution)
-        return (
-            f'<geom name="wall.{region}" type="box" pos="{x} {y} {TALL / 2}" '
-            f'size="{dx} {dy} {TALL / 2}" euler="0 0 {self._places.frame.yaw * 180 / pi}"/>'
-        )
-
-    def _box(self, obstacle: Obstacle) -> str:
-        x, y = self._places.centre(obstacle.region)
-        half = 0.3 * self._side
-        return (
-            f'<geom name="{obstacle.name}" type="box" pos="{x} {y} {TALL / 2}" '
-            f'size="{half} {half} {TALL / 2}"/>'
-        )
-
-    def _door(self, obstacle: Obstacle) -> str:
-        """Two leaves across the passage, hinged at the sides of their region."""
-        world = self._places.world
-        x, y = self._places.centre(obstacle.region)
-        beside = world.neighbours(obstacle.region)
-        row = world.position(obstacle.region)[0]
-        along = 0.0 if any(world.position(r)[0] == row for r in beside) else pi / 2
-        along += self._places.frame.yaw
-        text = ""
-        for index, sign in enumerate((1, -1)):
-            reach = 0.48 * self._side
-            across = along + sign * pi / 2
-            hx, hy = x + reach * cos(across), y + reach * sin(across)
-            half = reach / 2
-            text += (
-                f'<body name="{obstacle.name}.{index}" pos="{hx} {hy} {TALL / 2}" '
-                f'euler="0 0 {(across + pi) * 180 / pi}">'
-                f'<joint name="{obstacle.name}.{index}" type="hinge" axis="0 0 1" '
-                f'damping="{LEAF_DAMPING}" frictionloss="{LEAF_FRICTION}" range="-100 100" '
-                f'limited="true"/><geom name="{obstacle.name}.leaf{index}" type="box" '
-                f'pos="{half} 0 0" size="{half} 0.025 {TALL / 2}" mass="{LEAF_MASS}" '
-                'contype="2" conaffinity="1"/></body>'
-            )
-        return text
-
-    def _robot(self, body: SimulatedBody) -> str:
-        slides = f'<joint name="{body.name}.x" type="slide" axis="1 0 0"/>'
-        slides += f'<joint name="{body.name}.y" type="slide" axis="0 1 0"/>'
-        shape, z = f'type="capsule" size="{body.radius} {HEIGHT / 2}"', HEIGHT / 2 + body.radius
-        if body.flies:
-            slides += f'<joint name="{body.name}.z" type="slide" axis="0 0 1"/>'
-            shape, z = f'type="sphere" size="{body.radius}"', 0.0
-        return (
-            f'<body name="{body.name}" pos="0 0 {z}">{slides}'
-            f'<joint name="{body.name}.a" type="hinge" axis="0 0 1"/>'
-            f'<geom name="{body.name}" {shape} mass="{body.mass}" friction="0.05" priority="1"/>'
-            "</body>"
-        )
-
-
-def _body(robot: Robot) -> SimulatedBody:
-    """The measures of a robot, from its model's motion."""
-    model = robot.model
-    motion = resolved(model.motion, model.size, model.speed, model.layer) or {}
-    flies = motion.get("kind") == "flyer"
-
-    def number(key: str, default: float) -> float:
-        value = motion.get(key, default)
-        assert isinstance(value, float | int)
-        return float(value)
-
-    return SimulatedBody(
-        robot.name,
-        number("size", 0.5) / 2,
-        number("speed", 0.5),
-        number("altitude", 2.2) if flies else 0.0,
-        flies,
-        number("turning", 1.5),
-        0.5 if flies else 45.0,
-        number("tilt", 3.4),
-    )
-
-
-def _is_door(obstacle: Obstacle) -> bool:
-    return any(need.action == "push" for need in obstacle.needs)

@@ -32,15 +32,22 @@ class Places:
         """x and y of the middle of a region."""
         return self.frame.centre(*self.world.position(region), self.world.rows)
 
+    def corners(self, region: Region) -> list[tuple[float, float]]:
+        """x and y of the corners of a region, counter-clockwise."""
+        (x, y), (east, north) = self.centre(region), (s / 2 for s in self.frame.resolution)
+        c, s = cos(self.frame.yaw), sin(self.frame.yaw)
+        signs = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+        return [
+            (x + i * east * c - j * north * s, y + i * east * s + j * north * c) for i, j in signs
+        ]
+
     def yaw(self, pose: Pose) -> float | None:
         """The direction that a robot with a heading faces; None for one without."""
         return None if pose.heading is None else _YAW[pose.heading] + self.frame.yaw
 
     def region(self, x: float, y: float) -> Region | None:
         """The region that holds a point; None off the map."""
-        dx, dy = x - self.frame.origin[0], y - self.frame.origin[1]
-        east = dx * cos(self.frame.yaw) + dy * sin(self.frame.yaw)
-        north = dy * cos(self.frame.yaw) - dx * sin(self.frame.yaw)
+        east, north = self.frame.on_map(x, y)
         col = floor(east / self.frame.resolution[0])
         row = self.world.rows - 1 - floor(north / self.frame.resolution[1])
         inside = 0 <= row < self.world.rows and 0 <= col < self.world.cols

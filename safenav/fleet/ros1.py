@@ -10,29 +10,42 @@ import os
 import sys
 from collections.abc import Callable, Mapping
 from importlib.util import find_spec
-from math import atan2, cos, inf, sin
 from pathlib import Path
 from threading import Thread
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from safenav.errors import UsageError
+from safenav.fleet import ros
 from safenav.fleet.fleet_file import Network, Station
+from safenav.fleet.streaming import Streams
 from safenav.fleet.transport import (
     GoalEnd,
     GoalEnded,
     GoalPoint,
-    Located,
     Message,
     Performed,
     Reported,
-    Scanned,
     result_of,
 )
 from safenav.trace.vocabulary import ActResult
 
+if TYPE_CHECKING:
+    from safenav.fleet.setpoints import Setpoints
+
 DEBIAN = "/usr/lib/python3/dist-packages"
-PACKAGES = "python3-rospy python3-actionlib python3-move-base-msgs"
-FRAME = "map"
+PACKAGES = (
+    "python3-rospy python3-actionlib python3-move-base-msgs python3-nav-msgs python3-sensor-msgs "
+    "python3-std-srvs python3-trajectory-msgs"
+)
+MODULES = (
+    "rospy",
+    "actionlib",
+    "move_base_msgs",
+    "nav_msgs",
+    "sensor_msgs",
+    "std_srvs",
+    "trajectory_msgs",
+)
 _ENDS = {2: GoalEnd.CANCELED, 3: GoalEnd.SUCCEEDED, 4: GoalEnd.ABORTED, 5: GoalEnd.REJECTED}
 """Final states of actionlib_msgs/GoalStatus; the others count as aborted."""
 
@@ -41,7 +54,7 @@ def importable() -> bool:
     """Whether rospy is there, with Debian's folder added where that helps."""
     if find_spec("rospy") is None and Path(DEBIAN, "rospy").is_dir() and DEBIAN not in sys.path:
         sys.path.append(DEBIAN)
-    return all(find_spec(name) is not None for name in ("rospy", "actionlib", "move_base_msgs"))
+    return all(find_spec(name) is not None for name in MODULES)
 
 
 class Ros1Transport:
@@ -58,6 +71,8 @@ class Ros1Transport:
         self._drives: dict[str, Any] = {}
         self._services: dict[tuple[str, str], Any] = {}
         self._topics: list[Any] = []
+        self._references: dict[str, tuple[Any, Any]] = {}
+        self._streams = Streams(self._stream)
         self._ros: Any = None
 
     def open(self, post: Callable[[Message], None]) -> None:
@@ -90,7 +105,17 @@ class Ros1Transport:
         from std_srvs.srv import Trigger
 
         space = station.namespace
-        self._drives[name] = actionlib.SimpleActionClient(f"{space}/move_base", MoveBaseAction)
+        if station.follow is None:
+            self._drives[name] = actionlib.SimpleActionClient(f"{space}/move_base", MoveBaseAction)
+        else:
+            from trajectory_msgs.msg import MultiDOFJointTrajectory
+
+            topic = f"{space}/{station.follow.topic}"
+            reference, steps = (
+                self._ros.Publisher(path, MultiDOFJointTrajectory, queue_size=1)
+                for path in (topic, topic + ros.STEPS)
+            )
+            self._references[name] = reference, steps
 
         def listen(topic: str, kind: Any, take: Callable[[str, Any], None]) -> None:
             subscriber = self._ros.Subscriber(
@@ -108,11 +133,17 @@ class Ros1Transport:
             self._services[name, service] = self._ros.ServiceProxy(path, Trigger)
 
     def missing(self) -> list[str]:
-        return [
+        silent = [
             f"{self._stations[name].namespace}/move_base"
             for name in self._drives
             if not self._serves(name)
         ]
+        unheard = [
+            str(reference.name)
+            for reference, _ in self._references.values()
+            if not reference.get_num_connections()
+        ]
+        return silent + unheard
 
     def _serves(self, robot: str) -> bool:
         return bool(self._drives[robot].wait_for_server(self._ros.Duration(0.01)))
@@ -126,10 +157,9 @@ class Ros1Transport:
             return
         message = MoveBaseGoal()
         pose = message.target_pose
-        pose.header.frame_id = FRAME
+        pose.header.frame_id = ros.FRAME
         pose.pose.position.x, pose.pose.position.y = goal.x, goal.y
-        yaw = goal.yaw or 0.0
-        pose.pose.orientation.z, pose.pose.orientation.w = sin(yaw / 2), cos(yaw / 2)
+        pose.pose.orientation.z, pose.pose.orientation.w = ros.facing(goal.yaw)
 
         def done(state: int, _: Any) -> None:
             end = _ENDS.get(state, GoalEnd.ABORTED)
@@ -137,7 +167,38 @@ class Ros1Transport:
 
         drive.send_goal(message, done_cb=done)
 
+    def follow(self, robot: str, reference: Setpoints) -> None:
+        self._streams.follow(robot, reference)
+
+    def _stream(self, robot: str, part: Setpoints) -> None:
+        reference, steps = self._references[robot]
+        reference.publish(self._trajectory([ros.MASS], ros.ahead_of(part)))
+        if part.feet:
+            steps.publish(self._trajectory([ros.LEFT, ros.RIGHT], ros.steps_of(part)))
+
+    def _trajectory(self, joints: list[str], frames: list[ros.TrajectoryFrame]) -> Any:
+        from geometry_msgs.msg import Quaternion, Transform, Twist, Vector3
+        from trajectory_msgs.msg import MultiDOFJointTrajectory, MultiDOFJointTrajectoryPoint
+
+        message = MultiDOFJointTrajectory(joint_names=joints)
+        message.header.frame_id, message.header.stamp = ros.FRAME, self._ros.Time.now()
+        for frame in frames:
+            point = MultiDOFJointTrajectoryPoint()
+            for x, y, z, yaw in frame.poses:
+                turn = Quaternion(0.0, 0.0, *ros.facing(yaw))
+                point.transforms.append(Transform(Vector3(x, y, z), turn))
+            for found, values in (
+                (point.velocities, frame.velocity),
+                (point.accelerations, frame.acceleration),
+            ):
+                found += [Twist(Vector3(*values), Vector3())] if values else []
+            point.time_from_start = self._ros.Duration.from_sec(frame.after)
+            message.points.append(point)
+        return message
+
     def cancel(self, robot: str) -> None:
+        if self._streams.stop(robot) or robot not in self._drives:
+            return
         self._drives[robot].cancel_all_goals()
 
     def perform(self, robot: str, action: str, obstacle: str, number: int) -> None:
@@ -157,6 +218,7 @@ class Ros1Transport:
     def close(self) -> None:
         if self._ros is None:
             return
+        self._streams.close()
         for drive in self._drives.values():
             drive.cancel_all_goals()
         for topic in self._topics:
@@ -166,16 +228,10 @@ class Ros1Transport:
         self._ros = None
 
     def _located(self, robot: str, odometry: Any) -> None:
-        pose = odometry.pose.pose
-        q = pose.orientation
-        yaw = atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))
-        stamp = odometry.header.stamp.to_sec()
-        self._post(Located(robot, stamp, pose.position.x, pose.position.y, yaw))
+        self._post(ros.located(robot, odometry.header.stamp.to_sec(), odometry))
 
     def _scanned(self, robot: str, scan: Any) -> None:
-        ranges = [r if scan.range_min <= r <= scan.range_max else inf for r in scan.ranges]
-        stamp = scan.header.stamp.to_sec()
-        self._post(Scanned(robot, stamp, scan.angle_min, scan.angle_increment, ranges))
+        self._post(ros.scanned(robot, scan.header.stamp.to_sec(), scan))
 
     def _reported(self, robot: str, report: Any) -> None:
         self._post(Reported(robot, report.data.strip()))

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from math import tau
 from threading import Event, Thread
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from safenav.extras import missing
 from safenav.fleet.fleet_file import SimulationUse, Station
@@ -26,8 +26,13 @@ from safenav.runtime.world import draw_truths
 from safenav.scenario.model import Scenario
 from safenav.trace.vocabulary import ActResult
 
+if TYPE_CHECKING:
+    from safenav.fleet.setpoints import Setpoints
+
 RATE = 50.0
-"""Odometry and scans a second of simulated time; the lidar's only while a robot stands."""
+"""Odometry per second of simulated time."""
+LOOKS = 5
+"""Odometry for each scan and report of a robot that stands."""
 
 
 class SimulationTransport:
@@ -37,6 +42,7 @@ class SimulationTransport:
         self, scenario: Scenario, stations: Mapping[str, Station], use: SimulationUse
     ) -> None:
         try:
+            from safenav.fleet.following import mover_of, resting_place
             from safenav.fleet.physics import Physics
         except ImportError as error:
             raise missing("transport simulation", "mujoco", "simulation") from error
@@ -46,7 +52,12 @@ class SimulationTransport:
         if hidden is None:
             truths = draw_truths(scenario)
             hidden = tuple(replace(o, traversable=truths[o]) for o in scenario.obstacles)
-        self.physics = Physics(places, scenario.robots, hidden)
+        begin = {
+            robot.name: resting_place(mover_of(robot, places), places)
+            for robot in scenario.robots
+            if stations[robot.name].follow is not None
+        }
+        self.physics = Physics(places, scenario.robots, hidden, begin)
         self._stations = stations
         self._pace = use.pace
         self._goals: dict[str, int] = {}
@@ -66,6 +77,9 @@ class SimulationTransport:
             self._goals[robot] = goal.number
             self.physics.send(robot, goal.x, goal.y, goal.yaw)
 
+    def follow(self, robot: str, reference: Setpoints) -> None:
+        self.physics.follow(robot, reference)
+
     def cancel(self, robot: str) -> None:
         self.physics.stop(robot)
 
@@ -83,24 +97,28 @@ class SimulationTransport:
             self._thread = None
 
     def _run(self, post: Callable[[Message], None]) -> None:
-        begun = time.monotonic()
+        begun, count = time.monotonic(), 0
         while not self._end.is_set():
             ahead = self.physics.now / self._pace - (time.monotonic() - begun)
             if ahead > 0:
                 self._end.wait(ahead)
             self.physics.step(1.0 / RATE)
+            count += 1
             for name in self._stations:
-                self._tell(name, self.physics.state(name), post)
+                self._tell(name, self.physics.state(name), post, count % LOOKS == 0)
 
-    def _tell(self, name: str, state: dict[str, Any], post: Callable[[Message], None]) -> None:
+    def _tell(
+        self, name: str, state: dict[str, Any], post: Callable[[Message], None], looks: bool
+    ) -> None:
         post(Located(name, state["now"], state["x"], state["y"], state["yaw"]))
         if state["end"] is not None:
             post(GoalEnded(name, self._goals[name], GoalEnd(state["end"])))
         if state["acted"] is not None:
             post(Performed(name, self._acts[name], ActResult(state["acted"])))
-        if state["goal"] is None:
-            for found in self.physics.noticed(name):
-                post(Reported(name, found))
-        if state["goal"] is None and self._stations[name].scan is not None:
+        if not looks or state["goal"] is not None:
+            return
+        for found in self.physics.noticed(name):
+            post(Reported(name, found))
+        if self._stations[name].scan is not None:
             stamp, ranges = self.physics.scan(name)
             post(Scanned(name, stamp, 0.0, tau / len(ranges), ranges))

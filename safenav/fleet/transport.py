@@ -9,10 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from enum import StrEnum
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from safenav.dataclass import dataclass
 from safenav.trace.vocabulary import ActResult
+
+if TYPE_CHECKING:
+    from safenav.fleet.setpoints import Setpoints
 
 
 class GoalEnd(StrEnum):
@@ -28,12 +31,14 @@ class GoalEnd(StrEnum):
 @dataclass(frozen=True)
 class GoalPoint:
     """Where a robot is to go. ``yaw``: None for a robot without a heading. ``number``: of the
-    goal, never used twice in a run."""
+    goal, never used twice in a run. ``short``: an obstacle stands there, which it is to resolve
+    from inside the region."""
 
     number: int
     x: float
     y: float
     yaw: float | None
+    short: bool = False
 
 
 @dataclass(frozen=True)
@@ -107,6 +112,12 @@ class Transport(Protocol):
 
     def cancel(self, robot: str) -> None:
         """Stop a robot where it is, as soon as it can; its goal ends by GoalEnded."""
+        ...
+
+    def follow(self, robot: str, reference: Setpoints) -> None:
+        """Stream a reference to a robot that tracks for itself, ``Setpoints.ahead`` 20 times per
+        second, until the next one or ``close``; nothing follows. Its times are on the clock of the
+        fleet's world. A robot whose stream ends has to stop by itself."""
         ...
 
     def perform(self, robot: str, action: str, obstacle: str, number: int) -> None:

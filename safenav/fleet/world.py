@@ -12,14 +12,18 @@ from __future__ import annotations
 import queue
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field
-from enum import Enum, auto
-from math import cos, hypot, inf, isfinite, pi, sin
+from functools import partial
+from math import hypot, inf
+from typing import TYPE_CHECKING
 
-from safenav.dataclass import dataclass
 from safenav.errors import ExitCode, SafenavError
+from safenav.extras import missing
+from safenav.fleet.acting import FleetProgress, TeamAction
 from safenav.fleet.fleet_file import Station
-from safenav.fleet.place import Places, turned
+from safenav.fleet.place import Places
+from safenav.fleet.recording import DriveRecording, RecordedTransport
+from safenav.fleet.sensing import Sensing, Sighting
+from safenav.fleet.task import DrivenRobot, FleetTask, Phase
 from safenav.fleet.transport import (
     GoalEnd,
     GoalEnded,
@@ -42,10 +46,14 @@ from safenav.runtime.protocol import (
     WorldEvent,
 )
 from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.trace.records import Depart, Record
 from safenav.trace.vocabulary import ActResult
 from safenav.world.frame import Frame
 from safenav.world.map import Region
 from safenav.world.moves import Mobility, Pose
+
+if TYPE_CHECKING:
+    from safenav.fleet.following import Follower, Following
 
 FRESH = 1.0
 """Seconds for which an arrival waits for a reading that was taken after it."""
@@ -63,48 +71,6 @@ class FleetError(SafenavError):
     exit_code = ExitCode.BAD_INPUT
 
 
-class Phase(Enum):
-    """A phase of a command."""
-
-    GOING = auto()
-    STOPPING = auto()
-    RETURNING = auto()
-    LOOKING = auto()
-    ACTING = auto()
-
-
-@dataclass
-class Errand:
-    """A command under way. ``left``: times that its goal may be sent again; ``due``: when its
-    present phase is to be over, on the world's clock."""
-
-    command: int
-    start: Pose
-    to: Pose
-    left: int
-    phase: Phase
-    goal: int = 0
-    due: float = inf
-    reason: str = ""
-    since: float = -inf
-    results: dict[str, ActResult] = field(default_factory=dict)
-    obstacles: tuple[Obstacle, ...] = ()
-
-
-@dataclass
-class DrivenRobot:
-    """The state of a robot. ``heard``: when its newest odometry came, on the world's clock;
-    ``looked``: the stamp of its newest reading."""
-
-    robot: Robot
-    station: Station
-    pose: Pose
-    place: Located | None = None
-    heard: float = -inf
-    looked: float = -inf
-    errand: Errand | None = None
-
-
 class FleetWorld:
     """A fleet behind a transport. Open it before the mission; close it whatever happens."""
 
@@ -114,22 +80,29 @@ class FleetWorld:
         stations: Mapping[str, Station],
         transport: Transport,
         clock: Callable[[], float] = time.monotonic,
+        recording: DriveRecording | None = None,
     ) -> None:
         frame = self.check(scenario)
         self._scenario = scenario
-        self._places = Places(scenario.map, frame)
-        self._transport = transport
+        self.places = Places(scenario.map, frame)
+        self.recording = recording
+        if recording is not None:
+            transport = RecordedTransport(transport, clock, recording)
+        self._following = _following(scenario, self.places, stations, transport, clock)
+        self._transport = self._following or transport
         self._clock = clock
-        self._begun = clock()
+        self.begun = clock()
+        """The clock's seconds at which this world's begin."""
         self._messages: queue.SimpleQueue[Message] = queue.SimpleQueue()
         self._bodies = {
             robot.name: DrivenRobot(robot, stations[robot.name], robot.start)
             for robot in scenario.robots
         }
         self._goals = 0
-        self._seen: dict[Region, Obstacle] = {}
-        self._resolved_at: dict[Region, dict[str, float]] = {}
+        self._sensing = Sensing(scenario, self.places)
         self._events: list[WorldEvent] = []
+        self._untold: dict[str, FleetTask] = {}
+        self._progress = FleetProgress(scenario)
 
     @staticmethod
     def check(scenario: Scenario) -> Frame:
@@ -139,50 +112,84 @@ class FleetWorld:
             raise FleetError(f"{said} to 'map', or take the map from map_server with 'ros:'")
         return scenario.map.frame
 
+    @property
+    def followers(self) -> Mapping[str, Follower]:
+        """The robots that are driven by references, with their plans."""
+        return {} if self._following is None else self._following.followers
+
     # The protocol
 
     @property
     def idle(self) -> bool:
-        return all(body.errand is None for body in self._bodies.values())
+        return all(body.task is None for body in self._bodies.values())
 
     def now(self) -> float:
-        return self._clock() - self._begun
+        return self._clock() - self.begun
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
         del robot  # what one robot has seen, all know
-        return self._seen.get(region)
+        return self._sensing.at(region)
 
     def start(self, robot: Robot, pose: Pose, command: int) -> WorldEvent | None:
         body = self._bodies[robot.name]
-        errand = Errand(command, body.pose, pose, body.station.retries, Phase.GOING)
-        body.errand = errand
-        self._send(body, errand, pose)
+        found = self._pose_now(body)
+        if found is not None and found.region != body.pose.region:  # moved by something else
+            regions = frozenset((body.pose.region, found.region))
+            return Lost(self.now(), robot.name, regions, command=command)
+        task = FleetTask(command, body.pose, pose, body.station.retries, Phase.GOING)
+        body.task = task
+        self._untold[robot.name] = task
         return None
+
+    def told(self, record: Record) -> None:
+        """Take a line of the trace: a robot sets out when its ``depart`` is written, not before. A
+        listener of the mission, after that which writes the trace; without it, robots set out when
+        the mission waits."""
+        if isinstance(record, Depart) and record.robot in self._untold:
+            self._set_out(record.robot)
+
+    def _set_out(self, robot: str) -> None:
+        task = self._untold.pop(robot)
+        self._send(self._bodies[robot], task, task.to)
 
     def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> WorldEvent | None:
         body = self._bodies[robot.name]
-        errand = Errand(command, body.pose, body.pose, 0, Phase.ACTING, obstacles=tuple(obstacles))
-        body.errand = errand
+        team_action = TeamAction(robot, tuple(obstacles), self._progress)
+        task = FleetTask(command, body.pose, body.pose, 0, Phase.ACTING, team_action=team_action)
+        body.task = task
+        self._sensing.acted_on |= {obstacle.region for obstacle in obstacles}
         if not obstacles:
-            body.errand = None
+            body.task = None
             return Acted(self.now(), robot.name, (), command=command)
-        self._act_on_next(body, errand)
+        self._act_on_next(body, task, team_action)
         return None
+
+    def placed(self, robot: Robot, pose: Pose) -> None:
+        """An operator has put a robot somewhere; ``start`` compares that with its odometry."""
+        self._bodies[robot.name].pose = pose
+
+    def cleared(self, obstacle: Obstacle) -> None:
+        """An operator has resolved an obstacle."""
+        self._forget(obstacle.region)
 
     def cancel(self, robot: Robot) -> None:
         body = self._bodies[robot.name]
-        if body.errand is not None and body.errand.phase is Phase.GOING:
-            self._stop(body, body.errand, "cancelled")
+        if robot.name in self._untold:
+            self._set_out(robot.name)
+        if body.task is not None and body.task.phase is Phase.GOING:
+            self._stop(body, body.task, "cancelled")
 
     def wait(self, timeout: float | None) -> Sequence[WorldEvent]:
         end = inf if timeout is None else self.now() + timeout
+        for name in list(self._untold):
+            self._set_out(name)
         while True:
             self._check_times()
             self._take_all()
             if self._events or self.now() >= end:
                 found, self._events = self._events, []
                 return found
-            dues = [body.errand.due for body in self._bodies.values() if body.errand]
+            dues = [body.task.due for body in self._bodies.values() if body.task]
             pause = min([end, *dues]) - self.now()
             self._take_next(min(max(pause, 0.0), 0.25))
 
@@ -199,11 +206,14 @@ class FleetWorld:
             self._take_next(0.1)
         for body in self._bodies.values():
             assert body.place is not None
-            found = self._places.region(body.place.x, body.place.y)
+            found = self.places.region(body.place.x, body.place.y)
             if found != body.pose.region:
                 where = "off the map" if found is None else f"in region {found}"
                 said = f"{body.robot.name} is {where} ({body.place.x:.2f}, {body.place.y:.2f} m)"
                 raise FleetError(f"{said}; the scenario has it begin in {body.pose.region}")
+            astray = None if self._following is None else self._following.astray(body.robot.name)
+            if astray is not None:
+                raise FleetError(astray)
 
     def _silent(self) -> list[str]:
         bodies = self._bodies.values()
@@ -240,113 +250,126 @@ class FleetWorld:
                     body.place, body.heard = message, self.now()
             case Scanned():
                 self._scan(body, message)
-            case Reported():
-                self._report(body, message)
+            case Reported() if body.place is not None:
+                self._sighted(body, self._sensing.report(message, body.place.stamp))
             case GoalEnded():
                 self._goal_ended(body, message)
             case Performed():
-                self._performed(body, message)
+                self._performed(message)
 
     # Steps
 
-    def _send(self, body: DrivenRobot, errand: Errand, pose: Pose) -> None:
+    def _send(self, body: DrivenRobot, task: FleetTask, pose: Pose) -> None:
         self._goals += 1
-        x, y = self._places.centre(pose.region)
-        errand.goal = self._goals
+        x, y = self.places.centre(pose.region)
+        task.goal = self._goals
         far = self._metres_to(body, pose.region)
-        errand.due = self.now() + SETTLING + body.station.timeout * far / body.station.speed
-        goal = GoalPoint(self._goals, x, y, self._places.yaw(pose))
+        task.due = self.now() + SETTLING + body.station.timeout * far / body.station.speed
+        short = task.phase is Phase.GOING and self._sensing.at(pose.region) is not None
+        goal = GoalPoint(self._goals, x, y, self.places.yaw(pose), short)
         self._transport.navigate(body.robot.name, goal)
 
     def _metres_to(self, body: DrivenRobot, region: Region) -> float:
         at = body.place
-        x, y = (at.x, at.y) if at is not None else self._places.centre(body.pose.region)
-        return self._places.distance(region, x, y)
+        x, y = (at.x, at.y) if at is not None else self.places.centre(body.pose.region)
+        return self.places.distance(region, x, y)
 
     def _goal_ended(self, body: DrivenRobot, message: GoalEnded) -> None:
-        errand = body.errand
-        if errand is None or message.number != errand.goal:
+        task = body.task
+        if task is None or message.number != task.goal:
             return  # late: of a goal that was given up
-        if errand.phase is Phase.GOING and message.end is GoalEnd.SUCCEEDED:
-            self._look(body, errand)
-        elif errand.phase is Phase.GOING:
-            self._again_or_back(body, errand, message.reason or message.end.value)
-        elif errand.phase is Phase.STOPPING:
-            self._go_back(body, errand)
-        elif errand.phase is Phase.RETURNING and message.end is GoalEnd.SUCCEEDED:
-            self._came_back(body, errand)
-        elif errand.phase is Phase.RETURNING:
-            self._lose(body, errand)
+        if task.phase is Phase.GOING and message.end is GoalEnd.SUCCEEDED:
+            self._look(body, task)
+        elif task.phase is Phase.GOING:
+            self._again_or_back(body, task, message.reason or message.end.value)
+        elif task.phase is Phase.STOPPING and message.end is GoalEnd.SUCCEEDED:
+            self._look(body, task)  # it was there before it could stop
+        elif task.phase is Phase.STOPPING:
+            self._go_back(body, task)
+        elif task.phase is Phase.RETURNING and message.end is GoalEnd.SUCCEEDED:
+            self._look(body, task)
+        elif task.phase is Phase.RETURNING:
+            self._lose(body, task)
 
-    def _again_or_back(self, body: DrivenRobot, errand: Errand, reason: str) -> None:
-        errand.reason = reason
-        if errand.left and self._seen.get(errand.to.region) is None:
-            errand.left -= 1
-            self._send(body, errand, errand.to)
+    def _again_or_back(self, body: DrivenRobot, task: FleetTask, reason: str) -> None:
+        task.reason = reason
+        if task.left and self._sensing.at(task.to.region) is None:
+            task.left -= 1
+            self._send(body, task, task.to)
         else:
-            self._go_back(body, errand)
+            self._go_back(body, task)
 
-    def _stop(self, body: DrivenRobot, errand: Errand, reason: str) -> None:
-        errand.reason, errand.phase = reason, Phase.STOPPING
-        errand.due = self.now() + STOPPING
+    def _stop(self, body: DrivenRobot, task: FleetTask, reason: str) -> None:
+        task.reason, task.phase = reason, Phase.STOPPING
+        left = 0.0 if self._following is None else self._following.left(body.robot.name)
+        task.due = self.now() + STOPPING + left
         self._transport.cancel(body.robot.name)
 
-    def _go_back(self, body: DrivenRobot, errand: Errand) -> None:
-        errand.phase = Phase.RETURNING
-        self._send(body, errand, errand.start)
+    def _go_back(self, body: DrivenRobot, task: FleetTask) -> None:
+        task.phase, task.back = Phase.RETURNING, True
+        self._send(body, task, task.start)
 
-    def _came_back(self, body: DrivenRobot, errand: Errand) -> None:
+    def _came_back(self, body: DrivenRobot, task: FleetTask) -> None:
         pose = self._pose_now(body)
         if pose is None:
-            self._lose(body, errand)
+            self._lose(body, task)
             return
-        seen = self._seen.get(errand.to.region)
-        if pose.region != errand.start.region:
+        seen = self._sensing.at(task.to.region)
+        if pose.region != task.start.region:
             self._end(
-                body, pose, Elsewhere(self.now(), body.robot.name, pose, command=errand.command)
+                body, pose, Elsewhere(self.now(), body.robot.name, pose, command=task.command)
             )
         elif seen is not None:
-            blocked = Blocked(self.now(), body.robot.name, pose, seen, command=errand.command)
+            blocked = Blocked(self.now(), body.robot.name, pose, seen, command=task.command)
             self._end(body, pose, blocked)
         else:
-            failed = Failed(
-                self.now(), body.robot.name, pose, errand.reason, command=errand.command
-            )
+            failed = Failed(self.now(), body.robot.name, pose, task.reason, command=task.command)
             self._end(body, pose, failed)
 
-    def _look(self, body: DrivenRobot, errand: Errand) -> None:
-        """The robot says that it has arrived: wait until its sensors have looked from there."""
-        errand.phase, errand.due = Phase.LOOKING, self.now() + FRESH
-        errand.since = body.place.stamp if body.place is not None else -inf
+    def _look(self, body: DrivenRobot, task: FleetTask) -> None:
+        """The robot says that it has arrived, or is back: wait until its sensors have looked from
+        there."""
+        task.phase, task.due = Phase.LOOKING, self.now() + FRESH
+        task.since = body.place.stamp if body.place is not None else -inf
         if body.station.scan is None:
-            self._arrive(body, errand)
+            self._looked(body, task)
 
-    def _arrive(self, body: DrivenRobot, errand: Errand) -> None:
+    def _looked(self, body: DrivenRobot, task: FleetTask) -> None:
+        (self._came_back if task.back else self._arrive)(body, task)
+
+    def _arrive(self, body: DrivenRobot, task: FleetTask) -> None:
         pose = self._pose_now(body)
         if pose is None:
-            self._lose(body, errand)
-        elif pose == errand.to and self._metres_to(body, pose.region) <= body.station.tolerance:
-            self._end(body, pose, Arrived(self.now(), body.robot.name, command=errand.command))
-        elif pose.region == errand.to.region and pose != errand.to:
+            self._lose(body, task)
+        elif pose == task.to and self._near(body, pose.region):
+            self._end(body, pose, Arrived(self.now(), body.robot.name, command=task.command))
+        elif pose.region == task.to.region and pose != task.to:
             self._end(
-                body, pose, Elsewhere(self.now(), body.robot.name, pose, command=errand.command)
+                body, pose, Elsewhere(self.now(), body.robot.name, pose, command=task.command)
             )
         else:
-            off = self._metres_to(body, errand.to.region)
-            far = f"it says that it arrived, {off:.2f} m from the middle of {errand.to.region}"
-            errand.phase = Phase.GOING
-            self._again_or_back(body, errand, far)
+            off = self._metres_to(body, task.to.region)
+            far = f"it says that it arrived, {off:.2f} m from the middle of {task.to.region}"
+            task.phase = Phase.GOING
+            self._again_or_back(body, task, far)
 
-    def _lose(self, body: DrivenRobot, errand: Errand) -> None:
-        regions = frozenset((errand.start.region, errand.to.region))
+    def _near(self, body: DrivenRobot, region: Region) -> bool:
+        """Whether it is where it was sent: of a follower its reference has told."""
+        return (
+            body.robot.name in self.followers
+            or self._metres_to(body, region) <= body.station.tolerance
+        )
+
+    def _lose(self, body: DrivenRobot, task: FleetTask) -> None:
+        regions = frozenset((task.start.region, task.to.region))
         at = self._pose_now(body)
         if at is not None:
             regions |= {at.region}
-        event = Lost(self.now(), body.robot.name, regions, command=errand.command)
+        event = Lost(self.now(), body.robot.name, regions, command=task.command)
         self._end(body, body.pose, event)
 
     def _end(self, body: DrivenRobot, pose: Pose, event: WorldEvent) -> None:
-        body.pose, body.errand = pose, None
+        body.pose, body.task = pose, None
         self._events.append(event)
 
     def _pose_now(self, body: DrivenRobot) -> Pose | None:
@@ -354,163 +377,122 @@ class FleetWorld:
         at = body.place
         if at is None or self.now() - body.heard > STALE:
             return None
-        region = self._places.region(at.x, at.y)
+        region = self.places.region(at.x, at.y)
         if region is None or not self._scenario.map.is_free(region):
             return None
         turns = body.robot.model.mobility is Mobility.HEADING
-        return Pose(region, self._places.heading(at.yaw) if turns else None)
+        return Pose(region, self.places.heading(at.yaw) if turns else None)
 
     def _check_times(self) -> None:
         now = self.now()
         for body in self._bodies.values():
-            errand = body.errand
-            if errand is None or now < errand.due:
+            task = body.task
+            if task is None or now < task.due:
                 continue
-            if errand.phase is Phase.LOOKING:
-                self._arrive(body, errand)
-            elif errand.phase is Phase.GOING:
-                self._stop(body, errand, f"no end of the goal in {errand.due:.1f} s")
-            elif errand.phase is Phase.STOPPING:
-                self._go_back(body, errand)
-            elif errand.phase is Phase.RETURNING:
+            if task.phase is Phase.LOOKING:
+                self._looked(body, task)
+            elif task.phase is Phase.GOING:
+                self._stop(body, task, f"no end of the goal in {task.due:.1f} s")
+            elif task.phase is Phase.STOPPING:
+                self._go_back(body, task)
+            elif task.phase is Phase.RETURNING:
                 self._transport.cancel(body.robot.name)
-                self._lose(body, errand)
+                self._lose(body, task)
             else:
-                self._performed(
-                    body,
-                    Performed(body.robot.name, errand.goal, ActResult.FAILED, "no answer in time"),
-                )
+                for name in task.team_action.silent if task.team_action is not None else ():
+                    self._performed(Performed(name, task.goal, ActResult.FAILED, "too late"))
 
     # Actions
 
-    def _act_on_next(self, body: DrivenRobot, errand: Errand) -> None:
-        """Ask for the action on the next obstacle, or end the command."""
-        for obstacle in errand.obstacles:
-            if obstacle.name in errand.results:
-                continue
-            action = next((n.action for n in obstacle.needs if n.action in body.station.act), None)
-            if action is None:
-                errand.results[obstacle.name] = ActResult.FAILED
-                continue
-            self._goals += 1
-            errand.goal = self._goals
-            errand.due = self.now() + max(30.0, SETTLING * body.station.timeout)
-            service = body.station.act[action]
-            self._transport.perform(body.robot.name, service, obstacle.name, errand.goal)
+    def _act_on_next(self, body: DrivenRobot, task: FleetTask, team_action: TeamAction) -> None:
+        """Ask all that take part for the next action, or end the command."""
+        stations = {name: other.station for name, other in self._bodies.items()}
+        services = team_action.next(self._idle(task), stations)
+        if not services:
+            found = team_action.found
+            ended = Acted(self.now(), body.robot.name, found, command=task.command)
+            self._end(body, body.pose, ended)
             return
-        found = [(o, errand.results[o.name]) for o in errand.obstacles]
-        self._end(
-            body, body.pose, Acted(self.now(), body.robot.name, found, command=errand.command)
-        )
+        assert team_action.on is not None
+        self._goals += 1
+        task.goal = self._goals
+        task.due = self.now() + max(30.0, SETTLING * body.station.timeout)
+        for name, service in services.items():
+            self._transport.perform(name, service, team_action.on.name, task.goal)
 
-    def _performed(self, body: DrivenRobot, message: Performed) -> None:
-        errand = body.errand
-        if errand is None or errand.phase is not Phase.ACTING or message.number != errand.goal:
+    def _idle(self, task: FleetTask) -> dict[str, Region]:
+        """Where robots stand that can take part in an action: those without another command."""
+        bodies = self._bodies.values()
+        return {b.robot.name: b.pose.region for b in bodies if b.task in (None, task)}
+
+    def _performed(self, message: Performed) -> None:
+        """Take the answer of one of those who act."""
+        for leader in self._bodies.values():
+            task = leader.task
+            if task is None or task.team_action is None or task.goal != message.number:
+                continue
+            if task.team_action.answer(message.robot, message.result, self._idle(task)):
+                if task.team_action.resolved is not None:
+                    self._forget(task.team_action.resolved)
+                self._act_on_next(leader, task, task.team_action)
             return
-        obstacle = next(o for o in errand.obstacles if o.name not in errand.results)
-        errand.results[obstacle.name] = message.result
-        if message.result in (ActResult.DONE, ActResult.UNTRAVERSABLE, ActResult.NOTHING):
-            self._forget(obstacle.region)
-        self._act_on_next(body, errand)
 
     # Sensing
 
     def _forget(self, region: Region) -> None:
         """An obstacle is resolved: readings that were taken before are of the past."""
-        self._seen.pop(region, None)
-        self._resolved_at[region] = {
-            name: body.place.stamp if body.place is not None else -inf
-            for name, body in self._bodies.items()
-        }
+        self._progress.forget(region)
+        places = {name: body.place for name, body in self._bodies.items()}
+        self._sensing.forget(region, {n: -inf if p is None else p.stamp for n, p in places.items()})
 
-    def _new(self, body: DrivenRobot, region: Region, stamp: float) -> bool:
-        """Whether a reading is younger than the last resolution there."""
-        return stamp > self._resolved_at.get(region, {}).get(body.robot.name, -inf)
-
-    def _saw(self, body: DrivenRobot, region: Region, kind: str, stamp: float) -> None:
-        world = self._scenario.map
-        if region in self._seen or not world.is_free(region) or not self._new(body, region, stamp):
-            return
-        listed = [o for o in self._scenario.obstacles if (o.region, o.type.name) == (region, kind)]
-        obstacle = (
-            listed[0] if listed else Obstacle(self._scenario.catalogue.obstacles[kind], region)
-        )
-        self._seen[region] = obstacle
-        self._events.append(Sensed(self.now(), obstacle, body.robot.name))
-
-    def _gone(self, body: DrivenRobot, region: Region, stamp: float) -> None:
-        obstacle = self._seen.get(region)
-        if obstacle is not None and self._new(body, region, stamp):
-            del self._seen[region]
-            self._events.append(Sensed(self.now(), obstacle, body.robot.name, there=False))
-
-    def _report(self, body: DrivenRobot, message: Reported) -> None:
-        """``door@47`` or ``-door@47``; any other text is ignored."""
-        there = not message.text.startswith("-")
-        kind, _, place = message.text.removeprefix("-").strip().partition("@")
-        region = self._scenario.map.names.get(place)
-        if region is None and place.isdecimal() and len(place) < 10:
-            region = int(place)
-        if region is None or kind not in self._scenario.catalogue.obstacles or body.place is None:
-            return
-        if there:
-            self._saw(body, region, kind, body.place.stamp)
-        else:
-            self._gone(body, region, body.place.stamp)
+    def _sighted(self, body: DrivenRobot, found: Sequence[Sighting]) -> None:
+        now, name = self.now(), body.robot.name
+        self._events += [Sensed(now, one.obstacle, name, there=one.there) for one in found]
 
     def _scan(self, body: DrivenRobot, scan: Scanned) -> None:
         """Look into the regions beside the robot, while it stands still."""
-        use, errand = body.station.scan, body.errand
-        moving = errand is not None and errand.phase not in (Phase.LOOKING, Phase.ACTING)
-        fresh = errand is None or scan.stamp > errand.since
-        if use is None or body.place is None or moving or scan.stamp <= body.looked or not fresh:
+        use, task, at = body.station.scan, body.task, body.place
+        moving = task is not None and task.phase not in (Phase.LOOKING, Phase.ACTING)
+        fresh = task is None or scan.stamp > task.since
+        if use is None or at is None or moving or scan.stamp <= body.looked or not fresh:
             return
         body.looked = scan.stamp
-        for region in self._scenario.map.neighbours(self._here(body)):
-            hit = self._nearest(body, scan, region)
-            limit = self._metres_to(body, region) + use.beyond
-            if hit is None or self._somebody_at(body, region):
-                continue
-            if hit <= limit:
-                self._saw(body, region, use.obstacle, scan.stamp)
-            elif region in self._seen and self._seen[region].type.name == use.obstacle:
-                self._gone(body, region, scan.stamp)
-        if errand is not None and errand.phase is Phase.LOOKING:
-            self._arrive(body, errand)
-
-    def _here(self, body: DrivenRobot) -> Region:
-        assert body.place is not None
-        found = self._places.region(body.place.x, body.place.y)
-        return body.pose.region if found is None else found
-
-    def _nearest(self, body: DrivenRobot, scan: Scanned, region: Region) -> float | None:
-        """The shortest of the rays that end near the line to the middle of a region, in metres;
-        None if none goes there."""
-        at = body.place
-        assert at is not None
-        bearing = self._places.bearing(region, at.x, at.y) - at.yaw
-        width = 0.1 * min(self._places.frame.resolution)
-        found: float | None = None
-        for index, metres in enumerate(scan.ranges):
-            off = turned(scan.first + index * scan.step - bearing)
-            far = metres if isfinite(metres) else self._metres_to(body, region)
-            if abs(off) < pi / 2 and abs(far * sin(off)) <= width:
-                ahead = metres * cos(off) if isfinite(metres) else inf
-                found = ahead if found is None else min(found, ahead)
-        return found
+        found = self.places.region(at.x, at.y)
+        here = body.pose.region if found is None else found
+        busy = partial(self._somebody_at, body)
+        self._sighted(body, self._sensing.scan(use, scan, at, here, busy))
+        if task is not None and task.phase is Phase.LOOKING:
+            self._looked(body, task)
 
     def _somebody_at(self, body: DrivenRobot, region: Region) -> bool:
         """Whether another robot may be what a ray has hit: it is in a region, or bound for it, or
         less than a region away from its middle."""
-        size = max(self._places.frame.resolution)
+        size = max(self.places.frame.resolution)
         for other in self._bodies.values():
             if other is body:
                 continue
             held = {other.pose.region}
-            if other.errand is not None:
-                held |= {other.errand.start.region, other.errand.to.region}
+            if other.task is not None:
+                held |= {other.task.start.region, other.task.to.region}
             at = other.place
-            x, y = self._places.centre(region)
+            x, y = self.places.centre(region)
             if region in held or (at is not None and hypot(at.x - x, at.y - y) < size):
                 return True
         return False
+
+
+def _following(
+    scenario: Scenario,
+    places: Places,
+    stations: Mapping[str, Station],
+    transport: Transport,
+    clock: Callable[[], float],
+) -> Following | None:
+    """The maker of references, if a robot follows; its libraries are loaded only then."""
+    if all(station.follow is None for station in stations.values()):
+        return None
+    try:
+        from safenav.fleet.following import Following
+    except ImportError as error:
+        raise missing("'follow' of a robot", "numpy", "motion") from error
+    return Following(transport, scenario.robots, places, stations, clock)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from safenav.formula.syntax import (
     And,
@@ -24,6 +24,7 @@ from safenav.formula.syntax import (
 )
 
 State = Mapping[str, int | bool]
+Predicate = Callable[[State, State | None], bool]
 
 _RELATIONS = {
     Relation.EQUAL: operator.eq,
@@ -41,38 +42,75 @@ def evaluate(formula: Formula, current: State, following: State | None = None) -
     Raises KeyError for a variable without a value, and ValueError for a next value without a
     next state.
     """
+    return predicate(formula)(current, following)
+
+
+def predicate(formula: Formula) -> Predicate:
+    """The formula as a function of a state and the next one, for many of them; see ``evaluate``."""
     match formula:
         case Constant(value):
-            return value
+            return lambda _, __: value
         case Name():
-            return bool(_term(formula, current, following))
+            term = _term(formula)
+            return lambda now, then: bool(term(now, then))
         case Comparison(relation, left, right):
-            compare = _RELATIONS[relation]
-            return bool(compare(_term(left, current, following), _term(right, current, following)))
+            return _comparison(_RELATIONS[relation], left, right)
         case Not(operand):
-            return not evaluate(operand, current, following)
+            part = predicate(operand)
+            return lambda now, then: not part(now, then)
         case Next(operand):
-            return evaluate(operand, _next_state(following))
+            part = predicate(operand)
+            return lambda _, then: part(_next_state(then), then)
         case And(operands):
-            return all(evaluate(operand, current, following) for operand in operands)
+            parts = [predicate(operand) for operand in operands]
+            return lambda now, then: all(part(now, then) for part in parts)
         case Or(operands):
-            return any(evaluate(operand, current, following) for operand in operands)
+            return _some_of(operands)
         case Xor(operands):
-            return sum(evaluate(operand, current, following) for operand in operands) % 2 == 1
+            parts = [predicate(operand) for operand in operands]
+            return lambda now, then: sum(part(now, then) for part in parts) % 2 == 1
         case Implies(left, right):
-            return not evaluate(left, current, following) or evaluate(right, current, following)
+            one, other = predicate(left), predicate(right)
+            return lambda now, then: not one(now, then) or other(now, then)
         case Iff(left, right):
-            return evaluate(left, current, following) == evaluate(right, current, following)
+            one, other = predicate(left), predicate(right)
+            return lambda now, then: one(now, then) == other(now, then)
 
 
-def _term(term: Term, current: State, following: State | None) -> int:
+def _some_of(operands: tuple[Formula, ...]) -> Predicate:
+    """A disjunction. One that lists values of a variable looks its value up."""
+    name, values = None, set[int]()
+    for operand in operands:
+        match operand:
+            case Comparison(Relation.EQUAL, Name() as left, Number(value)) if left == (
+                name or left
+            ):
+                name = left
+                values.add(value)
+            case _:
+                parts = [predicate(operand) for operand in operands]
+                return lambda now, then: any(part(now, then) for part in parts)
+    assert name is not None
+    term = _term(name)
+    return lambda now, then: term(now, then) in values
+
+
+def _comparison(compare: Callable[[int, int], bool], left: Term, right: Term) -> Predicate:
+    one, other = _term(left), _term(right)
+    return lambda now, then: compare(one(now, then), other(now, then))
+
+
+def _term(term: Term) -> Callable[[State, State | None], int]:
     match term:
         case Number(value):
-            return value
-        case Name(name, primed):
-            return int(_next_state(following)[name] if primed else current[name])
+            return lambda _, __: value
+        case Name(name, True):
+            return lambda _, then: int(_next_state(then)[name])
+        case Name(name):
+            return lambda now, _: int(now[name])
         case Sum(terms):
-            return sum(_term(part, current, following) for part in terms)
+            parts = [_term(part) for part in terms]
+            return lambda now, then: sum(part(now, then) for part in parts)
 
 
 def _next_state(following: State | None) -> State:

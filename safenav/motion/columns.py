@@ -24,6 +24,7 @@ from safenav.motion.file.records import (
     Curve,
     Flight,
     FlownTrack,
+    Measured,
     Motion,
     Moving,
     Segment,
@@ -76,17 +77,22 @@ class Columns:
         return self.columns["vel_x"], self.columns["vel_y"]
 
 
-def columns_of(motion: Motion, robot: str, rate: float, in_world: bool = True) -> Columns:
+def columns_of(
+    motion: Motion, robot: str, rate: float, in_world: bool = True, *, planned: bool = False
+) -> Columns:
     """The columns of one robot, ``rate`` samples per second from 0 to the end of the motion.
 
     Raises UsageError for a robot that is not of the motion.
     """
     times = np.arange(0.0, motion.outcome.makespan + 0.5 / rate, 1.0 / rate)
-    return columns_at(motion, robot, times, in_world)
+    return columns_at(motion, robot, times, in_world, planned=planned)
 
 
-def columns_at(motion: Motion, robot: str, times: Array, in_world: bool = True) -> Columns:
-    """The columns of one robot at ascending times. Raises UsageError as ``columns_of``."""
+def columns_at(
+    motion: Motion, robot: str, times: Array, in_world: bool = True, *, planned: bool = False
+) -> Columns:
+    """The columns of one robot at ascending times, as it was measured if it was; ``planned``: as it
+    was to move. Raises UsageError as ``columns_of``."""
     if robot not in motion.header.robots:
         known = ", ".join(motion.header.robots)
         raise UsageError(f"'{robot[:40]}' is not a robot of this motion\n    known: {known}")
@@ -97,7 +103,8 @@ def columns_at(motion: Motion, robot: str, times: Array, in_world: bool = True) 
     table = np.zeros((len(times), len(names)))
     begins = np.array([piece.t0 for piece in pieces])
     rows = np.searchsorted(times, begins - 1e-12)
-    for piece, low, high in zip(pieces, rows, [*rows[1:], len(times)], strict=True):
+    bounds = zip(rows, [*rows[1:], len(times)] if pieces else [], strict=True)
+    for piece, (low, high) in zip(pieces, bounds, strict=True):
         since = np.minimum(times[low:high] - piece.t0, piece.t1 - piece.t0)
         if len(since):
             table[low:high] = sample(piece, since, limits)
@@ -105,7 +112,40 @@ def columns_at(motion: Motion, robot: str, times: Array, in_world: bool = True) 
     tracks = [line for line in motion.lines if isinstance(line, FlownTrack) and line.robot == robot]
     if tracks:
         columns = _tracked(tracks, times, columns)
+    if not planned:
+        columns = _executed(motion, robot, times, columns)
     return Columns(times, _placed(columns, motion.header.origin) if in_world else columns)
+
+
+def _executed(
+    motion: Motion, robot: str, times: Array, columns: dict[str, Array]
+) -> dict[str, Array]:
+    """The columns of a robot where it was measured: all of its body is moved and turned as far as
+    its middle is off the plan; accelerations and the centre of pressure stay planned."""
+    lines = (line for line in motion.lines if isinstance(line, Measured) and line.robot == robot)
+    rows = np.array([(row.t, row.x, row.y, row.yaw) for line in lines for row in line.rows])
+    if not len(rows):
+        return columns
+    measured = {
+        name: np.interp(times, rows[:, 0], values)
+        for name, values in zip(
+            ("x", "y", "yaw"), (*rows[:, 1:3].T, np.unwrap(rows[:, 3])), strict=True
+        )
+    }
+    middle = "com_" if "com_x" in columns else ""
+    found = dict(columns)
+    for axis in ("x", "y"):
+        off = measured[axis] - columns[f"{middle}{axis}"]
+        for name in (f"{middle}{axis}", f"left_{axis}", f"right_{axis}"):
+            if name in columns:
+                found[name] = columns[name] + off
+        if len(times) > 1:
+            found[f"vel_{axis}"] = np.gradient(measured[axis], times)
+    found["yaw"] = measured["yaw"]
+    if not any(isinstance(line, Moving) and line.robot == robot for line in motion.lines):
+        height = motion.header.robots[robot].get("altitude", 0.0)
+        found["z"] = np.full_like(times, height if isinstance(height, int | float) else 0.0)
+    return found
 
 
 def sample(piece: Moving, times: Array, limits: Mapping[str, object]) -> Array:

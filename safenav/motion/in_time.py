@@ -105,7 +105,7 @@ class _Run:
                 self._about(record.obstacle, 0.0, record)
             case records.Truth():
                 self._about(record.obstacle, now, record)
-            case records.Outcome():
+            case records.End():
                 end = max([self.makespan, *(t for t, _ in self.told)])
                 self._tell(end, replace(record, makespan=end))
             case _:
@@ -151,7 +151,7 @@ class _Run:
         act = records.Act(record.tick, self.commands, first.robot, names, (first.obstacle,))
         self._tell(first.t0, act)
         done = {first.obstacle: ActResult.DONE}
-        self._tell(first.t1, records.Acted(record.tick, self.commands, first.robot, done))
+        self._tell(first.t1, records.ActionEnd(record.tick, self.commands, first.robot, done))
         for name in names:
             self.ended[name] = max(self.ended.get(name, 0.0), first.t1)
         self.decided = max(self.decided, first.t1)

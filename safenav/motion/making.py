@@ -26,8 +26,11 @@ from safenav.motion.walker.limits import RECOVERING
 from safenav.motion.walker.mover import WalkerMover
 from safenav.motion.walker.pushes import pushed
 from safenav.pace.robot import SIDE as SIDE
+from safenav.scenario.model import Scenario
 from safenav.scenario.motion import resolved
 from safenav.scenario.reading.catalogue import built_in
+from safenav.trace.header import scenario_header
+from safenav.trace.records import VERSION, Header
 from safenav.trace.setting import RobotHeader
 from safenav.trace.trace import Trace
 
@@ -68,12 +71,19 @@ def motion_of(
         rows=floor.rows,
         cols=floor.cols,
         origin=trace.header.scenario.map.origin or (0.0, 0.0, 0.0),
-        robots={name: _described(trace, name, movers[name], against) for name in movers},
+        robots={name: described(trace, name, movers[name], against) for name in movers},
         seed=against.seed,
         gust=against.gust,
         push=against.push,
     )
     return Motion(header, lines, outcome)
+
+
+def check_movable(scenario: Scenario) -> None:
+    """Raises UsageError or InputError if a robot cannot move so on the floor of a scenario."""
+    header = Header(0, VERSION, safenav.__version__, scenario_header(scenario, None))
+    trace = Trace(scenario.name, header, (), cut_off=False, ignored=0)
+    movers_of(trace, floor_of(trace))
 
 
 def _carried_out(
@@ -167,9 +177,10 @@ def _motion(name: str, robot: RobotHeader) -> dict[str, object]:
     return known
 
 
-def _described(
-    trace: Trace, name: str, moved: Mover, against: Disturbances
+def described(
+    trace: Trace, name: str, moved: Mover, against: Disturbances = Disturbances()
 ) -> Mapping[str, object]:
+    """How a robot moves, for the header of its motion."""
     robot = trace.header.scenario.robots[name]
     motion = _motion(name, robot)
     described: dict[str, object] = {**motion, "layer": robot.layer, **moved.limits()}

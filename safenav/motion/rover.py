@@ -62,7 +62,9 @@ class RoverMover(Mover):
         centre = self.floor.centre(self.region)
         if self.place == centre:
             return []
-        return [self._drive("drive", tick, self.region, [self._driving(centre)])]
+        ahead = atan2(centre[1] - self.place[1], centre[0] - self.place[0])
+        arcs = [*self._turning(ahead), self._driving(centre)]
+        return [self._drive("drive", tick, self.region, arcs)]
 
     def _turning(self, wanted: float) -> list[Arc]:
         angle = remainder(wanted - self.facing, tau)

@@ -15,7 +15,7 @@ from math import cos, hypot, remainder, sin, tau
 import numpy as np
 
 from safenav.motion.columns import sample
-from safenav.motion.file.records import Motion, Moving, Segment
+from safenav.motion.file.records import GoalLine, Motion, Moving, Piece, Segment
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,8 @@ def timed_waypoints(motion: Motion) -> list[TimedWaypoint]:
     found = []
     for robot in motion.header.robots:
         pieces = [p for p in motion.lines if isinstance(p, Moving) and p.robot == robot]
+        goals = [p for p in motion.lines if isinstance(p, GoalLine) and p.robot == robot]
+        found += [_reached(motion, goal) for goal in goals if goal.end == "succeeded"]
         if pieces:
             found.append(_at(motion, pieces[0], 0.0, pieces[0].origin))
         ends = [p for p in pieces if p.origin != p.to or p.primitive in ("stop", "turn")]
@@ -48,11 +50,26 @@ def timed_waypoints(motion: Motion) -> list[TimedWaypoint]:
 
 def _at(motion: Motion, piece: Moving, since: float, region: int) -> TimedWaypoint:
     row = sample(piece, np.array([since]), motion.header.robots[piece.robot])[0].tolist()
+    yaw = row[11] if isinstance(piece, Segment) else row[9]
+    pose = (row[0], row[1], row[2], yaw, hypot(row[3], row[4]))
+    return _waypoint(motion, piece, piece.t0 + since, pose, region)
+
+
+def _reached(motion: Motion, goal: GoalLine) -> TimedWaypoint:
+    """The pose of a goal when it was reached; one of any direction faces east."""
+    height = motion.header.robots[goal.robot].get("altitude", 0.0)
+    z = float(height) if isinstance(height, int | float) else 0.0
+    return _waypoint(motion, goal, goal.t1, (goal.x, goal.y, z, goal.yaw or 0.0, 0.0), goal.to)
+
+
+def _waypoint(
+    motion: Motion, piece: Piece, t: float, pose: tuple[float, ...], region: int
+) -> TimedWaypoint:
+    """A waypoint in the world, from x, y, z, yaw and speed in the frame of the map."""
     x0, y0, turned = motion.header.origin
-    x = x0 + row[0] * cos(turned) - row[1] * sin(turned)
-    y = y0 + row[0] * sin(turned) + row[1] * cos(turned)
-    yaw = remainder((row[11] if isinstance(piece, Segment) else row[9]) + turned, tau)
-    numbers = (piece.t0 + since, x, y, row[2], yaw, hypot(row[3], row[4]))
+    x = x0 + pose[0] * cos(turned) - pose[1] * sin(turned)
+    y = y0 + pose[0] * sin(turned) + pose[1] * cos(turned)
+    numbers = (t, x, y, pose[2], remainder(pose[3] + turned, tau), pose[4])
     t, x, y, z, yaw, speed = (round(number, 6) + 0.0 for number in numbers)
     return TimedWaypoint(piece.robot, piece.tick, t, x, y, z, yaw, speed, region)
 

@@ -73,7 +73,7 @@ class ProgressBar:
                 self._syntheses += 1
             case _:
                 pass
-        ended = record.outcome.value if isinstance(record, records.Outcome) else ""
+        ended = record.outcome.value if isinstance(record, records.End) else ""
         now = time.monotonic()
         if self._display is not None and (ended or now - self._shown_at >= _UPDATE_SECONDS):
             self._shown_at = now

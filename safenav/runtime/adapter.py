@@ -8,7 +8,7 @@ from collections.abc import Collection, Sequence
 
 from safenav.runtime.checked_world import CheckedWorld
 from safenav.runtime.protocol import Acted, Arrived, BlockingWorld, Elsewhere, Ended, WorldEvent
-from safenav.runtime.world import Change
+from safenav.runtime.world import Change, SimulatedWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
@@ -20,6 +20,7 @@ class BlockingAdapter:
 
     def __init__(self, world: BlockingWorld, scenario: Scenario) -> None:
         self._world = CheckedWorld(world, scenario)
+        self._simulated = world if isinstance(world, SimulatedWorld) else None
         self._regions = {robot.name: robot.start.region for robot in scenario.robots}
         self._draws = {r.name: random.Random(f"{scenario.seed}/{r.name}") for r in scenario.robots}
         self._tick = 0
@@ -28,6 +29,11 @@ class BlockingAdapter:
     @property
     def idle(self) -> bool:
         return not self._open
+
+    @property
+    def left(self) -> tuple[tuple[str, int], ...]:
+        """The ticks that steps under way still take."""
+        return tuple((name, each[0] - self._tick) for name, each in self._open.items())
 
     def now(self) -> float:
         return float(self._tick)
@@ -52,7 +58,8 @@ class BlockingAdapter:
         return self._moved(*due[1:])
 
     def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Acted:
-        del obstacles  # it does what it can
+        if self._simulated is not None:  # others do what they can
+            self._simulated.may_sweep = {obstacle.name for obstacle in obstacles}
         found = [
             (obstacle, ActResult.UNTRAVERSABLE if truth is False else ActResult.DONE)
             for obstacle, truth in self._world.act(robot)

@@ -35,6 +35,7 @@ from safenav.runtime.coordination.events import (
     Started,
     Unsettled,
 )
+from safenav.runtime.coordination.ladder import misses_its_rounds
 from safenav.runtime.coordination.strategies import Strategies
 from safenav.runtime.coordination.strategy_search import (
     NotYet,
@@ -51,7 +52,7 @@ from safenav.runtime.termination import RunEnded, Stop
 from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.turn import Turns
 from safenav.trace.header import objective_in_trace
-from safenav.trace.vocabulary import HoldReason
+from safenav.trace.vocabulary import HoldReason, Reason
 
 
 @dataclass
@@ -80,9 +81,13 @@ class Algorithm:
         (``TeamState.initial``). Raises RunEnded if a robot has none."""
         refuse_what_cannot_be_kept(self.team, self.batteries)
         self.settle([Started()])  # 1 to 4
+        self.deadlines.turn_ends(0)
 
     def _step(self, robot: RobotState) -> None:
+        rounds = robot.own.rounds
         self.settle(self.turns.step(robot))  # 6
+        if robot.own.rounds > rounds and misses_its_rounds(self.team, robot):
+            self.settle([Astray(robot.name, Reason.ROUND)])
         self.settle(self.batteries.turn_ends(robot))
 
     def settle(self, events: Iterable[Event]) -> None:

@@ -11,37 +11,23 @@ from collections.abc import Mapping
 
 from safenav.scenario.model import Tracking
 from safenav.spec.other_robots.belief import known_of, watch_for
-from safenav.spec.other_robots.knowledge import Knowledge, Tracker, watch
+from safenav.spec.other_robots.knowledge import Knowledge, Tracker
 from safenav.spec.task import Task
 from safenav.world.map import Region, RegionMap
-from safenav.world.partition import Partition
 
 
 class BeliefTracker:
-    """Keeps track of others on a map, by the cells of a partition, within a vision radius and
-    past ``closed`` obstacles (see ``world.visibility``)."""
+    """Keeps track of others by a given watch."""
 
-    def __init__(
-        self,
-        world: RegionMap,
-        partition: Partition,
-        radius: float | None,
-        closed: frozenset[Region] = frozenset(),
-    ) -> None:
-        self._watch = watch(world, partition, radius, closed)
-
-    @classmethod
-    def by(cls, watch: Tracker) -> BeliefTracker:
-        """The tracker that keeps track by a given watch."""
-        visibility = watch.visibility
-        return cls(watch.world, watch.partition, visibility.radius, visibility.closed)
+    def __init__(self, watch: Tracker) -> None:
+        self._watch = watch
 
     def observe(self, own: Region, other: Region, knowledge: Knowledge) -> Knowledge:
         """Return the knowledge after a look from region ``own`` while the other is in ``other``;
         ``knowledge`` is from the look before.
 
         The other's region only decides whether it is seen. If it is not seen although every region
-        that it can have reached by a single step is in sight, it may be anywhere: in all cells.
+        that it can have reached is in sight, it may be anywhere: in all cells.
         """
         if self._watch.visibility.sees(own, other):
             return other
@@ -69,7 +55,7 @@ class Beliefs:
         then knows, by the others' names."""
         if task.tracking is not Tracking.BELIEF:
             return {}
-        robot, tracker = task.robot.name, BeliefTracker.by(watch_for(task, world))
+        robot, tracker = task.robot.name, BeliefTracker(watch_for(task, world))
         known = {
             other.name: tracker.observe(
                 own,

@@ -14,7 +14,7 @@ from safenav.world.moves import Pose
 
 
 @dataclass(frozen=True)
-class Violation:
+class ForbiddenMove:
     """A proposed move that the augmented specification forbids (paper, eq. for phi_a)."""
 
     robot: Robot
@@ -30,7 +30,7 @@ class Characterization:
     world: Commands
     team: TeamState
 
-    def check(self, robot: Robot, pose: Pose, target: Region) -> Violation | None:
+    def check(self, robot: Robot, pose: Pose, target: Region) -> ForbiddenMove | None:
         """Return the violation of knowledge or observation by moving from ``pose`` to ``target``,
         or None. A known obstacle stays closed until an event opens it, whatever a sensor finds
         now."""
@@ -40,6 +40,19 @@ class Characterization:
         obstacle = knowledge.closing(target, robot)
         if obstacle is None:
             obstacle = self.world.sense(robot, target)
-            if obstacle is None or not knowledge.closed_to(obstacle, robot):
+            if obstacle is None:
                 return None
-        return Violation(robot, pose.region, target, obstacle)
+            if not self._stops(obstacle, robot):
+                if self.team.live:  # in lockstep all sensors show the same
+                    knowledge.sight(obstacle)
+                return None
+        return ForbiddenMove(robot, pose.region, target, obstacle)
+
+    def _stops(self, obstacle: Obstacle, robot: Robot) -> bool:
+        """Whether a robot must not enter an obstacle that it notices: the regions that one sweeps
+        have to be reserved first, so the team has to know of it."""
+        knowledge = self.team.knowledge
+        if knowledge.closed_to(obstacle, robot):
+            return True
+        sweeps = bool(obstacle.swept(self.team.scenario.map))
+        return sweeps and obstacle.blocks(robot) and not knowledge.knows(obstacle)

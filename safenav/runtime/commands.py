@@ -24,6 +24,7 @@ from safenav.runtime.protocol import (
     Failed,
     Lost,
     PlacingWorld,
+    RememberingWorld,
     Sensed,
     TimedWorld,
     World,
@@ -86,7 +87,7 @@ class Commands:
         self._posted: queue.SimpleQueue[WorldEvent] = queue.SimpleQueue()
         self._count = 0
         self._took: dict[str, deque[float]] = {}
-        self._zero = self._now = self._looked = self._steps = 0.0
+        self.zero = self._now = self._looked = self._steps = 0.0
         self._all: deque[float] = deque(maxlen=KEPT)
 
     @property
@@ -100,7 +101,7 @@ class Commands:
 
     def now(self) -> float:
         """Seconds of the run; never less than before."""
-        self._now = max(self._now, self.world.now() - self._zero)
+        self._now = max(self._now, self.world.now() - self.zero)
         return self._now
 
     def steps(self) -> float:
@@ -119,12 +120,12 @@ class Commands:
         self._posted.put(event)
 
     def begin(self) -> None:
-        """The run begins now."""
-        self._zero = self.world.now() if self.live else 0.0
+        """The run begins now: its times count from ``zero`` on the world's clock."""
+        self.zero = self.world.now() if self.live else 0.0
 
     def at(self, event: WorldEvent) -> float:
         """The seconds of the run at which an event was so."""
-        return event.at - self._zero
+        return event.at - self.zero
 
     def number(self, name: str) -> int:
         """The number of a robot's open command, or of its last one."""
@@ -135,9 +136,14 @@ class Commands:
         return None if self._timed is None else self._timed.expected(robot)
 
     def placed(self, robot: Robot, pose: Pose) -> None:
-        """Let a simulated world know that an operator has put a robot somewhere."""
+        """Notify a world that keeps poses of a robot that an operator has put somewhere."""
         if isinstance(self.world, PlacingWorld):
             self.world.placed(robot, pose)
+
+    def cleared(self, obstacle: Obstacle) -> None:
+        """Notify a world that remembers obstacles of one that an operator has resolved."""
+        if isinstance(self.world, RememberingWorld):
+            self.world.cleared(obstacle)
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
         """The obstacle in ``region``, as far as the world's sensors know. Raises WorldError."""

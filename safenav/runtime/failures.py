@@ -56,6 +56,8 @@ class Troubles:
         """A robot is back in service, with all that it can do."""
         self.arrived(robot)
         self.barred = {entry for entry in self.barred if entry[0] != robot}
+        for key in [key for key in self.actions if key[0] == robot]:
+            del self.actions[key]
 
     def action_failed(self, policy: Failures, robot: str, obstacle: str) -> bool:
         """Count a failed action; whether the robot is to leave the obstacle to others now."""

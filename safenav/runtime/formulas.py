@@ -10,7 +10,7 @@ from safenav.scenario.model import Robot
 from safenav.scenario.objective import Ltl, formulas_in
 from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility
-from safenav.world.poses import Mask, PoseGraph, bits
+from safenav.world.poses import Mask, PoseGraph, bits, plain_graph
 
 
 class Formulas:
@@ -18,7 +18,7 @@ class Formulas:
 
     def __init__(self, objective: Ltl, world: RegionMap, mobility: Mobility) -> None:
         self.guarantees: Guarantees = guarantees_of(objective)
-        self._graph = PoseGraph(world, mobility)
+        self._graph = plain_graph(world, mobility)
 
     @cached_property
     def graph(self) -> PoseGraph:
@@ -65,12 +65,6 @@ def formulas_of(robot: Robot, world: RegionMap) -> Formulas | None:
 @lru_cache(maxsize=256)
 def _formulas(objective: Ltl, world: RegionMap, mobility: Mobility) -> Formulas:
     return Formulas(objective, world, mobility)
-
-
-@lru_cache(maxsize=64)
-def plain_graph(world: RegionMap, mobility: Mobility) -> PoseGraph:
-    """The poses of a mobility on a map and its steps, made once."""
-    return PoseGraph(world, mobility)
 
 
 def graph_of(robot: Robot, world: RegionMap) -> PoseGraph:

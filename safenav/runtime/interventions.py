@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import field, replace
+from functools import cached_property
 
 from safenav.dataclass import dataclass
 from safenav.errors import UsageError
@@ -139,18 +140,13 @@ class Interventions:
     world: SimulatedWorld | None
     turns: Turns
     _asked: list[Intervention] = field(default_factory=list)
-    _ordered: set[Obstacle] = field(default_factory=set)
+    _ordered: set[str] = field(default_factory=set)
     _made: int = 0
 
     @property
     def asked(self) -> bool:
         """Whether an intervention is to be applied."""
         return bool(self._asked)
-
-    @property
-    def _time(self) -> float:
-        """The tick; in a live run the seconds."""
-        return self.state.tick if self.state.now is None else self.state.now()
 
     def ask(self, wanted: Intervention) -> None:
         """Raises UsageError for what cannot be; the message names place and reason."""
@@ -185,7 +181,7 @@ class Interventions:
         """Apply the scenario's changes of this tick and every requested one: yield the events that
         follow, each to be settled before the next."""
         changes = self.state.scenario.changes
-        while self._made < len(changes) and changes[self._made].at <= self._time:
+        while self._made < len(changes) and changes[self._made].at <= self.state.time:
             change = changes[self._made]
             self._made += 1
             robot = self._robot(change.robot)
@@ -193,7 +189,7 @@ class Interventions:
                 yield from self._give(robot, change.objective, _SCENARIO, change.within)
             if change.active is not None:
                 yield from self.turns.serve(robot, active=change.active, cause=_SCENARIO)
-        if not isinstance(self.world, ChangingWorld):
+        if not self._tells_orders:
             yield from self._orders()
         asked, self._asked = self._asked, []
         for wanted in asked:
@@ -202,12 +198,16 @@ class Interventions:
             yield from self._bring_about(wanted)
         yield from self._inputs()
 
+    @cached_property
+    def _tells_orders(self) -> bool:
+        return isinstance(self.world, ChangingWorld)
+
     def _orders(self) -> Iterator[Event]:
         """Tell the team the orders of the scenario that are due, in a world that does not."""
         for obstacle in self.state.scenario.obstacles:
-            due = obstacle.ordered and (obstacle.appears or 0) <= self._time
-            if due and obstacle not in self._ordered:
-                self._ordered.add(obstacle)
+            due = obstacle.ordered and (obstacle.appears or 0) <= self.state.time
+            if due and obstacle.name not in self._ordered:
+                self._ordered.add(obstacle.name)
                 yield ObstacleChanged(Change(obstacle, appeared=True))
 
     def _inputs(self) -> Iterator[Event]:
@@ -215,7 +215,7 @@ class Interventions:
         state, state.inputs_before = self.state, self.state.inputs
         if not state.inputs or not isinstance(self.world, InputWorld):
             return
-        told = self.world.inputs(int(self._time))
+        told = self.world.inputs(int(self.state.time))
         state.inputs = {name: bool(told.get(name, on)) for name, on in state.inputs.items()}
         if state.inputs == state.inputs_before:
             return
@@ -264,13 +264,17 @@ class Interventions:
         state = self.state
         match wanted:
             case Close(kind, region, truth):
-                new = Obstacle(kind, region, truth, appears=state.tick)
+                new = Obstacle(kind, region, truth, appears=int(self.state.time))
                 known = {o.name for o in state.scenario.obstacles} | state.introduced
                 self._simulation().bring(new, truth)
                 if truth is not None and new.name in known:  # it comes back, perhaps another way
                     state.emit(records.Truth(state.tick, new.name, truth, _USER))
             case PlaceOrder(kind, region):
-                new = Obstacle(kind, region, appears=state.tick, ordered=True)
+                new = Obstacle(kind, region, appears=int(self.state.time), ordered=True)
+                known = {o.name for o in state.scenario.obstacles} | state.introduced
+                while new.name in known | self._ordered:
+                    new = replace(new, number=new.number + 1)
+                self._ordered.add(new.name)
                 if isinstance(self.world, SimulatedWorld):
                     self.world.bring(new, None)
                 else:
@@ -294,6 +298,7 @@ class Interventions:
                 if self.world is not None and self.world.stands(obstacle):
                     self.world.take_away(name)  # the world reports it
                 else:
+                    self.turns.world.cleared(obstacle)
                     yield from self.turns.gone(obstacle)
             case MarkPermanent(name):
                 yield from self.turns.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
@@ -366,9 +371,6 @@ class Interventions:
             raise UsageError(f"region {wanted.region} is a wall: order something in a free one")
         if wanted.type.blocks != frozenset():
             raise UsageError(f"a {wanted.type.name} stops robots: an order needs 'blocks: []'")
-        name = f"{wanted.type.name}@{wanted.region}"
-        if self.state.requests.of(name) is not None:
-            raise UsageError(f"{name} is ordered already")
 
     def _may_give(self, wanted: Give) -> None:
         robot = self._robot(wanted.robot)

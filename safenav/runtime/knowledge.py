@@ -22,7 +22,7 @@ PERMANENT = "an operator says that it stays"
 
 
 @dataclass(frozen=True)
-class Met:
+class NeedMet:
     """One of several needs of an obstacle was met by ``group``."""
 
     obstacle: Obstacle
@@ -36,18 +36,20 @@ class Met:
 
 class Knowledge:
     """The obstacles that the team knows. Owner of ``pending``, ``joined`` and ``stuck_at`` (the
-    need at which an obstacle was given up), all by name."""
+    need at which an obstacle was given up), all by name. ``sighted``: seen by robots that they do
+    not stop, and met by none that they stop."""
 
     def __init__(self, scenario: Scenario) -> None:
         self.pending: dict[str, Work] = {}
         self.joined: dict[str, tuple[Obstacle, str]] = {}
         self.stuck_at: dict[str, int] = {}
+        self.sighted: dict[str, Obstacle] = {}
         self._unmet = Works(scenario)
         self._known = Works(scenario)
         self._finished: dict[str, Work] = {}
         for obstacle in scenario.obstacles:
             if obstacle.appears is None and _takes_more(obstacle):
-                self._unmet.open[obstacle.region] = Work(obstacle)
+                self._unmet.open[obstacle.name] = Work(obstacle)
 
     def copy(self) -> Knowledge:
         """The same knowledge, to be changed apart from this one."""
@@ -56,8 +58,9 @@ class Knowledge:
         copies = {id(work): replace(work) for work in works}
         other.pending = {name: copies[id(work)] for name, work in self.pending.items()}
         other.joined, other.stuck_at = dict(self.joined), dict(self.stuck_at)
+        other.sighted = dict(self.sighted)
         for kept, works_of in (("_unmet", self._unmet), ("_known", self._known)):
-            opened = {place: copies[id(work)] for place, work in works_of.open.items()}
+            opened = {name: copies[id(work)] for name, work in works_of.open.items()}
             setattr(other, kept, Works(works_of.scenario, opened))
         return other
 
@@ -71,8 +74,8 @@ class Knowledge:
     def need_of(self, obstacle: Obstacle) -> int:
         """The number of the need that is next; the last one while the world does not say that
         the obstacle is resolved."""
-        work = self.pending.get(obstacle.name) or self._unmet.open.get(obstacle.region)
-        if work is None or work.obstacle.name != obstacle.name:
+        work = self.pending.get(obstacle.name) or self._unmet.open.get(obstacle.name)
+        if work is None:
             return 0
         return min(work.need, len(obstacle.needs) - 1)
 
@@ -80,10 +83,16 @@ class Knowledge:
         """The obstacle in a region that is known, and closed to a robot."""
         known = (obstacle for obstacle, _ in self.joined.values())
         pending = (work.obstacle for work in self.pending.values())
-        for obstacle in (*pending, *known):
+        for obstacle in (*pending, *known, *self.sighted.values()):
             if obstacle.region == region and self.closed_to(obstacle, robot):
                 return obstacle
         return None
+
+    def sight(self, obstacle: Obstacle) -> None:
+        """Remember an obstacle that a sensor shows to a robot that may enter its region. Another
+        robot may not, whether or not its own sensor shows it."""
+        if not self.knows(obstacle):
+            self.sighted[obstacle.name] = obstacle
 
     def meet(self, obstacle: Obstacle) -> bool:
         """Remember an obstacle that a robot encountered; return whether it is new."""
@@ -91,44 +100,50 @@ class Knowledge:
             return False
         self.joined.pop(obstacle.name, None)
         self.stuck_at.pop(obstacle.name, None)
-        work = self._unmet.open.pop(obstacle.region, None)
-        if work is None or work.obstacle.name != obstacle.name:
-            work = Work(obstacle)
-        self.pending[obstacle.name] = self._known.open[obstacle.region] = work
+        self.sighted.pop(obstacle.name, None)
+        work = self._unmet.open.pop(obstacle.name, None) or Work(obstacle)
+        self.pending[obstacle.name] = self._known.open[obstacle.name] = work
         return True
 
-    def perform(self, robot: Robot, regions: Mapping[str, Region]) -> tuple[bool, tuple[Met, ...]]:
+    def perform(
+        self, robot: Robot, regions: Mapping[str, Region], may_sweep: Collection[str] = ()
+    ) -> tuple[bool, tuple[NeedMet, ...]]:
         """Take note of what a robot does where it stands: whether that brought a pending
         obstacle nearer to its resolution without resolving it, and which needs are met by it."""
-        before = [(work.need, work.done) for work in self.pending.values()]
+        before = {name: (work.need, work.done) for name, work in self.pending.items()}
         works = [*self._known.open.values(), *self._unmet.open.values()]
         needs = [work.need for work in works]
         kept = dict(self._known.open)
-        self._known.perform(robot, regions)
+        self._known.perform(robot, regions, may_sweep)
         self._known.open = kept  # whether it is resolved, the world says
-        self._finished = {work.obstacle.name: work for work in self._unmet.perform(robot, regions)}
-        left = [(work.need, work.done) for work in self.pending.values() if not work.finished]
+        finished = self._unmet.perform(robot, regions, ())
+        self._finished = {work.obstacle.name: work for work in finished}
+        further = any(
+            (work.need, work.done) != before[name]
+            for name, work in self.pending.items()
+            if not work.finished
+        )
         met = tuple(
-            Met(work.obstacle, need, work.groups[need])
+            NeedMet(work.obstacle, need, work.groups[need])
             for work, first in zip(works, needs, strict=True)
             for need in range(first, work.need)
             if len(work.obstacle.needs) > 1
         )
-        return any(entry not in before for entry in left), met
+        return further, met
 
     def within_reach(
-        self, robot: Robot, regions: Mapping[str, Region]
+        self, robot: Robot, regions: Mapping[str, Region], may_sweep: Collection[str] = ()
     ) -> list[tuple[Obstacle, tuple[str, ...]]]:
         """The pending obstacles of which a robot can meet a need where it stands, or its part of
         one; each with the robots that take part. ``regions``: of those that may."""
-        found = self._known.within_reach(robot, regions)
+        found = self._known.within_reach(robot, regions, may_sweep)
         return [(work.obstacle, group) for work, group in found]
 
     def appear(self, obstacle: Obstacle) -> None:
         """Note that an obstacle has appeared; no robot has encountered it."""
         self.forget(obstacle)
         if _takes_more(obstacle):
-            self._unmet.open[obstacle.region] = Work(obstacle)
+            self._unmet.open[obstacle.name] = Work(obstacle)
 
     def knows(self, obstacle: Obstacle) -> bool:
         """Whether the team has met an obstacle, or has it in O."""
@@ -138,10 +153,11 @@ class Knowledge:
         """Forget an obstacle that was resolved or disappeared; return whether the team knew it."""
         known = self.knows(obstacle)
         self.pending.pop(obstacle.name, None)
+        self.sighted.pop(obstacle.name, None)
         self.joined.pop(obstacle.name, None)
         self.stuck_at.pop(obstacle.name, None)
-        self._known.open.pop(obstacle.region, None)
-        self._unmet.open.pop(obstacle.region, None)
+        self._known.open.pop(obstacle.name, None)
+        self._unmet.open.pop(obstacle.name, None)
         return known
 
     def helped(self, obstacle: Obstacle) -> tuple[str, ...]:
@@ -152,7 +168,7 @@ class Knowledge:
     def join(self, obstacle: Obstacle, reason: str) -> None:
         """Add an obstacle to O for the robots that it blocks."""
         work = self.pending.pop(obstacle.name, None)
-        self._known.open.pop(obstacle.region, None)
+        self._known.open.pop(obstacle.name, None)
         self.joined[obstacle.name] = (obstacle, reason)
         self.stuck_at[obstacle.name] = work.need if work is not None else 0
 

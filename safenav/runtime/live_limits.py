@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from safenav.errors import UsageError
 from safenav.scenario.model import Scenario, Tracking
+from safenav.scenario.reading.promises import in_seconds
 
 
 def refuse_if_unsafe(scenario: Scenario) -> None:
     """Raises UsageError, with the robot and the reason, if a strategy of the scenario assumes how
     far other robots move between two of its looks."""
-    if scenario.promises or any(robot.model.battery is not None for robot in scenario.robots):
-        what = "promises in ticks" if scenario.promises else "batteries"
-        raise UsageError(f"a live run cannot keep {what}: a tick has no length there; use lockstep")
+    if scenario.promises:
+        raise UsageError(
+            "a live run cannot keep promises in ticks: a tick has no length there; use "
+            f"'clock: lockstep', or {in_seconds(scenario)}"
+        )
     for robot in scenario.robots:
         others = [o.name for o in scenario.robots if o is not robot and scenario.conflict(robot, o)]
-        others += [name for name in sorted(robot.tracks) if name not in others]
         if robot.tracking is Tracking.NEARBY or not others:
             continue
         moves = f"{others[0]} moves" if len(others) == 1 else f"{' and '.join(others)} move"

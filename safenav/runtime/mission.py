@@ -10,13 +10,14 @@ robots.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Hashable, Iterable
 from contextlib import suppress
 from typing import Any
 
 import safenav
 from safenav.dataclass import dataclass
 from safenav.errors import SafenavError, UsageError
+from safenav.outcome import Outcome
 from safenav.runtime.adapter import BlockingAdapter
 from safenav.runtime.commands import Commands
 from safenav.runtime.coordination.reasons import Shortfall
@@ -34,7 +35,7 @@ from safenav.runtime.termination import Conclusion, RunEnded, Stop
 from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.turn import Turns
 from safenav.runtime.world import SimulatedWorld
-from safenav.scenario.model import Clock, Outcome, Scenario
+from safenav.scenario.model import Clock, Scenario, Tracking
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.request import Listener as SynthesisListener
@@ -94,6 +95,7 @@ class Mission:
         self._moved = 0  # the tick of the last move
         self.state = TeamState.initial(scenario, (*listeners, self._note))
         self._deadlines = Deadlines(self.state)
+        self.state.dues = self._deadlines.dues
         self.state.listeners = (*self.state.listeners, self._deadlines)
         if world is None:
             live = scenario.clock is Clock.LIVE
@@ -104,7 +106,7 @@ class Mission:
         self._commands = commands = Commands(protocol, scenario)
         if commands.live:
             refuse_if_unsafe(scenario)
-            self.state.now = commands.now
+            self.state.now, self._deadlines.active = commands.now, False
         self._stop = Stop(None if commands.live else scenario.limits.seconds)
         synthesizer = synthesizer or default_synthesizer(scenario)
         self._search = StrategySearch(scenario.map, synthesizer, self._stop, progress)
@@ -169,6 +171,11 @@ class Mission:
         self._commands.post(event)
 
     @property
+    def began(self) -> float:
+        """When a live run began, in seconds on the world's clock: the 0 of its trace."""
+        return self._commands.zero
+
+    @property
     def waiting(self) -> Conclusion | None:
         """The end of a live run that waits for an operator instead."""
         return self.state.waiting
@@ -211,11 +218,12 @@ class Mission:
         self._stop.begin()
         self._commands.begin()
         truths = None if self._truth is None else self._truth.truths
-        header = scenario_header(self.scenario, truths)
+        header = scenario_header(self.scenario, truths, live=self.state.live)
         clock = Clock.LIVE.value if self.state.live else None
         self.state.emit(records.Header(0, records.VERSION, safenav.__version__, header, clock))
         self._guarded(self._algorithm.begin)
         self._search.background = self.state.live and not self._commands.simulated
+        self._traffic.thinking.background = self._search.background
 
     def step(self) -> None:
         """One tick: every robot takes its turn, in the scenario's order. In a live run one pass:
@@ -229,6 +237,16 @@ class Mission:
             raise UsageError(f"step() after the end: the outcome is {self.result.outcome.value}")
         self._guarded(self._algorithm.tick)
 
+    def machine(self) -> Hashable:
+        """The state by which a run in lockstep continues without a surprise, but the rounds
+        counted; None if a joint plan is followed, or robots remember where they saw others."""
+        adapter, traffic = self._commands.world, self._traffic.machine()
+        remembers = any(r.tracking is not Tracking.NEARBY for r in self.scenario.robots)
+        if traffic is None or remembers or not isinstance(adapter, BlockingAdapter):
+            return None
+        robots = tuple(robot.machine for robot in self.state.robots.values())
+        return robots, traffic, self._deadlines.ages(), adapter.left
+
     def _guarded(self, part: Callable[[], None]) -> None:
         """The one place where a run ends, whatever ended it."""
         try:
@@ -239,11 +257,13 @@ class Mission:
             self._end(Conclusion(Outcome.INTERRUPTED, "interrupted by the user"))
         except SafenavError as error:
             with suppress(SafenavError):  # the trace itself may be what cannot be written
-                self._tell_end("error", Conclusion(Outcome.INTERRUPTED, str(error)))
+                self._tell_end(Conclusion(Outcome.ERROR, str(error)))
             self._search.close()
+            self._traffic.thinking.close()
             raise
         except BaseException:
             self._search.close()
+            self._traffic.thinking.close()
             raise
 
     def first_results(self, names: Collection[str] | None = None) -> dict[str, TaskResult]:
@@ -254,7 +274,8 @@ class Mission:
     def _end(self, conclusion: Conclusion) -> None:
         self.ending = True
         self._search.close()
-        ended = self._tell_end(conclusion.outcome.value, conclusion)
+        self._traffic.thinking.close()
+        ended = self._tell_end(conclusion)
         self.result = RunResult(
             conclusion.outcome,
             conclusion.explanation,
@@ -289,13 +310,13 @@ class Mission:
         if isinstance(record, records.Move):
             self._moved = record.tick
 
-    def _tell_end(self, outcome: str, conclusion: Conclusion) -> records.Outcome:
+    def _tell_end(self, conclusion: Conclusion) -> records.End:
         if self._traffic.active:
             self._traffic.end(vocabulary.PlanEndReason.CHANGED)
         live = self._spent() if self.state.live else {}
-        ended = records.Outcome(
+        ended = records.End(
             self.state.tick,
-            vocabulary.Ending(outcome),
+            conclusion.outcome,
             conclusion.explanation,
             {name: robot.own.rounds for name, robot in self.state.robots.items()},
             self.state.tick if self.state.live else self._moved,

@@ -15,7 +15,7 @@ from functools import lru_cache
 
 from safenav.dataclass import dataclass
 from safenav.errors import ExitCode, SafenavError
-from safenav.formula.evaluator import evaluate
+from safenav.formula.evaluator import Predicate, predicate
 from safenav.formula.parser import parse
 from safenav.runtime.navigation import Planner, Proposal
 from safenav.runtime.team import RobotState, TeamState
@@ -31,7 +31,10 @@ PATIENCE = 25
 
 Values = Mapping[str, int]
 
-_parse = lru_cache(maxsize=1 << 13)(parse)
+
+@lru_cache(maxsize=1 << 13)
+def _holds(formula: str) -> Predicate:
+    return predicate(parse(formula))
 
 
 class GuaranteeError(SafenavError):
@@ -106,7 +109,7 @@ class Monitors:
                 watched.good.add(step)
         held = watched.fair.get(step)
         if held is None:
-            held = [c for c in watched.met if evaluate(_parse(c.formula), before, after)]
+            held = [c for c in watched.met if _holds(c.formula)(before, after)]
             watched.fair[step] = held
         for constraint in held:
             watched.met[constraint] = self._state.tick
@@ -176,5 +179,5 @@ def _violated(
     spec: Specification, section: Section, before: Values, after: Values
 ) -> Iterator[Constraint]:
     for constraint in spec.section(section):
-        if not evaluate(_parse(constraint.formula), before, after):
+        if not _holds(constraint.formula)(before, after):
             yield constraint

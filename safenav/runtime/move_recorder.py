@@ -6,8 +6,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from safenav.runtime.belief_recorder import BeliefRecorder
-from safenav.runtime.characterization import Violation
-from safenav.runtime.knowledge import Met
+from safenav.runtime.characterization import ForbiddenMove
+from safenav.runtime.knowledge import NeedMet
 from safenav.runtime.protocol import Blocked, Elsewhere, Ended, Failed, Lost
 from safenav.runtime.team import RobotState, TeamState
 from safenav.scenario.model import Obstacle
@@ -117,7 +117,7 @@ class MoveRecorder:
         told = why, tuple(sorted(shown)) or None
         if signal is not None or self._holds.get(robot.name) != told:
             self._holds[robot.name] = told
-            self._state.emit(records.Hold(self._state.tick, robot.name, why, signal, told[1]))
+            self._state.emit(records.Held(self._state.tick, robot.name, why, signal, told[1]))
         self._sightings.tell(robot)
 
     def _move(
@@ -156,7 +156,7 @@ class MoveRecorder:
         self._signals[robot.name] = told
         return told
 
-    def violation(self, robot: RobotState, violation: Violation) -> None:
+    def violation(self, robot: RobotState, violation: ForbiddenMove) -> None:
         """Record the obstacle that the robot must not enter, and the action of its next need."""
         obstacle = violation.obstacle
         self._state.introduce(obstacle)
@@ -180,7 +180,7 @@ class MoveRecorder:
         at = round(max(at, 0.0), 9)
         self._state.emit(records.Late(self._state.tick, event, reason, robot, name, at=at))
 
-    def met(self, robot: RobotState, met: Met) -> None:
+    def met(self, robot: RobotState, met: NeedMet) -> None:
         """``robot`` has met one of the needs of an obstacle, with others or alone."""
         self._state.emit(
             records.Met(

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from functools import partial
 
 from safenav.dataclass import dataclass
+from safenav.outcome import Outcome
 from safenav.runtime.algorithm import Algorithm
 from safenav.runtime.coordination.events import (
     HopeReturned,
@@ -17,9 +18,9 @@ from safenav.runtime.coordination.events import (
     RequestsSetAside,
 )
 from safenav.runtime.termination import Conclusion, RunEnded
-from safenav.scenario.model import Obstacle, Outcome
+from safenav.scenario.model import Obstacle
 from safenav.trace import records
-from safenav.trace.vocabulary import Ending, OperatorCause, PlanEndReason
+from safenav.trace.vocabulary import OperatorCause, PlanEndReason
 from safenav.trace.wording import seconds_words
 
 WAITS = (Outcome.OPERATOR_NEEDED, Outcome.ASSUMPTION_VIOLATED, Outcome.SEARCH_LIMIT)
@@ -51,7 +52,8 @@ class Passes(Algorithm):
         if team.waiting is not None and not asked and self.world.simulated and self.world.idle:
             return  # time stands still until an operator intervenes
         self._come = self.search.fresh() or self._come
-        if not self.world.hear(self._due(), self._changed or self._come or asked):
+        changed = self._changed or self._come or asked or self.traffic.thinking.fresh()
+        if not self.world.hear(self._due(), changed):
             return  # there is nothing to do yet
         team.tick += 1  # 5
         self.deadlines.tick_begins()
@@ -70,6 +72,7 @@ class Passes(Algorithm):
             self._resume()
         for number, robot in enumerate(team.robots.values(), 1):
             self.stop.check()
+            self.deadlines.turn_begins(number)
             if robot.transit is None or self.world.may_have_ended(robot.name):
                 self._guarded(partial(self._step, robot))
             self.deadlines.turn_ends(number)
@@ -85,8 +88,11 @@ class Passes(Algorithm):
 
     def _plan(self) -> None:
         """Finish the joint plan, or begin one that is due."""
-        if self.traffic.tick():
-            self.settle(self.turns.leave_plan(PlanEndReason.REACHED))
+        ended = self.traffic.tick()
+        if ended is not None:
+            self.settle(self.turns.leave_plan(ended))
+        if ended is PlanEndReason.CHANGED:
+            self.traffic.tick()
         if self.traffic.hopeless:
             names, self.traffic.hopeless = self.traffic.hopeless, frozenset()
             self.settle([RequestsSetAside(names)])
@@ -95,7 +101,8 @@ class Passes(Algorithm):
         """Live: where robots wait only for robots that wait, they plan. Where nothing can change,
         the run ends. Raises RunEnded."""
         team = self.team
-        if self._changed or team.waiting is not None or team.owed or self._astray:
+        thinks = self.traffic.wanted is not None and self.traffic.thinking.background
+        if self._changed or team.waiting is not None or team.owed or self._astray or thinks:
             self._still = 0
             return
         if self.traffic.quiescent(all_still=self.world.idle):
@@ -115,7 +122,8 @@ class Passes(Algorithm):
         now = self.world.now()
         changes = (float(change.at) for change in self.team.scenario.changes)
         seconds = [float(int(now) + 1)] if self.team.inputs and self.world.simulated else []
-        return [time for time in (*changes, *seconds, *self.world.times()) if time > now]
+        times = (*changes, *seconds, *self.world.times(), *self.batteries.times())
+        return [time for time in times if time > now]
 
     def _due(self) -> float | None:
         """The time at which there is something to do, whatever the world reports until then."""
@@ -137,9 +145,20 @@ class Passes(Algorithm):
         try:
             part()
         except RunEnded as over:
-            if not self.attended or over.conclusion.outcome not in WAITS:
-                raise
-            self.wait_for_operator(over.conclusion)
+            conclusion = self._for_want_of(over.conclusion)
+            if not self.attended or conclusion.outcome not in WAITS:
+                raise RunEnded(conclusion) from over
+            self.wait_for_operator(conclusion)
+
+    def _for_want_of(self, conclusion: Conclusion) -> Conclusion:
+        """The end of a search without a verdict, where only an operator can bring back a robot that
+        has something left to do: he is needed, whatever another search would find."""
+        wanted, robots = self.team.scenario.until.rounds, self.team.robots.values()
+        out = [r.name for r in robots if not r.active and r.own.rounds < wanted]
+        if conclusion.outcome is not Outcome.SEARCH_LIMIT or not out or self._times():
+            return conclusion
+        said = f"{' and '.join(out)} out of service; {conclusion.explanation}"
+        return Conclusion(Outcome.OPERATOR_NEEDED, said, "out_of_service")
 
     def wait_for_operator(self, conclusion: Conclusion) -> None:
         """Let the robots stand until an intervention, but those that can still pursue their own
@@ -151,7 +170,7 @@ class Passes(Algorithm):
         for _ in self.turns.leave_plan(PlanEndReason.CHANGED, settling=True):
             pass  # strategies come with the decision after an intervention
         team.waiting, team.changes = conclusion, team.changes + 1
-        outcome = Ending(conclusion.outcome.value)
+        outcome = conclusion.outcome
         cause = None if conclusion.cause is None else OperatorCause(conclusion.cause)
         told = conclusion.explanation, cause, conclusion.proof
         team.emit(records.Waiting(team.tick, outcome, *told))
@@ -191,11 +210,15 @@ class Passes(Algorithm):
         if done and free and not (coming or team.owed or team.last_settled.found.served):
             plural = "round" if wanted == 1 else "rounds"
             said = f"every robot has met its objective for {wanted} {plural}"
+            requests = (*team.requests, *team.requests.given_up)
+            undone = [r.obstacle.name for r in requests if r.obstacle.ordered]
+            if undone:
+                said += f"; not done: {', '.join(undone)}"
             self.deadlines.completed()
             raise RunEnded(Conclusion(Outcome.COMPLETED, said))
         left = [robot for robot in team.robots.values() if robot.own.rounds < wanted]
         served = team.last_settled.found.served
-        if team.live and free and left and not served and not any(r.active for r in left):
+        if team.live and free and left and not served and self.traffic.only_out(left):
             self._guarded(self._unless_back)
         if team.live:
             if self.limit is not None and self.world.now() >= self.limit:

@@ -12,6 +12,7 @@ from itertools import islice
 
 from safenav.dataclass import dataclass
 from safenav.errors import SafenavError
+from safenav.outcome import Outcome
 from safenav.runtime.coordination.foresight import Foresight, foresee
 from safenav.runtime.coordination.reasons import Hindrance, Shortfall
 from safenav.runtime.mission import Mission, RunResult
@@ -21,7 +22,6 @@ from safenav.scenario.model import (
     Need,
     Obstacle,
     ObstacleType,
-    Outcome,
     ResolveAt,
     Robot,
     RobotModel,

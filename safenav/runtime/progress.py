@@ -10,13 +10,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 
-from safenav.formula.evaluator import evaluate
+from safenav.formula.evaluator import Predicate, predicate
 from safenav.formula.parser import parse
 from safenav.scenario.objective import Ltl, Objective, Patrol, Target
 from safenav.spec.objective import NO_MEMORY, Memory
 from safenav.world.map import Region
 
-_parse = lru_cache(maxsize=1 << 10)(parse)
+
+@lru_cache(maxsize=1 << 10)
+def _holds(formula: str) -> Predicate:
+    return predicate(parse(formula))
 
 
 class Progress:
@@ -142,6 +145,6 @@ class Progress:
         self.remember(after)
         if not objective.liveness:
             return (0,), 1
-        goals = [_parse(line) for line in objective.liveness]
-        met = tuple(i for i, goal in enumerate(goals) if evaluate(goal, before, after))
-        return met, len(goals)
+        goals = map(_holds, objective.liveness)
+        met = tuple(i for i, goal in enumerate(goals) if goal(before, after))
+        return met, len(objective.liveness)

@@ -173,8 +173,17 @@ class TimedWorld(Protocol):
 
 @runtime_checkable
 class PlacingWorld(Protocol):
-    """A world that must be told where an operator puts a robot: a simulation."""
+    """A world that keeps the poses of robots."""
 
     def placed(self, robot: Robot, pose: Pose) -> None:
         """A robot without a command stands in ``pose`` now."""
+        ...
+
+
+@runtime_checkable
+class RememberingWorld(Protocol):
+    """A world that remembers what its sensors have seen: a fleet."""
+
+    def cleared(self, obstacle: Obstacle) -> None:
+        """An operator has resolved ``obstacle``: earlier readings of it are void."""
         ...

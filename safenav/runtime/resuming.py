@@ -100,7 +100,7 @@ class _State:
 def resumed(trace: Trace, scenario: Scenario | None = None) -> Scenario:
     """Return the scenario of the rest of a run. ``scenario``: what it was made of, for what its
     header does not hold. Raises UsageError if nothing is left, or that is needed."""
-    outcome = next((r for r in trace.records if isinstance(r, records.Outcome)), None)
+    outcome = next((r for r in trace.records if isinstance(r, records.End)), None)
     if outcome is not None and outcome.outcome.value in ENDED:
         raise UsageError(f"nothing to resume: the run ended ({outcome.outcome.value})")
     header = trace.header.scenario
@@ -190,6 +190,7 @@ def _scenario(header: setting.ScenarioHeader, *, live: bool) -> Scenario:
         Limits(**limits),
         header.seed,
         Coordination(header.coordination),
+        catalogue=built_in(),
         clock=Clock.LIVE if live else Clock.LOCKSTEP,
         order=RequestOrder(header.order),
         never_together=tuple(
@@ -241,7 +242,8 @@ def _made_obstacle(told: setting.ObstacleHeader) -> Obstacle:
         needs if told.needs else (),
     )
     times = told.from_, told.until, told.resolve_within
-    return Obstacle(kind, told.region, told.traversable, *times)
+    swept = None if told.sweeps is None else frozenset(told.sweeps)
+    return Obstacle(kind, told.region, told.traversable, *times, sweeps=swept)
 
 
 def _pose(region: int, heading: vocabulary.Heading | None) -> Pose:

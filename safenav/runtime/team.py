@@ -13,8 +13,10 @@ from enum import Enum
 from safenav.dataclass import dataclass
 from safenav.runtime.beliefs import Beliefs
 from safenav.runtime.coordination.duties import Settled
+from safenav.runtime.coordination.problem import Floor
 from safenav.runtime.coordination.reasons import Shortfall
 from safenav.runtime.coordination.requests import Requests
+from safenav.runtime.deadlines.choice import Dues
 from safenav.runtime.failures import Troubles
 from safenav.runtime.knowledge import Knowledge
 from safenav.runtime.navigation import Planner
@@ -75,10 +77,11 @@ class RobotState:
     it is in service; else it stands still. ``arriving``: it has just taken a step of a joint plan,
     of which is not counted yet what it met by that. ``acting``: the robot whose action it takes
     part in, on ``acts_on``; ``asked``: it was let act since it came here. ``held``: it stands still
-    until that is over. ``stays_for``: the observation for which its strategy had it stay last.
+    until that is over. ``stays_for``: the observation for which its strategy had it stay last, with
+    the regions ``shown`` as occupied; ``stood``: what it has decided by since it stands there.
     ``mode``: the input that has given it its present objective, and ``base`` the one before that
-    with its progress. ``charge``: of its battery, if it has one; ``stop``: where it is to charge;
-    ``places``: the only poses in which it meets its targets (masks, one each)."""
+    with its progress. ``charge``: of its battery, if it has one; ``stop``: where it is to go
+    for its charge."""
 
     robot: Robot
     pose: Pose
@@ -94,12 +97,13 @@ class RobotState:
     acts_on: tuple[Obstacle, ...] = ()
     asked: bool = False
     stays_for: Hashable = None
+    shown: frozenset[Region] = frozenset()
+    stood: set[Hashable] = field(default_factory=set)
     held: HoldReason | None = None
     mode: str | None = None
     base: tuple[Objective, Progress, int | None] | None = None
-    charge: int | None = None
+    charge: float | None = None
     stop: Pose | None = None
-    places: tuple[Mask, ...] = ()
 
     @property
     def name(self) -> str:
@@ -119,6 +123,17 @@ class RobotState:
     def occupied(self) -> frozenset[Region]:
         """The regions that the robot occupies now: two while it is in transit."""
         return frozenset({self.pose.region, self.next_pose.region})
+
+    @property
+    def machine(self) -> Hashable:
+        """All by which it decides in lockstep without a surprise, but the rounds counted."""
+        planner, node = self.planner, None
+        if planner is not None:
+            node = id(planner.strategy), planner.node, planner.behind
+        own, transit = self.own, None if self.transit is None else self.transit.pose
+        met = own.memory.index, tuple(sorted(own.memory.values.items())), own.seen
+        does = self.assignment.role, self.assignment.objective, self.active, self.held
+        return self.pose, transit, node, met, does, self.charge, self.stop, self.begun
 
     def assign(self, assignment: Assignment) -> None:
         """Let the robot do something else, or its own objective again."""
@@ -141,7 +156,8 @@ class TeamState:
     the trace has named last. Only ``safenav.runtime.algorithm.apply`` changes these. ``now``: the
     clock of a live run, None in lockstep; ``failures``: those of its robots; ``owed``: a decision
     waits for strategies; ``waiting``: the end of the run, if it waits for an operator instead;
-    ``changes``: how often anything has changed by which robots decide.
+    ``changes``: how often anything has changed by which robots decide. ``dues``: of the open
+    obstacles, by the ledger of promises.
     ``inputs``: their values in this tick, and in the one before.
     """
 
@@ -161,6 +177,7 @@ class TeamState:
     owed: bool = False
     waiting: Conclusion | None = None
     changes: int = 0
+    dues: Callable[[Floor], Dues | None] = lambda _: None
     _known_others: dict[str, tuple[list[RobotState], list[RobotState]]] = field(
         default_factory=dict
     )
@@ -212,6 +229,11 @@ class TeamState:
             robot.own.restart_count()
             robot.progress.restart_count()
 
+    @property
+    def time(self) -> float:
+        """The tick; in a live run the seconds. Obstacles and changes have their times in these."""
+        return self.tick if self.now is None else self.now()
+
     def introduce(self, obstacle: Obstacle, truth: bool | None = None) -> None:
         """Record an obstacle that the scenario does not list, when it is encountered or, if the
         truth that resolving it will reveal is known (``truth``), when it appears."""
@@ -238,7 +260,50 @@ class TeamState:
 
     def taken(self, robot: Robot) -> set[Region]:
         """Return the regions that a robot must not enter now: those occupied by robots with which
-        it must not collide, and those where it is never together with one that is there."""
+        it must not collide, those where it is never together with one that is there, and ``swept``
+        ones."""
+        return self._had_by_others(robot) | self.swept(robot)
+
+    def swept(self, robot: Robot) -> set[Region]:
+        """The regions that the resolution of an obstacle under way sweeps, for all but the robots
+        that resolve it; and those of obstacles that this robot would resolve by entering, while
+        another is where that sweeps."""
+        found = set[Region]()
+        for work in self.knowledge.pending.values():
+            obstacle = work.obstacle
+            if not (sweeps := obstacle.swept(self.scenario.map)):
+                continue
+            resolving = self._resolving(obstacle)
+            if resolving and robot.name not in resolving:
+                found |= sweeps
+            need = self.knowledge.need_of(obstacle)
+            if obstacle.resolved_by_entering(robot, need) and not self.clear_of(obstacle, robot):
+                found.add(obstacle.region)
+        return found
+
+    def _resolving(self, obstacle: Obstacle) -> set[str]:
+        """The robots that act on an obstacle, or that have entered its region to resolve it."""
+        need, found = self.knowledge.need_of(obstacle), set[str]()
+        for name, state in self.robots.items():
+            lead = self.robots.get(state.acting or "")
+            acts = lead is not None and obstacle in lead.acts_on
+            inside = obstacle.region in state.occupied
+            if acts or (inside and obstacle.resolved_by_entering(state.robot, need)):
+                found.add(name)
+        return found
+
+    def clear_of(self, obstacle: Obstacle, robot: Robot) -> bool:
+        """Whether no other robot is where the resolution of an obstacle sweeps."""
+        sweeps = obstacle.swept(self.scenario.map)
+        others = (state for name, state in self.robots.items() if name != robot.name)
+        return not sweeps or all(sweeps.isdisjoint(other.occupied) for other in others)
+
+    def may_sweep(self, robot: Robot) -> list[Obstacle]:
+        """The known obstacles that sweep regions and that a robot may resolve now."""
+        known = [work.obstacle for work in self.knowledge.pending.values()]
+        return [o for o in known if o.swept(self.scenario.map) and self.clear_of(o, robot)]
+
+    def _had_by_others(self, robot: Robot) -> set[Region]:
         found = set[Region]()
         if self.scenario.never_together:
             at = {name: other.occupied for name, other in self.robots.items()}
@@ -256,7 +321,7 @@ class TeamState:
         positions = {o.name: self.robots[o.name].pose.region for o in task.observed}
         known = self.beliefs.look(task, self.scenario.map, here, positions)
         moving = [self.robots[o.name] for o in task.observed if o.danger]
-        taken = self.taken(state.robot) if moving else set[Region]()
+        taken = self._had_by_others(state.robot) if moving else set[Region]()
         sides = set(self.scenario.map.neighbours(here))
         # A specification assumes at most as many busy sides as robots (spec.other_robots.nearby).
         room = len(sides) if task.exclusive else len(moving) - len(sides & taken)

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import field
 
 from safenav.dataclass import dataclass
-from safenav.scenario.model import Outcome
+from safenav.outcome import Outcome
 from safenav.trace.proofs import Proof
 
 

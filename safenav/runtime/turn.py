@@ -9,8 +9,9 @@ from collections.abc import Generator, Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from safenav.dataclass import dataclass
+from safenav.outcome import Outcome
 from safenav.runtime.belief_recorder import BeliefRecorder
-from safenav.runtime.characterization import Characterization, Violation
+from safenav.runtime.characterization import Characterization, ForbiddenMove
 from safenav.runtime.commands import Commands
 from safenav.runtime.coordination.assignable_goals import signal
 from safenav.runtime.coordination.events import (
@@ -35,7 +36,7 @@ from safenav.runtime.termination import Conclusion
 from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.world import Change
 from safenav.scenario.guarantees import guarantees_of, values_of
-from safenav.scenario.model import Obstacle, Outcome, Tracking
+from safenav.scenario.model import Obstacle, Tracking
 from safenav.scenario.objective import Ltl
 from safenav.spec.forms import alternating
 from safenav.spec.other_robots.tracking import Sightings, observe
@@ -77,6 +78,8 @@ class Turns:
             yield from self._stand_still(robot, robot.held)
         elif self.traffic.active and not self._released(robot):
             yield from self._follow_plan(robot)
+        elif self.state.live and self._waits_to_sweep(robot):
+            yield from self._stand_still(robot, HoldReason.HELD)
         else:
             yield from self._follow_strategy(robot)
 
@@ -92,8 +95,7 @@ class Turns:
 
     def _stand_still(self, robot: RobotState, why: HoldReason) -> Iterator[Event]:
         """The turn of a robot that makes no decisions: it looks around, and stays."""
-        if robot.planner is not None:
-            self._keep_track(robot, robot.planner.task, frozenset())
+        self._look_around(robot)
         yield from self._move(robot, robot.pose, {}, MovedBy.STAY, why=why)
 
     def _released(self, robot: RobotState) -> bool:
@@ -126,7 +128,7 @@ class Turns:
         if seen is not None and seen == robot.stays_for:
             formulas = isinstance(robot.progress.objective, Ltl)
             before = planner.values() if formulas else {}
-            yield from self._move(robot, robot.pose, before, MovedBy.STRATEGY)
+            yield from self._move(robot, robot.pose, before, MovedBy.STRATEGY, robot.shown)
             return
         observed = self._look(robot, frozenset())
         broken = self.monitors.broken_assumptions(robot.robot, planner, observed)
@@ -151,9 +153,17 @@ class Turns:
         if by is MovedBy.STRATEGY or proposal.node != planner.node:
             self.monitors.check_guarantees(robot.robot, planner, observed, proposal)
         before = planner.values()
-        stays = answer is not None and (answer.pose, answer.node) == (robot.pose, planner.node)
-        robot.stays_for = seen if stays and by is MovedBy.STRATEGY else None
-        self.state.changes += proposal.node != planner.node
+        stays = (proposal.pose, proposal.node) == (robot.pose, planner.node)
+        told = answer is not None and not (broken or violation) and by is MovedBy.STRATEGY
+        if proposal.shown and graph_of(robot.robot, self.state.scenario.map).one_way:
+            told = False  # whether it could come back depends on all others
+        robot.stays_for, robot.shown = seen if stays and told else None, proposal.shown
+        if self.state.live and proposal.node != planner.node:
+            # The same again at the same place leads to nothing new, however often it is decided.
+            done = min(robot.own.rounds, self.state.scenario.until.rounds)
+            moment = planner.node, done, *observed.values()
+            self.state.changes += moment not in robot.stood
+            robot.stood.add(moment)
         planner.follow(proposal)
         if violation is not None:
             yield ObstacleEncountered(violation)
@@ -174,23 +184,25 @@ class Turns:
             return None
         sides = self.state.scenario.map.neighbours(robot.pose.region)
         busy = self.state.taken(robot.robot).intersection(sides)
-        inputs = tuple(self.state.inputs.values())
+        ahead = self.traffic.ahead(robot.name)
         return (
             planner.strategy,
             planner.node,
             planner.behind,
             frozenset(busy),
-            inputs,
+            frozenset(side for side in sides if ahead >> side & 1),
+            tuple(self.state.inputs.values()),
             self.traffic.wanted,
+            self.state.owed,
         )
 
     def _follow_plan(self, robot: RobotState) -> Iterator[Event]:
         """The next step of the joint plan, checked like any other move; the robot looks around as
         in any other turn, so that what it knows of others stays true."""
-        if robot.planner is not None:
-            self._keep_track(robot, robot.planner.task, frozenset())
+        self._look_around(robot)
         pose = self.traffic.next_pose(robot.name)
-        if self.state.live and pose is not None and pose.region in self.state.taken(robot.robot):
+        shut = self.state.taken if self.state.live else self.state.swept
+        if pose is not None and pose.region in shut(robot.robot):
             pose = None
         if pose is not None and not self.monitors.allows_planned(robot, pose):
             yield from self.leave_plan(PlanEndReason.CHANGED)
@@ -269,6 +281,7 @@ class Turns:
             self._count(robot, progress, *self._values_around(robot, pose, before))
             return
         robot.transit = Transit(pose, by is MovedBy.PLAN, before)
+        robot.stood.clear()
         event = self.world.start(robot.robot, robot.pose, pose)
         if event is not None and not self.state.live:
             yield from self._arrive(robot, robot.transit, event, by, shown)
@@ -355,7 +368,7 @@ class Turns:
 
     def _setback(
         self, robot: RobotState, start: Pose, pose: Pose, event: Ended
-    ) -> tuple[Reaction | None, Violation | None]:
+    ) -> tuple[Reaction | None, ForbiddenMove | None]:
         """Return the policy for a failed step (None: it did not fail), and the obstacle that counts
         as encountered."""
         region, obstacle = pose.region, None
@@ -377,7 +390,7 @@ class Turns:
         if reaction is not Reaction.OBSTACLE or robot.pose.region != start.region:
             given_up = reaction is Reaction.OUT_OF_SERVICE
             return reaction if given_up else Reaction.RETRY, None
-        violation = Violation(
+        violation = ForbiddenMove(
             robot.robot, start.region, region, obstacle or unknown(robot.robot, region)
         )
         self._encounter(robot, violation)
@@ -390,12 +403,12 @@ class Turns:
             return False
         return self.state.knowledge.closed_to(obstacle, robot.robot)
 
-    def _encounter(self, robot: RobotState, violation: Violation) -> None:
+    def _encounter(self, robot: RobotState, violation: ForbiddenMove) -> None:
         self.tell.violation(robot, violation)
         self.state.emit(records.Backtrack(self.state.tick, robot.name, robot.pose.region))
 
     def _react(
-        self, robot: RobotState, reaction: Reaction, violation: Violation | None, event: Ended
+        self, robot: RobotState, reaction: Reaction, violation: ForbiddenMove | None, event: Ended
     ) -> Iterator[Event]:
         """Apply a failed step: the robot is off its strategy; the region that it could not
         enter is an obstacle, or the robot is out of service."""
@@ -419,7 +432,7 @@ class Turns:
         taken = self.state.taken(robot.robot)
         for region in sorted(event.regions - {robot.pose.region} - taken):
             obstacle = lost(robot.robot, rivals, region)
-            violation = Violation(robot.robot, robot.pose.region, region, obstacle)
+            violation = ForbiddenMove(robot.robot, robot.pose.region, region, obstacle)
             self._encounter(robot, violation)
             yield ObstacleEncountered(violation)
 
@@ -464,6 +477,11 @@ class Turns:
             observed |= signal(self.state, robot)
         return observed
 
+    def _look_around(self, robot: RobotState) -> None:
+        """Look without deciding by it: what a strategy believes of others stays true."""
+        if robot.planner is not None and robot.planner.task.tracking is not Tracking.NEARBY:
+            self._keep_track(robot, robot.planner.task, frozenset())
+
     def _keep_track(self, robot: RobotState, task: Task, shown: frozenset[Region]) -> Sightings:
         """Look around; once per turn, since a look lets beliefs grow by a step of the others."""
         sightings = self.state.sightings(robot, task, shown)
@@ -475,7 +493,7 @@ class Turns:
         robot: RobotState,
         observed: Mapping[str, int],
         refused: Proposal,
-        violation: Violation,
+        violation: ForbiddenMove,
     ) -> Proposal:
         """Go back to the state before and take what is safe (paper, Section V-B)."""
         self.tell.violation(robot, violation)
@@ -520,6 +538,8 @@ class Turns:
         """Whether a move loses nothing: the team can continue from there, alone and together."""
         if pose == robot.pose:
             return True
+        if pose.region in self.state.swept(robot.robot):
+            return False
         if self.state.live and not self._out_of_ways(robot, pose):
             return False
         graph = graph_of(robot.robot, self.state.scenario.map)
@@ -532,7 +552,7 @@ class Turns:
         """Live: whether a robot keeps out of what others occupy, or still need for the joint plan;
         and, while a decision waits for strategies, can come back."""
         taken = self.state.taken(robot.robot)
-        if pose.region in taken or pose.region in self.traffic.ahead(robot.name):
+        if pose.region in taken or self.traffic.ahead(robot.name) >> pose.region & 1:
             return False
         graph = graph_of(robot.robot, self.state.scenario.map)
         if not self.state.owed or not graph.one_way:
@@ -554,14 +574,29 @@ class Turns:
 
     def _act(self, robot: RobotState) -> Iterator[Event]:
         """Let the robot perform its actions where it stands; changes are decided immediately."""
-        event = self.world.act(robot.robot, robot.pose, ())
+        if not self.world.simulated and self._must_not_sweep(robot):
+            return  # such a world would do all that it can
+        event = self.world.act(robot.robot, robot.pose, self.state.may_sweep(robot.robot))
         assert event is not None, "actions take no time in lockstep"
         yield from self._resolve(robot, event)
+
+    def _must_not_sweep(self, robot: RobotState) -> list[str]:
+        """The obstacles that a robot would resolve where it stands, but for other robots where
+        they sweep."""
+        knowledge, clear = self.state.knowledge, self.state.may_sweep(robot.robot)
+        reach = knowledge.within_reach(robot.robot, self.state.regions(), knowledge.pending)
+        swept = [o for o, _ in reach if o.swept(self.state.scenario.map)]
+        return [obstacle.name for obstacle in swept if obstacle not in clear]
+
+    def _waits_to_sweep(self, robot: RobotState) -> bool:
+        """Whether a helper stands where it is to act, and others still where that sweeps."""
+        return robot.assignment.obstacle in self._must_not_sweep(robot)
 
     def _resolve(self, robot: RobotState, event: Acted) -> Iterator[Event]:
         """Take in what an action has resolved, and which other needs were met by it."""
         state = self.state
-        further, met = state.knowledge.perform(robot.robot, state.regions())
+        sweeping = [obstacle.name for obstacle in state.may_sweep(robot.robot)]
+        further, met = state.knowledge.perform(robot.robot, state.regions(), sweeping)
         resolved = []
         for obstacle, result in event.found:
             state.introduce(obstacle)
@@ -612,10 +647,17 @@ class Turns:
             for other in state.robots.values():
                 other.acting = None if other.acting == name else other.acting
             results = {obstacle.name: result for obstacle, result in event.found}
-            state.emit(records.Acted(state.tick, event.command or 0, name, results))
+            barred = tuple(
+                obstacle
+                for obstacle, result in results.items()
+                if result is ActResult.FAILED
+                and state.failures.action_failed(state.scenario.failures, name, obstacle)
+            )
+            number = event.command or 0
+            state.emit(records.ActionEnd(state.tick, number, name, results, barred or None))
             robot.asked = not event.found  # else there may be more to do
             state.changes += 1
-            yield from self._acted(robot, event)
+            yield from self._acted(robot, event, barred=bool(barred))
         return True
 
     def _answered(self, event: Acted | None, obstacles: Sequence[Obstacle]) -> Acted | None:
@@ -641,24 +683,23 @@ class Turns:
             for name, other in state.robots.items()
             if other.transit is None and other.acting is None and other.active
         }
-        found = []
-        for obstacle, robots in state.knowledge.within_reach(robot.robot, idle):
+        found, sweeping = [], [obstacle.name for obstacle in state.may_sweep(robot.robot)]
+        for obstacle, robots in state.knowledge.within_reach(robot.robot, idle, sweeping):
             if (robot.name, obstacle.name) not in state.failures.barred:
                 found.append(obstacle)
                 group |= set(robots)
         return found, tuple(name for name in state.robots if name in group)
 
-    def _acted(self, robot: RobotState, event: Acted) -> Iterator[Event]:
-        """Take in the results of an action."""
-        state, policy = self.state, self.state.scenario.failures
-        barred = False
+    def _acted(self, robot: RobotState, event: Acted, *, barred: bool) -> Iterator[Event]:
+        """Take in the results of an action. ``barred``: the robot leaves an obstacle to others."""
         for obstacle, result in event.found:
             if result is ActResult.NOTHING:
                 yield from self.gone(obstacle)
-            if result is ActResult.FAILED:
-                barred |= state.failures.action_failed(policy, robot.name, obstacle.name)
+        gone = [o for o in robot.acts_on if not self.state.knowledge.knows(o)]  # meanwhile
         done = [
-            pair for pair in event.found if pair[1] in (ActResult.DONE, ActResult.UNTRAVERSABLE)
+            pair
+            for pair in event.found
+            if pair[1] in (ActResult.DONE, ActResult.UNTRAVERSABLE) and pair[0] not in gone
         ]
         if barred:
             yield from self.leave_plan(PlanEndReason.CHANGED, settling=True)
@@ -669,6 +710,7 @@ class Turns:
     def gone(self, obstacle: Obstacle) -> Iterator[Event]:
         """An obstacle that the team knows has disappeared."""
         self.state.failures.gone(obstacle.name, self.world.now())
+        self.state.knowledge.sighted.pop(obstacle.name, None)
         if self.state.knowledge.knows(obstacle):
             yield from self.leave_plan(PlanEndReason.CHANGED, settling=True)
             yield ObstacleChanged(Change(obstacle, appeared=False))

@@ -72,31 +72,41 @@ class Work:
 
 @dataclass
 class Works:
-    """The obstacles in a world, and how far each is resolved by robots that stand somewhere."""
+    """The obstacles in a world by name, and how far each is resolved by robots that stand
+    somewhere."""
 
     scenario: Scenario
-    open: dict[Region, Work] = field(default_factory=dict)
+    open: dict[str, Work] = field(default_factory=dict)
 
-    def perform(self, robot: Robot, regions: Mapping[str, Region]) -> list[Work]:
+    def perform(
+        self, robot: Robot, regions: Mapping[str, Region], may_sweep: Collection[str] = ()
+    ) -> list[Work]:
         """Let ``robot`` do what it can where it stands, with the others where they are; the
-        obstacles that are resolved by it."""
+        obstacles that are resolved by it. ``may_sweep``: those by name whose swept regions are
+        free: others that sweep any are left alone."""
         finished = []
-        for place, work in list(self.open.items()):
-            while not work.finished and self._met(work, robot, regions):
+        for name, work in list(self.open.items()):
+            if self._waits(work, may_sweep):
+                continue
+            while not work.finished and self.meet(work, robot, regions):
                 pass
             if work.finished:
-                del self.open[place]
+                del self.open[name]
                 finished.append(work)
         return finished
 
+    def _waits(self, work: Work, may_sweep: Collection[str]) -> bool:
+        sweeps = work.obstacle.swept(self.scenario.map)
+        return bool(sweeps) and work.obstacle.name not in may_sweep
+
     def within_reach(
-        self, robot: Robot, regions: Mapping[str, Region]
+        self, robot: Robot, regions: Mapping[str, Region], may_sweep: Collection[str] = ()
     ) -> list[tuple[Work, tuple[str, ...]]]:
         """The obstacles of which ``robot`` can meet a need where it stands, or its part of one;
         each with the robots that take part."""
         found = []
         for work in self.open.values():
-            if work.finished:
+            if work.finished or self._waits(work, may_sweep):
                 continue
             need = work.obstacle.needs[work.need]
             group = self._group(work, robot, regions)
@@ -123,8 +133,8 @@ class Works:
         had = work.done | {robot.name}
         return tuple(other.name for other in self.scenario.robots if other.name in had)
 
-    def _met(self, work: Work, robot: Robot, regions: Mapping[str, Region]) -> bool:
-        """Whether the robot brings the obstacle to its next need."""
+    def meet(self, work: Work, robot: Robot, regions: Mapping[str, Region]) -> bool:
+        """Let the robot do its part of one need; whether that meets it, for the next one."""
         need, group = work.obstacle.needs[work.need], self._group(work, robot, regions)
         if len(group) < need.robots:
             if group and not need.together:
@@ -148,7 +158,7 @@ class SimulatedWorld:
         )
         for obstacle in scenario.obstacles:
             if obstacle.appears is None:
-                self._works.open[obstacle.region] = Work(obstacle)
+                self._works.open[obstacle.name] = Work(obstacle)
         self._drawn = draw_truths(scenario)
         self.truths: dict[str, bool | None] = {}
         for obstacle, truth in self._drawn.items():
@@ -156,31 +166,30 @@ class SimulatedWorld:
         self._brought: set[Obstacle] = set()
         self.set_inputs: dict[str, bool] = {}
         self._taken_away: set[str] = set()
+        self.may_sweep: Collection[str] = ()
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
         del robot  # every robot notices what stands right before it
-        work = self._works.open.get(region)
-        return work.obstacle if work is not None else None
+        return self.standing().get(region)
 
     def move(self, robot: Robot, pose: Pose) -> None:
         self._regions[robot.name] = pose.region
 
     def act(self, robot: Robot) -> list[tuple[Obstacle, bool | None]]:
-        done = self._works.perform(robot, self._regions)
+        done = self._works.perform(robot, self._regions, self.may_sweep)
         return [(work.obstacle, self.truths[work.obstacle.name]) for work in done]
 
     def within_reach(self, robot: Robot) -> list[tuple[Work, tuple[str, ...]]]:
         """The obstacles of which a robot can meet a need where it stands, and who takes part."""
-        return self._works.within_reach(robot, self._regions)
+        return self._works.within_reach(robot, self._regions, self.may_sweep)
 
     def stands(self, obstacle: Obstacle) -> bool:
         """Whether an obstacle is there."""
-        work = self._works.open.get(obstacle.region)
-        return work is not None and work.obstacle.name == obstacle.name
+        return obstacle.name in self._works.open
 
     def closed_to(self, obstacle: Obstacle, robot: Robot) -> bool:
         """Whether an obstacle that is there stops a robot, as far as it is resolved."""
-        return obstacle.closed_to(robot, self._works.open[obstacle.region].need)
+        return obstacle.closed_to(robot, self._works.open[obstacle.name].need)
 
     def times(self) -> list[int]:
         """The ticks at which obstacles are to appear or disappear."""
@@ -198,8 +207,9 @@ class SimulatedWorld:
         return found | self.set_inputs
 
     def standing(self) -> dict[Region, Obstacle]:
-        """The obstacles that are there now."""
-        return {region: work.obstacle for region, work in self._works.open.items()}
+        """The obstacles that are there now and that robots notice: all but orders."""
+        works = self._works.open.values()
+        return {w.obstacle.region: w.obstacle for w in works if not w.obstacle.ordered}
 
     def bring(self, obstacle: Obstacle, truth: bool | None) -> None:
         """Let an obstacle appear at its tick ``appears``, as one of the scenario would."""
@@ -212,13 +222,14 @@ class SimulatedWorld:
 
     def place(self, obstacle: Obstacle) -> None:
         """Let an obstacle that blocks no robot appear now, also where a robot stands."""
-        self._works.open[obstacle.region] = Work(obstacle)
+        self._works.open[obstacle.name] = Work(obstacle)
         self.truths[obstacle.name] = None
 
     def _fits(self, obstacle: Obstacle, occupied: Collection[Region]) -> bool:
-        """Whether it can appear now; an order also where a robot stands."""
-        clear = obstacle.ordered or obstacle.region not in occupied
-        return clear and obstacle.region not in self._works.open
+        """Whether it can appear now; an order also where a robot or something else stands."""
+        if obstacle.ordered:
+            return obstacle.name not in self._works.open
+        return obstacle.region not in occupied and obstacle.region not in self.standing()
 
     def take_away(self, name: str) -> None:
         """Remove an obstacle that is there, or that was to appear, by the next tick."""
@@ -231,7 +242,7 @@ class SimulatedWorld:
         for work in list(self._works.open.values()):
             by_user = work.obstacle.name in self._taken_away
             if by_user or (work.obstacle.goes is not None and work.obstacle.goes <= tick):
-                del self._works.open[work.obstacle.region]
+                del self._works.open[work.obstacle.name]
                 found.append(Change(work.obstacle, appeared=False, by_user=by_user))
         self._taken_away.clear()
         for obstacle in list(self._coming):
@@ -242,7 +253,7 @@ class SimulatedWorld:
                 self._coming.remove(obstacle)
             elif self._fits(obstacle, occupied):
                 self._coming.remove(obstacle)
-                self._works.open[obstacle.region] = Work(obstacle)
+                self._works.open[obstacle.name] = Work(obstacle)
                 before = self.truths[obstacle.name]
                 truth = self._drawn.get(obstacle, before)
                 self.truths[obstacle.name] = truth

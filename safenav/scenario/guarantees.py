@@ -15,7 +15,7 @@ from functools import cached_property, lru_cache
 from itertools import product
 
 from safenav.dataclass import dataclass
-from safenav.formula.evaluator import evaluate
+from safenav.formula.evaluator import Predicate, predicate
 from safenav.formula.parser import parse
 from safenav.formula.syntax import Formula, variables
 from safenav.scenario.objective import Ltl
@@ -40,6 +40,10 @@ class GuaranteeRule:
     def names(self) -> tuple[str, ...]:
         return tuple(sorted(variables(self.formula)))
 
+    @cached_property
+    def _predicate(self) -> Predicate:
+        return predicate(self.formula)
+
     def holds(self, before: Values, after: Values) -> bool:
         for name in self.inputs.intersection(self.names):
             for given in (before, after):
@@ -51,7 +55,7 @@ class GuaranteeRule:
         key = tuple(values.get(name) for values in (before, after) for name in self.names)
         found = self._known.get(key)
         if found is None:
-            found = self._known[key] = evaluate(self.formula, before, after)
+            found = self._known[key] = self._predicate(before, after)
         return found
 
 

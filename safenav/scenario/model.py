@@ -11,6 +11,7 @@ from dataclasses import field, replace
 from enum import StrEnum
 
 from safenav.dataclass import dataclass
+from safenav.outcome import Outcome
 from safenav.scenario.event_pattern import EventPattern
 from safenav.scenario.motion import MotionModel
 from safenav.scenario.objective import Objective
@@ -38,7 +39,8 @@ class Timing:
 @dataclass(frozen=True)
 class Battery:
     """Charge in units of the scenario's choice: at most ``capacity``; a step takes ``move``, a tick
-    without one ``stay``, or gives ``charge`` on a charger; it is ``start`` at first."""
+    (live: a second) without one ``stay``, or gives ``charge`` on a charger; it is ``start`` at
+    first."""
 
     capacity: int
     charge: int
@@ -124,7 +126,7 @@ class ObstacleType:
     ``has_truth``: resolving it may also reveal that the region is not traversable. ``listed``:
     its needs, in order, if it has more than the one of ``action`` at ``resolve_at`` (which are
     those of the first need then). ``resolve_within``: the most ticks from the request to the
-    resolution.
+    resolution. ``sweeps``: the regions that its resolution sweeps, as a leaf on hinges does.
     """
 
     name: str
@@ -134,6 +136,7 @@ class ObstacleType:
     has_truth: bool = False
     listed: tuple[Need, ...] = ()
     resolve_within: int | None = None
+    sweeps: ResolveAt | frozenset[Region] | None = None
 
     @property
     def needs(self) -> tuple[Need, ...]:
@@ -185,7 +188,8 @@ class Obstacle:
     has no truth to reveal. ``appears`` and ``goes``: the ticks at which it appears and
     disappears; None for one that is there from the beginning, or to the end. ``resolve_within``:
     the most ticks from the request to the resolution, None for those of its type. ``ordered``: the
-    team is to resolve it as soon as it appears, met or not."""
+    team is to resolve it as soon as it appears, met or not. ``number``: of orders of the same work,
+    from 1. ``sweeps``: in place of those of its type."""
 
     type: ObstacleType
     region: Region
@@ -194,11 +198,13 @@ class Obstacle:
     goes: int | None = None
     resolve_within: int | None = None
     ordered: bool = False
+    number: int = 1
+    sweeps: ResolveAt | frozenset[Region] | None = None
 
     @property
     def name(self) -> str:
-        """``door@47``: how obstacles are named everywhere."""
-        return f"{self.type.name}@{self.region}"
+        """``door@47``: how obstacles are named everywhere; ``crate@47#2`` is the second order."""
+        return f"{self.type.name}@{self.region}" + f"#{self.number}" * (self.number > 1)
 
     @property
     def needs(self) -> tuple[Need, ...]:
@@ -227,15 +233,31 @@ class Obstacle:
         pass wherever that works (docs/paper.md)."""
         return self.blocks(robot) and not self.resolved_by_entering(robot, need)
 
+    def swept(self, world: RegionMap) -> frozenset[Region]:
+        """The free regions beside its own that no other robot may be in while a robot resolves
+        it."""
+        where = self.type.sweeps if self.sweeps is None else self.sweeps
+        return frozenset() if where is None else frozenset(self._at(where, world)) - {self.region}
+
     def resolution_regions(self, world: RegionMap, need: int = 0) -> tuple[Region, ...]:
         """S_r of one need without walls, ascending."""
-        where = self.needs[need].at
+        return self._at(self.needs[need].at, world)
+
+    def _at(self, where: ResolveAt | frozenset[Region], world: RegionMap) -> tuple[Region, ...]:
         if where is ResolveAt.SELF:
             return (self.region,)
         if where is ResolveAt.NEIGHBOURS:
             return tuple(sorted(world.neighbours(self.region)))
         assert isinstance(where, frozenset)
         return tuple(sorted(r for r in where if world.is_free(r)))
+
+
+def name_parts(name: str) -> tuple[str, str, int]:
+    """The type, the region as it is written, and the number of a named obstacle: ``crate``,
+    ``dock`` and 2 of ``crate@dock#2``."""
+    kind, _, place = name.partition("@")
+    where, _, number = place.partition("#")
+    return (kind, where, int(number)) if number.isdecimal() else (kind, place, 1)
 
 
 @dataclass(frozen=True)
@@ -328,20 +350,6 @@ class Failures:
     actions: int = 2
     patience: float = 10.0
     timeout: float | None = None
-
-
-class Outcome(StrEnum):
-    """How a run can end."""
-
-    COMPLETED = "completed"
-    OPERATOR_NEEDED = "operator_needed"
-    UNREALIZABLE = "unrealizable"
-    TICK_LIMIT = "tick_limit"
-    TIME_LIMIT = "time_limit"
-    SEARCH_LIMIT = "search_limit"
-    ASSUMPTION_VIOLATED = "assumption_violated"
-    LATE = "late"
-    INTERRUPTED = "interrupted"
 
 
 class LatePolicy(StrEnum):
@@ -446,15 +454,18 @@ class Scenario:
 
     @property
     def promises(self) -> bool:
-        """Whether anything is promised in ticks, if only by a charge that runs out."""
-        for robot in self.robots if self.chargers else ():
-            if robot.model.battery is not None and robot.model.battery.stay:
-                return True
+        """Whether anything is promised in ticks."""
         timed = any(robot.within is not None for robot in self.robots)
         timed = timed or any(change.within is not None for change in self.changes)
         types = (*self.catalogue.obstacles.values(), *(o.type for o in self.obstacles))
         limits = (self.until.by, self.resolve_within, *(o.resolve_within for o in self.obstacles))
         return timed or any(x is not None for x in (*limits, *(t.resolve_within for t in types)))
+
+    @property
+    def deadlines(self) -> bool:
+        """Whether anything can be due in lockstep: a promise, or what a charge does not outlast."""
+        charged = [r.model.battery for r in self.robots] if self.chargers else []
+        return self.promises or any(each is not None and each.stay for each in charged)
 
     def limit_of(self, obstacle: Obstacle) -> int | None:
         """The most ticks from the request for an obstacle to its resolution: its own, that of its
@@ -463,6 +474,13 @@ class Scenario:
             if limit is not None:
                 return limit
         return self.resolve_within
+
+    @property
+    def sweeping(self) -> bool:
+        """Whether the resolution of an obstacle that may be there sweeps regions."""
+        kinds = (*self.catalogue.obstacles.values(), *(o.type for o in self.obstacles))
+        own = any(o.sweeps is not None for o in self.obstacles)
+        return own or any(kind.sweeps is not None for kind in kinds)
 
     def robot(self, name: str) -> Robot:
         """The robot of that name. Raises KeyError."""

@@ -29,7 +29,7 @@ NEXT = "'"
 
 
 @dataclass(frozen=True)
-class Signal:
+class AssignedGoal:
     """A command of the coordination layer: go to ``place``, and ``wait`` there or not."""
 
     place: Region
@@ -47,7 +47,7 @@ class Switch:
         self._sent: Region | None = None
         self.refused: Pose | None = None
 
-    def inputs(self, signal: Signal | None, region: Region) -> dict[str, int]:
+    def inputs(self, signal: AssignedGoal | None, region: Region) -> dict[str, int]:
         """The inputs for a robot in ``region`` under ``signal``."""
         if signal is None:
             self._sent = None

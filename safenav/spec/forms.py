@@ -27,7 +27,7 @@ from safenav.scenario.objective import (
 )
 from safenav.spec.task import Task
 from safenav.world.moves import Mobility, Pose
-from safenav.world.poses import Mask, PoseGraph, region_mask
+from safenav.world.poses import Mask, PoseGraph, plain_graph, region_mask
 
 
 class Weakening(StrEnum):
@@ -148,10 +148,10 @@ def _obstruction(graph: PoseGraph, pose: Pose, patrol: Patrol, blocked: Mask) ->
     shut = region_mask(avoided(patrol))
     if blocked & ~shut and any(can_patrol(graph, pose, patrol, turn, shut) for turn in (0, 1)):
         return Weakening.OBSTACLES
-    plain = PoseGraph(graph.world, graph.mobility)
+    plain = plain_graph(graph.world, graph.mobility)
     if (shut or patrol.always) and any(can_patrol(plain, pose, patrol, t) for t in (0, 1)):
         return Weakening.RULES
-    free = PoseGraph(graph.world, Mobility.FREE)
+    free = plain_graph(graph.world, Mobility.FREE)
     there = Pose(pose.region)
     if graph.one_way and any(can_patrol(free, there, patrol, turn, blocked) for turn in (0, 1)):
         return Weakening.MOBILITY

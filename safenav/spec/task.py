@@ -82,7 +82,8 @@ class Task:
     of, because the team could lose it there. ``exclusive``: one other robot can close many regions
     to it, because the two are never together in them. ``goal_places``: for each target the only
     poses in which it is entered while it is next, so that rounds are short (none: any). ``inputs``:
-    those that the objective names, and whether they are on.
+    those that the objective names, and whether they are on. ``live``: others move at any speed, so
+    from one look to the next they may get wherever they can go.
     """
 
     robot: Robot
@@ -100,6 +101,7 @@ class Task:
     exclusive: bool = False
     goal_places: tuple[frozenset[Pose], ...] = ()
     inputs: tuple[tuple[Input, bool], ...] = ()
+    live: bool = False
 
     @property
     def targets(self) -> tuple[Target, ...]:

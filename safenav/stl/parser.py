@@ -39,7 +39,7 @@ MOST_LENGTH = 2000
 _TOKEN = re.compile(
     r"(?P<space>\s+)"
     r"|(?P<number>\d+(?:\.\d*)?(?:[eE][+-]?\d+)?)"
-    rf"|(?P<event>(?:{'|'.join(EVENTS)})_[A-Za-z_][\w-]*@[A-Za-z0-9_][\w-]*)"
+    rf"|(?P<event>(?:{'|'.join(EVENTS)})_[A-Za-z_][\w-]*@[A-Za-z0-9_][\w-]*(?:#\d+)?)"
     r"|(?P<word>[A-Za-z_]\w*)"
     r"|(?P<implies>->)"
     r"|(?P<relation>>=|<=|>|<)"
@@ -98,7 +98,9 @@ def _lexemes(text: str) -> list[_Lexeme]:
     while at < len(text):
         match = _TOKEN.match(text, at)
         if match is None:
-            raise RequirementError(at + 1, f"unexpected {text[at]!r}")
+            hint = "an obstacle has its region's number or name: resolved_door@47"
+            hint = hint if text[at] == "@" else ""
+            raise RequirementError(at + 1, f"unexpected {text[at]!r}", hint)
         kind, word = str(match.lastgroup), match.group()
         if kind == "foreign":
             raise RequirementError(at + 1, f"unexpected {word!r}", _HINTS.get(word, ""))

@@ -190,9 +190,14 @@ class Studio:
 
 
 def obstacle_kinds(catalogue: Catalogue) -> list[dict[str, Any]]:
-    """The types of obstacles that a region can be closed with."""
+    """The types of obstacles that a region can be closed with, or that can be ordered."""
     return [
-        {"name": kind.name, "action": kind.action, "truth": kind.has_truth}
+        {
+            "name": kind.name,
+            "action": kind.action,
+            "truth": kind.has_truth,
+            "ordered": kind.blocks == frozenset(),
+        }
         for kind in catalogue.obstacles.values()
     ]
 

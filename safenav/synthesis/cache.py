@@ -18,7 +18,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from safenav.dataclass import dataclass
-from safenav.synthesis.verdict import Verdict
+from safenav.outcome import Verdict
 
 VARIABLE = "SAFENAV_CACHE"
 """Environment variable: the directory, or ``off``."""

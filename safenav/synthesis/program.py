@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Union
 
 from safenav.dataclass import dataclass
+from safenav.outcome import Verdict
 from safenav.synthesis.binary import Binary, find_own_binary
 from safenav.synthesis.process import Crew, Finished, limited
 from safenav.synthesis.request import Job, RequestKind
 from safenav.synthesis.result import failure
-from safenav.synthesis.verdict import Verdict
 
 if TYPE_CHECKING:
     from safenav.synthesis.serving.served import ServedStrategy

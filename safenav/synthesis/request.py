@@ -6,8 +6,9 @@ from collections.abc import Callable
 from enum import StrEnum
 
 from safenav.dataclass import dataclass
+from safenav.outcome import Verdict
 from safenav.spec.specification import Section, Specification
-from safenav.synthesis.verdict import SynthesisResult, Verdict
+from safenav.synthesis.verdict import SynthesisResult
 
 
 class RequestKind(StrEnum):

@@ -11,9 +11,9 @@ import signal
 from enum import IntEnum
 
 from safenav.errors import SynthesizerError
+from safenav.outcome import Verdict
 from safenav.synthesis.binary import VARIABLE, Binary
 from safenav.synthesis.process import Finished
-from safenav.synthesis.verdict import Verdict
 
 _RESULT = re.compile(rb"^RESULT: Specification is (realizable|unrealizable)\b", re.MULTILINE)
 _OUT_OF_MEMORY = re.compile(

@@ -17,6 +17,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from safenav.errors import SynthesizerError
+from safenav.outcome import Verdict
 from safenav.scenario.model import Controllers, Limits
 from safenav.spec.specification import Specification
 from safenav.synthesis.binary import Binary, find_binary, find_own_binary
@@ -27,7 +28,7 @@ from safenav.synthesis.program import Program, Served
 from safenav.synthesis.request import Job, Listener, RequestKind, RequestPhase, SynthesisProgress
 from safenav.synthesis.result import failure, too_large, verdict_of
 from safenav.synthesis.strategy import Strategy
-from safenav.synthesis.verdict import SynthesisResult, Verdict
+from safenav.synthesis.verdict import SynthesisResult
 
 _GOOD = Verdict.REALIZABLE
 

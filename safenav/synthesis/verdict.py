@@ -2,22 +2,14 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from typing import TYPE_CHECKING
 
 from safenav.dataclass import dataclass
+from safenav.outcome import Verdict
 
 if TYPE_CHECKING:
     from safenav.synthesis.serving.served import ServedStrategy
     from safenav.synthesis.strategy import Strategy
-
-
-class Verdict(StrEnum):
-    REALIZABLE = "realizable"
-    UNREALIZABLE = "unrealizable"
-    TIMEOUT = "timeout"
-    OUT_OF_MEMORY = "out_of_memory"
-    INTERRUPTED = "interrupted"
 
 
 @dataclass(frozen=True)

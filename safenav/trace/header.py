@@ -17,7 +17,7 @@ from safenav.world.partition import rooms
 
 
 def scenario_header(
-    scenario: Scenario, truths: Mapping[str, bool | None] | None
+    scenario: Scenario, truths: Mapping[str, bool | None] | None, *, live: bool = False
 ) -> setting.ScenarioHeader:
     """Return the scenario as recorded in a trace, fully resolved.
 
@@ -48,7 +48,7 @@ def scenario_header(
         changes=_changes(scenario),
         requirements=scenario.requirements or None,
         never_together=_exclusions(scenario),
-        promises=_promises(scenario),
+        promises=None if live else _promises(scenario),
         suspects=None if scenario.suspects is None else tuple(o.name for o in scenario.suspects),
         chargers=tuple(sorted(scenario.chargers)) or None,
         inputs=tuple(
@@ -61,7 +61,7 @@ def scenario_header(
 
 
 def _promises(scenario: Scenario) -> setting.PromisesHeader | None:
-    if not scenario.promises:
+    if not scenario.deadlines:
         return None
     within = {robot.name: robot.within for robot in scenario.robots if robot.within is not None}
     return setting.PromisesHeader(within, scenario.until.by, scenario.late.value)
@@ -84,6 +84,7 @@ def obstacle_header(
         until=obstacle.goes,
         ordered=obstacle.ordered or None,
         resolve_within=scenario.limit_of(obstacle),
+        sweeps=tuple(sorted(obstacle.swept(scenario.map))) or None,
     )
 
 

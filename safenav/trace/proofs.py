@@ -67,7 +67,7 @@ class JointGoal:
 
 
 @dataclass(frozen=True)
-class Joint:
+class JointSearch:
     """No order of moves completes the mission: ``states`` joint places can be reached, whose
     sorted lines have this ``sha256``. ``start``: the pose of each robot; ``stages``: the next need
     of each open obstacle."""
@@ -81,4 +81,4 @@ class Joint:
     kind: Annotated[str, Pattern("joint", "joint")] = "joint"
 
 
-Proof = Closure | Tree | Joint
+Proof = Closure | Tree | JointSearch

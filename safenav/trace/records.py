@@ -3,7 +3,8 @@
 One frozen dataclass for each type of line. The reader, the writer and the JSON Schema are driven
 by the annotations: a field's JSON name is its name here, without the underscore that
 keeps it apart from a word of Python. A field with a default may be absent; one whose default is
-None is left out when it is None. Of safenav only this package and how a dataclass is made are
+None is left out when it is None. Of safenav only this package, how a dataclass is made and how
+a run can end are
 imported here, so that independent checkers can read traces.
 """
 
@@ -14,6 +15,7 @@ from dataclasses import field
 from typing import ClassVar
 
 from safenav.dataclass import dataclass
+from safenav.outcome import Outcome, Verdict
 from safenav.trace.objective import Objective
 from safenav.trace.proofs import Proof
 from safenav.trace.setting import ObstacleHeader, ScenarioHeader
@@ -23,7 +25,6 @@ from safenav.trace.vocabulary import (
     ChangeCause,
     Count,
     DeadlineVerdict,
-    Ending,
     Form,
     Heading,
     HoldReason,
@@ -34,7 +35,6 @@ from safenav.trace.vocabulary import (
     Place,
     PlanEndReason,
     Reason,
-    RecordedVerdict,
     Region,
     Seconds,
     Sha256,
@@ -77,7 +77,7 @@ class Tried:
     form: Form
     fairness: str
     spec: Sha256
-    verdict: RecordedVerdict
+    verdict: Verdict
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ class Synthesis(Record):
     type: ClassVar[str] = "synthesis"
     robot: str
     reason: Reason
-    verdict: RecordedVerdict
+    verdict: Verdict
     seconds: Seconds
     states: Count | None
     cached: bool
@@ -219,17 +219,19 @@ class Act(Record):
 
 
 @dataclass(frozen=True)
-class Acted(Record):
-    """Live: the end of an action. ``results``: the result for each obstacle."""
+class ActionEnd(Record):
+    """Live: the end of an action. ``results``: the result for each obstacle. ``barred``: those on
+    which the robot has failed too often, which it leaves to others from now on."""
 
     type: ClassVar[str] = "acted"
     command: Count
     robot: str
     results: Mapping[str, ActResult]
+    barred: tuple[str, ...] | None = None
 
 
 @dataclass(frozen=True)
-class Hold(Record):
+class Held(Record):
     """Live: a robot stays where it is, from now on for another reason than before. ``shown``:
     regions that were shown to its strategy as occupied although no robot is there."""
 
@@ -269,7 +271,7 @@ class Waiting(Record):
     would have; the other fields as there."""
 
     type: ClassVar[str] = "waiting"
-    outcome: Ending
+    outcome: Outcome
     explanation: str
     cause: OperatorCause | None = None
     proof: Proof | None = None
@@ -482,7 +484,7 @@ class Resolved(Record):
 
 
 @dataclass(frozen=True)
-class Blocked(Record):
+class KnownObstacle(Record):
     """An obstacle joined the known ones for ``robots``. ``because``: what it lacks, in words."""
 
     type: ClassVar[str] = "blocked"
@@ -528,7 +530,8 @@ class Assumption(Record):
 class Deadline(Record):
     """The state of a promise ``of`` a robot (a round), an obstacle (its resolution) or the
     ``mission``, ``due`` at the end of that tick. ``earliest``: a tick before whose end it cannot
-    happen, whatever the robots do; ``cause``: ``battery``, where a charge made it."""
+    happen, whatever the robots do; ``planned``: the tick in which the acts that were chosen resolve
+    it; ``cause``: ``battery``, where a charge made it."""
 
     type: ClassVar[str] = "deadline"
     of: str
@@ -536,6 +539,32 @@ class Deadline(Record):
     verdict: DeadlineVerdict
     earliest: Count | None = None
     cause: str | None = None
+    planned: Count | None = None
+
+
+@dataclass(frozen=True)
+class ScheduledAct:
+    """Robots have their part in need number ``need`` of an obstacle in tick ``at``, each in its
+    place."""
+
+    obstacle: str
+    need: Count
+    at: Count
+    robots: Mapping[str, Place]
+
+
+@dataclass(frozen=True)
+class Acts(Record):
+    """Who acts where next, chosen since something is due; the duties follow from it. ``beyond``:
+    obstacles that no order of acts resolves when they are due. ``spent``: the search has used up
+    its budget, and the duties follow from the rules for requests that are not due. ``around``: the
+    regions that robots keep out of, since an obstacle may be there."""
+
+    type: ClassVar[str] = "acts"
+    acts: tuple[ScheduledAct, ...] = ()
+    beyond: tuple[str, ...] = ()
+    spent: bool | None = None
+    around: Mapping[str, tuple[Region, ...]] | None = None
 
 
 @dataclass(frozen=True)
@@ -561,7 +590,7 @@ class PlanEnd(Record):
 
 
 @dataclass(frozen=True)
-class Outcome(Record):
+class End(Record):
     """The last line. ``rounds`` of each robot. ``cause``: why an operator is needed. ``proof``:
     of a negative. ``unrealizable``: robot and spec of each synthesis that ended the run. Live:
     ``makespan``, the time (seconds) of the last end of a command, and the seconds in which each
@@ -570,7 +599,7 @@ class Outcome(Record):
     start, each with the least that could be promised (None: nothing can)."""
 
     type: ClassVar[str] = "outcome"
-    outcome: Ending
+    outcome: Outcome
     explanation: str
     rounds: Mapping[str, Count]
     ticks: Count

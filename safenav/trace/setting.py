@@ -93,7 +93,8 @@ class ObstacleHeader:
     ``needs``: all its needs if there are several (``action`` and ``resolution_regions`` are
     those of the first). ``from_`` and ``until``: when it appears and disappears.
     ``resolve_within``: the most ticks from its request to its resolution. ``ordered``: the team
-    is to resolve it as soon as it appears."""
+    is to resolve it as soon as it appears. ``sweeps``: regions that no other robot may be in while
+    a robot resolves it."""
 
     type: str
     name: str
@@ -107,6 +108,7 @@ class ObstacleHeader:
     until: Count | None = None
     resolve_within: Count | None = None
     ordered: bool | None = None
+    sweeps: tuple[Region, ...] | None = None
 
     @property
     def all_needs(self) -> tuple[NeedHeader, ...]:

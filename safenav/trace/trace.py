@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from safenav.dataclass import dataclass
-from safenav.trace.records import Discovered, Header, Outcome, Record
+from safenav.trace.records import Discovered, End, Header, Record
 from safenav.trace.setting import ObstacleHeader
 
 
@@ -19,9 +19,9 @@ class Trace:
     ignored: int
 
     @property
-    def outcome(self) -> Outcome | None:
+    def outcome(self) -> End | None:
         """The end of the run, or None if the trace does not record it."""
-        return next((r for r in reversed(self.records) if isinstance(r, Outcome)), None)
+        return next((r for r in reversed(self.records) if isinstance(r, End)), None)
 
     @property
     def obstacles(self) -> dict[str, ObstacleHeader]:

@@ -37,15 +37,6 @@ Place = tuple[Region, Heading | None]
 """A region, and the heading of a robot that has one."""
 
 
-class RecordedVerdict(StrEnum):
-    """The result of a synthesis."""
-
-    REALIZABLE = "realizable"
-    UNREALIZABLE = "unrealizable"
-    TIMEOUT = "timeout"
-    OUT_OF_MEMORY = "out_of_memory"
-
-
 class Verified(StrEnum):
     """The checks of a strategy on demand: each of its moves, when it was made."""
 
@@ -70,6 +61,8 @@ class Reason(StrEnum):
     """It is back in service."""
     CHARGE = "charge"
     """It goes to a charger, or has charged enough."""
+    ROUND = "round"
+    """It begins a round that is in time only if it meets its targets in other poses."""
 
 
 class Form(StrEnum):
@@ -174,21 +167,6 @@ class PlanEndReason(StrEnum):
     VIOLATION = "violation"
     CHANGED = "changed"
     """Something was resolved, appeared or went, or duties changed."""
-
-
-class Ending(StrEnum):
-    """Outcome of a run."""
-
-    COMPLETED = "completed"
-    OPERATOR_NEEDED = "operator_needed"
-    UNREALIZABLE = "unrealizable"
-    TICK_LIMIT = "tick_limit"
-    TIME_LIMIT = "time_limit"
-    SEARCH_LIMIT = "search_limit"
-    ASSUMPTION_VIOLATED = "assumption_violated"
-    LATE = "late"
-    INTERRUPTED = "interrupted"
-    ERROR = "error"
 
 
 class DeadlineVerdict(StrEnum):

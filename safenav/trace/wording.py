@@ -12,6 +12,8 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import field, replace
 
 from safenav.dataclass import dataclass
+from safenav.outcome import Verdict
+from safenav.scenario.model import name_parts
 from safenav.scenario.objective import (
     KINDS,
     Ltl,
@@ -64,8 +66,10 @@ def objective_words(objective: Objective | None, word: Word = number_word) -> st
 
 def obstacle_words(name: str, word: Word = number_word) -> str:
     """``door@47``, or ``door@dock`` where the region has a name."""
-    kind, at, region = name.partition("@")
-    return f"{kind}@{word(int(region))}" if at and region.isdecimal() else name
+    _, region, _ = name_parts(name)
+    if not region.isdecimal():
+        return name
+    return name.replace(f"@{region}", f"@{word(int(region))}", 1)
 
 
 def seconds_words(seconds: float) -> str:
@@ -91,6 +95,7 @@ _WHY = {
     vocabulary.Reason.SERVICE: "back in service",
     vocabulary.Reason.PLAN: "after a joint plan",
     vocabulary.Reason.CHARGE: "for its battery",
+    vocabulary.Reason.ROUND: "for its next round",
 }
 
 _BLOCKED = {
@@ -101,17 +106,10 @@ _BLOCKED = {
     vocabulary.BlockReason.OPERATOR: "an operator reports that it is permanent",
 }
 
-_DEADLINES = {
-    vocabulary.DeadlineVerdict.SET: "set",
-    vocabulary.DeadlineVerdict.KEPT: "met",
-    vocabulary.DeadlineVerdict.LATE: "missed",
-    vocabulary.DeadlineVerdict.EXCUSED: "excused",
-    vocabulary.DeadlineVerdict.LOST: "can no longer be met",
-}
-
 _LISTED_ROBOTS = 4
 """A larger team is not listed by name where all of it is meant."""
 
+_OBSTACLE = re.compile(r"[\w-]+@\d+(?:#\d+)?")
 _PLAN_OVER = {
     vocabulary.PlanEndReason.REACHED: "every robot has arrived",
     vocabulary.PlanEndReason.VIOLATION: "an obstacle is in its way",
@@ -173,13 +171,15 @@ class Wording:
                 return self._met(line)
             case records.Resolved():
                 return self._resolved(line)
-            case records.Blocked():
+            case records.KnownObstacle():
                 obstacle = self.strong(self.obstacle(line.obstacle))
                 whom = self._all(line.robots)
                 why = line.because or _BLOCKED[line.reason]
                 return f"{obstacle} permanently blocks {whom}: {why}"
             case records.Deadline():
                 return self._deadline(line)
+            case records.Acts():
+                return self._acts(line)
             case records.Appeared():
                 return f"{self.strong(self.obstacle(line.obstacle))} appears"
             case records.Gone():
@@ -205,13 +205,9 @@ class Wording:
                 return f"{self.robot(line.robot)} reaches {self._at(line.region)}{done}"
             case records.Assumption():
                 return f"{self.robot(line.robot)}: assumption broken: {line.name}"
-            case records.Deadline():
-                of = "the mission" if line.of == "mission" else self.obstacle(line.of)
-                least = line.earliest
-                soonest = "" if least is None else f" (tick {least} at the earliest)"
-                return f"deadline of {of}, tick {line.due}: {_DEADLINES[line.verdict]}{soonest}"
             case records.Plan():
-                return f"{self._all(line.robots)} move by a joint plan ({line.reason})"
+                reason = _OBSTACLE.sub(lambda found: self.obstacle(found[0]), line.reason)
+                return f"{self._all(line.robots)} move by a joint plan ({reason})"
             case records.PlanEnd():
                 return f"the joint plan is over: {_PLAN_OVER[line.reason]}"
             case records.Depart():
@@ -227,10 +223,10 @@ class Wording:
                 names = " and ".join(map(self.obstacle, line.obstacles))
                 verb = "act" if len(line.robots) > 1 else "acts"
                 return f"{self._all(frozenset(line.robots))} {verb} on {names or 'what is there'}"
-            case records.Acted():
+            case records.ActionEnd():
                 results = (f"{self.obstacle(name)}: {deed}" for name, deed in line.results.items())
                 return f"the action of {self.robot(line.robot)} ends ({', '.join(results)})"
-            case records.Hold():
+            case records.Held():
                 return f"{self.robot(line.robot)} stays ({_HOLDS[line.why]})"
             case records.Late():
                 about = line.robot or line.obstacle
@@ -242,7 +238,7 @@ class Wording:
                 return f"the team waits for an operator: {line.explanation}"
             case records.Operator():
                 return f"an operator intervenes: {self._operator(line)}"
-            case records.Outcome():
+            case records.End():
                 text = line.outcome.value.replace("_", " ")
                 return f"{text}: {line.explanation}" if line.explanation else text
         raise TypeError(f"{line.type} is not an event")
@@ -258,7 +254,8 @@ class Wording:
         soonest = "ever" if line.earliest is None else f"before tick {line.earliest}"
         match line.verdict:
             case vocabulary.DeadlineVerdict.SET:
-                return f"{what} is due at tick {line.due}"
+                planned = "" if line.planned is None else f", and planned for tick {line.planned}"
+                return f"{what} is due at tick {line.due}{planned}"
             case vocabulary.DeadlineVerdict.LOST:
                 return f"{what} cannot {does} {soonest}, and is due at tick {line.due}"
             case vocabulary.DeadlineVerdict.KEPT:
@@ -266,6 +263,17 @@ class Wording:
             case vocabulary.DeadlineVerdict.EXCUSED:
                 return f"{what}, due at tick {line.due}, is excused"
         return f"{what} is late: it was due at tick {line.due}"
+
+    def _acts(self, line: records.Acts) -> str:
+        """``next in time: digit opens door@47 in tick 14``."""
+        if line.spent:
+            return "no verdict whether all is in time: the search has used up its budget"
+        said = [
+            f"{listed(act.robots)} at {self.obstacle(act.obstacle)} in tick {act.at}"
+            for act in line.acts
+        ]
+        late = [f"{self.obstacle(name)} will be late" for name in line.beyond]
+        return f"chosen by what is due: {'; '.join([*said, *late])}"
 
     def _operator(self, line: records.Operator) -> str:
         what = line.deed.value.replace("_", " ")
@@ -373,7 +381,7 @@ def _natural(name: str) -> list[tuple[int, str]]:
 def synthesis_words(line: records.Synthesis) -> str:
     """The result of a synthesis: ``21 states in 3 ms, verified``."""
     found = line.verdict.value.replace("_", " ")
-    if line.verdict is vocabulary.RecordedVerdict.REALIZABLE and line.states is not None:
+    if line.verdict is Verdict.REALIZABLE and line.states is not None:
         found = counted(line.states, "state")
     spent = ", from the cache" if line.cached else f" in {seconds_words(line.seconds)}"
     proof = {

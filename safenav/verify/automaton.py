@@ -12,6 +12,7 @@ from itertools import count
 
 from safenav.dataclass import dataclass
 from safenav.errors import Diagnostic, InputError
+from safenav.formula.evaluator import Predicate
 from safenav.formula.parser import FormulaError, parse
 from safenav.formula.syntax import Formula
 from safenav.spec.specification import Constraint, Owner, Section, Specification
@@ -39,6 +40,10 @@ class Clause:
     @property
     def formula(self) -> Formula:
         return self.condition.formula
+
+    @property
+    def holds(self) -> Predicate:
+        return self.condition.holds
 
 
 class Automaton:

@@ -12,13 +12,14 @@ next inputs, say) satisfy all constraints. 2^n valuations are never gone through
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
 from itertools import product
 from math import prod
 from operator import itemgetter
 
 from safenav.dataclass import dataclass
 from safenav.errors import ResourceLimitError
-from safenav.formula.evaluator import evaluate
+from safenav.formula.evaluator import Predicate, predicate
 from safenav.formula.syntax import (
     And,
     Comparison,
@@ -72,6 +73,10 @@ class Condition:
     formula: Formula
     places: frozenset[Key]
 
+    @cached_property
+    def holds(self) -> Predicate:
+        return predicate(self.formula)
+
 
 def condition_of(formula: Formula) -> Condition:
     return Condition(formula, frozenset(_keys(formula, False)))
@@ -101,26 +106,22 @@ class Completions:
         for place, value in zip(self._known, row, strict=True):
             values[place.primed][place.variable.name] = value
         known = {place.key for place in self._known}
-        due: list[list[Formula]] = []
+        due: list[list[Predicate]] = []
         for condition in self._conditions:
-            if condition.places <= known and not evaluate(condition.formula, *values):
+            if condition.places <= known and not condition.holds(*values):
                 return
         for place in self._unknown:
             before = set(known)
             known.add(place.key)
             due.append(
-                [
-                    c.formula
-                    for c in self._conditions
-                    if c.places <= known and not c.places <= before
-                ]
+                [c.holds for c in self._conditions if c.places <= known and not c.places <= before]
             )
         yield from _backtrack(self._unknown, due, values, ())
 
 
 def _backtrack(
     unknown: Sequence[Slot],
-    due: Sequence[Sequence[Formula]],
+    due: Sequence[Sequence[Predicate]],
     values: tuple[dict[str, int | bool], dict[str, int | bool]],
     chosen: Row,
 ) -> Iterator[Row]:
@@ -131,7 +132,7 @@ def _backtrack(
     place = unknown[depth]
     for value in place.range:
         values[place.primed][place.variable.name] = value
-        if all(evaluate(formula, *values) for formula in due[depth]):
+        if all(holds(*values) for holds in due[depth]):
             yield from _backtrack(unknown, due, values, (*chosen, value))
 
 

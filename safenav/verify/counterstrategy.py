@@ -14,7 +14,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from itertools import islice
 
-from safenav.formula.evaluator import evaluate
 from safenav.spec.specification import Owner, Section, Specification
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.automaton import Automaton, Clause, clauses
@@ -38,7 +37,7 @@ def counterstrategy_starts(spec: Specification, counterstrategy: Strategy) -> tu
         first = given if first is None else first
         if given != first or tuple(state) in seen:
             break
-        if not all(evaluate(clause.formula, values) for clause in initial):
+        if not all(clause.holds(values, None) for clause in initial):
             break
         seen.add(tuple(state))
     return tuple(range(len(seen)))

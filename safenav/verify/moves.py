@@ -12,7 +12,6 @@ from collections.abc import Iterator, Mapping
 
 from safenav.dataclass import dataclass
 from safenav.errors import SynthesizerError
-from safenav.formula.evaluator import evaluate
 from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.synthesis.serving.served import Position, ServedMove, falls
 from safenav.verify.automaton import Clause, clauses
@@ -26,7 +25,7 @@ class _Section:
 
     def broken(self, before: Values, after: Values | None = None) -> Iterator[Constraint]:
         for clause in self.clauses:
-            if not evaluate(clause.formula, before, after):
+            if not clause.holds(before, after):
                 yield clause.constraint
 
 
@@ -85,14 +84,14 @@ class MoveCheck:
             raise self.wrong(f"goal {move.to.goal} after goal {here.goal}, of {count}")
         for number in range(min(move.met, len(goals))):
             goal = goals[(here.goal + number) % count]
-            if not evaluate(goal.formula, before, after):
+            if not goal.holds(before, after):
                 said = f"that it meets {goal.constraint.origin}, which it does not"
                 raise self.wrong(said, goal.constraint)
         awaited = here.measure.assumption
         fair = self._sections[Section.ENV_LIVENESS].clauses
         if awaited is not None and not 0 <= awaited < len(fair):
             raise self.wrong(f"to wait for assumption {awaited}, of {len(fair)}")
-        holds = awaited is None or evaluate(fair[awaited].formula, before, after)
+        holds = awaited is None or fair[awaited].holds(before, after)
         if move.to.measure.distance < 0 or not falls(here, move, holds):
             goal_said = str(goals[here.goal].constraint.origin) if goals else "its goal"
             raise self.wrong(

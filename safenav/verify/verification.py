@@ -17,7 +17,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from safenav.formula.evaluator import evaluate
 from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.automaton import Automaton, Clause
@@ -122,7 +121,7 @@ def _why_no_start(automaton: Automaton) -> Constraint | None:
     values = automaton.strategy.values(0)
     for section in (Section.ENV_INIT, Section.SYS_INIT):
         for clause in automaton.clauses(section):
-            if not evaluate(clause.formula, values):
+            if not clause.holds(values, None):
                 return clause.constraint
     return None
 

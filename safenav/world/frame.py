@@ -25,3 +25,9 @@ class Frame:
         x = self.origin[0] + east * cos(self.yaw) - north * sin(self.yaw)
         y = self.origin[1] + east * sin(self.yaw) + north * cos(self.yaw)
         return x, y
+
+    def on_map(self, x: float, y: float) -> tuple[float, float]:
+        """Metres east and north of the map's south-western corner, along its sides."""
+        dx, dy = x - self.origin[0], y - self.origin[1]
+        east = dx * cos(self.yaw) + dy * sin(self.yaw)
+        return east, dy * cos(self.yaw) - dx * sin(self.yaw)

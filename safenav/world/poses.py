@@ -8,8 +8,8 @@ questions are answered from memory.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
-from functools import cached_property
+from collections.abc import Callable, Collection, Iterable, Iterator
+from functools import cached_property, lru_cache
 
 from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.moves import Mobility, Pose
@@ -37,6 +37,14 @@ def region_mask(regions: Iterable[Region]) -> Mask:
     return found
 
 
+def _mask_of_many(members: Collection[int], size: int) -> Mask:
+    """A large set of numbers below ``size`` as a mask, in time that is linear in both."""
+    digits = bytearray(b"0") * size
+    for member in members:
+        digits[member] = ord("1")
+    return int(digits[::-1] or b"0", 2)
+
+
 class PoseGraph:
     """The poses of one mobility on one map, and the steps between them. ``closed``: pairs of
     poses between which there is none, although the mobility has one."""
@@ -53,9 +61,9 @@ class PoseGraph:
         self.blocks = len(Heading) if mobility is Mobility.HEADING else 1
         self._full = (1 << self.size) - 1
         self._cols = world.cols
-        self._west = sum(1 << row * world.cols for row in range(world.rows))
+        self._west = _mask_of_many(range(0, self.size, world.cols), self.size)
         self._east = self._west << world.cols - 1
-        self.free_regions = region_mask(world.free)
+        self.free_regions = _mask_of_many(world.free, self.size)
         self._closed = closed
         self._narrowed = region_mask(pose for pose, _ in closed)  # have fewer steps than others
         self._shunned = region_mask(pose for _, pose in closed)  # are entered by fewer
@@ -266,6 +274,12 @@ class PoseGraph:
         if heading == 2:
             return regions << self._cols
         return (regions & ~self._west) >> 1
+
+
+@lru_cache(maxsize=64)
+def plain_graph(world: RegionMap, mobility: Mobility) -> PoseGraph:
+    """The poses of a mobility on a map and its steps, made once."""
+    return PoseGraph(world, mobility)
 
 
 def _grown(

@@ -99,16 +99,9 @@ def classes(name: str) -> list[str]:
     return [cls for cls in found if not cls.startswith("_")]
 
 
-TOLD = {"Acted", "Blocked", "Choice", "Closure", "Joint", "Reach", "Tree", "Option"}  # of proofs
-TOLD |= {"Hold", "Late", "Met", "Outcome", "Request", "Signal", "Violation"}
-"""Records of the trace that are called as what they tell of."""
-
-
 def test_a_class_has_its_name_to_itself() -> None:
     counted = [name for name in MODULES if not name.startswith(ON_THEIR_OWN)]
-    trace = [name for name in counted if name.startswith("safenav.trace.")]
     times = Counter(cls for name in counted for cls in classes(name))
-    times -= Counter(cls for name in trace for cls in classes(name) if cls in TOLD)
     assert [cls for cls, count in times.items() if count > 1] == []
 
 

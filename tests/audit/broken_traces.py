@@ -133,6 +133,7 @@ CASES: list[Case] = [
         1,
         "two",
     ),
+    ("swept", "door", scenario("obstacles", 0, "sweeps", to=[8]), 3, "digit", 2),
     ("collision", "slow_steps", retell("flyer", (3, 9, 8), (4, 8, 8)), 3, "flyer", 3),
     ("transit", "slow_steps", edit("move", {"tick": 2, "robot": "slow"}, toward=13), 2, "slow", 2),
     ("belief", "beliefs", edit("belief", {"tick": 2}, regions=[9]), 2, "watcher", 2),

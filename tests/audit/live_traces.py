@@ -172,8 +172,21 @@ def released() -> list[Line]:
     return s.end("completed", {"a": 1, "b": 1})
 
 
+def ended_early() -> list[Line]:
+    """The run ends in the pass in which a robot has begun a step of a plan."""
+    a, b = robot("ground", [], 7, {"visit": [9]}), robot("ground", [], 10, {"visit": [16]})
+    s = Live({"a": a, "b": b}, [], "external")
+    ways = {"a": [[7, None], [8, None], [9, None]], "b": [[10, None]]}
+    s.at(0).add("plan", reason="starvation", robots=ways, orders=[])
+    s.depart("a", 8).lines[-1]["by"] = "plan"
+    s.at(1).arrive("a").at(1).depart("a", 9).lines[-1]["by"] = "plan"
+    s.add("plan_end", reason="changed")
+    return s.end("interrupted", {"a": 0, "b": 0})
+
+
 GOOD_LIVE: dict[str, Callable[[], list[Line]]] = {
-    builder.__name__: builder for builder in (delayed, opened, lost, waits, simulated, released)
+    builder.__name__: builder
+    for builder in (delayed, opened, lost, waits, simulated, released, ended_early)
 }
 
 
@@ -206,6 +219,7 @@ CASES_OF_LIVE: list[Case] = [
     ("command", "delayed", edit("arrive", {"robot": "b"}, command=9), 2, "b"),
     ("command", "delayed", edit("depart", {"robot": "a", "command": 4}, command=1), 5, "a", 2),
     ("command", "opened", edit("acted", {"command": 4}, results={}), 8, "digit"),
+    ("command", "opened", edit("acted", {"command": 4}, barred=["door@9"]), 8, "digit"),
     ("command", "delayed", edit("arrive", {"result": "elsewhere"}, result="blocked"), 10, "a"),
     (
         "act",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from audit.good_traces import GOOD
+from audit.living import living
 from audit.trace_script import Line, find, text
 from safenav.audit.check import check_trace
 
@@ -22,6 +23,26 @@ def test_a_belief_must_grow_by_the_steps_out_of_sight() -> None:
     lines[10].update({"from": 10, "to": 10})
     del lines[11:]
     assert found(lines) == {("missed-belief", 3)}
+
+
+@pytest.mark.parametrize(
+    ("live", "believed", "wrong"),
+    [
+        (False, [10, 15], set()),
+        (True, [10, 15], {("missed-belief", 2)}),
+        (True, [10, 15, 16], set()),
+    ],
+)
+def test_in_a_live_run_a_belief_grows_by_all_ways(
+    live: bool, believed: list[int], wrong: set[tuple[str, int]]
+) -> None:
+    """From 9 it may have gone on to 16 by tick 2, two steps away."""
+    lines = GOOD["beliefs"]()
+    lines[0]["scenario"]["partition"] = [[7, 8, 13, 14], [9], [10], [15], [16]]
+    told = find(lines, "belief", tick=2)
+    lines[told]["regions"] = believed
+    del lines[told + 2 :]  # after the flyer's move
+    assert found(living(lines) if live else lines) == wrong
 
 
 def test_a_belief_loses_the_cells_that_are_wholly_in_sight() -> None:

@@ -11,7 +11,7 @@ from audit.good_traces import GOOD
 from audit.proofs.test_proofs import joint_proof
 from audit.trace_script import Line, text
 from safenav.audit.check import check_trace
-from safenav.audit.rules.proofs import moment_of
+from safenav.audit.proofs.case import case_of
 from safenav.audit.situation import Situation
 from safenav.errors import InputError
 from safenav.trace.reading import read_lines
@@ -33,20 +33,21 @@ def cut(lines: list[Line], tick: int, **claim: Any) -> list[Line]:
 def closure_of(lines: list[Line]) -> dict[str, Any]:
     """A true closure of where everybody gets, with the lie that nobody can go on there."""
     trace = read_lines(text(lines))
-    now = Situation(trace)
+    now = Situation(trace.header, trace.records)
     for record in trace.records:
         now.apply(record)
-    moment = moment_of(now, {}, ())
+    case = case_of(now, {}, ())
+    assert case is not None
     return {
         "kind": "closure",
-        "resolved": list(moment.obstacles),
+        "resolved": [obstacle.name for obstacle in case.obstacles],
         "never": [],
         "robots": {
             name: {
-                "poses": [list(pose) for pose in moment.closure(robot, [robot.pose], frozenset())],
+                "poses": [list(one) for one in case.team.reach(name, frozenset([pose]), ())],
                 "live": False,
             }
-            for name, robot in moment.robots.items()
+            for name, pose in case.at.items()
         },
     }
 
@@ -57,15 +58,16 @@ def test_a_completed_run_that_is_relabelled_is_refused(name: str, tick: int) -> 
     lines = GOOD[name]()
     bare = cut(lines, tick)
     trace = read_lines(text(bare))
-    now = Situation(trace)
+    now = Situation(trace.header, trace.records)
     for record in trace.records:
         now.apply(record)
-    about = moment_of(now, {}, ())
-    here = joint_proof(about, [[robot.pose for robot in about.robots.values()]])
+    about = case_of(now, {}, ())
+    assert about is not None
+    here = joint_proof(about, [[*about.at.values()]])
     for claim in (
         {},
         {"cause": "never_resolvable"},
-        {"cause": "unrealizable", "unrealizable": dict.fromkeys(about.robots, "0" * 64)},
+        {"cause": "unrealizable", "unrealizable": dict.fromkeys(about.at, "0" * 64)},
         {"proof": closure_of(bare)},
         {"proof": here},
         {"proof": here | {"states": 10**6}},

@@ -9,9 +9,9 @@ import pytest
 from audit.good_traces import GOOD
 from audit.trace_script import Line, edit, find, insert_after, text
 from safenav.errors import Diagnostic, InputError
+from safenav.outcome import Outcome
 from safenav.trace.reading import read_bytes, read_lines, read_trace
 from safenav.trace.records import Move, Push, Resolved
-from safenav.trace.vocabulary import Ending
 
 
 def refused(lines: list[str]) -> tuple[Diagnostic, ...]:
@@ -34,7 +34,7 @@ def test_lines_become_typed_records_in_order() -> None:
     assert push.objectives["quad"].kind == "hold"
     assert [r.traversable for r in trace.records if isinstance(r, Resolved)] == [None]
     assert trace.outcome is not None
-    assert trace.outcome.outcome is Ending.COMPLETED
+    assert trace.outcome.outcome is Outcome.COMPLETED
     assert not trace.cut_off
 
 

@@ -11,7 +11,8 @@ from audit.good_traces import GOOD as GOOD_IN_TICKS
 from audit.live_traces import CASES_OF_LIVE, GOOD_LIVE
 from audit.living import living
 from audit.trace_script import Line, Script, obstacle, robot, text
-from safenav.audit.check import NAMES_RULE, RULES, check_trace
+from safenav.audit.check import check_trace
+from safenav.audit.judging import NAMES_RULE, RULES
 
 CASES: list[Case] = [*CASES_OF_RUNS, *CASES_OF_PLANS, *CASES_OF_LIVE]
 GOOD = GOOD_IN_TICKS | GOOD_LIVE

@@ -6,9 +6,7 @@ import random
 
 import pytest
 
-from safenav.audit.grid import Grid
-from safenav.audit.sight import sees
-from safenav.trace.setting import MapHeader
+from safenav.audit.world import World
 from safenav.world.map import RegionMap
 from safenav.world.sight import visible_from
 
@@ -20,11 +18,11 @@ def test_everybody_sees_the_same_on_random_maps(seed: int) -> None:
     cells = ["#" if rng.random() < 0.2 else "." for _ in range(rows * cols)]
     cells[rng.randrange(rows * cols)] = "."
     picture = tuple("".join(cells[i * cols : (i + 1) * cols]) for i in range(rows))
-    world, grid = RegionMap.from_grid(picture), Grid(MapHeader(rows, cols, picture))
+    world, grid = RegionMap.from_grid(picture), World(picture, rows, cols)
     free = sorted(world.free)
     closed = frozenset(rng.sample(free, min(len(free), rng.randint(0, 3))))
     radius = rng.choice([None, 1, 1.5, 2, 3, 4.2])
     visibility = visible_from(world, radius, closed)
     for one in free:
         for other in free:
-            assert sees(grid, radius, closed, one, other) == visibility.sees(one, other)
+            assert grid.sees(one, other, radius, closed) == visibility.sees(one, other)

@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import pytest
 
+from safenav.outcome import Outcome
 from safenav.runtime.expectation import Ledger, differences
 from safenav.scenario.event_pattern import EventKind
 from safenav.scenario.model import Expect
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace import records
 from safenav.trace.records import (
-    Blocked,
+    End,
     Goal,
-    Outcome,
+    KnownObstacle,
     Record,
     Request,
     Resolved,
     Violation,
 )
-from safenav.trace.vocabulary import BlockReason, Ending
+from safenav.trace.vocabulary import BlockReason
 
 ROOM = """\
 safenav: 1
@@ -40,9 +41,9 @@ RUN: list[Record] = [
     Violation(2, "quad", 8, 9, "door@9", "push"),
     Request(2, "door@9", "quad", {"digit": 1}, "digit", (9,)),
     Resolved(4, "door@9", "digit", 9, True, None),
-    Blocked(4, "uncertainty@8", frozenset({"quad"}), BlockReason.UNTRAVERSABLE),
+    KnownObstacle(4, "uncertainty@8", frozenset({"quad"}), BlockReason.UNTRAVERSABLE),
     Goal(6, "quad", 1, 10, 1),
-    Outcome(6, Ending.COMPLETED, "", {"quad": 1, "digit": 5}, 6, 0.1, 2, 0.05),
+    End(6, Outcome.COMPLETED, "", {"quad": 1, "digit": 5}, 6, 0.1, 2, 0.05),
 ]
 
 
@@ -110,7 +111,7 @@ def test_patterns_speak_of_all_events_but_the_frame_of_a_run_and_what_every_tick
     frame = {"header", "move", "belief", "outcome", "discovered", "plan_end"}
     changes = {"truth", "objective", "service", "inputs", "operator", "reopened", "waiting"}
     live = {"depart", "arrive", "act", "acted", "hold", "late"}  # in place of moves
-    assert kinds - patterns == frame | changes | live | {"deadline", "order"}
+    assert kinds - patterns == frame | changes | live | {"deadline", "order", "acts"}
 
 
 def test_a_pattern_is_shown_as_it_can_be_written() -> None:

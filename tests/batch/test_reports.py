@@ -117,6 +117,19 @@ def test_a_baseline_that_is_none_is_an_error(tmp_path: Path, content: str) -> No
         read_results(tmp_path / "none.json")
 
 
+def test_the_tables_have_the_makespan_of_live_runs() -> None:
+    done = report(ran("a/live.yaml", makespan=62.5), ran("a/ticks.yaml"))
+    rows = list(csv.DictReader(io.StringIO(to_csv(done))))
+    assert [row["makespan"] for row in rows] == ["62.5", ""]
+    assert "makespan: 62.5 s" in to_junit(done)
+    head, _, *shown = summary(done)[:4]
+    assert head.split()[3:5] == ["ticks", "makespan"]
+    assert [line.split()[4] for line in shown] == ["62.5", "-"]
+    late = report(ran("a/live.yaml", wrong="outcome", makespan=62.5, explanation="done"))
+    assert "it ended after 62.5 s on the clock of the run: done" in to_junit(late)
+    assert "makespan" not in "".join(summary(report(ran("a/ticks.yaml"))))
+
+
 def test_csv_has_a_line_for_each_case() -> None:
     rows = list(csv.DictReader(io.StringIO(to_csv(MIXED))))
     assert [row["name"] for row in rows] == [result.name for result in MIXED.in_order]

@@ -245,8 +245,8 @@ def _given_up(files: Files, source: Random) -> Files | None:
     return with_lines(files, [*lines[:k], blocked, *lines[k + 1 :]])
 
 
-ORDERS = "in which order robots take the steps of a plan is not claimed, and nobody collides"
-PROOF = "it is worked out again, and what the proof in the trace says of it is not looked at"
+ORDERS = "the robots keep the altered order as well, and it keeps them apart"
+PROOF = "the altered proof still holds: it says more than is needed, or what is computed anyway"
 ASKED = "who was asked is not claimed, and the robot named can do something about the obstacle"
 
 FORGERIES = (
@@ -258,8 +258,8 @@ FORGERIES = (
     Mutant("a choice of a tree gone", _proof("tree", _choice_gone), PROOF),
     Mutant("another option of a tree", _proof("tree", _other_option), PROOF),
     Mutant("another joint proof", _proof("joint", _other_joint), PROOF),
-    Mutant("the proof of something else", _line(("blocked", "outcome"), _proof_of_another), PROOF),
-    Mutant("no proof", _line(("blocked", "outcome"), _proof_gone), PROOF),
+    Mutant("the proof of something else", _line(("blocked", "outcome"), _proof_of_another)),
+    Mutant("no proof", _line(("blocked", "outcome"), _proof_gone)),
     Mutant("a step of a plan", _step),
     Mutant("an order of a plan", _line(("plan",), _order), ORDERS),
     Mutant("whose way it is", _line(("plan",), _owner)),

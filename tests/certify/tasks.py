@@ -13,10 +13,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from certify.circumstances import circumstances
-from safenav.certify.bundle import make_bundle
+from safenav.certify.bundle import files_of_run
+from safenav.certify.checker.check import Evidence
+from safenav.certify.checker.check_strategies import RefusedError
 from safenav.certify.run import Kept
-from safenav.errors import NotCertifiedError
-from safenav.scenario.model import Scenario
+from safenav.outcome import Verdict
+from safenav.scenario.model import Clock, Scenario
 from safenav.scenario.objective import targets_of, to_data
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.compile import compile_task
@@ -25,11 +27,11 @@ from safenav.spec.specification import Constraint, Section, Specification
 from safenav.spec.task import Fairness, Known, Observed, Task
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
-from safenav.synthesis.verdict import Verdict
 from safenav.trace import records
 from safenav.trace.header import scenario_header
 from safenav.trace.writing import as_data
 from safenav.verify.verification import first_failure
+from safenav.world.partition import Partition
 
 Planted = Callable[[Specification], Specification]
 
@@ -41,13 +43,14 @@ catalogue:
 """
 
 
-def scenario_of(grid: str, robots: str, more: str = "") -> Scenario:
-    """A scenario from a drawn map and its robots as YAML."""
+def scenario_of(grid: str, robots: str, more: str = "", models: str = "") -> Scenario:
+    """A scenario from a drawn map and its robots as YAML; ``models``: further ones."""
     text = (
         "safenav: 1\nname: a task\nmap:\n  grid: |\n"
         + textwrap.indent(textwrap.dedent(grid).strip("\n"), "    ")
         + "\n"
         + CATALOGUE
+        + models
         + "robots:\n"
         + textwrap.indent(textwrap.dedent(robots).strip("\n"), "  ")
         + "\n"
@@ -93,6 +96,8 @@ def task_of(scenario: Scenario, about: Circumstances = ORDINARY) -> Task:
         tracking=robot.tracking,
         fairness=about.fairness,
         assignable=about.assignable,
+        partition=None if scenario.partition is None else Partition(scenario.partition),
+        live=scenario.clock is Clock.LIVE,
     )
 
 
@@ -116,6 +121,7 @@ def verdict_of(
     line = {
         "type": "synthesis",
         "tick": 0,
+        **({"t": 0.0} if task.live else {}),
         "robot": task.robot.name,
         "reason": "initial",
         "verdict": answer.verdict.value,
@@ -135,6 +141,7 @@ def verdict_of(
             records.VERSION,
             "test",
             scenario_header(scenario, {o.name: None for o in scenario.obstacles}),
+            clock="live" if task.live else None,
         )
     )
     lines = [header]
@@ -152,11 +159,16 @@ def verdict_of(
             for o in scenario.obstacles
         ]
     trace = "".join(json.dumps(entry) + "\n" for entry in [*lines, line]).encode()
+    files = files_of_run(trace, {}, kept, synthesizer)
+    for name, data in files.items():
+        (target / name).parent.mkdir(parents=True, exist_ok=True)
+        (target / name).write_bytes(data)
+    evidence = Evidence({name: target / name for name in files})
     try:
-        made = make_bundle(target, trace, {}, kept, synthesizer)
-    except NotCertifiedError as error:
+        evidence.replay(rules=())  # it is no run
+    except RefusedError as error:
         return str(error)
-    claims = [claim["kind"] for claim in made.verdict.claims]
+    claims = [claim["kind"] for claim in evidence.claims]
     wanted = "keeps" if answer.verdict is Verdict.REALIZABLE else "unrealizable"
     return "" if wanted in claims else f"nothing was established: {claims}"
 

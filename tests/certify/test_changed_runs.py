@@ -62,7 +62,7 @@ def test_a_robot_out_of_service_that_goes_on_is_refused(tmp_path: Path) -> None:
     lines.insert(first, {**out, "tick": 1})
     status, said = said_of(lines, tmp_path)
     assert status == 1
-    assert "moves, though it is out of service" in said
+    assert "moves, but is out of service" in said
 
 
 @pytest.mark.parametrize("active", [True, False])
@@ -73,7 +73,7 @@ def test_a_service_line_that_changes_nothing_is_refused(active: bool, tmp_path: 
             line["active"] = active
     status, said = said_of(lines, tmp_path)
     assert status == 1
-    assert "as it was before" in said
+    assert "service as before" in said
 
 
 def test_an_objective_that_nobody_gave_is_refused(tmp_path: Path) -> None:

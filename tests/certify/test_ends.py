@@ -93,7 +93,7 @@ def test_a_limit_is_claimed_where_it_was_reached_only(tmp_path: Path) -> None:
     )
     status, said = run_checker(forged)
     assert status == 1
-    assert "the limit is 9 ticks, not 8" in said
+    assert "it reports the tick limit after 8 ticks, but the limit is 9" in said
 
 
 def test_the_motion_of_a_run_goes_along(tmp_path: Path) -> None:
@@ -122,4 +122,4 @@ def test_no_obstacle_stands_where_a_robot_is_that_it_stops(tmp_path: Path) -> No
     forged = rewrite(shipped("case_study_1"), with_lines(files, lines), tmp_path / "forged")
     status, said = run_checker(forged)
     assert status == 1
-    assert "gate@0 stands where quad is" in said
+    assert "quad is at 14 (1, 1) with gate@0, which is not resolved" in said

@@ -172,7 +172,7 @@ def test_a_robot_keeps_its_heading_while_it_is_on_its_way(tmp_path: Path) -> Non
     line = next(line for line in lines if line.get("toward") == 11)
     assert line["heading"] == "east"
     line["heading"] = "north"
-    assert "cannot go from (6, 'east') to 11" in said_of(bundle_of(SLOW), lines, tmp_path)
+    assert "a turns from east to north while it stays" in said_of(bundle_of(SLOW), lines, tmp_path)
 
 
 def test_a_robot_has_held_although_it_makes_way_in_the_end() -> None:
@@ -212,7 +212,7 @@ def test_who_helps_can_meet_the_next_need(tmp_path: Path) -> None:
         if line["type"] in ("push", "pop") and line.get("helper") == "b":
             line |= {"helper": "c"} | ({"helpers": ["c"]} if "helpers" in line else {})
     said = said_of(bundle_of(TWO_NEEDS), lines, tmp_path)
-    assert "c cannot meet the next need of pile@7" in said
+    assert "c is to help with pile@7, but lacks the action" in said
 
 
 def test_what_formulas_meet_while_a_robot_waits_is_no_goal_of_its_own() -> None:
@@ -275,14 +275,16 @@ def test_an_obstacle_is_met_from_beside_it(tmp_path: Path) -> None:
         {"type": "violation", **about, **met},
         {"type": "backtrack", **about, "to": 8},
     ]
-    assert "no obstacle is before a" in said_of(bundle, lines, tmp_path)
+    assert "a cannot step from 8 (1, 1) to 12 (1, 5), which is not a neighbour" in said_of(
+        bundle, lines, tmp_path
+    )
 
 
 def test_a_request_is_dropped_when_its_obstacle_is_resolved(tmp_path: Path) -> None:
     """Before anybody moves again, however the run ends."""
     bundle = bundle_of(TWO_NEEDS)
     lines = [line for line in lines_of(files_of(bundle)) if line["type"] != "pop"]
-    assert "a request for pile@7 is left open" in said_of(bundle, lines, tmp_path)
+    assert "pile@7 is over, but its entry stays on the stack" in said_of(bundle, lines, tmp_path)
 
 
 @pytest.mark.parametrize("coordination", ["assignable", "resynthesis"])
@@ -307,7 +309,7 @@ def test_who_meets_an_obstacle_asks_for_help(tmp_path: Path) -> None:
     ]
     del lines[told[0]]
     said = said_of(bundle, lines, tmp_path)
-    assert "b met bar@10, and no request of it is on the stack" in said
+    assert "b waits for bar@10, but no push follows" in said
 
 
 def test_a_mission_is_completed_although_a_request_is_open() -> None:
@@ -335,7 +337,7 @@ def test_an_obstacle_that_there_is_cannot_be_discovered(tmp_path: Path) -> None:
     obstacle = lines[0]["scenario"]["obstacles"][0] | {"region": 12}
     lines.insert(1, {"type": "discovered", "tick": 0, "obstacle": obstacle})
     said = said_of(bundle_of(TWO_NEEDS), lines, tmp_path)
-    assert said.endswith(f"{obstacle['name']} already exists")
+    assert said.endswith(f"{obstacle['name']!r} is discovered, but is known already")
 
 
 def test_what_a_robot_is_told_on_its_way_counts_when_it_arrives() -> None:
@@ -356,7 +358,7 @@ def test_nobody_lacks_a_strategy_unless_that_was_shown(tmp_path: Path) -> None:
         tried = {"b": next(line["spec"] for line in lines if line["type"] == "synthesis")}
         lines[-1] |= {"outcome": outcome, "cause": "unrealizable", "unrealizable": tried}
         said = said_of(bundle_of(TWO_NEEDS), lines, tmp_path / str(number))
-        assert "does not claim what" in said or "a negative without a proof" in said
+        assert "runs that never begin" in said or "that is not proven" in said
 
 
 def test_a_round_goes_on_where_a_new_strategy_begins_on_a_target(tmp_path: Path) -> None:
@@ -367,4 +369,14 @@ def test_a_round_goes_on_where_a_new_strategy_begins_on_a_target(tmp_path: Path)
     assert (again["region"], again["memory"]) == (19, {"scout": 0})
     assert lines[-1]["outcome"] == "completed"
     fewer = [line for line in lines if line.get("goal") != 1]
-    assert said_of(bundle, fewer, tmp_path).endswith("a has met it 0 times")
+    assert said_of(bundle, fewer, tmp_path).endswith(
+        "a reaches its target 11 (1, 4), but the goal line is missing"
+    )
+
+
+def test_each_tick_of_mere_safety_is_a_round() -> None:
+    """No line says so, as there is no goal to be at."""
+    keeps = LANE, 'a: {model: cart, start: 6, objective: {ltl: {safety: "region\' != 8"}}}'
+    lines = lines_of(files_of(bundle_of(keeps)))
+    assert lines[-1]["outcome"] == "completed"
+    assert not [line for line in lines if line["type"] == "goal"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -14,11 +15,12 @@ from audit.living import living
 from audit.trace_script import edit, find
 from certify.making import SCENARIOS, files_of, rewrite, run_checker, shipped
 from certify.mutants import lines_of, with_lines
+from certify.tasks import scenario_of, task_of, verdict_of
 from safenav import Mission, TraceWriter, load_scenario
-from safenav.certify.checker.check import Passes, Robot
-from safenav.certify.checker.check_strategies import RefusedError
 from safenav.certify.record import bundle_of_trace
 from safenav.scenario.model import Clock
+from safenav.spec.compile import compile_task
+from safenav.spec.specification import Specification
 
 Line = dict[str, Any]
 Broken = Callable[[list[Line]], object]
@@ -54,39 +56,41 @@ def test_a_live_run_is_certified(name: str, tmp_path: Path) -> None:
     status, said = run_checker(tmp_path / "bundle")
     assert status == 0, said
     assert "in seconds, robots in conflict never have a region both" in said
+    departs = [json.loads(line) for line in (tmp_path / "run.jsonl").read_text().splitlines()]
+    by = Counter(line["by"] for line in departs if line["type"] == "depart")
+    assert f"All {by.total()} moves are legal" in said
+    assert f"{by['strategy']} follow strategies; the others follow a joint plan" in said
 
 
-PAIR = {
-    name: Robot(name, {"start": start, "objective": {"visit": [start]}}, [other])
-    for name, start, other in (("a", 1, "b"), ("b", 3, "a"))
-}
+@pytest.mark.parametrize("tracking", ["exact", "belief"])
+def test_a_strategy_that_counts_on_single_steps_of_others_is_refused(
+    tracking: str, tmp_path: Path
+) -> None:
+    robots = f"""
+        a: {{model: rover, start: [1, 1], vision: 2, tracks: [b], tracking: {tracking},
+          objective: {{visit: [[1, 1], [1, 2]]}}}}
+        b: {{model: drone, start: [1, 6], objective: {{hold: [1, 6]}}}}"""
+    more = "partition: [[9, 10, 11], [12], [13], [14]]\nclock: live\n"
+    drone = "    drone: {mobility: free, layer: air, capabilities: []}\n"
+    scenario = scenario_of("########\n#......#\n########", robots, more, drone)
 
+    def in_ticks(_: Specification) -> Specification:
+        return compile_task(replace(task_of(scenario), live=False), scenario.map)
 
-def step(robot: str, t: float, end: float, origin: int, to: int) -> list[Line]:
-    """A step in passes of their own, so that only seconds tell whether it overlaps another."""
-    base = {"robot": robot, "command": int(10 * t), "heading": None}
-    depart = {"type": "depart", "t": t, "from": origin, "to": to, "by": "strategy", **base}
-    return [depart, {"type": "arrive", "t": end, "at": to, "result": "arrived", **base}]
-
-
-@pytest.mark.parametrize(("second", "ok"), [(2.0, True), (1.5, False)])
-def test_two_robots_have_a_region_one_after_the_other(second: float, ok: bool) -> None:
-    lines = sorted([*step("a", 1, 2, 1, 0), *step("b", second, 4, 3, 1)], key=lambda x: x["t"])
-    passes = Passes(PAIR).expand({"tick": k, **line} for k, line in enumerate(lines, 1))
-    if ok:
-        assert sum(line["type"] == "move" for line in passes) == 8
-    else:
-        with pytest.raises(RefusedError, match="a and b have a region both until"):
-            list(passes)
+    assert verdict_of(scenario, tmp_path / "bundle") == ""
+    assert "which can occur" in verdict_of(scenario, tmp_path / "refused", planted=in_ticks)
 
 
 @pytest.mark.parametrize(
     ("mutate", "refused"),
     [
-        (edit("arrive", {}, t=0.0), "0.0 s come after 1.0 s"),
-        (edit("arrive", {}, command=7), "ends what it has not begun"),
-        (edit("depart", {}, to=57), "has not arrived where it was to go"),
-        (lambda lines: lines.pop(find(lines, "arrive")), "departs before its last step has ended"),
+        (edit("arrive", {}, t=0.0), "it is 0.0 s after 1.0 s in the line before"),
+        (edit("arrive", {}, command=7), "ends command 7, which is not open"),
+        (edit("depart", {}, to=57), "has ended as arrived, but at 27 (2, 1)"),
+        (
+            lambda lines: lines.pop(find(lines, "arrive")),
+            "gets command 2 before the last one has ended",
+        ),
     ],
 )
 def test_a_run_in_seconds_is_refused(mutate: Broken, refused: str, tmp_path: Path) -> None:

@@ -5,7 +5,6 @@ Among the tests the campaign is short; SAFENAV_FUZZ=2000 tries as many others.
 
 import json
 import os
-import sys
 from importlib import import_module
 from pathlib import Path
 from random import Random
@@ -42,12 +41,7 @@ BUNDLES = (
 @pytest.fixture(scope="module")
 def check() -> Any:
     """The checker, called in this process: thousands of times."""
-    folder = str(Path(__file__).parents[2] / "safenav" / "certify" / "checker")
-    sys.path.insert(0, folder)
-    try:
-        return import_module("check").check
-    finally:
-        sys.path.remove(folder)
+    return import_module("safenav.certify.checker.check").check
 
 
 @pytest.mark.parametrize("mutant", ALL, ids=lambda m: m.name)

@@ -56,6 +56,16 @@ def test_run_with_motion_is_what_the_motion_command_makes(safenav: Command, move
     assert "using 2.7 m (change with --side M)" in again.stderr
 
 
+def test_run_with_motion_says_before_it_begins_who_cannot_move(
+    safenav: Command, tmp_path: Path
+) -> None:
+    large = scenario(tmp_path, metres="resolution: 1", motion="speed: 1, size: 1.2")
+    found = safenav("run", large, "--trace", "run.jsonl", "--motion", "run.motion.jsonl")
+    assert (found.returncode, found.stdout) == (2, "")
+    assert "rover: a body of 1.2 m does not fit into regions of 1 m" in found.stderr
+    assert {file.name for file in tmp_path.iterdir()} == {"door.yaml"}
+
+
 def test_motion_is_accepted_by_its_checker(safenav: Command, moved: Path) -> None:
     found = safenav("check-motion", moved / "run.motion.jsonl", moved / "run.jsonl")
     assert found.returncode == 0

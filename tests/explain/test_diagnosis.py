@@ -13,6 +13,7 @@ from safenav.explain.investigation import explain
 from safenav.explain.quickxplain import minimal_subset
 from safenav.explain.summary import explain_unrealizable
 from safenav.explain.undisturbed import play
+from safenav.outcome import Verdict
 from safenav.report.terminal.explanation_text import cause_words
 from safenav.scenario.model import Robot, RobotModel
 from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Patrol, Visit, describe
@@ -21,7 +22,6 @@ from safenav.spec.compile import compile_task
 from safenav.spec.objective import NO_MEMORY
 from safenav.spec.task import Fairness, Known, Observed, Task
 from safenav.synthesis.slugs import Synthesizer
-from safenav.synthesis.verdict import Verdict
 from safenav.world.map import Heading, RegionMap
 from safenav.world.moves import Mobility, Pose
 

@@ -11,13 +11,13 @@ import pytest
 
 from safenav.errors import InputError
 from safenav.explain.explanation import Explanation, NoStrategyCause, RepairKind, WitnessEnd
+from safenav.outcome import Verdict
 from safenav.runtime.explanation import explain_team
 from safenav.runtime.mission import Mission, default_synthesizer, first_results
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario
 from safenav.spec.compile import compile_task
 from safenav.synthesis.slugs import Synthesizer
-from safenav.synthesis.verdict import Verdict
 from safenav.verify.verification import first_failure
 from safenav.world.moves import Pose, moves
 

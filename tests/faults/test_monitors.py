@@ -10,9 +10,10 @@ import pytest
 
 from safenav.audit.check import check_trace
 from safenav.errors import ExitCode
+from safenav.outcome import Outcome
 from safenav.runtime.mission import Mission
 from safenav.runtime.monitor import PATIENCE, GuaranteeError
-from safenav.scenario.model import Outcome, Scenario
+from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.specification import Specification
 from safenav.synthesis.request import Listener
@@ -117,7 +118,7 @@ def test_where_no_strategy_is_left_the_run_ends_with_the_broken_assumption() -> 
     assert result.outcome is Outcome.ASSUMPTION_VIOLATED
     assert "step to a neighbouring region" in result.explanation
     assert mission.state.robots["walker"].pose == Pose(17)
-    assert isinstance(events[-1], records.Outcome)
+    assert isinstance(events[-1], records.End)
 
 
 class _BlindToWalls(Synthesizer):
@@ -150,7 +151,7 @@ robots: {walker: {model: r, start: 8, objective: {visit: [12, 8]}}}
     assert "walker" in str(caught.value)
     assert "walls are never entered" in str(caught.value)
     assert [e.to for e in events if isinstance(e, records.Move)] == [9]
-    assert isinstance(events[-1], records.Outcome)
+    assert isinstance(events[-1], records.End)
     assert events[-1].outcome == "error"
 
 

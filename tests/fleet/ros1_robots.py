@@ -21,8 +21,9 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 from std_srvs.srv import Trigger, TriggerResponse
+from trajectory_msgs.msg import MultiDOFJointTrajectory
 
-from fleet.lab import ends, lab_at
+from fleet.lab import SILENT, ends, follow, lab_at
 
 
 class Robot:
@@ -37,10 +38,22 @@ class Robot:
         self.reports = rospy.Publisher(f"/{name}/obstacles", String, queue_size=5)
         for word in ("push", "sense"):
             self.serve(word)
+        self.heard = math.inf
+        if "follow" in faults:
+            topic = f"/{name}/reference"
+            rospy.Subscriber(topic, MultiDOFJointTrajectory, self.followed, queue_size=1)
         self.server = actionlib.SimpleActionServer(
             f"/{name}/move_base", MoveBaseAction, self.go, auto_start=False
         )
         self.server.start()
+
+    def followed(self, part: Any) -> None:
+        self.heard = time.monotonic()
+        frames = [
+            (p.transforms[0], p.velocities[0].linear, p.accelerations[0].linear)
+            for p in part.points
+        ]
+        follow(self.lab, self.name, frames)
 
     def serve(self, word: str) -> None:
         def called(_: Any) -> Any:
@@ -78,8 +91,11 @@ class Robot:
             ways[self.ended]()
 
     def publish(self) -> None:
+        if time.monotonic() - self.heard > SILENT:
+            self.lab.stop(self.name)
+            self.heard = math.inf
         robot = self.lab.state(self.name)
-        stamp = rospy.Time.from_sec(robot["now"] + 1.0)
+        stamp = rospy.Time.now()
         told = Odometry()
         told.header.stamp = stamp
         told.pose.pose.position.x, told.pose.pose.position.y = robot["x"], robot["y"]

@@ -13,7 +13,7 @@ import threading
 import time
 from typing import Any
 
-from fleet.lab import ends, lab_at
+from fleet.lab import SILENT, ends, follow, lab_at
 from safenav.fleet.ros2 import messages as ros
 from safenav.fleet.ros2.node import RELIABLE, SENSOR, SERVICE, Participant
 
@@ -42,8 +42,19 @@ class Server:
         node.listen(f"rq{action}/send_goalRequest", ros.NavigateRequest, self.sent, SERVICE)
         node.listen(f"rq{action}/get_resultRequest", ros.ResultRequest, self.asked, SERVICE)
         node.listen(f"rq{action}/cancel_goalRequest", ros.CancelRequest, self.cancelled, SERVICE)
+        self.heard = math.inf
+        if "follow" in faults:
+            node.listen(f"rt{space}/reference", ros.Trajectory, self.followed, RELIABLE)
         for word in ("push", "sense"):
             self.serve(node, space, word)
+
+    def followed(self, part: Any) -> None:
+        self.heard = time.monotonic()
+        frames = [
+            (p.transforms[0], p.velocities[0].linear, p.accelerations[0].linear)
+            for p in part.points
+        ]
+        follow(self.lab, self.name, frames)
 
     def serve(self, node: Participant, space: str, word: str) -> None:
         reply = node.writer(f"rr{space}/{word}Reply", ros.TriggerReply, SERVICE)
@@ -97,12 +108,16 @@ class Server:
         self.lab.stop(self.name)
 
     def publish(self) -> None:
+        if time.monotonic() - self.heard > SILENT:
+            self.lab.stop(self.name)
+            self.heard = math.inf
         with self.lock:
             robot = self.lab.state(self.name)
             goal, acting = self.goal, self.acting
             if robot["acted"] is not None:
                 self.acting = []
-        stamp = ros.Time(int(robot["now"]), int(robot["now"] % 1 * 1e9))
+        now = time.time()
+        stamp = ros.Time(int(now), int(now % 1 * 1e9))
         turn = ros.Quaternion(0.0, 0.0, math.sin(robot["yaw"] / 2), math.cos(robot["yaw"] / 2))
         pose = ros.PlacedPose(ros.Point(robot["x"], robot["y"], 0.0), turn)
         header = ros.MessageHeader(stamp, "map")

@@ -52,7 +52,7 @@ robots:
     scan = ScanUse("scan", "door", 0.35)
     assert fleet.stations == {
         "quad": Station("/quad", speed=0.4, retries=0, scan=scan),
-        "digit": Station("/d", 0.3, 0.8, 3.0, 0, scan, "seen", {"push": "open_door"}),
+        "digit": Station("/d", 0.3, 0.8, 3.0, 0, scan, "seen", None, {"push": "open_door"}),
     }
     jsonschema.validate(yaml.safe_load(text), SCHEMA)
 
@@ -84,9 +84,15 @@ MISTAKES = [
     (HEAD + "robots: {digit: {retries: 99}}\n", "must be at most 20"),
     (HEAD + "robots: {digit: {scan: {}}}\n", "the key 'obstacle' is missing"),
     (HEAD + "robots: {digit: {scan: {obstacle: dor}}}\n", "no type of obstacle 'dor'"),
+    (HEAD + "robots: {digit: {follow: {tolerance: 0}}}\n", "'tolerance' of follow"),
+    (HEAD + "defaults: {follow: yes}\n", "'follow' of robot 'quad'"),
     (HEAD + "robots: {digit: {act: [push]}}\n", "'act' of robot 'digit'"),
     (HEAD + "network: {domain: 300}\n", "must be at most 232"),
     (HEAD + "network: {peers: 10.0.0.1}\n", "'peers' of network"),
+    ("safenav-fleet: 1\ntransport: pyrobosim\n", "the key 'pyrobosim' is missing"),
+    (HEAD + "pyrobosim: {world: a.yaml}\n", "the key 'hallway' is missing"),
+    (HEAD + "pyrobosim: {world: a.yaml, hallway: dor}\n", "no type of obstacle 'dor'"),
+    (HEAD + "pyrobosim: {world: a.yaml, hallway: door, closing: {h: 0}}\n", "'h' of closing"),
     ("[1, 2]\n", "a fleet file: found a list of 2"),
     ("", "the file is empty"),
 ]
@@ -101,7 +107,6 @@ def test_a_mistake_is_told_with_its_place(text: str, told: str, tmp_path: Path) 
 
 
 def test_new_writes_a_fleet_file(tmp_path: Path) -> None:
-    written = tmp_path / "fleet.yaml"
-    done: Any = safenav("new", written, "--fleet", CASE)
-    assert done.returncode == 0 and f"--fleet {written} --rehearse" in done.stderr
-    load_fleet(written, load_scenario(CASE))
+    done: Any = safenav("new", "--fleet", CASE, cwd=tmp_path)
+    assert done.returncode == 0 and "--fleet fleet.yaml --rehearse" in done.stderr
+    load_fleet(tmp_path / "fleet.yaml", load_scenario(CASE))

@@ -23,7 +23,8 @@ from safenav.fleet.transport import (
 from safenav.fleet.world import FleetError, FleetWorld
 from safenav.runtime.protocol import WorldEvent
 from safenav.scenario.reading.loader import load_scenario_text
-from safenav.trace.vocabulary import ActResult
+from safenav.trace.records import Depart
+from safenav.trace.vocabulary import ActResult, MovedBy
 from safenav.world.map import Heading
 from safenav.world.moves import Pose
 
@@ -211,6 +212,9 @@ def test_a_lidar_finds_a_door_before_the_arrival_is_told() -> None:
     world, robots, scenario = started(scan=ScanUse("scan", "door"))
     robots.script = [("succeeded", 2.5)]
     world.start(scenario.robots[0], EAST, 1)
+    assert robots.goals == []
+    world.told(Depart(1, 1, "digit", 8, 9, "east", MovedBy.STRATEGY))
+    assert len(robots.goals) == 1  # it sets out when the trace has told it
     robots.post(Scanned("digit", robots.stamp - 0.5, 0.0, math.pi / 2, rays(0.6, 1)))
     scanned(robots, "digit", 0.6)
     events = world.wait(5.0)
@@ -273,6 +277,26 @@ def test_a_reading_from_before_a_resolution_is_of_the_past() -> None:
     assert world.wait(0.05) == [] and world.sense(scenario.robots[0], 9) is None
 
 
+def test_what_an_operator_does_is_heeded() -> None:
+    """A resolved obstacle is forgotten; a robot that is not where it was put is lost in both."""
+    world, robots, scenario = started()
+    robots.post(Reported("quad", "door@9"))
+    world.wait(0.05)
+    door = world.sense(scenario.robots[0], 9)
+    assert door is not None
+    world.cleared(door)
+    assert world.sense(scenario.robots[0], 9) is None
+    world.placed(scenario.robots[0], Pose(11, Heading.EAST))
+    event = world.start(scenario.robots[0], Pose(12, Heading.EAST), 1)
+    assert event is not None and told(event) == ("Lost", frozenset({8, 11})) and world.idle
+    robots.x["digit"] = 4.5
+    robots.locate("digit")
+    robots.script = [("succeeded", 5.5)]
+    world.wait(0.05)
+    assert world.start(scenario.robots[0], Pose(12, Heading.EAST), 2) is None
+    assert [told(event)[0] for event in world.wait(5.0)] == ["Arrived"]
+
+
 def test_a_robot_that_is_silent_or_begins_elsewhere_is_named() -> None:
     scenario = load_scenario_text(SCENARIO.format(resolution=1.0), "hall.yaml")
     stations = {name: Station(f"/{name}") for name in ("digit", "quad")}
@@ -291,3 +315,32 @@ def test_a_map_without_metres_is_refused() -> None:
     scenario = load_scenario_text(text, "hall.yaml")
     with pytest.raises(FleetError, match=r"add 'resolution: 1\.0'"):
         FleetWorld(scenario, {}, Robots())
+
+
+def test_who_comes_back_looks_before_it_says_that_it_failed() -> None:
+    """A door may have closed after its last look; the goal then failed for a reason."""
+    world, robots, scenario = started(scan=ScanUse("scan", "door"), retries=0)
+    robots.script = [("aborted", 1.6), ("succeeded", 1.5)]
+    world.start(scenario.robots[0], EAST, 4)
+    assert world.wait(0.0) == [] and not robots.script
+    scanned(robots, "digit", 0.6)
+    events = world.wait(5.0)
+    assert [told(event)[0] for event in events] == ["Sensed", "Blocked"]
+    assert told(events[1]) == ("Blocked", HOME)
+
+
+def test_what_is_gone_while_somebody_acts_on_it_is_told_by_the_result() -> None:
+    """A robot beside it sees the door open before the one that pushes it has answered."""
+    world, robots, scenario = started(report="obstacles")
+    robots.post(Reported("quad", "door@9"))
+    world.wait(0.05)
+    door = world.sense(scenario.robots[0], 9)
+    assert door is not None
+    robots.perform = lambda *_: None  # type: ignore[method-assign]
+    world.act(scenario.robots[0], [door], 1)
+    robots.post(Reported("quad", "-door@9"))
+    assert world.wait(0.05) == []
+    robots.post(Performed("digit", 1, ActResult.DONE))
+    (event,) = world.wait(5.0)
+    assert told(event) == ("Acted", [(door, ActResult.DONE)])
+    assert world.sense(scenario.robots[0], 9) is None

@@ -11,6 +11,8 @@ pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation
 
 from safenav.fleet.physics import FAR, Physics
 from safenav.fleet.place import Places
+from safenav.scenario.model import Obstacle
+from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.world.map import Heading
 from safenav.world.moves import Pose
@@ -132,3 +134,57 @@ def test_places_and_headings_of_a_turned_map(heading: Heading, yaw: float) -> No
     assert places.yaw(Pose(8, heading)) == pytest.approx(yaw + 0.3)
     assert places.heading(yaw + 0.3 + 0.5) is heading and places.region(-50.0, 0.0) is None
     assert FAR > 0
+
+
+YARD = """\
+safenav: 1
+name: yard
+map:
+  resolution: 2.0
+  grid: |
+    #######
+    #.....#
+    ###.###
+    ###.###
+    #######
+robots:
+  left: {model: mir250, start: [1, 2], objective: {visit: [[3, 3]]}}
+  right: {model: mir250, start: [1, 4], objective: {visit: [[1, 5]]}}
+obstacles: []
+until: {rounds: 1}
+"""
+CRATE = Obstacle(built_in().obstacles["crate"], 10)
+GATE = Obstacle(built_in().obstacles["gate"], 10)
+
+
+def yard(*obstacles: Obstacle) -> Physics:
+    scenario = load_scenario_text(YARD, "yard.yaml")
+    assert scenario.map.frame is not None
+    return Physics(Places(scenario.map, scenario.map.frame), scenario.robots, obstacles)
+
+
+def test_two_robots_lift_what_one_cannot() -> None:
+    physics = yard(CRATE)
+    physics.perform("left", "lift")
+    assert ended(physics, "left", "acted") == "failed"
+    assert 3.9 < physics.now < 4.3  # it has worked, and waited for somebody
+    _, ranges = physics.scan("left")
+    assert ranges[0] < 1.5
+    physics.perform("left", "lift")
+    physics.step(1.5)
+    physics.perform("right", "lift")
+    assert ended(physics, "left", "acted") == "done"
+    assert physics.state("right")["acted"] == "done"
+    _, ranges = physics.scan("left")
+    assert ranges[0] > 2.0  # the other robot, behind where the crate was
+
+
+def test_a_gate_is_unlocked_before_it_is_pushed() -> None:
+    physics = yard(GATE)
+    physics.perform("left", "push")
+    assert ended(physics, "left", "acted") == "failed"
+    physics.perform("left", "unlock")
+    assert ended(physics, "left", "acted") == "done"
+    physics.perform("left", "push")
+    assert ended(physics, "left", "acted") == "done"
+    assert physics.log()["closed"] == []

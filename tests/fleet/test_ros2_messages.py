@@ -41,6 +41,7 @@ KINDS: dict[str, type[Any]] = {
     "std_msgs/msg/String": ros.String,
     "nav_msgs/msg/Odometry": ros.Odometry,
     "sensor_msgs/msg/LaserScan": ros.LaserScan,
+    "trajectory_msgs/msg/MultiDOFJointTrajectory": ros.Trajectory,
     "action_msgs/msg/GoalStatusArray": ros.GoalStatusArray,
     "action_msgs/msg/CancelGoal_Request": ros.CancelRequest,
     "action_msgs/msg/CancelGoal_Response": ros.CancelReply,
@@ -54,6 +55,14 @@ KINDS: dict[str, type[Any]] = {
     f"{NAVIGATE}GetResult_Request": ros.ResultRequest,
     f"{NAVIGATE}GetResult_Response": ros.ResultReply,
     f"{NAVIGATE}FeedbackMessage": ros.FeedbackMessage,
+}
+ELEMENTS: dict[str, type[Any]] = {
+    "status_list": ros.GoalStatus,
+    "goals_canceling": ros.GoalInfo,
+    "points": ros.TrajectoryPoint,
+    "transforms": ros.Transform,
+    "velocities": ros.Twist,
+    "accelerations": ros.Twist,
 }
 HEADED = {"client", "number"}
 
@@ -130,8 +139,8 @@ def ours(kind: type[Any], value: Any, client: int, number: int) -> Any:
         elif hasattr(found, "tolist"):
             given[field.name] = found.tolist()
         elif isinstance(found, list):
-            element = {"status_list": ros.GoalStatus, "goals_canceling": ros.GoalInfo}[field.name]
-            given[field.name] = [ours(element, one, 0, 0) for one in found]
+            element = ELEMENTS.get(field.name)
+            given[field.name] = [ours(element, one, 0, 0) for one in found] if element else found
         else:
             given[field.name] = found
     return kind(**given)

@@ -19,16 +19,16 @@ from fuzz.scenarios import scenarios
 from safenav.audit.check import check_trace
 from safenav.errors import InputError, UsageError
 from safenav.explain.explanation import Explanation
+from safenav.outcome import Outcome, Verdict
 from safenav.report.terminal.explanation_text import explanation_data, explanation_lines
 from safenav.runtime.explanation import explain_team
 from safenav.runtime.mission import Mission, default_synthesizer, first_results
-from safenav.scenario.model import Outcome, Scenario
+from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.compile import compile_task
 from safenav.spec.specification import Specification
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
-from safenav.synthesis.verdict import Verdict
 from safenav.trace import records
 from safenav.trace.writing import TraceWriter
 from safenav.verify.verification import first_failure

@@ -7,7 +7,7 @@ from typing import Any
 import yaml
 
 from fuzz.test_missions import play
-from safenav.scenario.model import Outcome
+from safenav.outcome import Outcome
 
 CATALOGUE = """
 catalogue:

@@ -18,6 +18,7 @@ from fuzz.campaign import campaign
 from fuzz.scenarios import scenarios
 from fuzz.test_missions import quiet
 from safenav.errors import InputError, UsageError
+from safenav.outcome import Verdict
 from safenav.runtime.mission import first_results
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.compile import compile_task
@@ -25,7 +26,6 @@ from safenav.spec.parsing import read_specification
 from safenav.spec.specification import Specification
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
-from safenav.synthesis.verdict import Verdict
 from safenav.verify.verification import first_failure
 
 SPECIFICATIONS = max(500, int(os.environ.get("SAFENAV_FUZZ", "0")))

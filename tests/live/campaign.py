@@ -142,6 +142,7 @@ def main() -> int:
     parser.add_argument("--both", action="store_true", help="compare with lockstep, without faults")
     parser.add_argument("--patience", type=int, default=120, help="seconds for one run")
     parser.add_argument("--trace", help="write the floor's log of a single seed there")
+    parser.add_argument("--log", help="append one line of JSON a run to this file")
     options = parser.parse_args()
     first, behind = map(int, options.seeds.split(":"))
     counts: Counter[str] = Counter()
@@ -156,17 +157,24 @@ def main() -> int:
         counts["moves"] += one.walk.moves
         counts["stopped by an obstacle"] += one.walk.stopped
         injected.update(one.injected)
-        problem = one.found if one.found != "?" else ""
+        problem, alike = one.found if one.found != "?" else "", None
         if options.both and not faults and not problem:
             other = serially(seed)
             same = other.outcome == one.outcome
             counts["ends alike"] += same
             problem = "" if same else f"ends as {one.outcome}, in lockstep as {other.outcome}"
+            alike = same
             if same and one.outcome == "completed" and len(one.walk.robots) > 2:
                 faster.append(other.walk.over / max(one.walk.over, 0.1))
         if problem:
             found += 1
             print(f"seed {seed}{' with faults' * faults}: {problem}", flush=True)
+        if options.log:
+            told = {"seed": seed, "faults": faults, "wired": seed % 10 == 7, "alike": alike}
+            told |= {"outcome": one.outcome, "problem": problem, "undecided": one.found == "?"}
+            told |= {"robots": len(one.walk.robots), "moves": one.walk.moves, "cpu": one.cpu}
+            with Path(options.log).open("a", encoding="utf-8") as log:
+                log.write(json.dumps({**told, "injected": one.injected}) + "\n")
         if options.trace:
             text = "".join(json.dumps(line) + "\n" for line in one.walk.log)
             Path(options.trace).write_text(text, encoding="utf-8")

@@ -136,10 +136,10 @@ class Floor:
         do, and always about each obstacle that it is believed to stand at."""
         if name in self.moving:
             self._write("wrong", robot=name, act=True, busy=True)
-        if name in self.dead or not any(self._can(name, obstacle) for obstacle in self.stage):
+        if name in self.dead or not any(self._can(name, one, believed) for one in self.stage):
             return self._acted(name, believed, command, fails=name in self.dead)
         self._begin(name, command, None)
-        self._write("act", robot=name, command=command)
+        self._write("act", robot=name, command=command, on=list(believed))
         seconds = self.act_seconds / self.speed[name]
         self._plan(self.time + seconds, "acted", name, tuple(believed), command)
         return None
@@ -275,8 +275,11 @@ class Floor:
         if self._strikes("told_twice"):
             self._plan(due + self._dice.uniform(0.0, 5.0), "tell", event)
 
-    def _can(self, name: str, obstacle: str) -> bool:
-        """Whether a robot can do what an obstacle needs next, with the others as they stand."""
+    def _can(self, name: str, obstacle: str, on: Sequence[str]) -> bool:
+        """Whether a robot can do what an obstacle needs next, with the others as they stand. What
+        sweeps regions is left alone unless the command names it."""
+        if self.mission.obstacles[obstacle].sweeps and obstacle not in on:
+            return False
         index, done = self.stage[obstacle]
         need = self.mission.obstacles[obstacle].needs[index]
         there = self._there(need.action, need.at)
@@ -295,11 +298,11 @@ class Floor:
     def _acted(self, name: str, believed: Sequence[str], command: int, *, fails: bool) -> Line:
         self.moving.pop(name, None)
         found: dict[str, str] = {}
-        for obstacle in [n for n in self.stage if self._can(name, n)]:
+        for obstacle in [n for n in self.stage if self._can(name, n, believed)]:
             if fails:
                 found[obstacle] = "failed"
                 continue
-            while obstacle in self.stage and self._can(name, obstacle):
+            while obstacle in self.stage and self._can(name, obstacle, believed):
                 self._advance(name, obstacle)
             found[obstacle] = "done" if obstacle not in self.stage else "part"
             if obstacle in self.walls:

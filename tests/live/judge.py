@@ -32,6 +32,7 @@ class Walk:
         self.stages: dict[str, Stage] = dict.fromkeys(mission.obstacles, FIRST)
         self.walls: set[str] = set()
         self.known: set[str] = set()
+        self.hidden: set[str] = set()
         self.believed: set[str] = set()
         """Obstacles of which a sensor has told, whether they are there or not."""
         self.failures: dict[str, list[int]] = {name: [] for name in self.robots}
@@ -41,6 +42,7 @@ class Walk:
         self.defects: list[str] = []
         self._missed: tuple[Any, ...] = ()
         self._begun: dict[str, float] = {}
+        self._acting: dict[str, set[str]] = {}
         self._since: dict[str, float] = {}
         self.log = log
         for line in log:
@@ -56,7 +58,10 @@ class Walk:
                 self._end(line, name)
             case "act":
                 self._begun[name] = line["t"]
+                self._acting[name] = set(line.get("on", ()))
+                self._clear(line)
             case "acted":
+                self._acting.pop(name, None)
                 self.busy[name] += line["t"] - self._begun.pop(name, line["t"])
                 self._worked(line)
             case "resolved":
@@ -70,6 +75,7 @@ class Walk:
                 (self.known if line["there"] else self.believed).add(line["obstacle"])
             case "hidden":
                 self._missed = (line["t"], name, line["obstacle"])
+                self.hidden.add(line["obstacle"])
             case "told":
                 self._told(line, name)
             case "put":
@@ -88,6 +94,7 @@ class Walk:
         self.way[name] = (line["from"], line["to"])
         self.at[name] = {line["from"], line["to"]}
         self._apart(line, name)
+        self._clear(line)
         stops = line["stops"]
         if stops is None:
             return
@@ -102,6 +109,27 @@ class Walk:
             if shared := self.at[name] & self.at[other]:
                 where = f"{name} and {other} have {sorted(shared)}"
                 self.defects.append(f"{line['t']:.2f} s: {where} at the same time")
+
+    def _clear(self, line: Line) -> None:
+        """Nobody else is where the resolution of an obstacle sweeps when a robot begins to act on
+        it or sets out for its region to resolve it, and nobody sets out for there until that is
+        over. Where a sensor has hidden the obstacle, and none has shown it, no robot can know."""
+        name = line["robot"]
+        for obstacle in self.stages.keys() - (self.hidden - self.known):
+            it = self.mission.obstacles[obstacle]
+            (need, *_) = it.needs
+            able = {n for n, robot in self.robots.items() if need.action in robot.capabilities}
+            entered = {n for n in able if it.region in need.at and it.region in self.at[n]}
+            resolving = entered | {n for n, on in self._acting.items() if obstacle in on}
+            swept = {n for n in self.at if n not in resolving and self.at[n] & it.sweeps}
+            if line["log"] == "start":  # whoever was there before may be there
+                begins = name in entered and line["to"] == it.region
+                swept = swept if begins else swept & {name} if line["to"] in it.sweeps else set()
+            elif obstacle not in self._acting[name]:
+                continue
+            if resolving and swept:
+                said = f"{sorted(swept)} where {obstacle} sweeps, by {sorted(resolving)}"
+                self.defects.append(f"{line['t']:.2f} s: {said}")
 
     def _end(self, line: Line, name: str) -> None:
         self.busy[name] += line["t"] - self._begun.pop(name)
@@ -163,6 +191,8 @@ def verdict(data: Mapping[str, Any], log: Sequence[Line], said: Line, budget: in
             return "; ".join(_not_done(mission, walk))
         case "operator_needed":
             return _false_statement(data, walk, budget)
+        case "search_limit" if walk.unreliable():
+            return ""  # it claims nothing, and whether the others can go on is not decided here
         case other:
             return f"ends as {other}: {said.get('explanation')}"
 
@@ -194,7 +224,7 @@ def _false_statement(data: Mapping[str, Any], walk: Walk, budget: int) -> str:
         shown[f"unknown_{layer}@{region}"] = FIRST
     catalogue = {**(data.get("catalogue") or {}), "obstacles": kinds}
     mission = read_mission({**data, "obstacles": entries, "catalogue": catalogue})
-    known = {name: walk.stages[name] for name in walk.known} | shown
+    known = {name: walk.stages[name] for name in walk.known & walk.stages.keys()} | shown
     poses = {name: (min(walk.at[name]), walk.heading[name]) for name in walk.robots}
     begin = Situation(poses, dict.fromkeys(walk.robots, (0, 0)), known, frozenset(walk.walls))
     search = joint.can_complete if mission.crowded else independent.can_complete

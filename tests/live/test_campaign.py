@@ -42,7 +42,7 @@ def reserved(patch: pytest.MonkeyPatch, region: Callable[[RobotState], int]) -> 
         return {region(other) for other in rivals if other.name != robot.name}
 
     patch.setattr(RobotState, "occupied", property(lambda self: frozenset({region(self)})))
-    patch.setattr(TeamState, "taken", taken)
+    patch.setattr(TeamState, "_had_by_others", taken)
 
 
 def destination_not_reserved(patch: pytest.MonkeyPatch) -> None:
@@ -64,6 +64,11 @@ def nothing_characterized(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(Characterization, "check", lambda *_: None)
 
 
+def swept_regions_not_reserved(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(TeamState, "swept", lambda *_: set())
+    patch.setattr(TeamState, "clear_of", lambda *_: True)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("mutate", "told", "seeds"),
@@ -71,6 +76,7 @@ def nothing_characterized(patch: pytest.MonkeyPatch) -> None:
         (destination_not_reserved, "at the same time", (22, 57, 20)),
         (origin_released_at_departure, "at the same time", (22, 57, 25)),
         (orders_of_plans_ignored, "does not wait until", (20, 26, 75, 76, 77)),
+        (swept_regions_not_reserved, "sweeps, by", (16, 22, 46)),
         (nothing_characterized, "before its sensor", (25, 26, 60, 61)),
     ],
 )

@@ -117,6 +117,7 @@ class Serial(_Seen):
     def __init__(self, scenario: Scenario, floor: Any) -> None:
         super().__init__(scenario, floor)
         self._commands = 0
+        self._everything = [obstacle.name for obstacle in scenario.obstacles]
 
     def move(self, robot: Robot, pose: Pose) -> Pose | None:
         here, _ = self.floor.where(robot.name)
@@ -130,7 +131,7 @@ class Serial(_Seen):
         return self.pose({"region": region, "heading": heading})
 
     def act(self, robot: Robot) -> list[tuple[Obstacle, bool | None]]:
-        event = self.floor.act(robot.name, [], self._next()) or self._event()
+        event = self.floor.act(robot.name, self._everything, self._next()) or self._event()
         truths = {"done": True, "untraversable": False}
         found = []
         for name, deed in event["found"].items():

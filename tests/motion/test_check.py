@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from hashlib import sha256
 
 import pytest
 
-from motion.runs import SHIPPED, digest_of, motion, trace_of
+from motion.runs import SHIPPED, digest_of, motion, played, trace_of
 from safenav.motion.check.finding import Finding
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.file.records import (
@@ -21,6 +22,9 @@ from safenav.motion.file.records import (
     Reserve,
     Segment,
 )
+from safenav.motion.making import motion_of
+from safenav.trace.reading import read_bytes
+from safenav.trace.records import Service
 
 DOOR = "case_study_1"
 
@@ -234,3 +238,46 @@ def test_findings_are_told_in_the_order_of_time() -> None:
     lines = [line for line in motion(DOOR).lines if not (isinstance(line, Moving) and line.t0 > 50)]
     found = judged(replace(motion(DOOR), lines=tuple(lines)))
     assert [f.t for f in found] == sorted(f.t for f in found)
+
+
+FLAT = """
+safenav: 1
+map: {grid: ["#########", "#.......#", "#########"]}
+catalogue:
+  robots:
+    cart: {mobility: free, layer: ground, capabilities: [], motion: disc, size: 0.4, speed: 1,
+           battery: {capacity: 60, charge: 3, start: 4}}
+    drone: {mobility: free, layer: air, capabilities: [bring], motion: disc, size: 0.4, speed: 1}
+  obstacles:
+    empty: {needs: [{action: bring, at: neighbours}], blocks: []}
+robots:
+  cart: {model: cart, start: [1, 1], objective: {visit: [[1, 7], [1, 1]]}}
+  drone: {model: drone, start: [1, 6], objective: {hold: [1, 6]}}
+chargers: []
+flat: empty
+until: {rounds: 1}
+"""
+
+
+def test_a_robot_without_charge_that_moves_is_refused() -> None:
+    """It rolls by 0.3 m and back beside the drone that brings its battery."""
+    told = played(FLAT)
+    trace, digest = read_bytes(told), sha256(told).hexdigest()
+    good = motion_of(trace, digest)
+    assert check_motion(good, trace, digest) == []
+    flat = next(r.tick for r in trace.records if isinstance(r, Service))
+
+    def rests(line: Line) -> bool:
+        rest = isinstance(line, Flight) and line.primitive == "rest"
+        return rest and line.robot == "cart" and line.tick == flat + 1
+
+    def rolls(line: Line) -> Line:
+        assert isinstance(line, Flight)
+        (curve,) = line.curves
+        d, bump = curve.seconds, 0.3 / (curve.seconds / 2) ** 4
+        x = (curve.x[0], 0.0, bump * d * d, -2 * bump * d, bump, 0.0)
+        return replace(line, curves=(replace(curve, x=x),))
+
+    (found,) = check_motion(changed(good, rests, rolls), trace, digest)
+    assert found.rule == "charge"
+    assert "cart: moves by 0.300 m without charge" in str(found)

@@ -49,7 +49,7 @@ def test_words_and_bodies_agree(name: str) -> None:
             assert shown == has, (middle, track.name)
 
 
-LIVE = (records.Depart, records.Arrive, records.Act, records.Acted)
+LIVE = (records.Depart, records.Arrive, records.Act, records.ActionEnd)
 
 
 def test_a_run_in_time_stays_as_it_is() -> None:

@@ -22,7 +22,7 @@ from safenav.world.map import Heading
 Line = dict[str, Any]
 
 
-COORDINATION = {"push", "pop", "missed-pop", "helper"}
+COORDINATION = {"push", "pop", "missed-pop", "helper", "request"}
 """Rules that the makers of long traces leave alone: they choose helpers in their own way."""
 
 

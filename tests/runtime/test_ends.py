@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 from safenav.errors import UsageError
+from safenav.outcome import Outcome
 from safenav.runtime.mission import Mission
-from safenav.scenario.model import Outcome
 from safenav.scenario.reading.loader import load_scenario
 from synthesis.requests import gone
 

@@ -20,10 +20,10 @@ from safenav.certify.checker.check import check
 from safenav.certify.record import bundle_of_run
 from safenav.cli.check import command
 from safenav.errors import UsageError
+from safenav.outcome import Outcome
 from safenav.runtime.interventions import Give, SetInput
 from safenav.runtime.mission import Mission
 from safenav.runtime.world import SimulatedWorld
-from safenav.scenario.model import Outcome
 from safenav.scenario.objective import Hold
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.writing import TraceWriter

@@ -57,7 +57,7 @@ def test_the_fleet_is_driven_through_the_door(tmp_path: Path, environment: dict[
 
     told = run(BUILDING, tmp_path, environment)
     order = [line.split("(")[0] for line in told.splitlines()]
-    assert order[:4] == ["Violation", "Request", "Resolved", "Outcome"]
+    assert order[:4] == ["Violation", "Request", "Resolved", "End"]
     assert told.splitlines()[-1] == "every robot has met its objective for 2 rounds"
     lines = (tmp_path / "building.jsonl").read_text(encoding="utf-8").splitlines()
     records = [json.loads(line) for line in lines]
@@ -82,7 +82,7 @@ class Watched(Fleet):
 Fleet = Watched
 if __name__"""
     told = run(BUILDING.replace("if __name__", probe, 1), tmp_path, environment)
-    assert "Outcome" in told
+    assert "End(" in told
 
 
 def test_the_page_runs_from_top_to_bottom(tmp_path: Path, environment: dict[str, str]) -> None:

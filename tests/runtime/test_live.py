@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from random import Random
 from typing import Any
 
 import pytest
@@ -13,6 +15,8 @@ import pytest
 from safenav import Mission
 from safenav.audit.check import check_trace
 from safenav.errors import UsageError
+from safenav.outcome import Outcome
+from safenav.runtime.expectation import Ledger, differences
 from safenav.runtime.failures import Reaction, Troubles
 from safenav.runtime.protocol import (
     Acted,
@@ -25,9 +29,11 @@ from safenav.runtime.protocol import (
     WorldEvent,
 )
 from safenav.runtime.simulation import LiveSimulation
+from safenav.runtime.termination import Conclusion, RunEnded
 from safenav.runtime.traffic.execution import schedule
 from safenav.runtime.traffic.joint import Joint
 from safenav.runtime.traffic.live import still, with_steps_under_way
+from safenav.runtime.traffic.planning import Traffic
 from safenav.scenario.model import Clock, FailedMoves, Failures, Obstacle, Robot, Scenario
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
@@ -123,13 +129,20 @@ def of(lines: list[dict[str, Any]], kind: str, **fields: object) -> list[dict[st
     ]
 
 
-@pytest.mark.parametrize("name", ["case_study_2", "beam", "corridor_swap", "team_of_six"])
+SHIPPED = [
+    *("case_study_2", "beam", "corridor_swap", "hospital", "team_of_six"),
+    *("night_round", "parked_robot", "search_and_rescue", "warehouse_orders"),
+]
+
+
+@pytest.mark.parametrize("name", SHIPPED)
 def test_shipped_scenarios_complete_in_time(name: str, tmp_path: Path) -> None:
     scenario = replace(load_scenario(SCENARIOS / f"{name}.yaml"), clock=Clock.LIVE)
-    trace = tmp_path / "trace.jsonl"
+    trace, ledger = tmp_path / "trace.jsonl", Ledger()
     with TraceWriter(trace) as writer:
-        result = Mission(scenario, listeners=[writer]).run()
+        result = Mission(scenario, listeners=[writer, ledger]).run()
     assert result.outcome == "completed", result.explanation
+    assert differences(scenario.expect, ledger) == []
     assert check_trace(trace).findings == ()
     lines = [json.loads(line) for line in trace.read_text().splitlines()]
     times = [line["t"] for line in lines[1:]]
@@ -141,6 +154,51 @@ def test_shipped_scenarios_complete_in_time(name: str, tmp_path: Path) -> None:
             (under_way.add if line["type"] == "depart" else under_way.discard)(line["robot"])
             together = max(together, len(under_way))
     assert together >= 2
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_beliefs_hold_for_any_durations(seed: int, tmp_path: Path) -> None:
+    """Robots at half to double speed, every fifth step five times as long."""
+    name = f"case_study_{1 + seed % 3}_beliefs"
+    scenario = replace(load_scenario(SCENARIOS / f"{name}.yaml"), clock=Clock.LIVE)
+    draw = Random(seed)
+    speeds = {robot.name: draw.uniform(0.5, 2) for robot in scenario.robots}
+    world = LiveSimulation(scenario, speeds=speeds, delayed=0.2, seed=seed)
+    trace = tmp_path / "trace.jsonl"
+    with TraceWriter(trace) as writer:
+        result = Mission(scenario, world=world, listeners=[writer]).run()
+    assert result.outcome == "completed", result.explanation
+    assert check_trace(trace).findings == ()
+    lines = [json.loads(line) for line in trace.read_text().splitlines()]
+    assert not of(lines, "assumption")
+    assert of(lines, "belief", seen=True) and of(lines, "belief", seen=False)
+
+
+def test_a_spent_search_says_who_is_out_of_service(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Only an operator brings the robot back, whatever plan another search would find."""
+    spent = Conclusion(Outcome.SEARCH_LIMIT, "budget spent")
+
+    def tick(traffic: Traffic) -> bool:
+        if not traffic.state.robots["a"].active:
+            raise RunEnded(spent)
+        return False
+
+    monkeypatch.setattr(Traffic, "tick", tick)
+    result, _ = played(tmp_path, nth(1, partial(fails, fatal=True)))
+    assert (result.outcome, result.cause) == ("operator_needed", "out_of_service")
+    assert result.explanation == "a out of service; budget spent"
+
+
+@pytest.mark.parametrize("rounds", [1, 3])
+def test_goals_that_are_met_where_a_robot_stands_take_no_time(rounds: int, tmp_path: Path) -> None:
+    """Its strategy changes between two nodes there for ever; the others go on meanwhile."""
+    text = RING.replace("{visit: [[1, 5], [1, 1]]}", "{visit: [[1, 1], [1, 1]]}")
+    text = text.replace("rounds: 1", f"rounds: {rounds}")
+    result, lines = played(tmp_path, lambda _, event: [event], text)
+    assert result.outcome == "completed" and result.rounds["b"] == rounds
+    assert of(lines, "goal", robot="a", t=0.0) and not of(lines, "depart", robot="a")
 
 
 def test_without_faults(tmp_path: Path) -> None:
@@ -306,7 +364,8 @@ def test_a_live_run_waits_for_an_operator() -> None:
 
 
 def test_strategies_that_rely_on_the_speed_of_others_are_refused() -> None:
-    scenario = load_scenario(SCENARIOS / "case_study_1_beliefs.yaml")
+    text = (SCENARIOS / "case_study_1_beliefs.yaml").read_text()
+    scenario = load_scenario_text(text.replace("tracks:", "avoids:"))
     with pytest.raises(UsageError, match="digit has 'tracking: belief': its strategy assumes"):
         Mission(replace(scenario, clock=Clock.LIVE))
 

@@ -15,8 +15,8 @@ import pytest
 from safenav.audit.check import check_trace
 from safenav.certify.checker.check import check
 from safenav.certify.record import bundle_of_run
+from safenav.outcome import Outcome
 from safenav.runtime.mission import Mission
-from safenav.scenario.model import Outcome
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.writing import TraceWriter
 

@@ -17,6 +17,7 @@ from click.testing import CliRunner
 from safenav.audit.check import check_trace
 from safenav.cli import group
 from safenav.errors import SynthesizerError, UsageError
+from safenav.outcome import Outcome
 from safenav.runtime.mission import Mission
 from safenav.runtime.on_demand import OnDemand
 from safenav.scenario.model import Controllers, Limits, Scenario
@@ -125,8 +126,8 @@ def test_a_synthesizer_that_dies_ends_the_run_and_the_trace_says_so(tmp_path: Pa
         with pytest.raises(SynthesizerError, match="ended while it served a strategy"):
             mission.step()
     last = read_trace(path).records[-1]
-    assert isinstance(last, records.Outcome)
-    assert last.outcome is vocabulary.Ending.ERROR
+    assert isinstance(last, records.End)
+    assert last.outcome is Outcome.ERROR
     assert "ended while it served" in last.explanation
     assert check_trace(path).findings == ()
     assert gone(second)

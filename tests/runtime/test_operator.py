@@ -14,11 +14,13 @@ import pytest
 from runtime.played import Run
 from safenav.audit.check import check_trace
 from safenav.errors import UsageError
+from safenav.outcome import Outcome
 from safenav.runtime.intervening import line_read
 from safenav.runtime.mission import Mission
 from safenav.runtime.protocol import Lost
 from safenav.runtime.simulation import LiveSimulation
-from safenav.scenario.model import Outcome, Scenario
+from safenav.runtime.traffic.joint_plan import Search
+from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.writing import TraceWriter
 
@@ -113,6 +115,50 @@ def test_what_is_given_up_is_requested_again(attended: Played) -> None:
     assert first["cause"] == second["cause"] == "no_capable_robot"
     assert [line["obstacle"] for line in trace.all("reopened")] == ["gate@27"]
     assert trace.all("waiting")[2]["cause"] == "out_of_service"
+
+
+CORRIDOR = """
+safenav: 1
+name: one breaks down in the corridor between two rooms
+map: {grid: ["###########", "#...###...#", "#.........#", "#...###...#", "###########"]}
+catalogue: {robots: {cart: {mobility: free, layer: ground, capabilities: []}}}
+robots:
+  a: {model: cart, start: [2, 3], objective: {visit: [[1, 9], [1, 1]]}}
+  b: {model: cart, start: [2, 1], objective: {visit: [[3, 8], [3, 1]]}}
+  c: {model: cart, start: [1, 8], objective: {visit: [[1, 7], [2, 8]]}}
+until: {rounds: 2}
+limits: {seconds: 5000}
+clock: live
+changes: [{at: 3, robot: a, service: out}]
+"""
+
+
+def test_robots_behind_one_out_of_service_are_not_searched_plans_for(attended: Played) -> None:
+    """There is none until it is back; the third robot completes its rounds first."""
+    trace = attended(CORRIDOR, ["service a back"])
+    (waiting,) = trace.all("waiting")
+    assert waiting["cause"] == "out_of_service"
+    goals = [line for line in trace.all("goal", robot="c") if line["t"] <= waiting["t"]]
+    assert max(line["round"] for line in goals) == 2 and not trace.all("plan", t=waiting["t"])
+    assert trace.outcome["outcome"] == "completed"
+
+
+def test_no_plan_is_searched_for_a_mission_that_one_out_of_service_prevents(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The digit can reach its target in the west, but not the one in the east."""
+    text = CORRIDOR.replace("b: {model: cart, start: [2, 1]", "b: {model: digit, start: [2, 1]")
+    text = text.replace("{visit: [[3, 8], [3, 1]]}", "{cover: [[1, 3], [3, 8]]}, heading: east")
+
+    usual = Search.run
+
+    def run(search: Search, *budgets: int) -> object:
+        assert len(budgets) == 2, "not of a single move, nor of a few robots"
+        return usual(search, *budgets)
+
+    monkeypatch.setattr(Search, "run", run)
+    result = Mission(load_scenario_text(text)).run()
+    assert (result.outcome, result.cause) == (Outcome.OPERATOR_NEEDED, "out_of_service")
 
 
 def test_an_unattended_run_ends_instead() -> None:

@@ -15,11 +15,13 @@ from safenav.certify.checker.check import check
 from safenav.certify.record import bundle_of_run
 from safenav.errors import UsageError
 from safenav.runtime.interventions import PlaceOrder
+from safenav.runtime.knowledge import Knowledge
 from safenav.runtime.mission import Mission
 from safenav.runtime.world import SimulatedWorld
-from safenav.scenario.reading.loader import load_scenario_text
+from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.trace.writing import TraceWriter
 
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
 WANTED = int(os.environ.get("SAFENAV_FUZZ", "6"))
 ROWS, COLS = 3, 5
 BUNDLED = 5
@@ -63,7 +65,8 @@ def drawn(seed: int) -> dict[str, Any]:
         }
         for _ in range(rng.randint(1, 3))
     ]
-    orders = [*{(order["type"], order["region"]): order for order in orders}.values()]
+    if rng.random() < 0.5:  # the same work once more
+        orders.append(orders[0] | {"at": rng.randint(1, 25)})
     cells = ["#" if r in walls else "." for r in range(ROWS * COLS)]
     return {
         "safenav": 1,
@@ -76,6 +79,24 @@ def drawn(seed: int) -> dict[str, Any]:
         "until": {"rounds": 1},
         "limits": {"ticks": 300},
     }
+
+
+def named(document: dict[str, Any]) -> dict[str, int]:
+    """The orders by name, and when each is due to come."""
+    found: dict[str, int] = {}
+    for order in document["orders"]:
+        name = first = f"{order['type']}@{order['region']}"
+        number = 1
+        while name in found:
+            number += 1
+            name = f"{first}#{number}"
+        found[name] = order["at"]
+    return found
+
+
+def work_of(name: str) -> tuple[str, int]:
+    kind, _, place = name.partition("@")
+    return kind, int(place.partition("#")[0])
 
 
 def beside(region: int) -> set[int]:
@@ -117,25 +138,28 @@ def test_an_order_is_done_by_robots_that_can(seed: int, tmp_path: Path) -> None:
                 assert line["requester"] is None
                 assert line["obstacle"] in told
             case "resolved":
-                kind, _, region = line["obstacle"].partition("@")
+                kind, region = work_of(line["obstacle"])
                 action, count = ACTIONS[kind]
-                where = beside(int(region)) if kind == "heavy" else {int(region)}
+                where = beside(region) if kind == "heavy" else {region}
                 there = [n for n in at if action in skills[n]["capabilities"] and at[n] in where]
                 assert line["obstacle"] in told
                 assert len(there) >= count, line
                 done[line["obstacle"]] = line["tick"]
             case "blocked":
                 given_up.add(line["obstacle"])
-    wanted = {f"{o['type']}@{o['region']}": o["at"] for o in document["orders"]}
+    wanted = named(document)
     if lines[-1]["outcome"] != "completed":
         return
-    assert {*told} == {*wanted} == {*done} | given_up
+    _, _, undone = lines[-1]["explanation"].partition("not done: ")
+    left = {*undone.split(", ")} - {""}
+    assert {*told} == {*wanted} == {*done} | left
+    assert given_up <= left and not left & {*done}
     assert all(wanted[name] <= told[name] <= done.get(name, 10**6) for name in wanted)
     free = {r for r, cell in enumerate("".join(document["map"]["grid"])) if cell == "."}
     for name in wanted:  # who can, does, wherever it stands between its moves
-        kind, _, region = name.partition("@")
+        kind, region = work_of(name)
         action, count = ACTIONS[kind]
-        where = (beside(int(region)) if kind == "heavy" else {int(region)}) & free
+        where = (beside(region) if kind == "heavy" else {region}) & free
         able = [
             n
             for n, robot in document["robots"].items()
@@ -181,6 +205,24 @@ def test_damaged_traces_are_refused(broken: str, tmp_path: Path) -> None:
     assert check_trace(json.dumps(line) for line in lines).findings
 
 
+def test_the_same_work_is_ordered_twice(tmp_path: Path) -> None:
+    """Each order has its own request, clock and end; nobody waits for the first to be done."""
+    orders = [
+        {"at": 2, "type": "parcel", "region": 9},
+        {"at": 3, "type": "parcel", "region": 9, "resolve_within": 30},
+        {"at": 3, "type": "photo", "region": 9},
+    ]
+    expect = {"outcome": "completed", "resolved": ["parcel@9", "parcel@9#2", "photo@9"]}
+    document = PLAN | {"orders": orders, "expect": expect}
+    lines = lines_of(document, tmp_path / "run.jsonl")
+    came = {line["obstacle"]: line["tick"] for line in lines if line["type"] == "order"}
+    assert came == {"parcel@9": 2, "parcel@9#2": 3, "photo@9": 3}
+    kept = [(x["of"], x["verdict"]) for x in lines if x["type"] == "deadline"]
+    assert kept == [("parcel@9#2", "set"), ("parcel@9#2", "kept")]
+    done = {line["obstacle"] for line in lines if line["type"] == "resolved"}
+    assert done == set(came)
+
+
 def test_a_program_orders_during_a_run(tmp_path: Path) -> None:
     path = tmp_path / "run.jsonl"
     with TraceWriter(path) as trace:
@@ -195,14 +237,34 @@ def test_a_program_orders_during_a_run(tmp_path: Path) -> None:
             with pytest.raises((UsageError, IndexError), match=said):
                 mission.intervene(PlaceOrder(kinds[kind], region))
         mission.intervene(PlaceOrder(kinds["photo"], 0))
+        mission.intervene(PlaceOrder(kinds["photo"], 0))
         while mission.result is None:
             mission.step()
     assert check_trace(path).findings == ()
     done = [json.loads(x) for x in path.read_text().splitlines() if '"resolved"' in x]
-    assert [(x["obstacle"], x["robot"]) for x in done if x["type"] == "resolved"] == [
-        ("photo@0", "bob"),
-        ("parcel@9", "ann"),
-    ] or {x["obstacle"] for x in done if x["type"] == "resolved"} == {"photo@0", "parcel@9"}
+    who = {x["obstacle"]: x["robot"] for x in done if x["type"] == "resolved"}
+    assert who == {"photo@0": "bob", "photo@0#2": "bob", "parcel@9": "ann"}
+
+
+def test_an_order_during_a_live_run_comes_when_it_is_made(tmp_path: Path) -> None:
+    """Not at the second whose number is that of the pass."""
+    path = tmp_path / "run.jsonl"
+    plan = PLAN | {"clock": "live", "orders": [], "until": {"rounds": 12}}
+    with TraceWriter(path) as trace:
+        mission = Mission(load_scenario_text(json.dumps(plan)), listeners=[trace])
+        mission.start()
+        for _ in range(40):
+            mission.step()
+        made = mission.state.time
+        assert made < mission.state.tick / 2
+        mission.intervene(PlaceOrder(mission.scenario.catalogue.obstacles["parcel"], 9))
+        mission.step()
+        while mission.result is None:
+            mission.step()
+    assert check_trace(path).findings == ()
+    lines = [json.loads(line) for line in path.read_text().splitlines()]
+    (order,) = [line for line in lines if line["type"] == "order"]
+    assert made <= order["t"] <= made + 5
 
 
 class Outside:
@@ -231,3 +293,15 @@ def test_orders_reach_the_team_in_another_world(tmp_path: Path) -> None:
     assert result.outcome.value == "completed"
     assert check_trace(path).findings == ()
     assert '"order"' in path.read_text()
+
+
+def test_a_need_is_news_although_another_obstacle_has_come_as_far() -> None:
+    """Each of the two pallets waits for its second need, after the other."""
+    scenario = load_scenario(SCENARIOS / "warehouse_orders.yaml")
+    pallets = {o.region: o for o in scenario.obstacles if o.type.name == "pallet"}
+    knowledge, shelf = Knowledge(scenario), next(iter(pallets))
+    for robot, obstacle in zip(("carrier", "truck"), pallets.values(), strict=True):
+        knowledge.appear(obstacle)
+        knowledge.meet(obstacle)
+        further, met = knowledge.perform(scenario.robot(robot), {robot: shelf})
+        assert further and [(one.obstacle, one.group) for one in met] == [(obstacle, (robot,))]

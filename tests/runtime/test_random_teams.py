@@ -13,8 +13,8 @@ import pytest
 from runtime.teams import team_scenario
 from safenav.audit.check import check_trace
 from safenav.errors import InputError
+from safenav.outcome import Outcome
 from safenav.runtime.mission import Mission
-from safenav.scenario.model import Outcome
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.writing import TraceWriter
 

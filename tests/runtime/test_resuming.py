@@ -12,9 +12,10 @@ import pytest
 
 from safenav.audit.check import check_trace
 from safenav.errors import UsageError
+from safenav.outcome import Outcome
 from safenav.runtime.mission import Mission
 from safenav.runtime.resuming import resumed
-from safenav.scenario.model import Outcome, Scenario
+from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario
 from safenav.trace.reading import read_trace
 from safenav.trace.writing import TraceWriter

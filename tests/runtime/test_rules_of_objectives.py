@@ -16,8 +16,8 @@ from safenav.audit.check import check_trace
 from safenav.certify.checker.check import check
 from safenav.certify.record import bundle_of_run
 from safenav.errors import InputError
+from safenav.outcome import Outcome
 from safenav.runtime.mission import Mission
-from safenav.scenario.model import Outcome
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.writing import TraceWriter
 

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from safenav.errors import InputError
+from safenav.outcome import Outcome
 from safenav.scenario.model import (
     Controllers,
     Coordination,
     Limits,
-    Outcome,
     Robot,
     Scenario,
     Timing,

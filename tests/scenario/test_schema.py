@@ -12,7 +12,7 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from safenav.formula.syntax import RESERVED_WORDS
-from safenav.scenario.model import Controllers, Coordination, Outcome, ResolveAt, Tracking
+from safenav.scenario.model import Controllers, Coordination, ResolveAt, Tracking
 from safenav.scenario.reading import areas as area_reader
 from safenav.scenario.reading import catalogue, loader
 from safenav.scenario.reading import changes as change_reader
@@ -59,6 +59,7 @@ WELL_SHAPED = {
     "missing_keys": False,
     "no_robots": False,
     "bad_inputs": False,
+    "keys_of_an_objective": False,
     "bad_orders": False,
     "never_together": False,
     "no_way_back_with_heading": True,
@@ -176,7 +177,7 @@ def test_schema_and_loader_know_the_same_keys(
     [
         (SCHEMA["properties"]["coordination"]["enum"], Coordination),
         (SCHEMA["properties"]["controllers"]["enum"], Controllers),
-        (definition("expect")["properties"]["outcome"]["enum"], Outcome),
+        (definition("expect")["properties"]["outcome"]["enum"], expectation_reader.OUTCOMES),
         (definition("model")["properties"]["mobility"]["enum"], Mobility),
         (definition("obstacleType")["properties"]["resolve_at"]["oneOf"][0]["enum"], ResolveAt),
         (definition("robot")["properties"]["tracking"]["enum"], Tracking),

@@ -91,7 +91,7 @@ def walk(scene: Scene, data: st.DataObject, steps: int) -> list[Look]:
     world, task = scene.world, scene.task
     (observed,) = task.observed
     blocked = {known.region for known in task.blocked}
-    tracker = BeliefTracker.by(belief.watch_for(task, world))
+    tracker = BeliefTracker(belief.watch_for(task, world))
     own, other, knowledge = task.pose.region, observed.region, belief.known_of(observed)
     looks = []
     for _ in range(steps):

@@ -17,6 +17,7 @@ from safenav.errors import UsageError
 from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse
 from safenav.formula.syntax import Formula
+from safenav.outcome import Verdict
 from safenav.runtime.beliefs import BeliefTracker
 from safenav.scenario.model import Robot, RobotModel, Tracking
 from safenav.scenario.objective import Visit
@@ -24,12 +25,11 @@ from safenav.scenario.reading.loader import load_scenario
 from safenav.spec.compile import compile_task
 from safenav.spec.movement import headings
 from safenav.spec.other_robots import belief
-from safenav.spec.other_robots.knowledge import Knowledge, occurring
+from safenav.spec.other_robots.knowledge import Knowledge, occurring, watch
 from safenav.spec.other_robots.tracking import OthersEncoding, encode_others
 from safenav.spec.specification import Section
 from safenav.spec.task import LADDERS, Fairness, Observed, Task
 from safenav.synthesis.slugs import Synthesizer
-from safenav.synthesis.verdict import Verdict
 from safenav.verify.verification import first_failure
 from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Mobility, Pose
@@ -245,7 +245,7 @@ def test_too_many_beliefs_are_refused_with_advice(monkeypatch: pytest.MonkeyPatc
 
 def test_a_jump_out_of_sight_leaves_nothing_known() -> None:
     world = RegionMap.from_grid(["......"])
-    tracker = BeliefTracker(world, Partition.given([[0, 1, 2], [3, 4, 5]], world), 2.0)
+    tracker = BeliefTracker(watch(world, Partition.given([[0, 1, 2], [3, 4, 5]], world), 2.0))
     assert tracker.observe(1, 5, 1) == {0, 1}
     assert tracker.observe(1, 3, 1) == 3
 

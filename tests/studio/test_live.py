@@ -210,7 +210,7 @@ def follow(trace: Trace) -> None:
             live.tell(record)
     whole = encoded(replay_of(trace), "run.jsonl")
     assert page["times"] == json.loads(json.dumps(whole["times"]))
-    for key in ("events", "stack"):
+    for key in ("events", "stack", "deadlines"):
         assert _settled(page[key]) == _settled(json.loads(json.dumps(whole[key]))), key
     for mine, theirs in zip(page["robots"], whole["robots"], strict=True):
         for key in ("path", "headings", "tasks", "progress", "steps"):
@@ -234,7 +234,7 @@ def _join(page: dict[str, Any], news: dict[str, Any]) -> None:
             robot["headings"] += more["headings"]
     if page["times"] is not None:
         page["times"] = [*page["times"], *news["times"]]
-    for key in ("events", "stack"):
+    for key in ("events", "stack", "deadlines"):
         page[key] = [*page[key], *news[key]]
 
 

@@ -1,14 +1,16 @@
-"""A live run in the studio that waits for an operator."""
+"""A run in the studio, and the user who helps it, orders work and sets inputs."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+from report.browser import Browser
 from runtime.test_operator import GATE
 from safenav.audit.check import audit
 from safenav.trace.reading import read_bytes
-from safenav.trace.records import Operator, Waiting
-from studio.serving import Page, Served, visit
+from safenav.trace.records import Appeared, Inputs, Operator, Resolved, Waiting
+from studio.board import Board
+from studio.serving import MINUTES, Page, Served, visit
 
 
 def test_the_page_can_help_a_run_that_waits(tmp_path: Path) -> None:
@@ -34,3 +36,57 @@ def test_the_page_can_help_a_run_that_waits(tmp_path: Path) -> None:
 
     with Served("run", scenario, "--live") as served:
         visit(served.address, story)
+
+
+YARD = """
+safenav: 1
+map:
+  grid: |
+    ########
+    #......#
+    #......#
+    ########
+  names: {shelf: [1, 2], dock: [1, 5]}
+catalogue:
+  obstacles:
+    parcel:
+      needs: [{action: push, at: [shelf]}, {action: push, at: [dock], same: true}]
+      blocks: []
+inputs:
+  alarm: {at: [1000]}
+robots:
+  digit:
+    model: digit
+    start: [1, 1]
+    heading: east
+    objective: {visit: [dock, shelf]}
+    when: {alarm: {hold: dock}}
+until: {rounds: 4}
+"""
+
+
+async def begin(page: Page) -> None:
+    await page.say("restart")
+    await page.state(phase="paused")
+
+
+def test_a_user_orders_work_and_sets_an_input(browser: Browser, tmp_path: Path) -> None:
+    scenario = tmp_path / "yard.yaml"
+    scenario.write_text(YARD)
+    with Served("run", scenario, "--live") as served:
+        visit(served.address, begin)
+        board = Board(browser, served.address, cols=8)
+        browser.one('[role="switch"][aria-label="alarm"]').click()
+        browser.one('[aria-label="Next tick"]').click()
+        browser.wait(lambda: browser.all('[role="switch"][aria-checked="true"]'), MINUTES)
+        board.choose("Order: parcel")
+        board.click(10)
+        browser.one('[role="switch"][aria-label="alarm"]').click()
+        board.fast()
+        browser.one('[aria-label="Run"]').click()
+        browser.wait(lambda: browser.all(".badge.good"), MINUTES)
+        trace = read_bytes(board.saved("trace"))
+    assert audit(trace).findings == ()
+    assert [r.values["alarm"] for r in trace.records if isinstance(r, Inputs)] == [True, False]
+    assert [r.obstacle for r in trace.records if isinstance(r, Appeared)] == ["parcel@10"]
+    assert [r.robot for r in trace.records if isinstance(r, Resolved)] == ["digit"]

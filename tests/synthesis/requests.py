@@ -7,11 +7,11 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from safenav.outcome import Verdict
 from safenav.spec.specification import Constraint, Origin, Section, Specification
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
-from safenav.synthesis.verdict import Verdict
 
 Script = Callable[[str], Binary]
 Answering = Callable[..., Binary]

@@ -12,11 +12,11 @@ from pathlib import Path
 
 import pytest
 
+from safenav.outcome import Verdict
 from safenav.spec.specification import Specification
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache, CacheEntry, CacheWarning, key_of
 from safenav.synthesis.slugs import Synthesizer
-from safenav.synthesis.verdict import Verdict
 
 KEY = "ab" + "0" * 62
 ENTRY = CacheEntry(Verdict.REALIZABLE, 0.125, b'{"nodes": "\n\xff"}')
@@ -251,8 +251,8 @@ def test_a_broken_cache_does_not_stop_a_synthesis(
 _WRITER = """
 import sys
 from pathlib import Path
+from safenav.outcome import Verdict
 from safenav.synthesis.cache import Cache, CacheEntry
-from safenav.synthesis.verdict import Verdict
 cache = Cache(Path(sys.argv[1]), limit_bytes=2_000_000)
 for turn in range(60):
     for number in range(4):

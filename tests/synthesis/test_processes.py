@@ -13,10 +13,10 @@ from pathlib import Path
 import pytest
 
 from safenav.errors import SynthesizerError
+from safenav.outcome import Verdict
 from safenav.spec.specification import Specification
 from safenav.synthesis.request import RequestPhase, SynthesisProgress
 from safenav.synthesis.slugs import Synthesizer
-from safenav.synthesis.verdict import Verdict
 from synthesis.requests import NATIVE, Answering, Script, ask, gone, impossible
 
 

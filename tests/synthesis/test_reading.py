@@ -15,12 +15,12 @@ from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse
 from safenav.formula.prefix import to_infix
 from safenav.formula.printer import to_text
+from safenav.outcome import Verdict
 from safenav.spec.parsing import read_specification
 from safenav.spec.specification import Owner, Section, Specification, Variable
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
-from safenav.synthesis.verdict import Verdict
 from safenav.verify.verification import first_failure, verify_counterstrategy, verify_strategy
 
 

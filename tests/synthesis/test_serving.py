@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from safenav.errors import SynthesizerError
+from safenav.outcome import Verdict
 from safenav.runtime.on_demand import OnDemand
 from safenav.spec.specification import Specification
 from safenav.synthesis.binary import Binary
@@ -26,7 +27,6 @@ from safenav.synthesis.serving.served import (
 )
 from safenav.synthesis.serving.starting import serve
 from safenav.synthesis.slugs import Synthesizer
-from safenav.synthesis.verdict import Verdict
 from synthesis.requests import NATIVE, Script, gone, impossible
 
 

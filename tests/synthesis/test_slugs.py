@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from safenav.errors import ExitCode, SynthesizerError
+from safenav.outcome import Verdict
 from safenav.spec.specification import (
     Constraint,
     Origin,
@@ -21,7 +22,6 @@ from safenav.spec.specification import (
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
-from safenav.synthesis.verdict import Verdict
 from safenav.verify.verification import first_failure
 from synthesis.requests import NATIVE, UPSTREAM, Answering, Script, ask, gone, impossible
 

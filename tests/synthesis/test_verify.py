@@ -8,13 +8,13 @@ from typing import Any
 import pytest
 
 from safenav.errors import InputError
+from safenav.outcome import Verdict
 from safenav.spec.parsing import read_specification
 from safenav.spec.specification import Constraint, Origin, Section, Specification
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
-from safenav.synthesis.verdict import Verdict
 from safenav.verify.verification import (
     Failure,
     Fault,

@@ -21,13 +21,13 @@ import pytest
 import oracle
 from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse
+from safenav.outcome import Verdict
 from safenav.spec.parsing import read_specification
 from safenav.spec.specification import Owner, Section, Specification
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
-from safenav.synthesis.verdict import Verdict
 from safenav.verify.completions import Slot
 from safenav.verify.counterstrategy import counterstrategy_starts
 from safenav.verify.verification import (

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import pytest
 
+from safenav.outcome import Verdict
 from safenav.trace import records, vocabulary
 from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.records import KINDS
@@ -35,7 +36,7 @@ def test_every_event_is_told_in_one_sentence(seed: int) -> None:
 def test_every_reason_of_a_synthesis_has_its_words(reason: vocabulary.Reason) -> None:
     objective = TracedObjective.of({"hold": 4})
     assert objective is not None
-    verdict = vocabulary.RecordedVerdict.REALIZABLE
+    verdict = Verdict.REALIZABLE
     line = records.Synthesis(
         1, "quad", reason, verdict, 0.002, 21, False, True, "0" * 64, "0" * 64, objective
     )
@@ -46,7 +47,7 @@ def test_every_reason_of_a_synthesis_has_its_words(reason: vocabulary.Reason) ->
 
 @pytest.mark.parametrize("reason", vocabulary.BlockReason)
 def test_every_reason_to_block_has_its_words(reason: vocabulary.BlockReason) -> None:
-    line = records.Blocked(1, "door@47", frozenset({"quad", "digit"}), reason)
+    line = records.KnownObstacle(1, "door@47", frozenset({"quad", "digit"}), reason)
     assert Wording().sentence(line).startswith("door@47 permanently blocks digit and quad: ")
 
 
@@ -64,7 +65,7 @@ def test_robots_that_something_is_blocked_for(
     numbers: Sequence[int], team: int | None, told: str
 ) -> None:
     names = frozenset(f"rover_{number}" for number in numbers)
-    line = records.Blocked(1, "door@47", names, vocabulary.BlockReason.UNRESOLVABLE)
+    line = records.KnownObstacle(1, "door@47", names, vocabulary.BlockReason.UNRESOLVABLE)
     assert f" permanently blocks {told}: " in Wording(team=team).sentence(line)
 
 

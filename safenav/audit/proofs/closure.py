@@ -9,106 +9,103 @@ moves."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import combinations
+from typing import Any
 
-from safenav.audit.proofs.moment import Moment, OpenObstacle, Pose, Robot
-from safenav.audit.proofs.reading import MalformedError, mapping, names, poses
+from safenav.audit.language import Pose
+from safenav.audit.proofs.case import Case
+from safenav.audit.team import OpenObstacle, OpenObstacles, Poses
 
-Sets = Mapping[str, frozenset[Pose]]
+Sets = Mapping[str, Poses]
 
 
 def closure_problems(
-    proof: Mapping[str, object], moment: Moment, lame: bool, start: Sets | None = None
+    proof: Mapping[str, Any], case: Case, lame: bool, start: Sets | None = None
 ) -> Iterator[str]:
     """Yield why a closure table does not hold. ``lame``: some robot must be unable to continue in
     it. ``start``: where each robot may be (default: where it is)."""
-    never = [name for name in names(proof.get("never"), "never") if name not in moment.shut]
-    away = names(proof.get("resolved"), "resolved")
-    tables = {
-        name: mapping(table, f"the table of {name}")
-        for name, table in mapping(proof.get("robots"), "robots").items()
-    }
-    unknown = [name for name in never if name not in moment.obstacles]
+    never = [name for name in proof["never"] if name not in case.shut]
+    away, tables = proof["resolved"], proof["robots"]
+    known = {obstacle.name: obstacle for obstacle in case.obstacles}
+    unknown = [name for name in never if name not in known]
     if unknown:
         yield f"{', '.join(unknown)} is unknown or already resolved, so it blocks no robot"
         return
-    forgotten = sorted(moment.obstacles.keys() - {*never, *away})
+    forgotten = sorted(known.keys() - {*never, *away})
     if forgotten:
         yield f"the closure omits {', '.join(forgotten)}"
         return
-    if tables.keys() != moment.robots.keys():
+    if tables.keys() != case.at.keys():
         yield f"the closure covers {', '.join(sorted(tables)) or 'nobody'}, not of the whole team"
         return
-    inside = {name: poses(table.get("poses"), f"{name}'s poses") for name, table in tables.items()}
-    begins = start or {name: frozenset([r.pose]) for name, r in moment.robots.items()}
-    stuck: dict[str, int] = {}
+    inside = {name: read_poses(table["poses"]) for name, table in tables.items()}
+    stuck = list[OpenObstacle]()
     for name in never:
-        stages = list(_stuck_at(moment.obstacles[name], moment, inside))
-        if not stages:
+        # The earlier it is stuck, the more it closes; any stage that the sets agree with will do.
+        stage = next(_stuck_at(known[name], case, inside), None)
+        if stage is None:
             yield f"{name} can be resolved: enough robots reach its resolution regions"
             return
-        # The earlier it is stuck, the more it closes; any stage that the sets agree with will do.
-        stuck[name] = stages[0]
-    for name, robot in moment.robots.items():
-        walls = moment.sealed[name] | {
-            moment.obstacles[one].region
-            for one in never
-            if moment.obstacles[one].closes(robot, stuck[one])
-        }
-        yield from _robot_problems(robot, moment, inside[name], begins[name], walls, tables[name])
-    if lame and all(_is_live(tables[name]) for name in tables):
+        stuck.append(known[name]._replace(left=known[name].left[stage:]))
+    for name, pose in case.at.items():
+        begins = frozenset([pose]) if start is None else start[name]
+        yield from _robot_problems(name, case, inside[name], begins, (*stuck,), tables[name])
+    if lame and all(table["live"] for table in tables.values()):
         yield "the proof marks every robot as live, so it proves nothing"
 
 
-def _stuck_at(obstacle: OpenObstacle, moment: Moment, inside: Sets) -> Iterator[int]:
-    """Yield the stages at which too few robots can reach the regions where the need is met."""
-    for stage in range(obstacle.stage, len(obstacle.needs)):
-        need, begin = obstacle.needs[stage], stage
-        while begin > obstacle.stage and obstacle.needs[begin].same:
+def _stuck_at(obstacle: OpenObstacle, case: Case, inside: Sets) -> Iterator[int]:
+    """Yield the unmet needs for which too few robots can reach the regions where they are met."""
+    left, regions = obstacle.left, {n: {at for at, _ in there} for n, there in inside.items()}
+    for number, need in enumerate(left):
+        begin = number
+        while begin and left[begin].same:
             begin -= 1  # the same robots must have met it, so they got there, too
-        regions = {name: {region for region, _ in poses} for name, poses in inside.items()}
         able = {
-            name: frozenset(regions[name])
-            for name, robot in moment.robots.items()
-            if obstacle.able(robot, stage)
-            and (begin > obstacle.stage or not obstacle.needs[begin].same or name in obstacle.group)
-            and not (stage == obstacle.stage and not need.together and name in obstacle.done)
+            name: inside[name]
+            for name in frozenset.intersection(*(one.able for one in left[begin : number + 1]))
+            if name not in obstacle.barred
+            and not (number == 0 and name in obstacle.done)
+            and regions[name] & need.regions
             and all(
-                regions[name] & obstacle.needs[k].regions
-                or (k == obstacle.stage and name in obstacle.done)
-                for k in range(begin, stage)
+                regions[name] & left[k].regions or (k == 0 and name in obstacle.done)
+                for k in range(begin, number)
             )
         }
-        if not moment.enough(need, obstacle.missing(stage), able):
-            yield stage
+        missing = need.robots - (len(obstacle.done) if number == 0 else 0)
+        at = {n: frozenset(p for p in able[n] if p[0] in need.regions) for n in sorted(able)}
+        groups = combinations(at, missing)
+        if len(at) < missing or (
+            need.together and not any(case.team.fits(group, at) for group in groups)
+        ):
+            yield number
 
 
 def _robot_problems(
-    robot: Robot,
-    moment: Moment,
-    inside: frozenset[Pose],
-    begins: frozenset[Pose],
-    walls: frozenset[int],
-    table: Mapping[str, object],
+    name: str,
+    case: Case,
+    inside: Poses,
+    begins: Poses,
+    stuck: OpenObstacles,
+    table: Mapping[str, Any],
 ) -> Iterator[str]:
     outside = sorted(begins - inside, key=str)
     if outside:
-        yield f"{robot.name} begins at {_told(outside[0])}, outside its closure"
+        yield f"{name} begins at {_told(outside[0])}, outside its closure"
         return
-    if robot.judged:
-        for pose in sorted(inside, key=str):
-            for to in moment.steps(robot, pose):
-                if to[0] not in walls and to not in inside:
-                    yield f"{robot.name} gets from {_told(pose)} to {_told(to)}, out of its closure"
-                    return
-    if not _is_live(table) and robot.judged and moment.live(robot, inside, walls):
-        yield f"{robot.name} can continue forever in its closure, but is marked not live"
+    walls, steps = case.team.walls(name, stuck), case.team.members[name].steps
+    for pose in sorted(inside, key=str):
+        for to in steps.get(pose, ()):
+            if to[0] not in walls and to not in inside:
+                yield f"{name} gets from {_told(pose)} to {_told(to)}, out of its closure"
+                return
+    if not table["live"] and case.team.goes_on(name, inside, stuck):
+        yield f"{name} can continue forever in its closure, but is marked not live"
 
 
-def _is_live(table: Mapping[str, object]) -> bool:
-    live = table.get("live")
-    if not isinstance(live, bool):
-        raise MalformedError("live must be true or false")
-    return live
+def read_poses(listed: list[list[Any]]) -> Poses:
+    """The poses of a list of regions and headings."""
+    return frozenset((region, heading) for region, heading in listed)
 
 
 def _told(pose: Pose) -> str:

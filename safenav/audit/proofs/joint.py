@@ -10,12 +10,13 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
 from heapq import heappop, heappush
 from itertools import product
+from typing import Any, NamedTuple
 
-from safenav.audit.proofs.moment import Moment, OpenObstacle, Pose, Robot
-from safenav.audit.proofs.reading import mapping, names, pose, whole
+from safenav.audit.language import Pose
+from safenav.audit.proofs.case import Case, Wish
+from safenav.audit.team import OpenObstacle, OpenObstacles, TooManyError
 
 MOST_STATES = 200_000
 
@@ -23,16 +24,11 @@ Left = tuple[int, int]
 """Remaining work of a robot: in order, the goals left and which is next; otherwise the rounds left
 and the targets covered in this one, bit by bit."""
 
-Stage = tuple[str, int, frozenset[str], frozenset[str]]
-"""An obstacle, its next need, who has had a part in that, and who met the need before it if it
-takes the same robots."""
 
-
-@dataclass(frozen=True)
-class _State:
+class _State(NamedTuple):
     poses: tuple[Pose, ...]
     left: tuple[Left, ...]
-    stages: tuple[Stage, ...]
+    obstacles: OpenObstacles
 
     @property
     def rank(self) -> int:
@@ -41,90 +37,72 @@ class _State:
         return sum(goals for goals, _ in self.left)
 
 
-def joint_problems(proof: Mapping[str, object], moment: Moment) -> Iterator[str]:
-    """Yield why a joint proof does not hold."""
-    listed = names(proof.get("robots"), "robots")
-    start = {
-        name: pose(one, f"the start of {name}")
-        for name, one in mapping(proof.get("start"), "start").items()
-    }
-    stages = {
-        name: whole(one, f"the stage of {name}")
-        for name, one in mapping(proof.get("stages"), "stages").items()
-        if name not in moment.shut
-    }
-    told, digest = whole(proof.get("states"), "states"), proof.get("sha256")
-    strangers = sorted({*listed, *start} - moment.robots.keys())
+def joint_problems(proof: Mapping[str, Any], case: Case) -> Iterator[str]:
+    """Yield why a joint proof does not hold. Raises TooManyError."""
+    listed, told = proof["robots"], proof["states"]
+    start = {name: tuple(pose) for name, pose in proof["start"].items()}
+    stages = {name: stage for name, stage in proof["stages"].items() if name not in case.shut}
+    strangers = sorted({*listed, *start} - case.at.keys())
     if strangers or not listed:
         yield f"the proof names {', '.join(strangers) or 'no robots'}"
         return
     for name in listed:
-        if start.get(name) != moment.robots[name].pose:
-            yield f"{name} is at {moment.robots[name].pose}, not where the proof begins"
+        if start.get(name) != case.at[name]:
+            yield f"{name} is at {case.at[name]}, not where the proof begins"
             return
-    problem = _stages_problem(stages, set(listed), moment)
+    problem = _stages_problem(stages, {*listed}, case)
     if problem:
         yield problem
         return
     if told > MOST_STATES:
-        yield f"{told} states exceed the {MOST_STATES} that the audit enumerates"
-        return
-    robots = [moment.robots[name] for name in moment.robots if name in listed]
-    if not all(robot.judged for robot in robots):
-        return  # what their formulas demand is more than is read here
-    yield from _Enumeration(
-        moment.without(moment.obstacles.keys() - stages.keys()), robots
-    ).problems(told, digest)
+        raise TooManyError(f"{told} states exceed the {MOST_STATES} that the audit enumerates")
+    robots = [name for name in case.at if name in listed]
+    yield from _Enumeration(case, robots, stages).problems(told, proof["sha256"])
 
 
-def _stages_problem(stages: Mapping[str, int], listed: set[str], moment: Moment) -> str:
-    outside = [robot for name, robot in moment.robots.items() if name not in listed]
+def _stages_problem(stages: Mapping[str, int], listed: set[str], case: Case) -> str:
     for name, stage in stages.items():
-        obstacle = moment.obstacles.get(name)
+        obstacle = case.obstacle(name)
         if obstacle is None:
             return f"{name} is unknown or already resolved, so it blocks no robot"
-        if stage != obstacle.stage:
-            return f"{name} has {obstacle.stage} of its needs fulfilled, not {stage}"
-        rest = {need.action for need in obstacle.needs[stage:]}
-        helper = next((robot for robot in outside if rest & robot.capabilities), None)
+        if stage != case.stage(obstacle):
+            return f"{name} has {case.stage(obstacle)} of its needs fulfilled, not {stage}"
+        able = frozenset[str]().union(*(need.able for need in obstacle.left))
+        helper = next((other for other in case.at if other in able - listed), None)
         if helper is not None:
-            return f"{helper.name}, which the proof omits, may help to resolve {name}"
+            return f"{helper}, which the proof omits, may help to resolve {name}"
     return ""
 
 
 class _Enumeration:
-    def __init__(self, moment: Moment, robots: list[Robot]) -> None:
-        self._moment = moment
-        self._robots = robots
-        self._obstacles = dict(moment.obstacles)
-        self._rivals = [
-            [k for k, other in enumerate(robots) if other.name in robot.conflicts]
-            for robot in robots
-        ]
-        self._walls: dict[tuple[Stage, ...], list[frozenset[int]]] = {}
-        self._live: dict[tuple[str, frozenset[int]], frozenset[Pose]] = {}
-        self._steps: list[dict[Pose, list[Pose]]] = [{} for _ in robots]
+    def __init__(self, case: Case, robots: list[str], stages: Mapping[str, int]) -> None:
+        self._case, self._team, self._robots = case, case.team, robots
+        self._wishes = [case.wishes[name] for name in robots]
+        self._obstacles = tuple(o for o in case.obstacles if o.name in stages)
 
     def problems(self, told: int, digest: object) -> Iterator[str]:
-        queue: list[tuple[int, int, _State]] = []
-        seen: set[_State] = set()
-        poses: set[tuple[Pose, ...]] = set()
+        queue, seen = list[tuple[int, int, _State]](), set[_State]()
+        poses = set[tuple[Pose, ...]]()
+
+        def find(state: _State) -> None:
+            if state not in seen:
+                seen.add(state)
+                poses.add(state.poses)
+                heappush(queue, (state.rank, len(seen), state))
+
         for state in self._starts():
-            self._find(state, seen, poses, queue)
+            find(state)
         while queue:
             _, _, state = heappop(queue)
             if self._is_complete(state):
-                places = ", ".join(
-                    f"{robot.name} at {at[0]}"
-                    for robot, at in zip(self._robots, state.poses, strict=True)
-                )
+                at = zip(self._robots, state.poses, strict=True)
+                places = ", ".join(f"{name} at {region}" for name, (region, _) in at)
                 yield f"the mission can be completed: every objective is met with {places}"
                 return
             for after in self._successors(state):
-                self._find(after, seen, poses, queue)
+                find(after)
             if len(seen) > MOST_STATES:
-                yield f"more than {MOST_STATES} states: too many for the audit"
-                return
+                raise TooManyError(f"more than {MOST_STATES} states: too many for the audit")
             if len(poses) > told:
                 yield f"more states are reachable than the {told} of the proof"
                 return
@@ -133,152 +111,88 @@ class _Enumeration:
         elif digest != _digest(poses):
             yield "the reachable states are not those of the proof (sha256)"
 
-    def _find(
-        self,
-        state: _State,
-        seen: set[_State],
-        poses: set[tuple[Pose, ...]],
-        queue: list[tuple[int, int, _State]],
-    ) -> None:
-        if state not in seen:
-            seen.add(state)
-            poses.add(state.poses)
-            heappush(queue, (state.rank, len(seen), state))
-
     def _starts(self) -> list[_State]:
         choices: list[list[Left]] = []
-        for robot in self._robots:
-            if robot.ends:
-                (first,) = robot.awaited
-                choices.append([((len(robot.targets) - first) * (robot.rounds_left > 0), first)])
-            elif robot.in_order:
-                count = len(robot.targets)
-                goals = max(robot.rounds_left * count - robot.met, 0)
-                choices.append([(goals, k) for k in robot.awaited])
+        for wish in self._wishes:
+            count = len(wish.targets)
+            if wish.ends:
+                (first,) = wish.awaited
+                choices.append([((count - first) * (wish.rounds_left > 0), first)])
+            elif wish.in_order:
+                goals = max(wish.rounds_left * count - wish.met, 0)
+                choices.append([(goals, k) for k in wish.awaited])
             else:
-                choices.append([(robot.rounds_left, sum(1 << k for k in robot.covered))])
-        poses = tuple(robot.pose for robot in self._robots)
-        stages = tuple(
-            (g.name, g.stage, g.done, g.group if g.needs[g.stage].same else frozenset())
-            for _, g in sorted(self._obstacles.items())
-        )
-        return [self._settled(_State(poses, left, stages)) for left in product(*choices)]
+                choices.append([(wish.rounds_left, sum(1 << k for k in wish.covered))])
+        poses = tuple(self._case.at[name] for name in self._robots)
+        return [self._settled(_State(poses, left, self._obstacles)) for left in product(*choices)]
 
     def _successors(self, state: _State) -> Iterator[_State]:
-        closed = self._closed(state.stages)
-        for k, robot in enumerate(self._robots):
-            taken = {state.poses[other][0] for other in self._rivals[k]}
-            known = self._steps[k]
-            for group, zone in self._moment.zones:
-                mates = [o for i, o in enumerate(self._robots) if i != k and o.name in group]
-                if robot.name in group and any(
-                    state.poses[self._robots.index(o)][0] in zone for o in mates
-                ):
+        at = dict(zip(self._robots, state.poses, strict=True))
+        for k, name in enumerate(self._robots):
+            member = self._team.members[name]
+            taken = {at[other][0] for other in member.rivals if other in at}
+            for group, zone in self._case.zones:
+                mates = [other for other in at if other != name and other in group]
+                if name in group and any(at[other][0] in zone for other in mates):
                     taken |= zone
-            here = state.poses[k]
-            if here not in known:
-                known[here] = self._moment.steps(robot, here)
-            for to in known[here]:
-                if to[0] not in taken and to[0] not in closed[k]:
+            taken |= self._team.walls(name, state.obstacles)
+            for to in member.steps.get(at[name], ()):
+                if to[0] not in taken:
                     poses = (*state.poses[:k], to, *state.poses[k + 1 :])
-                    yield self._settled(replace(state, poses=poses))
-
-    def _closed(self, stages: tuple[Stage, ...]) -> list[frozenset[int]]:
-        known = self._walls.get(stages)
-        if known is None:
-            obstacles = [self._obstacle(stage) for stage in stages]
-            known = [self._moment.walls(robot, obstacles) for robot in self._robots]
-            self._walls[stages] = known
-        return known
-
-    def _obstacle(self, stage: Stage) -> OpenObstacle:
-        name, index, done, group = stage
-        return replace(self._obstacles[name], stage=index, done=done, group=group)
+                    yield self._settled(state._replace(poses=poses))
 
     def _is_complete(self, state: _State) -> bool:
-        if any(goals for goals, _ in state.left):
-            return False
-        closed = self._closed(state.stages)
-        return all(
-            at in self._lively(robot, walls)
-            for robot, at, walls in zip(self._robots, state.poses, closed, strict=True)
+        return not any(goals for goals, _ in state.left) and all(
+            self._team.is_live(name, pose, state.obstacles)
+            for name, pose in zip(self._robots, state.poses, strict=True)
         )
-
-    def _lively(self, robot: Robot, walls: frozenset[int]) -> frozenset[Pose]:
-        key = (robot.name, walls)
-        if key not in self._live:
-            moment = self._moment
-            headings = ("north", "east", "south", "west") if robot.has_heading else (None,)
-            everywhere = frozenset(
-                (region, heading) for region in moment.free for heading in headings
-            )
-            self._live[key] = moment.live(robot, everywhere, walls)
-        return self._live[key]
 
     def _settled(self, state: _State) -> _State:
         """Return the state after all that is done where the robots stand: actions, then goals."""
-        stages: list[Stage] = []
-        resolved = False
-        for stage in state.stages:
-            now: Stage | None = stage
-            while now is not None and (after := self._performed(now, state.poses)) != now:
-                now = after
-            if now is None:
-                resolved = True
-            else:
-                stages.append(now)
-        left = state.left
-        if resolved:
-            left = tuple(map(self._anew, self._robots, left))
-        left = tuple(
-            self._met(robot, at[0], one)
-            for robot, at, one in zip(self._robots, state.poses, left, strict=True)
-        )
-        return _State(state.poses, left, tuple(stages))
+        at = dict(zip(self._robots, state.poses, strict=True))
+        after = tuple(_performed(obstacle, at) for obstacle in state.obstacles)
+        obstacles, left = tuple(obstacle for obstacle in after if obstacle.left), state.left
+        if len(obstacles) < len(after):
+            left = tuple(map(self._anew, self._wishes, left))
+        left = tuple(map(_met, self._wishes, state.poses, left))
+        return _State(state.poses, left, obstacles)
 
-    def _anew(self, robot: Robot, left: Left) -> Left:
+    def _anew(self, wish: Wish, left: Left) -> Left:
         """Rounds count from the last resolution; the order of the targets is kept."""
-        rounds, count = self._moment.rounds, len(robot.targets)
-        if robot.ends:
+        rounds, count = self._case.rounds, len(wish.targets)
+        if wish.ends:
             return count - left[1], left[1]
-        return (rounds * count, left[1]) if robot.in_order else (rounds, 0)
+        return (rounds * count, left[1]) if wish.in_order else (rounds, 0)
 
-    def _performed(self, stage: Stage, poses: tuple[Pose, ...]) -> Stage | None:
-        """Return the stage after the actions that the robots can perform where they stand; None:
-        resolved."""
-        name, index, done, group = stage
-        obstacle = self._obstacle(stage)
-        need = obstacle.needs[index]
-        here = {
-            robot.name
-            for robot, at in zip(self._robots, poses, strict=True)
-            if at[0] in need.regions and obstacle.able(robot, index)
-        }
-        if need.together:
-            if len(here) < need.robots:
-                return stage
-        elif len(done | here) < need.robots:
-            return name, index, done | here, group
-        if index + 1 == len(obstacle.needs):
-            return None
-        met = done | here if obstacle.needs[index + 1].same else frozenset()
-        return name, index + 1, frozenset(), met
 
-    def _met(self, robot: Robot, region: int, left: Left) -> Left:
-        goals, covered = left  # in order: which is next
-        count = len(robot.targets)
-        if robot.in_order:
-            while goals and region in robot.targets[covered]:
-                last = robot.ends and covered == count - 1
-                goals, covered = goals - 1, covered if last else (covered + 1) % count
+def _performed(obstacle: OpenObstacle, at: Mapping[str, Pose]) -> OpenObstacle:
+    """Return an obstacle after the actions that the robots can perform where they stand."""
+    while obstacle.left:
+        need = obstacle.left[0]
+        able = (need.able - obstacle.barred) & at.keys()
+        group = frozenset(name for name in able if at[name][0] in need.regions)
+        group |= frozenset() if need.together else obstacle.done
+        if len(group) < need.robots:
+            return obstacle if need.together else obstacle._replace(done=group)
+        obstacle = obstacle.advanced(group)
+    return obstacle
+
+
+def _met(wish: Wish, pose: Pose, left: Left) -> Left:
+    goals, covered = left  # in order: which is next
+    count = len(wish.targets)
+    if wish.in_order:
+        while goals and pose in wish.targets[covered]:
+            last = wish.ends and covered == count - 1
+            goals, covered = goals - 1, covered if last else (covered + 1) % count
+        return goals, covered
+    here = sum(1 << k for k, target in enumerate(wish.targets) if pose in target)
+    while goals:
+        covered |= here
+        if covered != (1 << count) - 1:
             return goals, covered
-        here = sum(1 << k for k, target in enumerate(robot.targets) if region in target)
-        while goals:
-            covered |= here
-            if covered != (1 << count) - 1:
-                return goals, covered
-            goals, covered = goals - 1, 0
-        return 0, 0
+        goals, covered = goals - 1, 0
+    return 0, 0
 
 
 def _digest(poses: set[tuple[Pose, ...]]) -> str:

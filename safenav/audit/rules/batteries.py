@@ -5,46 +5,59 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from safenav.audit.deriving import pose_of
-from safenav.audit.grid import opposite
+from safenav.audit.language import Pose
+from safenav.audit.lines import Line, Objective
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation, Status
-from safenav.audit.team import Pose
-from safenav.trace.records import Appeared, Move, Outcome, Record, Resolved, Service
-from safenav.trace.setting import BatteryHeader
-from safenav.trace.vocabulary import ChangeCause
 
 BATTERY = ".battery"
+DECIMALS = 6
+"""Digits of a charge in a live run."""
+_FLOOR = ("violation", "blocked", "gone", "appeared", "operator", "objective", "service", "plan")
+"""Lines after which a robot may be sent elsewhere before it has got to its stop."""
 
 
 class ChargeRule(Rule):
     """A robot with a battery takes no step for which its charge does not suffice: it begins with
-    ``start``, a step takes ``move``, a tick without one ``stay`` or gives ``charge`` on a charger.
-    A robot off the chargers that can no longer take a step is out of service in that turn, by an
-    obstacle of the type ``flat`` that appears there, if the scenario has one; no other is. Its
-    resolution fills the battery (T Batteries)."""
+    ``start``, a step takes ``move``, a tick without one ``stay`` or gives ``charge`` on a charger;
+    live, each second without one does. A robot off the chargers that can no longer take a step is
+    out of service in that turn, by an obstacle of the type ``flat`` that appears there, if the
+    scenario has one; no other is. Its resolution fills the battery. A robot gets to a stop before
+    it has another one, unless the known floor changes; alone, it stays nowhere else (T Batteries).
+    """
 
     name = "charge"
 
     def __init__(self) -> None:
-        self._charge: dict[str, int] = {}
+        self._charge: dict[str, float] = {}
+        self._since: dict[str, float] = {}  # live: when the last step ended of robots that stand
+        self._pass = (0, 0.0)
         self._flat: dict[str, str] = {}
         self._filled: set[str] = set()
         self._owed: str | None = None
         self._asks = False
+        self._stops: dict[str, tuple[Objective, int, int]] = {}  # its line, and its tick
 
     def opening(self, now: Situation) -> Iterator[Finding]:
         for name, robot in now.header.robots.items():
             if robot.battery is not None:
                 self._charge[name] = robot.battery.start
+                self._since[name] = 0.0
+        self._empty = [name for name in self._charge if self._is_empty(name, now.region[name], now)]
         yield from ()
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        match record:
-            case Move():
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+        if now.live:
+            yield from self._in_time(record, now)
+        elif self._owed is None and self._empty and record.tick > 0:
+            name = self._empty.pop(0)  # it has no charge for its first step
+            self._runs_flat(name, now.region[name], now)
+        match record.type:
+            case "move" if not now.live:
                 yield from self._owes(record)
                 if record.robot in self._charge:
                     yield from self._moved(record, now)
-            case Appeared(cause=ChangeCause.BATTERY):
+            case "appeared" if record.cause == "battery":
                 if self._owed is None:
                     problem = f"{record.obstacle} appears, but no charge is used up"
                     yield self.broken_by(record, None, problem)
@@ -53,7 +66,7 @@ class ChargeRule(Rule):
                     yield self.broken_by(record, self._owed, problem)
                 else:
                     self._flat[record.obstacle] = self._owed
-            case Service(cause=ChangeCause.BATTERY, active=False):
+            case "service" if record.cause == "battery" and record.active is False:
                 if record.robot != self._owed:
                     problem = f"the charge of {record.robot} is not used up"
                     yield self.broken_by(record, record.robot, problem)
@@ -61,50 +74,144 @@ class ChargeRule(Rule):
                     problem = f"nothing appears at {record.robot}, whose charge is used up"
                     yield self.broken_by(record, record.robot, problem)
                 self._owed = None
-            case Service(cause=ChangeCause.BATTERY):
+            case "service" if record.cause == "battery":
                 if record.robot not in self._filled:
                     problem = f"the battery of {record.robot} was not replaced"
                     yield self.broken_by(record, record.robot, problem)
                 else:
                     self._filled.discard(record.robot)
                     self._charge[record.robot] = _battery(now, record.robot).capacity
-            case Resolved():
+                    self._since[record.robot] = record.t or 0.0
+            case "synthesis":
+                yield from self._stop(record, now)
+            case "resolved":
+                self._stops.clear()
                 if record.obstacle in self._flat:
                     self._filled.add(self._flat.pop(record.obstacle))
-            case Outcome():
+            case "outcome":
                 if not now.is_cut_short() and not now.turn.torn:
                     yield from self._owes(record)
                 for of, least in (record.refused or {}).items():
                     if of.endswith(BATTERY):
                         yield from self._refused(of.removesuffix(BATTERY), least, record, now)
+            case _ if record.type in _FLOOR:
+                self._stops.clear()
             case _:
                 pass
 
-    def _owes(self, record: Record) -> Iterator[Finding]:
+    def turn(self, now: Situation) -> Iterator[Finding]:
+        turn = now.turn
+        stop, line, tick = self._stops.get(turn.robot or "", (None, 0, 0))
+        move = turn.first("move")
+        if stop is None or line >= turn.line or move is None or move.by != "strategy":
+            return
+        if now.live and tick >= turn.tick:
+            return  # no line tells where in the pass a robot stays
+        rivals = [o for o in now.header.robots if o != move.robot and now.conflict(move.robot, o)]
+        stays = move.to == move.from_ and move.toward is None
+        if not rivals and stays and move.to not in stop.targets[0]:
+            problem = f"{move.robot} is to {stop}, and stays at {now.show(move.to)}"
+            yield self.broken_by(move, move.robot, problem)
+
+    def _stop(self, record: Line, now: Situation) -> Iterator[Finding]:
+        """Judge a stop by that before it."""
+        robot, here = record.robot, now.region.get(record.robot)
+        before, *_ = self._stops.pop(robot, (None,))
+        if record.reason != "charge" or robot not in self._charge or now.requests:
+            return  # it can wait for what was requested
+        if before is not None and here not in before.targets[0]:
+            problem = f"{robot} has another stop before it gets to the one to {before}"
+            yield self.broken_by(record, robot, problem)
+        if record.objective.kind == "hold" and record.objective != now.own[robot]:
+            self._stops[robot] = (record.objective, record.line, record.tick)
+
+    def _owes(self, record: Line) -> Iterator[Finding]:
         if self._owed is not None:
             problem = f"the charge of {self._owed} is used up, but no line takes it out of service"
             yield self.broken_by(record, self._owed, problem)
             self._owed = None
 
-    def _moved(self, move: Move, now: Situation) -> Iterator[Finding]:
+    def _moved(self, move: Line, now: Situation) -> Iterator[Finding]:
         name, battery = move.robot, _battery(now, move.robot)
-        charger = move.to in (now.header.chargers or ())
         self._charge[name] = charge_after(now, move, self._charge[name])
         if self._charge[name] < 0:
             problem = f"{name} takes a step with a charge of {self._charge[name] + battery.move}"
             yield self.broken_by(move, name, problem)
             self._charge[name] = 0
-        empty = self._charge[name] < battery.move and not charger and move.toward is None
+        if self._is_empty(name, move.to, now) and move.toward is None and name not in now.out:
+            self._runs_flat(name, move.to, now)
+
+    def _in_time(self, record: Line, now: Situation) -> Iterator[Finding]:
+        """Live: follow the charges of robots that stand."""
+        t, name = record.t, getattr(record, "robot", None)
+        if t is None:
+            return  # it is not a line of the trace
+        if record.tick > self._pass[0]:
+            yield from self._unsaid(record, now)
+            self._pass = record.tick, t
+        if record.type in ("appeared", "service") and record.cause == "battery":
+            at = now.obstacles[record.obstacle].region if record.type == "appeared" else None
+            for one in self._flat_at(t, now):
+                if one == name or now.region[one] == at:
+                    self._runs_flat(one, now.region[one], now)
+        if name not in self._charge or record.type not in ("depart", "arrive", "operator"):
+            return
+        battery = _battery(now, name)
+        self._charge[name] = self._left(name, t, now)
+        if record.type == "depart":
+            if self._charge[name] < battery.move:
+                problem = f"{name} takes a step with a charge of {self._charge[name]:g}"
+                yield self.broken_by(record, name, problem)
+            self._since.pop(name, None)
+        elif record.type == "arrive":
+            self._charge[name] = round(max(0, self._charge[name] - battery.move), DECIMALS)
+            self._since[name] = t
+        elif name in self._since:
+            self._since[name] = t
+
+    def _left(self, name: str, t: float, now: Situation) -> float:
+        """The charge of a robot at a time: of one that stands, as time takes or gives it."""
+        battery, since = _battery(now, name), self._since.get(name)
+        if since is None:
+            return self._charge[name]
+        charger = now.region[name] in (now.header.chargers or ())
+        rate = battery.charge if charger else -battery.stay
+        left = self._charge[name] + rate * (max(t, since) - since)
+        return float(round(min(battery.capacity, max(0, left)), DECIMALS))
+
+    def _flat_at(self, t: float, now: Situation) -> list[str]:
+        """Live: the robots in service that stand off the chargers without charge for a step."""
+        chargers = now.header.chargers or ()
+        acting = {name for act in now.acting.values() for name in act.robots}
+        return [
+            name
+            for name in self._since
+            if name not in now.out | acting
+            and now.region[name] not in chargers
+            and self._left(name, t, now) < _battery(now, name).move
+        ]
+
+    def _unsaid(self, record: Line, now: Situation) -> Iterator[Finding]:
+        """A pass is over: each robot without charge at its beginning is out of service."""
+        for name in self._flat_at(self._pass[1], now):
+            problem = f"the charge of {name} is used up, but no line takes it out of service"
+            yield self.broken_by(record, name, problem)
+
+    def _is_empty(self, name: str, at: int, now: Situation) -> bool:
+        charger = at in (now.header.chargers or ())
+        return self._charge[name] < _battery(now, name).move and not charger
+
+    def _runs_flat(self, name: str, at: int, now: Situation) -> None:
+        """From here on lines are owed that take a robot out of service."""
         stands = any(
-            obstacle.region == move.to and now.status[obstacle.name] is Status.UNRESOLVED
+            obstacle.region == at and now.status[obstacle.name] is Status.UNRESOLVED
             for obstacle in now.obstacles.values()
         )
-        if empty and name not in now.out:
-            self._owed = name
-            self._asks = now.header.flat is not None and not stands and not now.external
+        self._owed = name
+        self._asks = now.header.flat is not None and not stands and not now.external
 
     def _refused(
-        self, name: str, least: int | None, record: Outcome, now: Situation
+        self, name: str, least: int | None, record: Line, now: Situation
     ) -> Iterator[Finding]:
         if name not in self._charge:
             yield self.broken_by(record, None, f"{name} has no battery")
@@ -118,13 +225,13 @@ class ChargeRule(Rule):
             yield self.broken_by(record, name, problem)
 
 
-def _battery(now: Situation, robot: str) -> BatteryHeader:
+def _battery(now: Situation, robot: str) -> Line:
     battery = now.header.robots[robot].battery
     assert battery is not None
     return battery
 
 
-def charge_after(now: Situation, move: Move, charge: int) -> int:
+def charge_after(now: Situation, move: Line, charge: float) -> float:
     """A robot's charge after a move, below 0 if it did not suffice."""
     battery = _battery(now, move.robot)
     if move.to != move.from_:
@@ -164,18 +271,13 @@ def need(
     By relaxation of numbers on poses, for each
     target repeatedly, until nothing changes."""
     battery, chargers = _battery(now, robot), now.header.chargers or ()
-    targets = now.header.robots[robot].objective.targets
-    targets = (
-        targets[-1:] if now.header.robots[robot].objective.kind in ("hold", "once") else targets
-    )
+    targets = now.own[robot].targets
+    targets = targets[-1:] if now.own[robot].kind in ("hold", "once") else targets
     start = pose_of(robot, now)
 
     def steps(pose: Pose) -> list[Pose]:
-        ways = [(to, now.grid.direction(pose[0], to)) for to in now.grid.neighbours(pose[0])]
-        open_ = [(to, way) for to, way in ways if to not in shut]
-        if pose[1] is None:
-            return [(to, None) for to, _ in open_]
-        return [(to, way) for to, way in open_ if way is not None and opposite(way) != pose[1]]
+        mobility = now.header.robots[robot].mobility
+        return [to for to in now.grid.steps(mobility, pose) if to[0] not in shut]
 
     poses, queue = {start}, [start]
     while queue:

@@ -4,32 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from safenav.audit.rules.rule import Finding, Rule
-from safenav.audit.sight import sees
+from safenav.audit.lines import Line
+from safenav.audit.rules.rule import Finding, LineRule, Rule
 from safenav.audit.situation import Situation
-from safenav.trace.records import (
-    Belief,
-    Move,
-    Record,
-    Synthesis,
-    Violation,
-)
-from safenav.trace.vocabulary import Region
 
 
-class BeliefRule(Rule):
+class BeliefRule(LineRule):
     """A robot's belief about another one contains that one's region, after every turn in which it
     looked around; a sighting is one region; no robot is believed in a wall, and a belief is made of
     whole cells of the partition (D 4, Beliefs)."""
 
-    name = "belief"
+    name, kind = "belief", "belief"
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if isinstance(record, Belief):
-            for problem in self._problems(record, now):
-                yield self.broken_by(record, record.robot, problem)
-
-    def _problems(self, record: Belief, now: Situation) -> Iterator[str]:
+    def problems(self, record: Line, now: Situation) -> Iterator[str]:
         robot, other = record.robot, record.of
         before = now.beliefs.get((robot, other))
         if before is not None and (before.seen, before.regions) == (record.seen, record.regions):
@@ -61,7 +48,8 @@ class BeliefRule(Rule):
 class MissedBeliefRule(Rule):
     """A belief line follows whenever a robot's knowledge of another one has changed with its look:
     it tracks robots from its first look on, a robot in sight is seen, one out of sight is not, and
-    a belief grows by all steps out of sight and loses the cells that it sees wholly (D 4, Beliefs).
+    a belief grows by all steps out of sight (in a live run by all ways) and loses the cells that it
+    sees wholly (D 4, Beliefs).
     Where the trace does not record which obstacles block the view, it gets the benefit of the
     doubt. A robot that waits, believed exactly where it is, is not looked for."""
 
@@ -70,24 +58,24 @@ class MissedBeliefRule(Rule):
     def __init__(self) -> None:
         self._tracked: dict[str, frozenset[str]] = {}
         self._watching: dict[str, frozenset[str]] = {}
-        self._before: Mapping[tuple[str, str], Belief] = {}
-        self._found: set[Region] = set()
-        self._closed: dict[str, frozenset[Region]] = {}
-        self._shut: dict[str, frozenset[Region]] = {}
+        self._before: Mapping[tuple[str, str], Line] = {}
+        self._found: set[int] = set()
+        self._closed: dict[str, frozenset[int]] = {}
+        self._shut: dict[str, frozenset[int]] = {}
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if isinstance(record, Synthesis) and record.node is not None:
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+        if record.type == "synthesis" and record.node is not None:
             others = (*(record.moving or ()), *(record.tracked or ()))
             self._tracked[record.robot] = frozenset(others if record.tracking == "belief" else ())
             if record.sight_closed is not None:
                 self._closed[record.robot] = frozenset(record.sight_closed)
-        elif isinstance(record, Violation):
+        elif record.type == "violation":
             self._found.add(now.obstacles[record.obstacle].region)
         return iter(())
 
     def turn(self, now: Situation) -> Iterator[Finding]:
         turn, robot = now.turn, now.turn.robot
-        looked = robot and not turn.on_the_way and not turn.torn and turn.first(Move)
+        looked = robot and not turn.on_the_way and not turn.torn and turn.first("move")
         if robot and looked:
             for other in sorted(self._watching.get(robot, frozenset())):
                 if (robot, other) not in now.beliefs:
@@ -102,7 +90,7 @@ class MissedBeliefRule(Rule):
         self._before, self._watching = dict(now.beliefs), dict(self._tracked)
         self._shut = dict(self._closed)
 
-    def _problems(self, robot: str, other: str, belief: Belief, now: Situation) -> Iterator[str]:
+    def _problems(self, robot: str, other: str, belief: Line, now: Situation) -> Iterator[str]:
         own, there = now.turn.origin, now.region[other]
         if own is None or there not in belief.regions or not now.grid.is_free(own):
             return
@@ -121,12 +109,13 @@ class MissedBeliefRule(Rule):
         before = self._before.get((robot, other))
         if before is None:
             return
-        reach = {
-            region
-            for place in before.regions
-            for region in (place, *now.grid.neighbours(place))
-            if now.grid.is_free(region)
-        }
+        reach = {place for place in before.regions if now.grid.is_free(place)}
+        reach |= {region for place in reach for region in now.grid.neighbours(place)}
+        fresh = list(reach) if now.live else []
+        while fresh:
+            beyond = {*now.grid.neighbours(fresh.pop())} - reach
+            reach |= beyond
+            fresh += beyond
         hidden = sorted(r for r in reach - belief.regions if not self._may_see(robot, own, r, now))
         if hidden:
             yield f"{other} may have reached {now.show(hidden[0])}, out of {robot}'s sight"
@@ -136,10 +125,10 @@ class MissedBeliefRule(Rule):
                 shown = now.show(min(cell))
                 yield f"{other} cannot be out of sight in the cell of {shown}, as {robot} knows"
 
-    def _may_see(self, robot: str, own: Region, region: Region, now: Situation) -> bool:
+    def _may_see(self, robot: str, own: int, region: int, now: Situation) -> bool:
         closed = self._shut.get(robot, frozenset())
-        return sees(now.grid, now.header.robots[robot].vision, closed, own, region)
+        return now.grid.sees(own, region, now.header.robots[robot].vision, closed)
 
-    def _must_see(self, robot: str, own: Region, region: Region, now: Situation) -> bool:
+    def _must_see(self, robot: str, own: int, region: int, now: Situation) -> bool:
         closed = self._shut.get(robot, self._found)
-        return sees(now.grid, now.header.robots[robot].vision, closed, own, region)
+        return now.grid.sees(own, region, now.header.robots[robot].vision, closed)

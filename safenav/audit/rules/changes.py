@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
+from safenav.audit.lines import Line
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation
-from safenav.trace.records import Inputs, Move, NewObjective, Record, Service
-from safenav.trace.setting import ChangeHeader
-from safenav.trace.vocabulary import ChangeCause
 
 
 class ServiceRule(Rule):
-    """A robot that is out of service begins no step; it ends a step that it has begun (T)."""
+    """A robot that is out of service begins no step; it ends a step that it has begun. Each line
+    about its service changes that (T)."""
 
     name = "service"
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if not isinstance(record, Move) or record.robot not in now.out:
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+        told = record.type == "service" and record.cause != "battery"  # another rule judges that
+        if told and record.active is not (record.robot in now.out):
+            problem = f"{record.robot} is {'in' if record.active else 'out of'} service as before"
+            yield self.broken_by(record, record.robot, problem)
+        if record.type != "move" or record.robot not in now.out:
             return
         if now.toward[record.robot] is not None:
             return  # it is in transit
@@ -37,23 +39,23 @@ class InputsRule(Rule):
     def __init__(self) -> None:
         self._user: set[str] = set()
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
         known = {each.name for each in now.header.inputs or ()}
-        if isinstance(record, Inputs):
+        if record.type == "inputs":
             self._user.update(record.user or ())
             if {*record.values} != known:
                 yield self.broken_by(record, None, f"the inputs are {', '.join(sorted(known))}")
-        if not isinstance(record, Move):
+        if record.type != "move":
             return
         simulated = not (now.external or now.live)
         listed_inputs = now.header.inputs if simulated else None
         for each in listed_inputs or ():
-            listed = any(first <= record.tick <= last for first, last in each.spans)
+            listed = any(first <= record.tick <= last for first, last in each.spans or ())
             sure = each.name not in self._user and (listed or not each.probability)
             if sure and now.inputs.get(each.name) is not listed:
                 problem = f"{each.name} must be {'on' if listed else 'off'} in tick {record.tick}"
                 yield self.broken_by(record, None, problem)
-        own, due = now.header.robots[record.robot].objective, now.due(record.robot)
+        own, due = now.own[record.robot], now.due(record.robot)
         if now.header.robots[record.robot].when and own != due:
             problem = f"{record.robot} has the objective {own}; the inputs give it {due}"
             yield self.broken_by(record, record.robot, problem)
@@ -66,26 +68,26 @@ class ChangesRule(Rule):
     name = "changes"
 
     def __init__(self) -> None:
-        self._told: list[ChangeHeader] = []
+        self._told: list[Line] = []
         self._tick = 0.0
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if isinstance(record, Move) and not now.live:
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+        if record.type == "move" and not now.live:
             self._tick = record.tick
         elif now.live and record.t is not None:
             self._tick = record.t
-        if not isinstance(record, NewObjective | Service):
+        if record.type not in ("objective", "service"):
             return
-        if record.cause is not ChangeCause.SCENARIO:
+        if record.cause != "scenario":
             return
-        told = ChangeHeader(
-            record.tick,
-            record.robot,
-            None if isinstance(record, Service) else record.objective,
-            record.active if isinstance(record, Service) else None,
-        )
-        due = [c for c in now.header.changes or () if not now.live or c.at <= (record.t or 0.0)]
-        same = [c for c in due if (replace(c, at=record.tick) if now.live else c) == told]
+        service = record.type == "service"
+        told = (None, record.active) if service else (record.objective, None)
+        same = [
+            change
+            for change in now.header.changes or ()
+            if (change.at <= (record.t or 0.0) if now.live else change.at == record.tick)
+            and (change.robot, change.objective, change.active) == (record.robot, *told)
+        ]
         self._told += same
         if not same:
             what = f"{record.robot} gets a change in tick {record.tick}"

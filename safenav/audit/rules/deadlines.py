@@ -6,27 +6,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
 
+from safenav.audit.acts import impossible
 from safenav.audit.bound import Bound, least_within, mission_end
+from safenav.audit.lines import Line
 from safenav.audit.rules.batteries import BATTERY, charge_after, lasts_until
+from safenav.audit.rules.requests import SETTLES
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation
-from safenav.trace.records import (
-    Blocked,
-    Deadline,
-    Goal,
-    Gone,
-    Move,
-    NewObjective,
-    Outcome,
-    Record,
-    Request,
-    Resolved,
-    Service,
-)
-from safenav.trace.vocabulary import ChangeCause, DeadlineVerdict, Ending
 
 MISSION = "mission"
-ENDS = (DeadlineVerdict.KEPT, DeadlineVerdict.LATE, DeadlineVerdict.EXCUSED)
+ENDS = ("kept", "late", "excused")
+_SETTLES_AGAIN = ("request", "push", "pop", "blocked", "service", "objective")
 
 
 @dataclass
@@ -48,7 +38,7 @@ class _Clock:
         self.begun, self.over, self.lost, self.met = tick, False, False, 0
 
 
-def _promised(outcome: Outcome) -> list[str]:
+def _promised(outcome: Line) -> list[str]:
     """The refused promises in ticks."""
     return [of for of in outcome.refused or {} if not of.endswith(BATTERY)]
 
@@ -58,8 +48,9 @@ class DeadlineRule(Rule):
     ticks later; each promise has one end where the other lines have it: ``kept`` in its turn,
     ``late`` (a round in which the robot did something else, or the one after it: ``excused``) as
     the first lines of the tick after it was due. ``lost`` is true by the bound of this check, and
-    ``earliest`` is that bound. The outcome lists what was late; a promise that was refused could
-    not be kept (T Deadlines)."""
+    ``earliest`` is that bound. The acts of a line ``acts`` are possible in their ticks, if robots
+    do not collide, and in time but for those ``beyond``; ``planned`` is the last of them. The
+    outcome lists what was late; a promise that was refused could not be kept (T Deadlines)."""
 
     name = "deadline"
 
@@ -70,13 +61,19 @@ class DeadlineRule(Rule):
         self._charge: dict[str, int] = {}
         self._by_charge: set[str] = set()
         self._late: list[str] = []
-        self._owed: list[tuple[str, int, DeadlineVerdict]] = []
-        self._turn_owes: list[tuple[str, int, DeadlineVerdict]] = []
+        self._owed: list[tuple[str, int, str]] = []
+        self._turn_owes: list[tuple[str, int, str]] = []
         self._clocks: dict[str, _Clock] = {}
         self._within: dict[str, int] = {}
         self._begun: dict[str, int] = {}
+        self._first: dict[str, int] = {}  # the target with which the strategy of a patrol begins
         self._tick, self._had = 0, 0
         self._bound: tuple[int, int, Bound] | None = None
+        self._acts: Line | None = None
+        self._planned: dict[str, int] = {}
+        self._beyond: frozenset[str] = frozenset()
+        self._around: dict[str, tuple[int, ...]] = {}
+        self._since = (0, 0)
 
     def opening(self, now: Situation) -> Iterator[Finding]:
         promises = now.header.promises
@@ -92,21 +89,35 @@ class DeadlineRule(Rule):
                 self._open[MISSION] = promises.by
         yield from ()
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if isinstance(record, Deadline):
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+        if record.type not in SETTLES or record.type == "acts":
+            yield from self._chosen(now)
+        if record.type == "acts":
+            self._acts = record
+            self._planned |= {act.obstacle: act.at for act in record.acts}
+            self._beyond = frozenset(record.beyond)
+            self._around, self._since = dict(record.around or {}), (self._tick, self._had)
+            if self._around and now.header.suspects is None:
+                yield self.broken_by(record, None, "nothing is suspected")
+        elif record.type in _SETTLES_AGAIN and self._since != (self._tick, self._had):
+            self._around = {}
+        elif record.type == "move" and record.to != record.from_ and self._shuns(record):
+            problem = f"{record.robot} is in {now.show(record.to)}, and was to keep out of it"
+            yield self.broken_by(record, record.robot, problem)
+        if record.type == "deadline":
             self._look(now)
             for problem in self._judged(record, now):
                 yield self.broken_by(record, None, problem)
             return
         if not self._active:
             return
-        if record.tick > self._tick or isinstance(record, Outcome | Move):
+        if record.tick > self._tick or record.type in ("outcome", "move"):
             self._look(now)
         if record.tick > self._tick:
             yield from self._tick_begins(record, record.tick)
         if self._owed:
             yield from self._missing(record, self._owed)
-        if isinstance(record, Move):
+        if record.type == "move":
             if self._had:  # else it is the first turn, which says what happened before it
                 yield from self._missing(record, self._turn_owes)
             self._had = [*now.header.robots].index(record.robot) + 1
@@ -131,24 +142,42 @@ class DeadlineRule(Rule):
                 outcome, None, f"the outcome lists {said} as late, but {truth} was"
             )
         stops = now.header.promises is not None and now.header.promises.late == "stop"
-        if (outcome.outcome is Ending.LATE) is not (stops and bool(self._late)):
-            from_outside = (Ending.INTERRUPTED, Ending.ERROR)
+        if (outcome.outcome == "late") is not (stops and bool(self._late)):
+            from_outside = ("interrupted", "error")
             if outcome.outcome not in from_outside:
                 yield self.broken_by(outcome, None, "the run ends late iff a promise is broken")
-        complete = outcome.outcome is Ending.COMPLETED
+        complete = outcome.outcome == "completed"
         if complete and MISSION in self._open:
             yield self.broken_by(outcome, None, "no line tells that the mission was in time")
-        if outcome.outcome in (Ending.COMPLETED, Ending.TICK_LIMIT):
+        if outcome.outcome in ("completed", "tick_limit"):
             yield from self._missing(outcome, [o for o in self._turn_owes if o[0] != MISSION])
         for of in _promised(outcome):
             yield from self._refused(of, outcome, now)
 
+    def _chosen(self, now: Situation) -> Iterator[Finding]:
+        """The acts of a settlement whose lines have taken effect."""
+        record, self._acts = self._acts, None
+        if record is None or now.is_cut_short():
+            return
+        if not self._active:
+            yield self.broken_by(record, None, "nothing is due")
+        for problem in impossible(record, now, self._tick, self._had, self._begun):
+            yield self.broken_by(record, None, problem)
+        for act in record.acts:
+            due = self._open.get(act.obstacle)
+            if due is not None and act.at > due and act.obstacle not in self._beyond:
+                problem = f"{act.obstacle} is due at {due}, before the act in tick {act.at}"
+                yield self.broken_by(record, None, problem)
+
+    def _shuns(self, move: Line) -> bool:
+        return move.to in self._around.get(move.robot, ())
+
     def _look(self, now: Situation) -> None:
         for name, clock in self._clocks.items():
-            own = now.header.robots[name].objective
+            own = now.own[name]
             clock.away |= now.objectives[name] != own or name in now.out
 
-    def _tick_begins(self, record: Record, tick: int) -> Iterator[Finding]:
+    def _tick_begins(self, record: Line, tick: int) -> Iterator[Finding]:
         """Promises that were due by the end of the tick before have a line first."""
         yield from self._missing(record, [o for o in self._turn_owes if o[0] != MISSION])
         self._turn_owes = []
@@ -156,18 +185,16 @@ class DeadlineRule(Rule):
         for of, due in list(self._open.items()):
             if due < tick:
                 del self._open[of]
-                self._owed.append((of, due, DeadlineVerdict.LATE))
+                self._owed.append((of, due, "late"))
         for name, within in self._within.items():
             clock = self._clocks[name]
             if not clock.over and clock.begun + within < tick:
                 clock.over = True
-                verdict = DeadlineVerdict.EXCUSED if clock.away or clock.before else None
+                verdict = "excused" if clock.away or clock.before else None
                 due = clock.begun + within
-                self._owed.append((name, due, verdict or DeadlineVerdict.LATE))
+                self._owed.append((name, due, verdict or "late"))
 
-    def _missing(
-        self, record: Record, owed: list[tuple[str, int, DeadlineVerdict]]
-    ) -> Iterator[Finding]:
+    def _missing(self, record: Line, owed: list[tuple[str, int, str]]) -> Iterator[Finding]:
         for of, due, verdict in owed:
             problem = (
                 f"no line before this one tells that what {of} had to do by {due} is {verdict}"
@@ -175,50 +202,55 @@ class DeadlineRule(Rule):
             yield self.broken_by(record, None, problem)
         owed.clear()
 
-    def _happened(self, record: Record, now: Situation) -> None:
+    def _happened(self, record: Line, now: Situation) -> None:
         tick = record.tick
-        match record:
-            case Request():
+        match record.type:
+            case "request":
                 limit = now.obstacles[record.obstacle].resolve_within
                 past = record.obstacle in self._open or record.obstacle in self._past
                 lasts = None if past else self._lasts(record, now)
                 dues = [tick + limit] if limit is not None else []
                 dues += [lasts] if lasts is not None else []
                 if dues and not past:
-                    owed = (record.obstacle, min(dues), DeadlineVerdict.SET)
-                    if (lasts is not None and dues[0] > lasts) or limit is None:
-                        self._by_charge.add(record.obstacle)
+                    owed = (record.obstacle, min(dues), "set")
+                    by_charge = limit is None or (lasts is not None and lasts < dues[0])
+                    (self._by_charge.add if by_charge else self._by_charge.discard)(record.obstacle)
                     if owed not in self._turn_owes:
                         self._turn_owes.append(owed)
-            case Resolved():
-                self._ends(record.obstacle, DeadlineVerdict.KEPT)
+            case "resolved":
+                self._ends(record.obstacle, "kept")
                 for clock in self._clocks.values():
                     clock.restart(tick)
                     clock.rounds = 0
-            case Gone() | Blocked():
-                self._ends(record.obstacle, DeadlineVerdict.EXCUSED)
-            case NewObjective():
+            case "gone" | "blocked":
+                self._ends(record.obstacle, "excused")
+            case "synthesis":
+                first = (record.memory or {}).get("goal")
+                if first is not None and record.objective == now.own[record.robot]:
+                    self._first[record.robot] = first
+            case "objective":
+                self._first.pop(record.robot, None)
                 self._clocks[record.robot] = _Clock(tick)
                 self._within.pop(record.robot, None)
                 if record.within is not None:
                     self._within[record.robot] = record.within
-            case Move() if record.robot in self._charge:
+            case "move" if record.robot in self._charge:
                 left = charge_after(now, record, self._charge[record.robot])
-                self._charge[record.robot] = max(0, left)
-            case Service(active=True):
+                self._charge[record.robot] = int(max(0, left))
+            case "service" if record.active is True:
                 battery = now.header.robots[record.robot].battery
-                if record.cause is ChangeCause.BATTERY and battery is not None:
+                if record.cause == "battery" and battery is not None:
                     self._charge[record.robot] = battery.capacity
                 clock = self._clocks[record.robot]
                 met = clock.met
                 clock.restart(tick)
                 clock.met = met  # what it has met in this round counts
-            case Goal():
+            case "goal":
                 self._goal(record, now)
             case _:
                 pass
 
-    def _lasts(self, record: Request, now: Situation) -> int | None:
+    def _lasts(self, record: Line, now: Situation) -> int | None:
         """Until when the charge of the first requester lasts behind the obstacle."""
         first = next(iter(now.requests.get(record.obstacle, {})), None)
         if first is None or first not in self._charge:
@@ -228,8 +260,8 @@ class DeadlineRule(Rule):
         charge = self._charge[first]
         return lasts_until(now, record.tick, first, record.obstacle, charge, after)
 
-    def _goal(self, record: Goal, now: Situation) -> None:
-        clock, own = self._clocks[record.robot], now.header.robots[record.robot].objective
+    def _goal(self, record: Line, now: Situation) -> None:
+        clock, own = self._clocks[record.robot], now.own[record.robot]
         if now.objectives[record.robot] != own:
             return
         clock.turn, clock.met = record.goal, clock.met + 1
@@ -238,29 +270,33 @@ class DeadlineRule(Rule):
         clock.rounds = record.round
         within = self._within.get(record.robot)
         if within is not None and not clock.over:
-            owed = (record.robot, clock.begun + within, DeadlineVerdict.KEPT)
+            owed = (record.robot, clock.begun + within, "kept")
             self._turn_owes.append(owed)
         clock.restart(record.tick)
 
-    def _ends(self, of: str, verdict: DeadlineVerdict) -> None:
-        self._turn_owes = [o for o in self._turn_owes if (o[0], o[2]) != (of, DeadlineVerdict.SET)]
+    def _ends(self, of: str, verdict: str) -> None:
+        self._turn_owes = [o for o in self._turn_owes if (o[0], o[2]) != (of, "set")]
         self._past.discard(of)
+        self._planned.pop(of, None)
         due = self._open.pop(of, None)
         if due is not None:
             self._turn_owes.append((of, due, verdict))
 
-    def _judged(self, record: Deadline, now: Situation) -> Iterator[str]:
+    def _judged(self, record: Line, now: Situation) -> Iterator[str]:
         entry = (record.of, record.due, record.verdict)
         if not self._active:
             yield "the scenario has no promise"
             return
+        by_charge = record.verdict != "lost" and record.of in self._by_charge
+        if record.cause != ("battery" if by_charge else None):
+            yield f"a charge is {'' if by_charge else 'not '}the cause of what is due {record.due}"
         if record.tick > self._tick:
             for finding in self._tick_begins(record, record.tick):
                 yield finding.explanation
-        if record.verdict is DeadlineVerdict.LOST:
+        if record.verdict == "lost":
             yield from self._is_lost(record, now)
             return
-        kept = (MISSION, self._open.get(MISSION), DeadlineVerdict.KEPT)
+        kept = (MISSION, self._open.get(MISSION), "kept")
         if entry == kept:
             del self._open[MISSION]
         elif entry in self._owed:
@@ -270,22 +306,25 @@ class DeadlineRule(Rule):
         else:
             yield f"{record.of}, due {record.due}, is not {record.verdict} here"
             return
-        if record.verdict is DeadlineVerdict.LATE:
+        if record.verdict == "late":
             self._late.append(record.of)
             self._past.add(record.of)
-        elif record.verdict is DeadlineVerdict.SET:
+        elif record.verdict == "set":
             self._open[record.of] = record.due
-            if (record.cause == "battery") is not (record.of in self._by_charge):
-                yield f"a charge is not the cause of {record.due}"
             truth = self._bounds(now).resolution(record.of)
             if record.earliest != truth:
                 yield f"{record.of} is possible from tick {truth} on, not {record.earliest}"
-        elif record.verdict is DeadlineVerdict.KEPT and record.of in self._lost:
+            planned = self._planned.get(record.of)
+            if record.planned != planned:
+                yield f"{record.of} is planned for {planned}, not {record.planned}"
+            elif planned is not None and planned > record.due and record.of not in self._beyond:
+                yield f"{record.of} is planned for {planned}, and due at {record.due}"
+        elif record.verdict == "kept" and record.of in self._lost:
             yield f"{record.of} was said to be lost, and is kept"
         if record.verdict in ENDS:
             self._lost.discard(record.of)
 
-    def _is_lost(self, record: Deadline, now: Situation) -> Iterator[str]:
+    def _is_lost(self, record: Line, now: Situation) -> Iterator[str]:
         of = record.of
         if of in self._within and of in self._clocks:
             clock = self._clocks[of]
@@ -314,13 +353,13 @@ class DeadlineRule(Rule):
 
     def _left(self, robot: str, now: Situation, rounds: int = 1) -> Iterator[list[frozenset[int]]]:
         """The targets that a robot has still to meet for its round, and the ``rounds`` after it;
-        of a patrol that has met none, beginning with either."""
-        targets, clock = now.header.robots[robot].objective.targets, self._clocks[robot]
+        of a patrol that has met none, beginning with either where no strategy says."""
+        targets, clock = now.own[robot].targets, self._clocks[robot]
         count = len(targets)
         left = max(count * rounds - clock.met, 0)
         begins = [0] if clock.turn is None else [(clock.turn + 1) % count]
-        if clock.turn is None and now.header.robots[robot].objective.kind == "patrol":
-            begins = [0, 1]
+        if clock.turn is None and now.own[robot].kind == "patrol":
+            begins = [self._first[robot]] if robot in self._first else [0, 1]
         for first in begins:
             yield [targets[(first + k) % count] for k in range(left)]
 
@@ -329,8 +368,8 @@ class DeadlineRule(Rule):
         may begin with either target."""
         ends: list[set[int | None]] = [{self._tick}]
         wanted = now.header.until.rounds or 1
-        for name, robot in now.header.robots.items():
-            clock, objective = self._clocks[name], robot.objective
+        for name in now.header.robots:
+            clock, objective = self._clocks[name], now.own[name]
             if objective.kind in ("hold", "once"):
                 first = 0 if clock.turn is None else clock.turn + 1
                 choices = [[*objective.targets[first:]] if clock.rounds < 1 else []]
@@ -345,7 +384,7 @@ class DeadlineRule(Rule):
             for choice in product(*ends)
         }
 
-    def _refused(self, of: str, outcome: Outcome, now: Situation) -> Iterator[Finding]:
+    def _refused(self, of: str, outcome: Line, now: Situation) -> Iterator[Finding]:
         least = (outcome.refused or {})[of]
         promised = self._within.get(of)
         if of == MISSION and now.header.promises is not None:

@@ -5,43 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import combinations
 
+from safenav.audit.lines import Line
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation, Status
-from safenav.trace.records import (
-    Act,
-    Acted,
-    Appeared,
-    Arrive,
-    Belief,
-    Blocked,
-    Depart,
-    Goal,
-    Gone,
-    Hold,
-    Late,
-    Move,
-    Operator,
-    Outcome,
-    Plan,
-    PlanEnd,
-    Record,
-    Reopened,
-    Resolved,
-    Service,
-    Waiting,
-)
-from safenav.trace.vocabulary import (
-    BlockReason,
-    Ending,
-    HoldReason,
-    MoveEnd,
-    OperatorDeed,
-    Region,
-)
 
 _ROUNDED = 1e-6
 """Seconds by which sums of written times may differ."""
-_LIVE = (Depart, Arrive, Act, Acted, Hold, Late, Reopened, Waiting, Operator)
+_LIVE = ("depart", "arrive", "act", "acted", "hold", "late", "reopened", "waiting", "operator")
 
 
 class ClockRule(Rule):
@@ -55,33 +25,33 @@ class ClockRule(Rule):
     def __init__(self) -> None:
         self._last = 0.0
         self._since: dict[str, float] = {}
-        self._have: dict[str, tuple[Region, ...]] = {}
-        self._spans: dict[Region, list[tuple[float, float, str, int]]] = {}
+        self._have: dict[str, tuple[int, ...]] = {}
+        self._spans: dict[int, list[tuple[float, float, str, int]]] = {}
 
     def opening(self, now: Situation) -> Iterator[Finding]:
         self._since = dict.fromkeys(now.region, 0.0)
         self._have = {robot: (region,) for robot, region in now.region.items()}
         return iter(())
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
         if not now.live:
-            if record.t is not None or isinstance(record, _LIVE):
+            if record.t is not None or record.type in _LIVE:
                 yield self.broken_by(record, None, "a line of a live run in a run in lockstep")
             return
         if record.t is None:
-            if type(record).__name__ != "Move":
+            if record.type != "move":
                 yield self.broken_by(record, None, "a line of a live run has no time")
             return
         if record.t < self._last:
             problem = f"it is {record.t} s after {self._last} s in the line before"
             yield self.broken_by(record, None, problem)
         self._last = record.t
-        match record:
-            case Depart():
+        match record.type:
+            case "depart":
                 self._has(record.robot, record, (record.from_, record.to))
-            case Arrive():
+            case "arrive":
                 self._has(record.robot, record, record.regions or (record.at,))
-            case Operator() if record.robot is not None and record.region is not None:
+            case "operator" if record.robot is not None and record.region is not None:
                 self._has(record.robot, record, (record.region,))
             case _:
                 pass
@@ -108,7 +78,7 @@ class ClockRule(Rule):
                     where = f"{one} and {other} both have {now.show(region)} from {later} s on"
                     yield self.broken(0, other, line, where)
 
-    def _has(self, robot: str, record: Record, regions: tuple[Region, ...]) -> None:
+    def _has(self, robot: str, record: Line, regions: tuple[int, ...]) -> None:
         assert record.t is not None
         for region in self._have.get(robot, ()):
             span = (self._since[robot], record.t, robot, record.line)
@@ -120,7 +90,8 @@ class CommandRule(Rule):
     """A robot gets a command only while it has none, with a number that no command had before: to
     depart from where it is to another region, or to act. Each ``arrive`` and ``acted`` ends the
     command of its robot that is open: it has arrived where it was to go, or is back if it was
-    blocked. Nobody is sent anywhere while it is out of service (T, Live runs)."""
+    blocked; it leaves to others only what it has just failed on. Nobody is sent anywhere while it
+    is out of service (T, Live runs)."""
 
     name = "command"
 
@@ -128,25 +99,25 @@ class CommandRule(Rule):
         self._numbers: dict[str, int] = {}
         self._out: set[str] = set()
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        match record:
-            case Depart() | Act():
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+        match record.type:
+            case "depart" | "act":
                 for problem in self._begun(record, now):
                     yield self.broken_by(record, record.robot, problem)
                 self._numbers[record.robot] = record.command
-            case Arrive() | Acted():
+            case "arrive" | "acted":
                 for problem in self._ended(record, now):
                     yield self.broken_by(record, record.robot, problem)
             case _:
                 pass
 
-    def _begun(self, record: Depart | Act, now: Situation) -> Iterator[str]:
+    def _begun(self, record: Line | Line, now: Situation) -> Iterator[str]:
         robot = record.robot
         if robot in now.under_way or robot in now.acting:
             yield f"{robot} gets command {record.command} before the last one has ended"
         if record.command <= self._numbers.get(robot, -1):
             yield f"{robot} had a command {record.command} before"
-        if isinstance(record, Depart):
+        if record.type == "depart":
             if record.from_ != now.region[robot]:
                 yield f"{robot} departs from {now.show(record.from_)}, but is elsewhere"
             if robot in now.out:
@@ -155,24 +126,27 @@ class CommandRule(Rule):
             if taking and robot not in taking:
                 yield f"{robot} departs, but takes part in what {taking[0]} does"
 
-    def _ended(self, record: Arrive | Acted, now: Situation) -> Iterator[str]:
+    def _ended(self, record: Line | Line, now: Situation) -> Iterator[str]:
         robot = record.robot
-        if isinstance(record, Acted):
+        if record.type == "acted":
             act = now.acting.get(robot)
             if act is None or act.command != record.command:
                 yield f"{robot} has acted by command {record.command}, which is not open"
             elif missing := {n for n in act.obstacles if _single(n, now)} - record.results.keys():
                 yield f"no result for {', '.join(sorted(missing))}, on which {robot} acted"
+            for name in record.barred or ():
+                if record.results.get(name) != "failed":
+                    yield f"{robot} leaves {name} to others, but its action has not failed"
             return
         depart = now.under_way.get(robot)
         if depart is None or depart.command != record.command:
             yield f"{robot} ends command {record.command}, which is not open"
             return
-        wanted = {MoveEnd.ARRIVED: depart.to, MoveEnd.BLOCKED: depart.from_}
+        wanted = {"arrived": depart.to, "blocked": depart.from_}
         if record.at != wanted.get(record.result, record.at):
             where = now.show(record.at)
-            yield f"the step of {robot} has ended as {record.result.value}, but at {where}"
-        if record.result is MoveEnd.ARRIVED and record.heading != depart.heading:
+            yield f"the step of {robot} has ended as {record.result}, but at {where}"
+        if record.result == "arrived" and record.heading != depart.heading:
             yield f"{robot} was to face {depart.heading}, but faces {record.heading}"
 
 
@@ -190,8 +164,8 @@ class ActRule(Rule):
 
     name = "act"
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if not isinstance(record, Act):
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+        if record.type != "act":
             return
         if record.robot not in record.robots:
             yield self.broken_by(record, record.robot, f"{record.robot} has no part in its own act")
@@ -216,49 +190,49 @@ class HoldsRule(Rule):
         self._why: dict[str, tuple[object, ...]] = {}
         self._plan: frozenset[str] = frozenset()
         self._waiting = False
-        self._acts: Hold | None = None
+        self._acts: Line | None = None
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if isinstance(record, Move | Goal | Belief):
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+        if record.type in ("move", "goal", "belief"):
             return
         held, self._acts = self._acts, None
-        if held is not None and not (isinstance(record, Act) and held.robot in record.robots):
+        if held is not None and not (record.type == "act" and held.robot in record.robots):
             problem = f"{held.robot} stays to act, but does not"
             yield self.broken_by(held, held.robot, problem)
-        match record:
-            case Hold():
+        match record.type:
+            case "hold":
                 problem = self._problem(record, now)
                 if problem:
                     yield self.broken_by(record, record.robot, problem)
                 self._why[record.robot] = record.why, record.signal, record.shown
-            case Depart():
+            case "depart":
                 self._why.pop(record.robot, None)
-            case Plan():
+            case "plan":
                 self._plan = frozenset(record.robots)
-            case PlanEnd():
+            case "plan_end":
                 self._plan = frozenset()
-            case Waiting():
+            case "waiting":
                 self._waiting = True
-            case Operator():
+            case "operator":
                 self._waiting = False
             case _:
                 pass
 
-    def _problem(self, record: Hold, now: Situation) -> str:
+    def _problem(self, record: Line, now: Situation) -> str:
         robot = record.robot
         if robot in now.under_way:
             return f"{robot} stays, but is on its way"
         if self._why.get(robot) == (record.why, record.signal, record.shown):
             return f"{robot} stays for the same reason as before"
-        if record.why is HoldReason.ACTING:
+        if record.why == "acting":
             taking = any(robot in act.robots for act in now.acting.values())
             self._acts = None if taking else record  # an ``act`` line follows immediately
         true = {
-            HoldReason.SERVICE: robot in now.out,
-            HoldReason.PLAN: robot in self._plan,
-            HoldReason.OPERATOR: self._waiting,
+            "service": robot in now.out,
+            "plan": robot in self._plan,
+            "operator": self._waiting,
         }
-        return "" if true.get(record.why, True) else f"{robot} stays ({record.why.value}): not so"
+        return "" if true.get(record.why, True) else f"{robot} stays ({record.why}): not so"
 
 
 class LateRule(Rule):
@@ -270,15 +244,15 @@ class LateRule(Rule):
     def __init__(self) -> None:
         self._learnt: dict[str, float] = {}
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if isinstance(record, Resolved | Gone | Appeared | Acted) and record.t is not None:
-            names = record.results if isinstance(record, Acted) else [record.obstacle]
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+        if record.type in ("resolved", "gone", "appeared", "acted") and record.t is not None:
+            names = record.results if record.type == "acted" else [record.obstacle]
             self._learnt |= dict.fromkeys(names, record.t)
-        if not isinstance(record, Late):
+        if record.type != "late":
             return
         if not record.reason:
             yield self.broken_by(record, record.robot, "a report is dropped without a reason")
-        open_ = {now.under_way.get(record.robot or ""), now.acting.get(record.robot or "")}
+        open_ = [now.under_way.get(record.robot or ""), now.acting.get(record.robot or "")]
         numbers = {command.command for command in open_ if command is not None}
         if record.command is not None and record.command in numbers:
             problem = f"what ends command {record.command} of {record.robot} is dropped"
@@ -290,9 +264,9 @@ class LateRule(Rule):
             yield self.broken_by(record, None, problem)
 
 
-def _goes_on(record: Depart | Act, now: Situation) -> bool:
+def _goes_on(record: Line | Line, now: Situation) -> bool:
     """Return whether a robot may continue while the team waits."""
-    robot, own = record.robot, now.header.robots[record.robot].objective
+    robot, own = record.robot, now.own[record.robot]
     asked = (*now.requests.values(), *now.given_up.values())
     waits = any(robot in requesters for requesters in asked) or own.kind == "ltl"
     return now.objectives[robot] == own and not now.has_heading(robot) and not waits
@@ -308,45 +282,45 @@ class WaitingRule(Rule):
     name = "waiting"
 
     def __init__(self) -> None:
-        self._waiting: Waiting | None = None
+        self._waiting: Line | None = None
         self._hope = False
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        match record:
-            case Waiting():
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+        match record.type:
+            case "waiting":
                 self._waiting = record
-                ends = (Ending.OPERATOR_NEEDED, Ending.ASSUMPTION_VIOLATED, Ending.SEARCH_LIMIT)
+                ends = ("operator_needed", "assumption_violated", "search_limit")
                 if record.outcome not in ends:
-                    problem = f"no robot waits because of {record.outcome.value}"
+                    problem = f"no robot waits because of {record.outcome}"
                     yield self.broken_by(record, None, problem)
-            case Depart() | Act() if self._waiting is not None and not _goes_on(record, now):
+            case "depart" | "act" if self._waiting is not None and not _goes_on(record, now):
                 problem = f"{record.robot} gets a command while the team waits for an operator"
                 yield self.broken_by(record, record.robot, problem)
-            case Operator():
+            case "operator":
                 self._waiting, self._hope = None, True
                 for problem in self._deed(record, now):
                     yield self.broken_by(record, record.robot, problem)
-            case Service():
+            case "service":
                 self._hope = self._hope or record.active
-            case Reopened():
+            case "reopened":
                 if now.status[record.obstacle] is not Status.GIVEN_UP:
                     problem = f"{record.obstacle} is reopened, but was not given up"
                     yield self.broken_by(record, None, problem)
                 elif not self._hope:
                     problem = f"{record.obstacle} is reopened, but nothing has changed"
                     yield self.broken_by(record, None, problem)
-            case Blocked() if record.reason is not BlockReason.UNTRAVERSABLE:
+            case "blocked" if record.reason != "untraversable":
                 self._hope = False
-            case Outcome() if self._waiting is not None:
-                told = (Ending.INTERRUPTED, Ending.ERROR, Ending.TIME_LIMIT, self._waiting.outcome)
+            case "outcome" if self._waiting is not None:
+                told = ("interrupted", "error", "time_limit", self._waiting.outcome)
                 if record.outcome not in told:
-                    problem = f"the run ends as {record.outcome.value} while it waits"
+                    problem = f"the run ends as {record.outcome} while it waits"
                     yield self.broken_by(record, None, problem)
             case _:
                 pass
 
-    def _deed(self, record: Operator, now: Situation) -> Iterator[str]:
-        if record.deed is not OperatorDeed.PUT_BACK or record.robot is None:
+    def _deed(self, record: Line, now: Situation) -> Iterator[str]:
+        if record.deed != "put_back" or record.robot is None:
             return
         if record.region is None or not now.grid.is_free(record.region):
             yield f"{record.robot} is put down on no free region"

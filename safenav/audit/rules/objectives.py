@@ -4,53 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from safenav.audit.lines import Line, Objective
 from safenav.audit.progress import ENDS, IN_ORDER, KNOWN, Progress
-from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.rules.rule import Finding, LineRule, Rule
 from safenav.audit.situation import Situation, Turn
-from safenav.trace.objective import Objective
-from safenav.trace.records import (
-    Assumption,
-    Blocked,
-    Goal,
-    Met,
-    Move,
-    NewObjective,
-    Pop,
-    Push,
-    Record,
-    Resolved,
-    Synthesis,
-    Told,
-    Violation,
-)
-from safenav.trace.vocabulary import MovedBy, Region
 
 COUNTED_KINDS = ("patrol", "visit", "cover")
 """Objectives whose rounds are their targets, met one by one."""
 
 
-class GoalRule(Rule):
+class GoalRule(LineRule):
     """A goal line is true: the robot is in that region, which belongs to the target with that index
     in its objective in force. In a turn that changes the objective, this may be the objective
     before or after the change (T)."""
 
-    name = "goal"
+    name, kind = "goal", "goal"
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if isinstance(record, Goal):
-            problem = self._problem(record, now)
-            if problem:
-                yield self.broken_by(record, record.robot, problem)
-
-    def _problem(self, record: Goal, now: Situation) -> str:
+    def problems(self, record: Line, now: Situation) -> Iterator[str]:
         robot, here = record.robot, now.region[record.robot]
+        in_force = (now.turn.objectives[robot], now.objectives[robot])
         if record.region != here:
             told = now.show(record.region)
-            return f"{robot} is recorded to meet a goal at {told}, but is at {now.show(here)}"
-        in_force = (now.turn.objectives[robot], now.objectives[robot])
-        if any(_is_target(objective, record.goal, here) for objective in in_force):
-            return ""
-        return f"{now.show(here)} is not target {record.goal} of {robot}: {now.objectives[robot]}"
+            yield f"{robot} is recorded to meet a goal at {told}, but is at {now.show(here)}"
+        elif not any(_is_target(objective, record.goal, here) for objective in in_force):
+            told = f"{now.show(here)} is not target {record.goal} of {robot}"
+            yield f"{told}: {now.objectives[robot]}"
 
 
 class GoalOrderRule(Rule):
@@ -59,17 +37,17 @@ class GoalOrderRule(Rule):
 
     name = "goal-order"
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if not isinstance(record, Goal):
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+        if record.type != "goal":
             return
         robot, progress = record.robot, now.progress[record.robot]
-        for goal in now.turn.all(Goal):
+        for goal in now.turn.all("goal"):
             if (goal.robot, goal.goal) == (robot, record.goal) and goal.line > progress.reset_line:
                 yield self.broken_by(
                     record, robot, f"{robot} meets target {goal.goal} twice in one turn"
                 )
                 return
-        own = now.objectives[robot] == now.header.robots[robot].objective
+        own = now.objectives[robot] == now.own[robot]
         if own and now.objectives[robot].kind in ENDS and record.goal > now.ahead[robot]:
             problem = f"{robot} meets target {record.goal}, but {now.ahead[robot]} is next"
             yield self.broken_by(record, robot, problem)
@@ -125,7 +103,7 @@ class MissedGoalRule(Rule):
         robot, here = turn.robot, now.region[turn.robot]
         if now.toward[robot] is not None:
             return  # it is leaving: only a robot that ends a step, or stays, meets a target
-        met = {goal.goal for goal in turn.all(Goal)}
+        met = {goal.goal for goal in turn.all("goal")}
         crosses = progress.objective.kind == "patrol" and not _by_strategy(turn)
         if progress.awaited is None and (now.alternates(robot) or crosses):
             return  # which target is next is not known yet
@@ -153,36 +131,36 @@ class RoundsRule(Rule):
         self._unsure: set[str] = set()
         self._pushed: list[dict[str, int]] = []
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        told = isinstance(record, Met) and now.header.coordination == "assignable"
-        if told or isinstance(record, Resolved | Blocked | Push | Pop):
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+        told = record.type == "met" and now.header.coordination == "assignable"
+        if told or record.type in ("resolved", "blocked", "push", "pop"):
             self._unsure.update(now.header.robots)
-        if isinstance(record, Push):
+        if record.type == "push":
             self._pushed.append(dict(self._last))
-        elif isinstance(record, Pop) and self._pushed:
+        elif record.type == "pop" and self._pushed:
             before = self._pushed.pop()
             for robot, objective in record.objectives.items():
-                if objective == now.header.robots[robot].objective != now.objectives[robot]:
+                if objective == now.own[robot] != now.objectives[robot]:
                     self._last[robot] = self._own.get(robot, 0)
                 elif objective != now.objectives[robot]:
                     self._last[robot] = before.get(robot, 0)
-        elif isinstance(record, Told):
+        elif record.type == "told":
             self._unsure.add(record.robot)
-            if record.objective == now.header.robots[record.robot].objective:
+            if record.objective == now.own[record.robot]:
                 self._last[record.robot] = self._own.get(record.robot, 0)
-        elif isinstance(record, NewObjective):
+        elif record.type == "objective":
             self._unsure.add(record.robot)
             self._last[record.robot] = self._own[record.robot] = 0
-        elif isinstance(record, Synthesis | Assumption):
+        elif record.type in ("synthesis", "assumption"):
             self._unsure.add(record.robot)
-            own = now.header.robots[record.robot].objective
+            own = now.own[record.robot]
             if (
-                isinstance(record, Synthesis)
+                record.type == "synthesis"
                 and record.objective == own != now.objectives[record.robot]
             ):
                 self._last[record.robot] = self._own.get(record.robot, 0)
-        elif isinstance(record, Goal):
-            if now.objectives[record.robot] == now.header.robots[record.robot].objective:
+        elif record.type == "goal":
+            if now.objectives[record.robot] == now.own[record.robot]:
                 self._own[record.robot] = record.round
             problem = self._problem(record, now.objectives[record.robot])
             if problem:
@@ -195,15 +173,15 @@ class RoundsRule(Rule):
                 continue  # a tick of staying at the last target has no line
             if objective.kind == "ltl" and '"liveness"' not in objective.body:
                 continue  # each tick counts, without a line
-            if now.stack and objective != now.header.robots[robot].objective:
-                continue  # it helps or waits; the outcome records the rounds of its own objective
+            if objective != now.own[robot]:
+                continue  # it does something else; the outcome has rounds of its own objective
             last, told = self._last.get(robot, 0), outcome.rounds.get(robot)
             if told is None or told == last or (robot in self._unsure and told == 0):
                 continue
             problem = f"{robot} has {told} rounds in the outcome, but {last} in its goal lines"
             yield self.broken_by(outcome, robot, problem)
 
-    def _problem(self, record: Goal, objective: Objective) -> str:
+    def _problem(self, record: Line, objective: Objective) -> str:
         robot, last = record.robot, self._last.get(record.robot, 0)
         unsure = robot in self._unsure
         self._unsure.discard(robot)
@@ -237,7 +215,7 @@ class HoldRule(Rule):
 
     def turn(self, now: Situation) -> Iterator[Finding]:
         turn = now.turn
-        if turn.robot is None or turn.first(Violation) is not None:
+        if turn.robot is None or turn.first("violation") is not None:
             return
         objective = turn.objectives[turn.robot]
         ended = objective.kind in ENDS and _ended(turn.robot, now)
@@ -258,24 +236,24 @@ class HoldRule(Rule):
 
 def _ended(robot: str, now: Situation) -> bool:
     """Return whether a robot has met all targets of its own objective, and pursues that."""
-    own = now.header.robots[robot].objective
+    own = now.own[robot]
     return now.objectives[robot] == own and now.ahead[robot] >= len(own.targets)
 
 
 def _by_strategy(turn: Turn) -> bool:
     """Return whether its strategy decided the robot's move in this turn, as far as the trace
     shows."""
-    move = turn.first(Move)
-    return move is None or move.by in (None, MovedBy.STRATEGY)
+    move = turn.first("move")
+    return move is None or move.by in (None, "strategy")
 
 
-def _is_target(objective: Objective, index: int, region: Region) -> bool:
+def _is_target(objective: Objective, index: int, region: int) -> bool:
     if objective.kind not in KNOWN:
         return True  # the trace does not record what counts there
     return index < len(objective.targets) and region in objective.targets[index]
 
 
-def _is_due(progress: Progress, index: int, origin: Region | None) -> bool:
+def _is_due(progress: Progress, index: int, origin: int | None) -> bool:
     """Return whether reaching the target of that index is certainly a goal."""
     objective = progress.objective
     came = origin not in objective.targets[index]
@@ -292,7 +270,7 @@ def _is_due(progress: Progress, index: int, origin: Region | None) -> bool:
 
 def _steady(turn: Turn, now: Situation) -> Progress | None:
     """Return the robot's progress when its turn began, if the same strategy drove it throughout."""
-    if turn.robot is None or turn.progress is None or turn.first(Violation) is not None:
+    if turn.robot is None or turn.progress is None or turn.first("violation") is not None:
         return None
     if turn.failed:
         return None

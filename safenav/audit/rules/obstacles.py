@@ -4,40 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from safenav.audit.grid import opposite
-from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.lines import Line
+from safenav.audit.rules.rule import Finding, LineRule, Rule
 from safenav.audit.situation import Situation, Status
-from safenav.trace.records import (
-    Acted,
-    Appeared,
-    Arrive,
-    Backtrack,
-    Blocked,
-    Depart,
-    Gone,
-    Met,
-    Move,
-    Record,
-    Reopened,
-    Resolved,
-    Violation,
-)
-from safenav.trace.vocabulary import BlockReason
+from safenav.audit.world import opposite
 
 
-class ViolationRule(Rule):
+class ViolationRule(LineRule):
     """A violation is real: the robot is where it says, could have stepped as proposed, and there is
     the unresolved obstacle, which it may not enter; the line names the action of the need that is
     next (D 5.1)."""
 
-    name = "violation"
+    name, kind = "violation", "violation"
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if isinstance(record, Violation):
-            for problem in self._problems(record, now):
-                yield self.broken_by(record, record.robot, problem)
-
-    def _problems(self, record: Violation, now: Situation) -> Iterator[str]:
+    def problems(self, record: Line, now: Situation) -> Iterator[str]:
         robot, obstacle = record.robot, now.obstacles[record.obstacle]
         here, proposed = now.show(record.at), now.show(record.proposed)
         if record.at != now.region[robot]:
@@ -52,7 +32,8 @@ class ViolationRule(Rule):
         action = now.need(obstacle.name).action
         if record.action != action:
             yield f"{obstacle.name} needs {action}, not {record.action}"
-        if robot not in now.blocked_by(obstacle.name):
+        stopped = now.stopped_by if obstacle.sweeps else now.blocked_by
+        if robot not in stopped(obstacle.name):
             yield f"{obstacle.name} does not block {robot}"
         status = now.status[obstacle.name]
         if status is Status.RESOLVED or (status is Status.ABSENT and now.external):
@@ -70,8 +51,8 @@ class BacktrackRule(Rule):
 
     def turn(self, now: Situation) -> Iterator[Finding]:
         turn = now.turn
-        violation, backtrack = turn.first(Violation), turn.first(Backtrack)
-        move = turn.first(Move)
+        violation, backtrack = turn.first("violation"), turn.first("backtrack")
+        move = turn.first("move")
         if backtrack is None:
             if violation is not None and not turn.torn:
                 problem = f"{turn.robot} does not back up from {violation.obstacle}"
@@ -88,20 +69,15 @@ class BacktrackRule(Rule):
             yield self.broken_by(move, turn.robot, problem)
 
 
-class ResolutionRule(Rule):
+class ResolutionRule(LineRule):
     """An obstacle is resolved once, when its last need is met: by as many distinct robots as it
     takes, which have its action and stand, simultaneously if required, where it is performed. It
     reveals the truth of the header, if the world is simulated. The line states correctly whether a
     request was open (D 3, 5.1 and 5.2, T)."""
 
-    name = "resolution"
+    name, kind = "resolution", "resolved"
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if isinstance(record, Resolved):
-            for problem in self._problems(record, now):
-                yield self.broken_by(record, record.robot, problem)
-
-    def _problems(self, record: Resolved, now: Situation) -> Iterator[str]:
+    def problems(self, record: Line, now: Situation) -> Iterator[str]:
         robot, name, at = record.robot, record.obstacle, now.show(record.at)
         obstacle, need = now.obstacles[name], now.need(name)
         if robot not in now.capable(name):
@@ -121,15 +97,15 @@ class ResolutionRule(Rule):
             yield f"{name} was resolved before"
             return
         yield from _group_problems(record, now)
-        if record.traversable is not obstacle.traversable and not now.external:
-            found, truth = _truth(record.traversable), _truth(obstacle.traversable)
+        if record.traversable is not now.truth[name] and not now.external:
+            found, truth = _truth(record.traversable), _truth(now.truth[name])
             yield f"{name} is {truth}, but {robot} finds it {found}"
         if record.requested is not now.is_requested(name):
             claim, fact = (" not", "was") if not record.requested else ("", "was not")
             yield f"{name} is recorded as{claim} requested, but it {fact}"
 
 
-def _group_problems(record: Resolved, now: Situation) -> Iterator[str]:
+def _group_problems(record: Line, now: Situation) -> Iterator[str]:
     """Yield the errors in the group of robots that took part together."""
     name, need = record.obstacle, now.need(record.obstacle)
     able = now.standing(name) if need.together else now.done[name]
@@ -143,24 +119,19 @@ def _group_problems(record: Resolved, now: Situation) -> Iterator[str]:
         yield f"{one} has no part in it: it does not stand {when} where {name} is resolved"
 
 
-class NeedRule(Rule):
+class NeedRule(LineRule):
     """Each of several needs has a line when it is met: it is the one that is next, and met in this
     turn by robots that have its action and stand, simultaneously if required, where it is performed
     (D 3, T)."""
 
-    name = "need"
-
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if isinstance(record, Met):
-            for problem in self._problems(record, now):
-                yield self.broken_by(record, record.robot, problem)
+    name, kind = "need", "met"
 
     def turn(self, now: Situation) -> Iterator[Finding]:
-        move = now.turn.first(Move)
+        move = now.turn.first("move")
         if now.turn.torn or now.external or move is None:
             return
-        told = {(record.obstacle, record.need) for record in now.turn.all(Met)}
-        resolved = {record.obstacle for record in now.turn.all(Resolved)}
+        told = {(record.obstacle, record.need) for record in now.turn.all("met")}
+        resolved = {record.obstacle for record in now.turn.all("resolved")}
         for name, need in now.turn.met.keys() - told:
             count = len(now.obstacles[name].all_needs)
             failed = need + 1 == count and name not in resolved  # another rule judges that
@@ -168,14 +139,14 @@ class NeedRule(Rule):
                 problem = f"the line for need {need + 1} of {name} is missing"
                 yield self.broken_by(move, now.turn.robot, problem)
 
-    def _problems(self, record: Met, now: Situation) -> Iterator[str]:
+    def problems(self, record: Line, now: Situation) -> Iterator[str]:
         name, needs = record.obstacle, now.obstacles[record.obstacle].all_needs
         what = f"need {record.need + 1} of {name}"
         group = now.turn.met.get((name, record.need))
         if group is None or len(needs) < 2:
             yield f"{what} is not met in this turn"
             return
-        if any((r.obstacle, r.need) == (name, record.need) for r in now.turn.all(Met)):
+        if any((r.obstacle, r.need) == (name, record.need) for r in now.turn.all("met")):
             yield f"{what} is met twice"
         if record.action != needs[record.need].action:
             yield f"{what} is to {needs[record.need].action}, not to {record.action}"
@@ -198,12 +169,12 @@ class MissedResolutionRule(Rule):
     def __init__(self) -> None:
         self._tried: set[tuple[str, str]] = set()
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if isinstance(record, Acted):
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+        if record.type == "acted":
             self._tried |= {(record.robot, name) for name in record.results}
-        elif isinstance(record, Arrive):
+        elif record.type == "arrive":
             self._tried = {tried for tried in self._tried if tried[0] != record.robot}
-        elif isinstance(record, Depart) and not now.external:
+        elif record.type == "depart" and not now.external:
             for name in now.obstacles:
                 if (record.robot, name) not in self._tried and _could_act(record.robot, name, now):
                     problem = f"{record.robot} departs without acting on {name}, as it could"
@@ -211,19 +182,20 @@ class MissedResolutionRule(Rule):
 
     def turn(self, now: Situation) -> Iterator[Finding]:
         turn = now.turn
-        move = turn.first(Move)
+        move = turn.first("move")
         if turn.robot is None or move is None or now.is_cut_short() or now.external:
             return
         if now.live:
             return
-        met = {record.obstacle for record in turn.all(Resolved)} | turn.advanced
-        met |= {record.obstacle for record in turn.all(Appeared)}  # at the beginning of the next
+        met = {record.obstacle for record in turn.all("resolved")} | turn.advanced
+        met |= {record.obstacle for record in turn.all("appeared")}  # at the beginning of the next
         for name in now.obstacles:
             if now.status[name] is not Status.UNRESOLVED or name in met:
                 continue
             standing, need = now.standing(name), now.need(name)
             group = standing if need.together else now.done[name]
-            if turn.robot in standing and len(group) >= need.robots:
+            waits = now.obstacles[name].sweeps and now.must_not_sweep(turn.robot, name)
+            if turn.robot in standing and len(group) >= need.robots and not waits:
                 problem = (
                     f"{turn.robot} can {need.action} and is at "
                     f"{now.show(now.region[turn.robot])}, but does not resolve {name}"
@@ -235,9 +207,57 @@ def _could_act(robot: str, obstacle: str, now: Situation) -> bool:
     standing, need = now.standing(obstacle), now.need(obstacle)
     if now.status[obstacle] is not Status.UNRESOLVED or robot not in standing:
         return False
+    if now.obstacles[obstacle].sweeps and now.must_not_sweep(robot, obstacle):
+        return False
     if need.together:
         return len(standing) >= need.robots
     return robot not in now.done[obstacle]
+
+
+class SweptRule(Rule):
+    """While a robot resolves an obstacle, no other is in the regions which that sweeps, or in
+    transit to them: from the departure into the obstacle's region of a robot that resolves it by
+    entering, while it is there, and while a robot acts on it (D 4). Robots that were in both when
+    the obstacle was noticed, or that ended elsewhere than they were sent, may be there until one
+    acts."""
+
+    name = "swept"
+
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+        match record.type:
+            case "act":
+                for name in record.obstacles:
+                    if name in now.obstacles:
+                        yield from self._free(record, name, set(record.robots), now)
+            case "resolved":
+                robots = {record.robot, *(record.robots or ())}
+                yield from self._free(record, record.obstacle, robots, now)
+            case "move":
+                ended = now.ended.get(record.robot)
+                if ended is not None and ended.result == "elsewhere":
+                    return
+                for name, obstacle in now.obstacles.items():
+                    known = name in now.discovered or not now.external
+                    if obstacle.sweeps and known and now.status[name] is Status.UNRESOLVED:
+                        yield from self._moved(record, obstacle, now)
+            case _:
+                pass
+
+    def _moved(self, move: Line, obstacle: Line, now: Situation) -> Iterator[Finding]:
+        """Judge the regions that a move enters, not those that the robot had before."""
+        robot, name = move.robot, obstacle.name
+        entered = {move.to, move.to if move.toward is None else move.toward} - now.taken_by(robot)
+        if obstacle.region in entered and now.resolves_by_entering(name, robot):
+            yield from self._free(move, name, {robot}, now)
+        resolving = now.resolving(name) - {robot}
+        if entered & {*obstacle.sweeps} and resolving and robot not in now.resolving(name):
+            told = f"{robot} is where {name} sweeps, which {_names(resolving)} resolves"
+            yield self.broken_by(move, robot, told)
+
+    def _free(self, record: Line, name: str, robots: set[str], now: Situation) -> Iterator[Finding]:
+        for other in now.swept_with(name, robots):
+            told = f"{_names(robots)} resolves {name}, which sweeps where {other} is"
+            yield self.broken_by(record, record.robot, told)
 
 
 class BlockedRule(Rule):
@@ -251,24 +271,24 @@ class BlockedRule(Rule):
     def __init__(self) -> None:
         self._blocked: set[str] = set()
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if isinstance(record, Blocked):
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+        if record.type == "blocked":
             for problem in self._problems(record, now):
                 yield self.broken_by(record, now.turn.robot, problem)
             self._blocked.add(record.obstacle)
-        elif isinstance(record, Appeared | Gone | Reopened):
+        elif record.type in ("appeared", "gone", "reopened"):
             self._blocked.discard(record.obstacle)
 
     def turn(self, now: Situation) -> Iterator[Finding]:
-        joined = {record.obstacle for record in now.turn.all(Blocked)}
-        for record in now.turn.all(Resolved):
+        joined = {record.obstacle for record in now.turn.all("blocked")}
+        for record in now.turn.all("resolved"):
             if record.traversable is not False or now.turn.torn:
                 continue
             if record.obstacle not in joined:
                 problem = f"{record.obstacle} is untraversable but does not join the obstacles"
                 yield self.broken_by(record, record.robot, problem)
 
-    def _problems(self, record: Blocked, now: Situation) -> Iterator[str]:
+    def _problems(self, record: Line, now: Situation) -> Iterator[str]:
         name, turn = record.obstacle, now.turn
         if name in self._blocked:
             yield f"{name} joined the obstacles before"
@@ -276,11 +296,11 @@ class BlockedRule(Rule):
         if record.robots != stopped:
             told, truth = _names(record.robots), _names(stopped)
             yield f"{name} is recorded to block {told}, but it blocks {truth}"
-        if record.reason is BlockReason.UNTRAVERSABLE:
-            if not any(r.obstacle == name and r.traversable is False for r in turn.all(Resolved)):
+        if record.reason == "untraversable":
+            if not any(r.obstacle == name and r.traversable is False for r in turn.all("resolved")):
                 yield f"no robot found {name} untraversable in this turn"
             return
-        if record.reason is BlockReason.OPERATOR:
+        if record.reason == "operator":
             if name not in now.permanent:
                 yield f"no operator says that {name} stays"
             return
@@ -288,8 +308,8 @@ class BlockedRule(Rule):
         if name not in now.requests:
             yield f"no request for {name} is open"
         lacks = _lacks_robots(name, now)
-        reason = BlockReason.NO_CAPABLE_ROBOT if lacks else BlockReason.UNRESOLVABLE
-        if record.reason is not reason:
+        reason = "no_capable_robot" if lacks else "unresolvable"
+        if record.reason != reason:
             yield f"the reason for {name} is {reason}, not {record.reason}"
 
 

@@ -4,59 +4,44 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from safenav.audit.lines import Line
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation
-from safenav.trace.records import (
-    Act,
-    Acted,
-    Appeared,
-    Arrive,
-    Assumption,
-    Backtrack,
-    Belief,
-    Blocked,
-    Depart,
-    Discovered,
-    Goal,
-    Gone,
-    Hold,
-    Inputs,
-    Late,
-    Met,
-    Move,
-    NewObjective,
-    Operator,
-    Ordered,
-    Plan,
-    PlanEnd,
-    Pop,
-    Push,
-    Record,
-    Reopened,
-    Request,
-    Resolved,
-    Service,
-    Synthesis,
-    Told,
-    Truth,
-    Violation,
-    Waiting,
+
+_COMPLETE_ENDINGS = ("completed", "tick_limit")
+
+_BEFORE_THE_MOVE = ("violation", "backtrack")
+_AFTER_THE_MOVE = (
+    "met",
+    "resolved",
+    "blocked",
+    "pop",
+    "synthesis",
+    "goal",
+    "request",
+    "push",
+    "told",
 )
-from safenav.trace.vocabulary import Ending
-
-_COMPLETE_ENDINGS = (Ending.COMPLETED, Ending.TICK_LIMIT)
-
-_BEFORE_THE_MOVE = (Violation, Backtrack)
-_AFTER_THE_MOVE = (Met, Resolved, Blocked, Pop, Synthesis, Goal, Request, Push, Told)
 """When in a turn a line may come (T, Time). An assumption may be violated, and a belief told, at
 any moment. What follows a move has no order of its own: a settlement may follow on anything."""
 _AT_ANY_MOMENT = (
-    *(Discovered, Appeared, Gone, Truth, Ordered, Inputs, NewObjective, Service, Plan, PlanEnd),
-    *(Depart, Arrive, Act, Acted, Hold, Late, Reopened, Waiting, Operator),
+    *(
+        "discovered",
+        "appeared",
+        "gone",
+        "truth",
+        "order",
+        "inputs",
+        "objective",
+        "service",
+        "plan",
+        "plan_end",
+    ),
+    *("depart", "arrive", "act", "acted", "hold", "late", "reopened", "waiting", "operator"),
 )
-_SETTLING = (Blocked, Pop, Goal, Request, Push, Told)
+_SETTLING = ("blocked", "pop", "goal", "request", "push", "told")
 """Lines that come before the first move of a tick only after a line that records a change there."""
-_BEFORE_THE_FIRST_MOVE = (Synthesis, Goal, Assumption)
+_BEFORE_THE_FIRST_MOVE = ("synthesis", "goal", "assumption")
 
 
 class HeaderRule(Rule):
@@ -91,6 +76,10 @@ class HeaderRule(Rule):
                 for region in sorted(target):
                     if not grid.is_free(region):
                         yield name, f"{name}'s target {now.show(region)} is not free"
+        for first, *again in now.listed.values():
+            same = [(o.region, o.blocks, o.all_needs) for o in (first, *again)]
+            if same != same[:1] * len(same):
+                yield None, f"{first.name} is another when it comes back"
         for obstacle in now.obstacles.values():
             if not grid.is_free(obstacle.region):
                 yield None, f"{obstacle.name} is at {now.show(obstacle.region)}, which is not free"
@@ -110,7 +99,7 @@ class OrderRule(Rule):
         self._index = 0
         self._last = 0
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
         found = list(self._of_the_turn(record, now))
         if record.tick < self._last and not found:
             problem = f"a line of tick {record.tick} after one of tick {self._last}"
@@ -118,25 +107,25 @@ class OrderRule(Rule):
         self._last = record.tick
         yield from found
 
-    def _of_the_turn(self, record: Record, now: Situation) -> Iterator[Finding]:
+    def _of_the_turn(self, record: Line, now: Situation) -> Iterator[Finding]:
         if now.live and not self._index:  # a pass in which nothing happens has no lines
             self._tick = record.tick
-        if isinstance(record, _AT_ANY_MOMENT):  # within a turn, or before the first line of one
+        if record.type in _AT_ANY_MOMENT:  # within a turn, or before the first line of one
             if record.tick not in (now.turn.tick, self._tick):
                 problem = f"a line of tick {record.tick} among those of tick {now.turn.tick}"
                 yield self.broken_by(record, None, problem)
-        elif isinstance(record, Violation | Backtrack | Move) and now.starts_turn(record):
+        elif record.type in ("violation", "backtrack", "move") and now.starts_turn(record):
             yield from self._turn_begins(record, now)
         else:
             yield from self._turn_goes_on(record, now)
-        if isinstance(record, Move):
+        if record.type == "move":
             self._index += 1
             if self._index == len(now.header.robots):
                 self._tick, self._index = self._tick + 1, 0
 
     def turn(self, now: Situation) -> Iterator[Finding]:
         turn = now.turn
-        if turn.robot and turn.first(Move) is None and not turn.torn:
+        if turn.robot and turn.first("move") is None and not turn.torn:
             problem = f"{turn.robot}'s turn has no move (a robot that stays also has one)"
             yield self.broken(turn.tick, turn.robot, turn.line, problem)
 
@@ -147,9 +136,7 @@ class OrderRule(Rule):
             problem = f"{missing} has not moved in tick {self._tick}, the last"
             yield self.broken_by(outcome, missing, problem)
 
-    def _turn_begins(
-        self, record: Violation | Backtrack | Move, now: Situation
-    ) -> Iterator[Finding]:
+    def _turn_begins(self, record: Line | Line | Line, now: Situation) -> Iterator[Finding]:
         names = list(now.header.robots)
         expected = names[self._index]
         if (record.tick, record.robot) != (self._tick, expected):
@@ -164,51 +151,53 @@ class OrderRule(Rule):
             yield self.broken_by(record, at_fault, problem)
             self._tick, self._index = record.tick, names.index(record.robot)
 
-    def _turn_goes_on(self, record: Record, now: Situation) -> Iterator[Finding]:
-        turn, kind = now.turn, type(record).__name__.lower()
-        any_moment = isinstance(record, Assumption | Belief)
-        if not (any_moment or isinstance(record, (*_BEFORE_THE_MOVE, *_AFTER_THE_MOVE, Move))):
+    def _turn_goes_on(self, record: Line, now: Situation) -> Iterator[Finding]:
+        turn, kind = now.turn, record.type
+        any_moment = record.type in ("assumption", "belief")
+        if not (any_moment or record.type in (*_BEFORE_THE_MOVE, *_AFTER_THE_MOVE, "move")):
             return  # the outcome
-        early = isinstance(record, Met | Resolved | Belief) or (
-            isinstance(record, _SETTLING) and turn.tick == self._last
+        early = record.type in ("met", "resolved", "belief") or (
+            record.type in _SETTLING and turn.tick == self._last
         )
         early = early and not now.live
         if record.tick != turn.tick and (early or record.tick != self._tick):
             problem = f"a {kind} line of tick {record.tick} among those of tick {turn.tick}"
             yield self.broken_by(record, turn.robot, problem)
         if turn.robot is None:
-            settled = isinstance(record, Request | Push | Pop | Blocked | Told)
-            if not isinstance(record, _BEFORE_THE_FIRST_MOVE) and not settled:
+            settled = record.type in ("request", "push", "pop", "blocked", "told")
+            if record.type not in _BEFORE_THE_FIRST_MOVE and not settled:
                 yield self.broken_by(record, None, f"a {kind} line before the first turn")
             return
-        if isinstance(record, Goal) and _begins_on_its_target(record, now):
+        if record.type == "goal" and _begins_on_its_target(record, now):
             return
         actor = _actor(record)
         if actor is not None and actor != turn.robot:
             yield self.broken_by(record, actor, f"a {kind} line of {actor} in {turn.robot}'s turn")
-        if isinstance(record, Backtrack) and turn.first(Backtrack) is not None:
+        if record.type == "backtrack" and turn.first("backtrack") is not None:
             yield self.broken_by(record, turn.robot, f"{turn.robot} backs up twice in one turn")
-        if isinstance(record, Backtrack) and turn.first(Move) is not None:
+        if record.type == "backtrack" and turn.first("move") is not None:
             problem = f"the {kind} line comes too late in {turn.robot}'s turn"
             yield self.broken_by(record, turn.robot, problem)
-        if isinstance(record, Met | Resolved | Goal) and turn.first(Move) is None:
+        if record.type in ("met", "resolved", "goal") and turn.first("move") is None:
             problem = f"the {kind} line comes before {turn.robot} has moved"
             yield self.broken_by(record, turn.robot, problem)
 
 
-def _begins_on_its_target(record: Goal, now: Situation) -> bool:
+def _begins_on_its_target(record: Line, now: Situation) -> bool:
     """Return whether the goal may be one that is met where an objective begins: recorded
     immediately, in any robot's turn. A robot driven by command inputs needs no new strategy for
     that."""
     name = record.robot
-    begun = {line.robot for line in now.turn.all(Synthesis)}
-    begun |= {line.robot for line in now.turn.all(NewObjective)}
+    begun = {line.robot for line in now.turn.all("synthesis")}
+    begun |= {line.robot for line in now.turn.all("objective")}
     if name in begun:
         return True
     told = now.header.coordination == "assignable"
     return told and now.turn.objectives[name] != now.objectives[name]
 
 
-def _actor(record: Record) -> str | None:
+def _actor(record: Line) -> str | None:
     """Return the robot of a line that only records what the robot whose turn it is does."""
-    return record.robot if isinstance(record, Backtrack | Met | Resolved | Goal | Belief) else None
+    return (
+        record.robot if record.type in ("backtrack", "met", "resolved", "goal", "belief") else None
+    )

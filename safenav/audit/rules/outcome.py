@@ -2,25 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any
 
+from safenav.audit.lines import Line, Objective, proof_of
 from safenav.audit.progress import ENDS
 from safenav.audit.rules.objectives import COUNTED_KINDS
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation
-from safenav.trace.objective import Objective
-from safenav.trace.proofs import Closure, Joint, Proof
-from safenav.trace.records import (
-    Assumption,
-    Goal,
-    Move,
-    NewObjective,
-    Outcome,
-    Record,
-    Resolved,
-    Synthesis,
-)
-from safenav.trace.vocabulary import Ending, OperatorCause, RecordedVerdict
 
 
 class OutcomeRule(Rule):
@@ -32,18 +21,18 @@ class OutcomeRule(Rule):
     name = "outcome"
 
     def __init__(self) -> None:
-        self._syntheses: list[Synthesis] = []
+        self._syntheses: list[Line] = []
         self._assumptions = 0
         self._moves: dict[str, int] = {}
         self._passed_limit = False
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        match record:
-            case Synthesis():
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+        match record.type:
+            case "synthesis":
                 self._syntheses.append(record)
-            case Assumption():
+            case "assumption":
                 self._assumptions += 1
-            case Move():
+            case "move":
                 self._moves[record.robot] = record.tick
                 limit = None if now.live else now.header.limits.ticks
                 if limit is not None and record.tick > limit and not self._passed_limit:
@@ -58,7 +47,7 @@ class OutcomeRule(Rule):
             for problem in (*self._counts(outcome, now), *self._cause(outcome, now)):
                 yield self.broken_by(outcome, None, problem)
 
-    def _counts(self, outcome: Outcome, now: Situation) -> Iterator[str]:
+    def _counts(self, outcome: Line, now: Situation) -> Iterator[str]:
         if now.live:
             yield from self._live_counts(outcome, now)
             return
@@ -68,58 +57,58 @@ class OutcomeRule(Rule):
         )
         if outcome.ticks != last and (moved_by_all or outcome.ticks != last - 1):
             yield f"it reports {outcome.ticks} ticks; the last move is of tick {last}"
-        complete = outcome.outcome in (Ending.COMPLETED, Ending.TICK_LIMIT)
+        complete = outcome.outcome in ("completed", "tick_limit")
         if outcome.tick not in ((last,) if complete else (last, last + 1)):
             yield f"it is of tick {outcome.tick}; the last move is of tick {last}"
         if outcome.syntheses < len(self._syntheses):
             yield f"it reports {outcome.syntheses} syntheses; the trace has {len(self._syntheses)}"
         limit = now.header.limits.ticks
-        if outcome.outcome is Ending.TICK_LIMIT and limit is not None and outcome.ticks != limit:
+        if outcome.outcome == "tick_limit" and limit is not None and outcome.ticks != limit:
             yield f"it reports the tick limit after {outcome.ticks} ticks, but the limit is {limit}"
 
-    def _live_counts(self, outcome: Outcome, now: Situation) -> Iterator[str]:
+    def _live_counts(self, outcome: Line, now: Situation) -> Iterator[str]:
         """Yield what differs from the commands; a run in seconds has no limit of ticks."""
         if outcome.syntheses < len(self._syntheses):
             yield f"it says {outcome.syntheses} syntheses, but the trace has {len(self._syntheses)}"
-        if outcome.outcome is Ending.TICK_LIMIT:
+        if outcome.outcome == "tick_limit":
             yield "a live run has no limit of ticks"
         limit = now.header.limits.seconds
         early = limit is not None and outcome.t is not None and outcome.t < limit
-        if outcome.outcome is Ending.TIME_LIMIT and early:
+        if outcome.outcome == "time_limit" and early:
             yield f"it reports the time limit after {outcome.t} s, but the limit is {limit} s"
-        if outcome.outcome is Ending.COMPLETED and now.acting:
+        if outcome.outcome == "completed" and now.acting:
             yield f"the run is completed while {', '.join(sorted(now.acting))} act"
 
-    def _cause(self, outcome: Outcome, now: Situation) -> Iterator[str]:
-        negative = [s for s in now.turn.all(Synthesis) if s.verdict is RecordedVerdict.UNREALIZABLE]
-        if outcome.outcome is Ending.UNREALIZABLE:
+    def _cause(self, outcome: Line, now: Situation) -> Iterator[str]:
+        negative = [s for s in now.turn.all("synthesis") if s.verdict == "unrealizable"]
+        if outcome.outcome == "unrealizable":
             if self._moves:
                 yield "unrealizable is for runs that never begin, but robots have moved"
             if not negative and not outcome.refused:
                 yield "it reports unrealizable, but no synthesis before the start was"
-        if outcome.outcome is Ending.ASSUMPTION_VIOLATED and not self._assumptions:
+        if outcome.outcome == "assumption_violated" and not self._assumptions:
             yield "it reports a violated assumption, but no line records one"
         proven = outcome.proof is not None or outcome.unrealizable
-        if outcome.outcome is Ending.OPERATOR_NEEDED and (proven or outcome.cause is None):
-            causes = _causes(outcome.proof, now)
+        if outcome.outcome == "operator_needed" and (proven or outcome.cause is None):
+            causes = _causes(proof_of(outcome), now)
             if outcome.cause is None:
                 yield "an operator is needed, but the cause is missing"
             elif outcome.cause not in causes:
                 yield f"its cause is {outcome.cause}; proven is {causes[0]}"
 
 
-def _causes(proof: Proof | None, now: Situation) -> tuple[OperatorCause, ...]:
+def _causes(proof: Mapping[str, Any] | None, now: Situation) -> tuple[str, ...]:
     """Return the causes that a proof shows."""
-    if isinstance(proof, Joint):
-        return (OperatorCause.DEADLOCK,)
-    if not (isinstance(proof, Closure) and proof.never):
-        return (OperatorCause.UNREALIZABLE,)
-    short = [now.too_few(name) for name in proof.never]
+    if proof is not None and proof.get("kind") == "joint":
+        return ("deadlock",)
+    if not (proof is not None and proof.get("kind") == "closure" and proof.get("never")):
+        return ("unrealizable",)
+    short = [now.too_few(name) for name in proof["never"] if name in now.obstacles]
     if any(left[0] for left in short if left):
-        return (OperatorCause.NO_CAPABLE_ROBOT,)
-    others = (OperatorCause.NEVER_RESOLVABLE, OperatorCause.CYCLIC_REQUESTS)
+        return ("no_capable_robot",)
+    others = ("never_resolvable", "cyclic_requests")
     later = any(any(left) for left in short)
-    return (*others, OperatorCause.NO_CAPABLE_ROBOT) if later else others
+    return (*others, "no_capable_robot") if later else others
 
 
 class CompletedRule(Rule):
@@ -131,34 +120,38 @@ class CompletedRule(Rule):
     name = "completed"
 
     def __init__(self) -> None:
-        self._goals: dict[str, list[Goal]] = {}
+        self._goals: dict[str, list[Line]] = {}
         self._held: dict[str, int] = {}
         self._tick = 0
         self._time = 0.0  # the tick; in a live run the seconds
         self._goes_on = False
+        self._begins = 0  # the last tick in which a goal came before all moves
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
         if record.t is not None or not now.live:
             self._time = record.tick if record.t is None else record.t
-        if isinstance(record, Move) and record.tick > self._tick:
+        if record.type == "move" and record.tick > self._tick:
             self._tick = record.tick
-            if record.tick > 1 and not self._goes_on and self._over(now):
+            ended = 1 < record.tick != self._begins  # a tick before, when all that counts had come
+            if ended and not self._goes_on and self._over(now):
                 self._goes_on = True
                 wanted = now.header.until.rounds
                 rounds = "1 round" if wanted == 1 else f"{wanted} rounds"
                 problem = f"every robot has completed {rounds}, but the run continues"
                 yield self.broken_by(record, None, problem)
-        if isinstance(record, Resolved):
+        elif record.type == "goal" and record.tick > self._tick:
+            self._begins = record.tick
+        if record.type == "resolved":
             self._goals.clear()
             self._held.clear()
-        elif isinstance(record, NewObjective):
+        elif record.type == "objective":
             self._goals.pop(record.robot, None)
             self._held.pop(record.robot, None)
-        elif isinstance(record, Goal | Move):
+        elif record.type in ("goal", "move"):
             objective = now.objectives[record.robot]
-            if objective != now.header.robots[record.robot].objective:
+            if objective != now.own[record.robot]:
                 return  # goals met while it waits or helps are not rounds of its own
-            if isinstance(record, Goal):
+            if record.type == "goal":
                 self._goals.setdefault(record.robot, []).append(record)
             elif _stays(record.robot, now) and record.to in objective.targets[-1]:
                 self._held[record.robot] = self._held.get(record.robot, 0) + 1
@@ -170,18 +163,18 @@ class CompletedRule(Rule):
         for robot in now.header.robots:
             for problem in self._rounds(robot, outcome, wanted, now):
                 yield self.broken_by(outcome, robot, problem)
-        if outcome.outcome is Ending.TICK_LIMIT and self._over(now):
+        if outcome.outcome == "tick_limit" and self._over(now):
             problem = f"every robot has met its objective {wanted} times: it is completed"
             yield self.broken_by(outcome, None, problem)
 
-    def _rounds(self, robot: str, outcome: Outcome, wanted: int, now: Situation) -> Iterator[str]:
+    def _rounds(self, robot: str, outcome: Line, wanted: int, now: Situation) -> Iterator[str]:
         told = outcome.rounds.get(robot)
         if told is None:
             yield f"the rounds of {robot} are missing"
             return
         objective = now.objectives[robot]
         _, most = _bounds(self._goals.get(robot, []), objective)
-        if outcome.outcome is Ending.COMPLETED:
+        if outcome.outcome == "completed":
             if now.due(robot) != now.base[robot]:
                 yield f"an input keeps {robot} from its objective, so the run is not completed"
             elif told < wanted:
@@ -206,7 +199,7 @@ class CompletedRule(Rule):
         return all(self._surely(robot, now) >= wanted for robot in now.header.robots)
 
     def _surely(self, robot: str, now: Situation) -> int:
-        objective = now.header.robots[robot].objective
+        objective = now.own[robot]
         if now.objectives[robot] != objective:
             return 0
         if objective.kind == "hold":
@@ -216,12 +209,12 @@ class CompletedRule(Rule):
 
 def _stays(robot: str, now: Situation) -> bool:
     """Return whether each tick at its last target is a round of a robot's own objective."""
-    own = now.header.robots[robot].objective
+    own = now.own[robot]
     ended = own.kind in ENDS and now.ahead[robot] >= len(own.targets)
     return own.kind == "hold" or ended
 
 
-def _bounds(goals: list[Goal], objective: Objective) -> tuple[int, int | None]:
+def _bounds(goals: list[Line], objective: Objective) -> tuple[int, int | None]:
     """Return the least and the greatest number of rounds that these goals can be (None: no
     bound)."""
     if objective.kind not in COUNTED_KINDS:
@@ -236,7 +229,7 @@ def _bounds(goals: list[Goal], objective: Objective) -> tuple[int, int | None]:
     return min(by_last, by_count, _covers(goals, count)), max(by_last, by_count)
 
 
-def _covers(goals: list[Goal], count: int) -> int:
+def _covers(goals: list[Line], count: int) -> int:
     rounds, covered = 0, set[int]()
     for goal in goals:
         covered.add(goal.goal)

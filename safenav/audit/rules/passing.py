@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.lines import Line
+from safenav.audit.rules.rule import Finding, LineRule, Rule
 from safenav.audit.situation import Situation, Status
-from safenav.trace.records import Appeared, Gone, Ordered, Record
-from safenav.trace.vocabulary import ChangeCause
 
 
 class AppearedRule(Rule):
@@ -16,13 +15,13 @@ class AppearedRule(Rule):
 
     name = "appeared"
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if not isinstance(record, Appeared):
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+        if record.type != "appeared":
             return
         obstacle = now.obstacles[record.obstacle]
         if now.status[obstacle.name] not in (Status.ABSENT, Status.RESOLVED):
             yield self.broken_by(record, None, f"{obstacle.name} appears where it already is")
-        if record.cause is ChangeCause.BATTERY:
+        if record.cause == "battery":
             return  # at a robot, which another rule judges
         for robot in () if obstacle.ordered else now.header.robots:
             if obstacle.region in now.taken_by(robot):
@@ -30,7 +29,7 @@ class AppearedRule(Rule):
                 yield self.broken_by(
                     record, robot, f"{obstacle.name} appears at {place}, where {robot} is"
                 )
-        if record.cause is ChangeCause.SCENARIO:
+        if record.cause == "scenario":
             since = min((o.from_ for o in now.listed[obstacle.name] if o.from_), default=None)
             if since is None:
                 yield self.broken_by(
@@ -48,13 +47,13 @@ class OrderedRule(Rule):
     name = "ordered"
 
     def __init__(self) -> None:
-        self._appeared: Appeared | None = None
+        self._appeared: Line | None = None
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
         before, self._appeared = self._appeared, None
-        if isinstance(record, Appeared):
+        if record.type == "appeared":
             self._appeared = record
-        if isinstance(record, Ordered):
+        if record.type == "order":
             obstacle = now.obstacles[record.obstacle]
             if before is None or before.obstacle != record.obstacle:
                 yield self.broken_by(record, None, f"{obstacle.name} has not just appeared")
@@ -66,29 +65,24 @@ class OrderedRule(Rule):
             yield self.broken_by(before, None, f"{before.obstacle} appears, but is not ordered")
 
 
-class GoneRule(Rule):
+class GoneRule(LineRule):
     """Only an obstacle that is present disappears, and if the scenario lets it disappear, not
     before its time (T)."""
 
-    name = "gone"
+    name, kind = "gone", "gone"
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if not isinstance(record, Gone):
-            return
-        obstacle = now.obstacles[record.obstacle]
-        if now.status[obstacle.name] in (Status.ABSENT, Status.RESOLVED):
-            yield self.broken_by(record, None, f"{obstacle.name} disappears, but it is absent")
-        if record.cause is ChangeCause.SCENARIO:
-            until = min((o.until for o in now.listed[obstacle.name] if o.until), default=None)
+    def problems(self, record: Line, now: Situation) -> Iterator[str]:
+        name = record.obstacle
+        if now.status[name] in (Status.ABSENT, Status.RESOLVED):
+            yield f"{name} disappears, but it is absent"
+        if record.cause == "scenario":
+            until = min((o.until for o in now.listed[name] if o.until), default=None)
             if until is None:
-                yield self.broken_by(
-                    record, None, f"the scenario does not let {obstacle.name} disappear"
-                )
+                yield f"the scenario does not let {name} disappear"
             elif _time(record, now) < until:
-                problem = f"{obstacle.name} disappears in tick {record.tick}, before {until}"
-                yield self.broken_by(record, None, problem)
+                yield f"{name} disappears in tick {record.tick}, before {until}"
 
 
-def _time(record: Record, now: Situation) -> float:
+def _time(record: Line, now: Situation) -> float:
     """Return the tick of a line; in a live run its seconds."""
     return record.tick if record.t is None or not now.live else record.t

@@ -6,18 +6,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import combinations, pairwise
 
-from safenav.audit.grid import opposite
+from safenav.audit.lines import Line
 from safenav.audit.precedence import Precedence
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation, Status
-from safenav.trace.records import (
-    Move,
-    Plan,
-    PlanEnd,
-    Record,
-    Violation,
-)
-from safenav.trace.vocabulary import MovedBy, MoveEnd, Place, PlanEndReason, Region
+from safenav.audit.world import opposite
 
 
 class PlanRule(Rule):
@@ -27,12 +20,12 @@ class PlanRule(Rule):
 
     name = "plan"
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if isinstance(record, Plan):
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+        if record.type == "plan":
             for robot, problem in self._problems(record, now):
                 yield self.broken_by(record, robot, problem)
 
-    def _problems(self, plan: Plan, now: Situation) -> Iterator[tuple[str | None, str]]:
+    def _problems(self, plan: Line, now: Situation) -> Iterator[tuple[str | None, str]]:
         for robot, places in plan.robots.items():
             for problem in _way_problems(robot, places, now):
                 yield robot, problem
@@ -56,38 +49,38 @@ class FollowsPlanRule(Rule):
     def __init__(self) -> None:
         self._running: _Running | None = None
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        match record:
-            case Plan():
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+        match record.type:
+            case "plan":
                 if self._running is not None:
                     why = f"that of line {self._running.plan.line} has no end"
                     yield self.broken_by(record, None, f"a plan begins, and {why}")
                 self._running = _Running(record)
-            case PlanEnd():
+            case "plan_end":
                 yield from self._ended(record, now)
                 self._running = None
-            case Move() if self._running is not None and record.robot in self._running.at:
+            case "move" if self._running is not None and record.robot in self._running.at:
                 problem = self._running.problem(record, now)
                 if problem:
                     yield self.broken_by(record, record.robot, problem)
-            case Move() if record.by is MovedBy.PLAN and now.toward[record.robot] is None:
+            case "move" if record.by == "plan" and now.toward[record.robot] is None:
                 problem = f"{record.robot} is recorded to move by a plan, but is in none"
                 yield self.broken_by(record, record.robot, problem)
             case _:
                 pass
 
-    def _ended(self, record: PlanEnd, now: Situation) -> Iterator[Finding]:
+    def _ended(self, record: Line, now: Situation) -> Iterator[Finding]:
         running = self._running
         if running is None:
             yield self.broken_by(record, None, "a plan ends, but none is in force")
-        elif record.reason is PlanEndReason.REACHED:
+        elif record.reason == "reached":
             for robot, places in running.plan.robots.items():
                 left = len(places) - 1 - running.at[robot]
                 if left > 0:
                     problem = f"the plan is reached, but {robot} has {left} steps to make"
                     yield self.broken_by(record, robot, problem)
-        elif record.reason is PlanEndReason.VIOLATION and now.turn.first(Violation) is None:
-            if any(end.result is not MoveEnd.ARRIVED for end in now.ended.values()):
+        elif record.reason == "violation" and now.turn.first("violation") is None:
+            if any(end.result != "arrived" for end in now.ended.values()):
                 return  # its violation follows
             yield self.broken_by(record, None, "the plan ends by a violation that no line reports")
 
@@ -96,19 +89,19 @@ class FollowsPlanRule(Rule):
 class _Running:
     """Each robot's progress in a plan: ``at`` is the index of its place."""
 
-    plan: Plan
+    plan: Line
     at: dict[str, int] = field(default_factory=dict)
     bound: set[str] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         self.at = dict.fromkeys(self.plan.robots, 0)
 
-    def problem(self, move: Move, now: Situation) -> str:
+    def problem(self, move: Line, now: Situation) -> str:
         """Return what is wrong with a move, or an empty text; the robot is moved in either case."""
         robot, places = move.robot, self.plan.robots[move.robot]
         entered = move.to if move.toward is None else move.toward
         ended = now.ended.get(robot)
-        failed = ended is not None and ended.result is not MoveEnd.ARRIVED
+        failed = ended is not None and ended.result != "arrived"
         if failed and move.to not in [place for place, _ in places[self.at[robot] + 1 :][:1]]:
             self.bound.discard(robot)
             return ""  # its step has failed
@@ -119,7 +112,7 @@ class _Running:
         index = self.at[robot] + 1
         if index >= len(places):
             ahead = now.toward[robot] is None and self._ahead(robot, entered, now)
-            if now.live and not ahead:
+            if now.live and not ahead and move.by != "plan":
                 return ""  # it continues with its strategy
             return f"{robot} continues to {now.show(entered)} after its last place of the plan"
         region, heading = places[index]
@@ -137,7 +130,7 @@ class _Running:
             self.bound.add(robot)
         return told
 
-    def _ahead(self, robot: str, region: Region, now: Situation) -> bool:
+    def _ahead(self, robot: str, region: int, now: Situation) -> bool:
         """Return whether a robot in conflict still has a region ahead."""
         rivals = (other for other in self.plan.robots if now.conflict(robot, other))
         left = (self.plan.robots[other][self.at[other] + 1 :] for other in rivals)
@@ -150,7 +143,7 @@ class _Running:
         return ""
 
 
-def _way_problems(robot: str, places: tuple[Place, ...], now: Situation) -> Iterator[str]:
+def _way_problems(robot: str, places: tuple[Line, ...], now: Situation) -> Iterator[str]:
     here = (now.region[robot], now.heading[robot])
     if not places:
         yield f"the plan has no place for {robot}"
@@ -184,7 +177,7 @@ def _way_problems(robot: str, places: tuple[Place, ...], now: Situation) -> Iter
                 yield f"{robot} would enter {now.show(to)} with {obstacle.name}, which is known"
 
 
-def _meetings(plan: Plan, now: Situation) -> Iterator[tuple[str | None, str]]:
+def _meetings(plan: Line, now: Situation) -> Iterator[tuple[str | None, str]]:
     """Yield pairs of robots in conflict that the orders do not keep out of one region at the same
     time."""
     order = Precedence({name: len(places) for name, places in plan.robots.items()}, plan.orders)

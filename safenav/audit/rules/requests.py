@@ -5,31 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from safenav.audit.deriving import open_obstacles, pose_of, serving, team_of
+from safenav.audit.lines import Line, Objective
 from safenav.audit.rules.rule import Finding, Postponed, Rule
 from safenav.audit.situation import RESYNTHESIS, Situation, helpers_of
-from safenav.audit.team import Duty, Settlement, TooManyError
-from safenav.trace.objective import Objective
-from safenav.trace.records import (
-    Appeared,
-    Blocked,
-    Gone,
-    Pop,
-    Push,
-    Record,
-    Request,
-    Resolved,
-    Synthesis,
-    Told,
-    Violation,
-    Waiting,
-)
-from safenav.trace.vocabulary import BlockReason, RecordedVerdict
-
-UNTRAVERSABLE = BlockReason.UNTRAVERSABLE
-
+from safenav.audit.team import Act, Duty, Settlement, TooManyError, TrappedError
 
 MOST_JOINT = 60_000
 """Joint poses that are enumerated."""
+SETTLES = ("acts", "blocked", "pop", "request", "push", "told", "synthesis")
+"""The lines of a settlement."""
 
 
 class RequestRule(Rule):
@@ -37,17 +21,18 @@ class RequestRule(Rule):
     and the regions where that is met. The request is recorded again only when another robot has
     encountered the obstacle, other robots serve it now, it joins O, or it is set aside: no joint
     state serves it (enumerated up to a limit). Each request has its entry on the stack, one for
-    each robot that made it, unless the obstacle joins O (D 5.2, T Time)."""
+    each robot that made it, unless the obstacle joins O; there is no other (D 5.2, T Time)."""
 
     name = "request"
 
     def __init__(self) -> None:
         self._told: dict[str, tuple[str, ...]] = {}
-        self._again: list[Request] = []
+        self._asked: set[str] = set()
+        self._again: list[Line] = []
         self._owed = Postponed()
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if isinstance(record, Request):
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+        if record.type == "request":
             for problem in self._problems(record, now):
                 yield self.broken_by(record, record.requester, problem)
             helpers = helpers_of(record)
@@ -56,15 +41,22 @@ class RequestRule(Rule):
             elif record.obstacle in self._told and helpers in ((), self._told[record.obstacle]):
                 self._again.append(record)
             self._told[record.obstacle] = helpers
-        elif isinstance(record, Violation | Resolved | Gone | Appeared | Blocked):
+            self._asked.add(record.obstacle)
+        elif record.type == "push":
+            if record.obstacle not in self._asked:
+                problem = f"objectives are pushed for {record.obstacle}, which is not requested"
+                yield self.broken_by(record, record.requester, problem)
+        elif record.type in ("violation", "resolved", "gone", "appeared", "blocked"):
             unasked = record.obstacle not in self._told
-            given_up = isinstance(record, Blocked) and record.reason is not UNTRAVERSABLE
+            given_up = record.type == "blocked" and record.reason != "untraversable"
             if unasked and given_up:
                 problem = f"{record.obstacle} is given up, but no robot has requested help"
                 yield self.broken_by(record, now.turn.robot, problem)
             self._told.pop(record.obstacle, None)
+            if record.type == "appeared":
+                self._asked.discard(record.obstacle)
 
-    def _aside(self, record: Request, now: Situation) -> Iterator[Finding]:
+    def _aside(self, record: Line, now: Situation) -> Iterator[Finding]:
         """A request is set aside where no order of moves lets robots have a part in any need."""
         team = team_of(now)
         poses = {name: pose_of(name, now) for name in now.header.robots}
@@ -73,17 +65,18 @@ class RequestRule(Rule):
             yield self.broken_by(record, record.requester, problem)
 
     def turn(self, now: Situation) -> Iterator[Finding]:
-        turn, violation = now.turn, now.turn.first(Violation)
-        given_up = {record.obstacle for record in turn.all(Blocked)}
+        turn, violation = now.turn, now.turn.first("violation")
+        given_up = {record.obstacle for record in turn.all("blocked")}
         for request in self._again:
-            if helpers_of(request) or request.obstacle not in given_up:
+            twice = any(_same(request, other) for other in turn.all("request"))
+            if twice or helpers_of(request) or request.obstacle not in given_up:
                 problem = f"the request for {request.obstacle} is recorded again without a reason"
                 yield self.broken_by(request, request.requester, problem)
         self._again.clear()
         if turn.torn or now.is_cut_short():
             return
-        asked = {record.obstacle for record in turn.all(Request)}
-        if turn.first(Waiting) is not None:
+        asked = {record.obstacle for record in turn.all("request")}
+        if turn.first("waiting") is not None:
             violation = None  # the request follows what the operator does
         missing = []
         if violation is not None and violation.obstacle in now.requests.keys() - asked:
@@ -93,7 +86,7 @@ class RequestRule(Rule):
             missing.append((found, lambda: name in self._told or name not in now.requests))
         yield from self._owed.judge(missing, now)
         pushed = {(entry.obstacle, entry.requester) for entry in now.stack}
-        for request in turn.all(Request):
+        for request in turn.all("request"):
             ordered = [None] if request.obstacle in now.orders & now.requests.keys() else []
             for requester in (*ordered, *now.requests.get(request.obstacle, ())):
                 if (request.obstacle, requester) not in pushed:
@@ -101,7 +94,7 @@ class RequestRule(Rule):
                     problem = f"{who} waits for {request.obstacle}, but no push follows"
                     yield self.broken_by(request, requester, problem)
 
-    def _problems(self, record: Request, now: Situation) -> Iterator[str]:
+    def _problems(self, record: Line, now: Situation) -> Iterator[str]:
         name = record.obstacle
         made = {*now.requests.get(name, ()), *([None] if name in now.orders else [])}
         if record.requester not in made:
@@ -123,8 +116,8 @@ class BidsRule(Rule):
 
     name = "bids"
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if not isinstance(record, Request) or record.obstacle not in now.requests:
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+        if record.type != "request" or record.obstacle not in now.requests:
             return
         able = now.capable(record.obstacle)
         for robot in sorted(set(record.bids) - able):
@@ -162,25 +155,25 @@ class HelperRule(Rule):
     name = "helper"
 
     def __init__(self) -> None:
-        self._lines: list[Record] = []
+        self._lines: list[Line] = []
         self._present: Mapping[str, frozenset[str]] = {}
         self._before: Mapping[str, Objective] = {}
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if isinstance(record, Request):
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+        if record.type == "request":
             for robot in helpers_of(record):
                 if record.bids.get(robot) is None:
                     problem = f"{robot} is chosen for {record.obstacle} without a bid"
                     yield self.broken_by(record, robot, problem)
         if (
-            isinstance(record, Request | Push | Pop)
+            record.type in ("request", "push", "pop")
             and record.helper != (*helpers_of(record), None)[0]
         ):
             problem = f"the first of its helpers is not {record.helper}"
             yield Finding(record.type, record.tick, record.requester, record.line, problem)
-        settles = isinstance(record, Blocked | Pop | Request | Push | Told | Synthesis)
-        again = isinstance(record, Request) and any(
-            isinstance(line, Request) and line.obstacle == record.obstacle for line in self._lines
+        settles = record.type in SETTLES
+        again = record.type == "request" and any(
+            line.type == "request" and line.obstacle == record.obstacle for line in self._lines
         )
         if not settles or again:
             yield from self._judged(now)
@@ -198,13 +191,18 @@ class HelperRule(Rule):
     def _judged(self, now: Situation) -> Iterator[Finding]:
         """Yield what is wrong with the last settlement, whose lines have taken effect."""
         lines, self._lines = self._lines, []
-        said = [line for line in lines if isinstance(line, Request | Push | Pop | Told)]
+        said = [line for line in lines if line.type in ("request", "push", "pop", "told")]
         if not said or now.turn.torn or now.is_cut_short() or now.external:
             return
-        found = self._derived(lines, now)
+        try:
+            found = self._derived(lines, now)
+        except TrappedError:
+            (line,) = [line for line in lines if line.type == "acts"]
+            yield self.broken_by(line, None, "the team could not continue after these acts")
+            return
         if found is None:
             return
-        requests = [line for line in said if isinstance(line, Request)]
+        requests = [line for line in said if line.type == "request"]
         wrong = [
             finding
             for line in requests
@@ -215,33 +213,38 @@ class HelperRule(Rule):
         if now.header.coordination == RESYNTHESIS:
             yield from _other_syntheses(lines)
         for line in () if wrong else said:  # the robots' objectives follow from the helpers
-            if isinstance(line, Push | Pop):
+            if line.type in ("push", "pop"):
                 for robot, objective in line.objectives.items():
                     problem = self._wrong(robot, objective, found, now)
                     if problem:
                         yield Finding(line.type, line.tick, robot, line.line, problem)
-            elif isinstance(line, Told) and now.header.coordination != RESYNTHESIS:
+            elif line.type == "told" and now.header.coordination != RESYNTHESIS:
                 problem = self._wrong(line.robot, line.objective, found, now)
                 if problem:
                     yield Finding(line.type, line.tick, line.robot, line.line, problem)
 
-    def _derived(self, lines: list[Record], now: Situation) -> Settlement | None:
-        refused, asked = set[tuple[str, str]](), ""
+    def _derived(self, lines: list[Line], now: Situation) -> Settlement | None:
+        refused, asked, acts = set[tuple[str, str]](), "", list[Act]()
         for line in lines:
-            if isinstance(line, Request):
+            if line.type == "acts":
+                acts = [
+                    Act(act.obstacle, act.need, {n: (p[0], p[1]) for n, p in act.robots.items()})
+                    for act in line.acts
+                ]
+            if line.type == "request":
                 asked = line.obstacle
-            elif isinstance(line, Synthesis) and line.verdict is not RecordedVerdict.REALIZABLE:
+            elif line.type == "synthesis" and line.verdict != "realizable":
                 refused.add((line.robot, asked))
         team = team_of(now)
         if team is None:
             return None
         poses = {name: pose_of(name, now) for name in now.header.robots}
         try:
-            return team.settle(poses, open_obstacles(now, refused), self._present, now.aside)
+            return team.settle(poses, open_obstacles(now, refused), self._present, now.aside, acts)
         except TooManyError:
             return None
 
-    def _helpers(self, line: Request, found: Settlement, now: Situation) -> Iterator[Finding]:
+    def _helpers(self, line: Line, found: Settlement, now: Situation) -> Iterator[Finding]:
         told = {*helpers_of(line)}
         truth = {n for n, duty in found.duties.items() if duty.obstacle == line.obstacle}
         if told != truth:
@@ -252,7 +255,7 @@ class HelperRule(Rule):
 
     def _wrong(self, robot: str, objective: Objective, found: Settlement, now: Situation) -> str:
         """Return why an objective does not follow from the known state, or an empty text."""
-        own = now.header.robots[robot].objective
+        own = now.own[robot]
         own_wait = now.header.robots[robot].while_waiting
         duty = found.duties.get(robot)
         if objective.kind == "ltl" == own.kind:
@@ -280,7 +283,7 @@ class HelperRule(Rule):
     def _hinders(self, robot: str, objective: Objective, found: Settlement, now: Situation) -> str:
         """Return whose way a robot waits in although it need not, or an empty text."""
         team = team_of(now)
-        turns = now.has_heading(robot) or now.header.robots[robot].objective.kind == "ltl"
+        turns = now.has_heading(robot) or now.own[robot].kind == "ltl"
         if team is None or turns or not team.members[robot].rivals & {*found.duties}:
             return ""
         (place,) = objective.targets[0] if len(objective.targets[0]) == 1 else (None,)
@@ -299,13 +302,13 @@ class HelperRule(Rule):
         )
 
 
-def _other_syntheses(lines: list[Record]) -> Iterator[Finding]:
+def _other_syntheses(lines: list[Line]) -> Iterator[Finding]:
     """Yield strategies that are installed for something other than the stack states."""
     said: Mapping[str, Objective] = {}
     for line in lines:
-        if isinstance(line, Push | Pop):
+        if line.type in ("push", "pop"):
             said = line.objectives
-        elif isinstance(line, Synthesis) and line.node is not None:
+        elif line.type == "synthesis" and line.node is not None:
             objective = said.get(line.robot, line.objective)
             if objective != line.objective:
                 problem = f"{line.robot} is to {objective}, but gets {line.objective}"
@@ -323,3 +326,7 @@ def _ticks(bid: int | None) -> str:
 
 def _list(regions: tuple[int, ...] | list[int]) -> str:
     return ", ".join(map(str, regions)) or "nowhere"
+
+
+def _same(record: Line, other: Line) -> bool:
+    return record is not other and {**vars(record), "line": 0} == {**vars(other), "line": 0}

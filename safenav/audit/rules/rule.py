@@ -8,20 +8,22 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
+from safenav.audit.lines import Line
 from safenav.audit.situation import Situation
-from safenav.trace.records import Record
 
 
 @dataclass(frozen=True)
 class Finding:
     """A broken rule: its tick, the robot (None: no robot in particular), the line of the trace that
-    shows it, and what is wrong in the words of the scenario."""
+    shows it, and what is wrong in the words of the scenario. ``unknown``: what cannot be judged,
+    since it is larger than this check accepts."""
 
     rule: str
     tick: int
     robot: str | None
     line: int
     explanation: str
+    unknown: bool = False
 
     def __str__(self) -> str:
         whom = f", {self.robot}" if self.robot else ""
@@ -30,7 +32,7 @@ class Finding:
 
 class Postponed:
     """Lines missing in a turn of a live run, which may follow when the strategies for them arrive:
-    they are missing permanently if no robot waits for a strategy."""
+    they are missing permanently if no robot waits for a strategy, or acts."""
 
     def __init__(self) -> None:
         self._open: list[tuple[Finding, Callable[[], bool]]] = []
@@ -44,7 +46,7 @@ class Postponed:
             yield from (finding for finding, _ in found)
             return
         self._open = [one for one in (*self._open, *found) if not one[1]()]
-        if now.awaiting:
+        if now.awaiting or now.acting:  # who acts may wait for a strategy as well
             return
         late = [one for one in self._open if now.turn.tick > one[0].tick + 1]
         self._open = [one for one in self._open if one not in late]
@@ -63,7 +65,7 @@ class Rule:
         """Check the header alone; called once."""
         return ()
 
-    def line(self, record: Record, now: Situation) -> Iterable[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterable[Finding]:
         """Check a line before it takes effect; called for each line."""
         return ()
 
@@ -78,5 +80,20 @@ class Rule:
     def broken(self, tick: int, robot: str | None, line: int, explanation: str) -> Finding:
         return Finding(self.name, tick, robot, line, explanation)
 
-    def broken_by(self, record: Record, robot: str | None, explanation: str) -> Finding:
+    def broken_by(self, record: Line, robot: str | None, explanation: str) -> Finding:
         return Finding(self.name, record.tick, robot, record.line, explanation)
+
+
+class LineRule(Rule):
+    """A condition on each line of one type (``kind``)."""
+
+    kind: ClassVar[str]
+
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+        if record.type == self.kind:
+            for problem in self.problems(record, now):
+                yield self.broken_by(record, getattr(record, "robot", None), problem)
+
+    def problems(self, record: Line, now: Situation) -> Iterator[str]:
+        """Yield why the line is wrong."""
+        raise NotImplementedError

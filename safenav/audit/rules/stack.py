@@ -6,10 +6,9 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 
 from safenav.audit.deriving import can_alternate
+from safenav.audit.lines import Line, Objective
 from safenav.audit.rules.rule import Finding, Postponed, Rule
 from safenav.audit.situation import RESYNTHESIS, Situation, StackEntry, helpers_of
-from safenav.trace.objective import Objective
-from safenav.trace.records import Pop, Push, Record, Told
 
 
 class PushRule(Rule):
@@ -18,12 +17,12 @@ class PushRule(Rule):
 
     name = "push"
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if isinstance(record, Push):
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+        if record.type == "push":
             for robot, problem in self._problems(record, now):
                 yield self.broken_by(record, robot, problem)
 
-    def _problems(self, record: Push, now: Situation) -> Iterator[tuple[str | None, str]]:
+    def _problems(self, record: Line, now: Situation) -> Iterator[tuple[str | None, str]]:
         if record.depth != len(now.stack) + 1:
             problem = f"the stack is {len(now.stack) + 1} deep after the push, not {record.depth}"
             yield now.turn.robot, problem
@@ -45,8 +44,8 @@ class ToldRule(Rule):
 
     name = "told"
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if isinstance(record, Told) and now.header.coordination == RESYNTHESIS:
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+        if record.type == "told" and now.header.coordination == RESYNTHESIS:
             yield self.broken_by(record, record.robot, f"{record.robot} has no command inputs")
 
 
@@ -58,8 +57,8 @@ class PopRule(Rule):
 
     name = "pop"
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if isinstance(record, Pop):
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+        if record.type == "pop":
             for problem in self._problems(record, now):
                 yield self.broken_by(record, now.turn.robot, problem)
             for robot, problem in _missing(record.objectives, now):
@@ -73,7 +72,7 @@ class PopRule(Rule):
 
     def _stored(self, robot: str, objective: Objective, now: Situation) -> Objective | None:
         """Return the objective that a robot should have got back instead; None if it is right."""
-        own = now.header.robots[robot].objective
+        own = now.own[robot]
         if objective in (own, now.objectives[robot]) or objective.kind != "visit":
             return None
         over = [entry for entry in now.stack if entry.obstacle not in now.requests]
@@ -89,7 +88,7 @@ class PopRule(Rule):
             return None
         return next((stored for stored in found if can_alternate(robot, stored, now)), None)
 
-    def _problems(self, record: Pop, now: Situation) -> Iterator[str]:
+    def _problems(self, record: Line, now: Situation) -> Iterator[str]:
         if now.entry_of(record) is None:
             yield f"no such entry for {record.obstacle} is on the stack"
         if record.depth != len(now.stack) - 1:

@@ -4,61 +4,41 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from safenav.audit.lines import Line, Objective
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import RESYNTHESIS, Situation
-from safenav.trace.objective import Objective
-from safenav.trace.records import (
-    Acted,
-    Assumption,
-    Gone,
-    Met,
-    Move,
-    NewObjective,
-    Operator,
-    Record,
-    Request,
-    Resolved,
-    Service,
-    Synthesis,
-    Violation,
-)
-from safenav.trace.vocabulary import (
-    MovedBy,
-    Reason,
-    RecordedVerdict,
-    Verified,
-)
 
-_CAUSES: dict[Reason, tuple[type[Record], ...]] = {
-    Reason.REQUEST: (Violation, Request, Met, Acted),
-    Reason.RESOLVED: (Resolved,),
-    Reason.GONE: (Gone,),
-    Reason.SERVICE: (Service, Operator),
-    Reason.OBJECTIVE: (NewObjective,),
+_CAUSES: dict[str, tuple[str, ...]] = {
+    "request": ("violation", "request", "met", "acted"),
+    "resolved": ("resolved",),
+    "gone": ("gone",),
+    "service": ("service", "operator"),
+    "objective": ("objective",),
+    "round": ("goal",),
 }
-_PROVEN = (RecordedVerdict.REALIZABLE, RecordedVerdict.UNREALIZABLE)
+_PROVEN = ("realizable", "unrealizable")
 
 
 class SynthesisRule(Rule):
     """Before the first move each robot is synthesized for the objective of the header, and in no
     later tick for that reason; a robot that gets another objective is synthesized for it in the
-    same turn, unless it has command inputs or is out of service; the event that the reason names
-    has happened in that turn (D 5.3, T Time). A realizable synthesis yields a strategy, others do
-    not."""
+    same turn, unless it has command inputs or is out of service, or the run is live; the event that
+    the reason names has happened in that turn (D 5.3, T Time). A realizable synthesis yields a
+    strategy, others do not."""
 
     name = "synthesis"
 
     def __init__(self) -> None:
         self._initial: set[str] = set()
-        self._happened: set[type[Record]] = set()
+        self._happened: set[str] = set()
         self._begun = False
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        self._happened.add(type(record))
-        if isinstance(record, Synthesis):
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+        self._happened.add(record.type)
+        if record.type == "synthesis":
             for problem in self._problems(record, now):
                 yield self.broken_by(record, record.robot, problem)
-        elif isinstance(record, Move) and not self._begun:
+        elif record.type == "move" and not self._begun:
             self._begun = True
             for robot in sorted(now.header.robots.keys() - self._initial):
                 problem = f"{robot} has no initial synthesis before the first move"
@@ -66,20 +46,20 @@ class SynthesisRule(Rule):
 
     def turn(self, now: Situation) -> Iterator[Finding]:
         turn = now.turn
-        if turn.torn or turn.robot is None:
+        if turn.torn:
             return
-        for record in turn.all(Synthesis):
+        for record in turn.all("synthesis"):
             causes = _CAUSES.get(record.reason)
-            if record.reason is Reason.REQUEST and any(map(now.done.get, now.requests)):
+            if record.reason == "request" and any(map(now.done.get, now.requests)):
                 continue  # a robot has had its part in a need
             if now.live and causes and self._happened & {*causes}:
                 continue  # its strategy may have come later
             if causes and not any(map(turn.first, causes)):
                 problem = f"a synthesis for the reason {record.reason}, which no line records"
                 yield self.broken_by(record, record.robot, problem)
-        if turn.final or now.header.coordination != RESYNTHESIS:
-            return
-        done = {(s.robot, s.objective) for s in turn.all(Synthesis)}
+        if turn.robot is None or turn.final or now.header.coordination != RESYNTHESIS or now.live:
+            return  # live, a strategy may come later: StrategyRule judges each move
+        done = {(s.robot, s.objective) for s in turn.all("synthesis")}
         for robot, objective in now.objectives.items():
             same = _alternating(objective) == _alternating(turn.objectives[robot])
             owed = not same and robot not in now.out  # else it is owed on its return
@@ -87,22 +67,22 @@ class SynthesisRule(Rule):
                 problem = f"{robot} gets {objective} but no strategy for it"
                 yield self.broken(turn.tick, robot, turn.records[-1].line, problem)
 
-    def _problems(self, record: Synthesis, now: Situation) -> Iterator[str]:
+    def _problems(self, record: Line, now: Situation) -> Iterator[str]:
         robot = record.robot
-        is_initial = record.reason is Reason.INITIAL
+        is_initial = record.reason == "initial"
         if is_initial:
             self._initial.add(robot)
-            given = now.header.robots[robot].objective
+            given = now.own[robot]
             if record.objective != given:
                 yield f"{robot} is to {given}, but the synthesis is for {record.objective}"
         if is_initial is not (record.tick == 0):
             yield f"a synthesis of tick {record.tick} for the reason {record.reason}"
-        if record.verified is Verified.MOVES:
+        if record.verified == "moves":
             if record.strategy is not None or record.states is not None:
                 yield f"the moves of {robot} are checked one by one, but its strategy is listed"
-        elif record.verdict is RecordedVerdict.REALIZABLE and record.strategy is None:
+        elif record.verdict == "realizable" and record.strategy is None:
             yield f"the synthesis for {robot} is realizable but gave no strategy"
-        if record.verdict is not RecordedVerdict.REALIZABLE and record.strategy is not None:
+        if record.verdict != "realizable" and record.strategy is not None:
             yield f"the synthesis for {robot} is {record.verdict} but gave a strategy"
 
 
@@ -114,29 +94,29 @@ class StrategyRule(Rule):
     name = "strategy"
 
     def __init__(self) -> None:
-        self._last: dict[tuple[str, Objective], Synthesis] = {}
+        self._last: dict[tuple[str, Objective], Line] = {}
         self._excused: set[str] = set()
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if isinstance(record, Synthesis):
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+        if record.type == "synthesis":
             self._last[record.robot, record.objective] = record
             self._excused.discard(record.robot)
-        elif isinstance(record, Assumption):
+        elif record.type == "assumption":
             self._excused.add(record.robot)
-        elif isinstance(record, Move) and record.robot not in self._excused:
+        elif record.type == "move" and record.robot not in self._excused:
             problem = self._problem(record.robot, record.by, now)
             if problem:
                 yield self.broken_by(record, record.robot, problem)
 
-    def _problem(self, robot: str, by: MovedBy | None, now: Situation) -> str:
-        if by in (MovedBy.PLAN, MovedBy.STAY, MovedBy.BACKTRACK):
+    def _problem(self, robot: str, by: str | None, now: Situation) -> str:
+        if by in ("plan", "stay", "backtrack"):
             return ""
         objective = now.objectives[robot]
         last = self._last.get((robot, objective))
         if last is None:
             without = now.header.coordination == RESYNTHESIS
             return f"{robot} moves without a strategy for {objective}" if without else ""
-        if last.verdict is not RecordedVerdict.REALIZABLE:
+        if last.verdict != "realizable":
             return f"{robot} moves, though {objective} was {last.verdict} in tick {last.tick}"
         if last.verified is False:
             return f"{robot} moves by a strategy that failed its verification in tick {last.tick}"
@@ -149,12 +129,12 @@ class VerdictsRule(Rule):
     name = "verdicts"
 
     def __init__(self) -> None:
-        self._proven: dict[str, Synthesis] = {}
+        self._proven: dict[str, Line] = {}
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:  # noqa: ARG002
-        if isinstance(record, Synthesis) and record.spec and record.verdict in _PROVEN:
-            former = self._proven.setdefault(record.spec, record)
-            if former.verdict is not record.verdict:
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:  # noqa: ARG002
+        if record.type == "synthesis" and record.spec and record.verdict in _PROVEN:
+            former: Line = self._proven.setdefault(record.spec, record)
+            if former.verdict != record.verdict:
                 problem = f"{record.verdict}, but {former.verdict} in line {former.line}"
                 yield self.broken_by(record, record.robot, f"this specification is {problem}")
 

@@ -72,7 +72,7 @@ class Result:
     """The result of one case. ``reasons`` says what is wrong, one sentence each; ``detail`` is
     more for a reader who looks into it (a traceback, last words); ``earlier`` holds the reasons of
     former attempts. ``requirements``: name -> verdict and robustness on the motion of the run.
-    ``seconds`` is the run itself,
+    ``makespan``: of a live run, seconds on its own clock. ``seconds`` is the run itself,
     ``wall_seconds`` all of the time from handing it out to having the answer."""
 
     name: str
@@ -87,6 +87,7 @@ class Result:
     cause: str | None = None
     explanation: str | None = None
     ticks: int | None = None
+    makespan: float | None = None
     rounds: dict[str, int] | None = None
     resolved: list[str] | None = None
     blocked: list[str] | None = None

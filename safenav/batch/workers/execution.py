@@ -26,9 +26,10 @@ from safenav.errors import (
     UsageError,
 )
 from safenav.extras import missing
+from safenav.outcome import Outcome
 from safenav.runtime.expectation import Ledger, differences
 from safenav.runtime.mission import Mission, default_synthesizer
-from safenav.scenario.model import Outcome, Scenario
+from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.synthesis.binary import Binary, find_binary
 from safenav.synthesis.slugs import Synthesizer
@@ -99,6 +100,7 @@ def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path | N
         "cause": ended.cause,
         "explanation": ended.explanation,
         "ticks": ended.ticks,
+        "makespan": None if ended.makespan is None else round(ended.makespan, 6),
         "rounds": ended.rounds,
         "resolved": ledger.resolved,
         "blocked": ledger.blocked,

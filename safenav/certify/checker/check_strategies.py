@@ -16,20 +16,35 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cache
 from itertools import chain, product, repeat
 from math import prod
-from typing import Any, NamedTuple
+from typing import Any
+
+from safenav.audit.language import (
+    HEADINGS,
+    Clause,
+    Key,
+    Pose,
+    RefusedError,
+    Row,
+    TooLargeError,
+    closure,
+    complete,
+    function_of,
+    named,
+    primed,
+    read_clause,
+    require,
+)
+from safenav.audit.world import World
 
 MOST_EDGES = 500_000
-MOST_STATES = 200_000
-MOST_CASES = 1_000_000
 MOST_MEMORY = 64
 # Programs disagree on whether a line ends there: a comment to one is a formula to another.
 FOREIGN = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028\u2029]|\r(?!\n|\Z)")
 PASSING = re.compile(r"busy_\w+")  # inputs without effect on the next observations
-HEADINGS = ("north", "east", "south", "west")
 STRICTLY = ", without crossing the one whose turn it is not"
 LOOSELY = "; it may cross the one whose turn it is not"
 ASSUMED = {
@@ -44,139 +59,8 @@ TOLD = ("request", "wait", "assigned")
 SECTIONS = ("ENV_INIT", "SYS_INIT", "ENV_TRANS", "SYS_TRANS", "ENV_LIVENESS", "SYS_LIVENESS")
 
 Json = Mapping[str, Any]
-Key = str  # a variable's name, followed by ' where its next value is meant
-Keys = Sequence[Key]
-Row = tuple[int, ...]  # values of variables; a truth is 0 or 1
 Edges = tuple[Sequence[int], Sequence[int]]  # the node before each edge, and the one after it
 Met = list[bool]  # of each edge
-
-
-class RefusedError(Exception):
-    """The evidence does not prove the claim; the message states why."""
-
-
-class TooLargeError(Exception):
-    """The evidence is larger than this checker accepts."""
-
-
-def require(holds: object, reason: str) -> None:
-    if not holds:
-        raise RefusedError(reason)
-
-
-def closure(starts: Iterable[Any], after: Callable[[Any], Iterable[Any]]) -> list[Any]:
-    """Return everything that is reachable from ``starts``."""
-    found = dict.fromkeys(starts)
-    queue = list(found)
-    for state in queue:
-        fresh = dict.fromkeys(other for other in after(state) if other not in found)
-        found |= fresh
-        queue += fresh
-        if len(queue) > MOST_STATES:
-            raise TooLargeError(f"more than {MOST_STATES} states; not certified")
-    return queue
-
-
-class Clause(NamedTuple):
-    """A formula, the variables that it reads, and an expression of Python for it."""
-
-    text: str
-    reads: frozenset[Key]
-    code: str
-
-
-_TOKEN = re.compile(
-    r"(?a)\s*(\d+|[A-Za-z_]\w*'*|<-->|<->|-->|->|&&|\|\||/\\|\\/|!=|<=|>=|[!~&|^=<>+()])"
-)
-_SAME = {"&&": "&", "/\\": "&", "||": "|", "\\/": "|", "-->": "->", "<-->": "<->", "~": "!"}
-# How tightly operators bind (equal ones are grouped to the left), and their form in Python: truths
-# are 0 and 1, so that an implication is a comparison.
-_SIGNS = {"<->": (1, "=="), "->": (2, "<="), "^": (3, "!="), "|": (4, "or"), "&": (5, "and")}
-_SIGNS |= {"=": (7, "=="), "+": (8, "+"), **{s: (7, s) for s in ("!=", "<", "<=", ">", ">=")}}
-_NOT, _COMPARES, _TIGHTEST = 6, 7, 9
-_NUMBERS = {"FALSE": 0, "TRUE": 1} | {heading: k for k, heading in enumerate(HEADINGS)}
-
-
-def name_of(key: Key) -> str:
-    """Return a variable's name in Python."""
-    return f"next_{key[:-1]}" if key.endswith("'") else f"now_{key}"
-
-
-def primed(names: Iterable[str]) -> list[Key]:
-    return [f"{name}'" for name in names]
-
-
-def read_clause(text: str, truths: Collection[str]) -> Clause:
-    """Parse a clause. ``truths``: the Boolean variables."""
-    rest = _TOKEN.sub("", text).strip()
-    require(not rest, f"cannot read '{rest[:20]}'")
-    tokens = ["the end", *(_SAME.get(token, token) for token in reversed(_TOKEN.findall(text)))]
-    reads: set[Key] = set()
-
-    def check(parts: list[tuple[str, bool]], truth: bool) -> list[str]:
-        good = all(is_truth is truth for _, is_truth in parts)
-        require(good, f"a number stands for a truth in '{text}', or a truth for a number")
-        return [code for code, _ in parts]
-
-    def read(least: int, prime: str) -> tuple[str, bool]:
-        """Return the expression that binds at least this tightly, and whether it is a truth. Within
-        next(...) each variable gets a prime."""
-        token = tokens.pop()
-        value = str(_NUMBERS.get(token, token)), token in ("TRUE", "FALSE")
-        if token in ("next", "X") and tokens[-1] == "(":
-            value = read(_TIGHTEST, f"{prime}'")
-        elif token == "(":
-            value = read(0, prime)
-            require(tokens.pop() == ")", f"a bracket is open in '{text}'")
-        elif token == "!":
-            value = f"(not {check([read(_NOT, prime)], True)[0]})", True
-        elif token.isdigit():
-            value = str(int(token)), False
-        elif token not in _NUMBERS:
-            require(re.fullmatch(r"\w+'?", token + prime), f"'{token}' is not expected in '{text}'")
-            reads.add(token + prime)
-            value = name_of(token + prime), token.rstrip("'") in truths
-        while _SIGNS.get(sign := tokens[-1], (-1,))[0] >= least:
-            (strength, word), parts = _SIGNS[sign], [value]
-            while tokens[-1] == sign and (len(parts) < 2 or word in ("and", "or", "+")):
-                tokens.pop()
-                parts.append(read(strength + 1, prime))
-            code = f" {word} ".join(check(parts, strength < _NOT))
-            value = f"({code})", strength <= _COMPARES
-        return value
-
-    (code,) = check([read(0, "")], True)
-    require(len(tokens) == 1, f"'{tokens[-1]}' is not expected in '{text}'")
-    return Clause(text, frozenset(reads), code)
-
-
-@cache
-def function_of(keys: Keys, clauses: Sequence[Clause]) -> Any:
-    """Return whether all clauses hold, as a function of the values of these variables. (Whatever is
-    evaluated was put together by ``read_clause``.)"""
-    code = " and ".join(clause.code for clause in clauses) or "True"
-    return eval(f"lambda {', '.join(map(name_of, keys))}: {code}")
-
-
-def complete(
-    ranges: Mapping[Key, range], wanted: Keys, clauses: Sequence[Clause], known: Mapping[Key, int]
-) -> set[Row]:
-    """Return all rows of values of the ``wanted`` variables that satisfy the clauses together with
-    the known values. A clause is evaluated as soon as all values that it reads are known."""
-    if not wanted and not clauses:
-        return {()}
-    names, found = (*known,), [(*known.values(),)]
-    for key in ("", *wanted):
-        if key and len(found) * len(ranges[key]) > MOST_CASES:
-            raise TooLargeError(f"more than {MOST_CASES} cases of {', '.join(wanted)}")
-        if key:
-            names, found = (*names, key), [(*row, value) for row in found for value in ranges[key]]
-        ready = (c for c in clauses if c.reads <= {*names} and (not key or key in c.reads))
-        holds = function_of(names, (*ready,))
-        found = [row for row in found if holds(*row)]
-    unknown = set().union(*(clause.reads for clause in clauses)) - {*names}
-    require(not unknown, f"a formula reads {', '.join(sorted(unknown))}, which is not known there")
-    return {row[len(known) :] for row in found}
 
 
 class Specification:
@@ -385,82 +269,10 @@ def check_realizes(graph: Strategy, measures: Any) -> None:
     del graph.done, graph.asked, graph.expected  # a run has no use for them
 
 
-Pose = tuple[int, str | None]  # a region, and the heading of robots that have one
-
-
-class World:
-    """The map of the scenario: which regions are free, and which lie next to each other."""
-
-    def __init__(self, data: Json) -> None:
-        cells, self.cols = "".join(data["grid"]), len(data["grid"][0])
-        self.rows, self.size = len(data["grid"]), len(cells)
-        good = {*map(len, data["grid"])} == {self.cols} and {*cells} <= {*"#."}
-        require(good, "the map has rows of different lengths, or other cells than # and .")
-        self.free = frozenset(region for region, cell in enumerate(cells) if cell == ".")
-        named, areas = data.get("names") or {}, data.get("areas") or {}
-        good = all(re.fullmatch(r"[\w-]+", name) for name in (*named, *areas))
-        require(good, "a name of a region has other characters than letters, digits, _ and -")
-        self.names = {frozenset([region]): name for name, region in named.items()}
-        self.names |= {frozenset(regions): name for name, regions in areas.items()}
-        many = {"north": self.rows, "south": self.rows, "east": self.cols, "west": self.cols}
-        self.sides = [heading for heading in HEADINGS if many[heading] > 1]
-
-    def word(self, regions: Collection[int]) -> str:
-        """Return the name of an area or a region, or its numbers."""
-        each = (self.names.get(frozenset([r]), str(r)) for r in sorted(regions))
-        return self.names.get(frozenset(regions)) or " or ".join(each)
-
-    def step(self, region: int, heading: str) -> int | None:
-        """Return the free region on that side, or None."""
-        row, col = divmod(region, self.cols)
-        row += (heading == "south") - (heading == "north")
-        col += (heading == "east") - (heading == "west")
-        beyond = row * self.cols + col
-        inside = 0 <= row < self.rows and 0 <= col < self.cols
-        return beyond if inside and beyond in self.free else None
-
-    def around(self, regions: Iterable[int]) -> set[int]:
-        """Return the regions and their free neighbours."""
-        near = ((r, *(self.step(r, heading) for heading in HEADINGS)) for r in regions)
-        return {r for r in chain(*near) if r is not None}
-
-    def moves(self, mobility: str, pose: Pose) -> set[Pose]:
-        """Return the poses after one step or none. With heading mobility a robot never goes
-        backwards, faces the direction of its step, and keeps its heading while it stays."""
-        free = mobility == "free"
-        back = None if free else HEADINGS[HEADINGS.index(str(pose[1])) - 2]
-        steps = ((self.step(pose[0], h), None if free else h) for h in HEADINGS if h != back)
-        return {pose, *((region, heading) for region, heading in steps if region is not None)}
-
-    def sees(self, a: int, b: int, radius: float | None, closed: Collection[int]) -> bool:
-        """Return whether region b is in sight from a. The distance of the centres is at most the
-        radius; the segment between them passes through the interior of no wall or closed region,
-        and not between two of them that touch at a corner."""
-        (row, col), (row_b, col_b) = divmod(a, self.cols), divmod(b, self.cols)
-        down, right = row_b - row, col_b - col
-        if radius is not None and down * down + right * right > radius * radius:
-            return False
-        shut: dict[tuple[int, int], int] = {}  # distance of the segment from what is shut
-        for r, c in product(*(range(min(0, far), max(0, far) + 1) for far in (down, right))):
-            region = (row + r) * self.cols + col + c
-            if region not in self.free or (region in closed and region not in (a, b)):
-                shut[r, c] = 2 * abs(down * c - right * r) - abs(down) - abs(right)
-        across = (1 if down > 0 else -1, 1 if right > 0 else -1)
-        corners = ((r, c) for r, c in shut if shut.get((r + across[0], c - across[1])) == 0)
-        return min(shut.values(), default=0) >= 0 and all(shut[corner] > 0 for corner in corners)
-
-
 def poses_of(listed: Iterable[Sequence[Any]], mobility: str) -> frozenset[Pose]:
     """Return the poses of a list of ``[region, heading]``; null stands for any heading."""
     every = HEADINGS if mobility == "heading" else (None,)
     return frozenset((r, h) for r, given in listed for h in ((given,) if given else every))
-
-
-def named(*poses: Pose) -> dict[Key, int]:
-    """Return a pose, or one and the next, as values of variables."""
-    each = [*zip(poses, ("", "'"), strict=False)]
-    regions = {f"region{prime}": region for (region, _), prime in each}
-    return regions | {f"heading{prime}": HEADINGS.index(h) for (_, h), prime in each if h}
 
 
 class Objective:
@@ -579,6 +391,8 @@ class Task:
         listed = line.get("goal_places") or ()  # where a target is entered while it is next
         self.goal_places = [poses_of(places, robot["mobility"]) for places in listed]
         self.moving = list(line.get("moving") or ())
+        slow = world.live and self.moving and robot["tracking"] != "nearby"
+        require(not slow, "in a live run it relies on the speed of robots in conflict with it")
         self.places = line.get("places")  # its assignable regions (``assignable``), or None
         # Knowledge of another robot is a region, or a belief: a set of cells, numbered from the
         # number of regions on.
@@ -646,9 +460,9 @@ class Task:
 
     def after(self, name: str, region: int, value: int) -> set[int]:
         """Return the possible next knowledge of another robot, if ``value`` is known of it now. The
-        other one stays or steps, not onto this robot if they are in conflict; then this robot
+        other one stays or moves, not onto this robot if they are in conflict; then this robot
         looks."""
-        reach = self.world.around(self.whereabouts(name, value))
+        reach = self.world.later(self.whereabouts(name, value))
         reach -= {region} if name in self.moving else set()
         seen = {r for r in reach if self.sees(region, r)}
         hidden = (k for k, cell in enumerate(self.cells) if cell & (reach - seen))

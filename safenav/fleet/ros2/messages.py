@@ -32,10 +32,12 @@ if TYPE_CHECKING:
     Doubles36 = list[float]
     Octets16 = list[int]
     Floats = list[float]
+    Strings = list[str]
 else:
     Doubles36 = array[float64, 36]
     Octets16 = array[uint8, 16]
     Floats = sequence[float32]
+    Strings = sequence[str]
 
 
 @dataclass
@@ -161,6 +163,48 @@ class LaserScan(IdlStruct, typename="sensor_msgs::msg::dds_::LaserScan_"):
     range_max: float32 = 0.0
     ranges: Floats = field(default_factory=list)
     intensities: Floats = field(default_factory=list)
+
+
+@dataclass
+@idl.final
+class Transform(IdlStruct, typename="geometry_msgs::msg::dds_::Transform_"):
+    translation: Vector3 = field(default_factory=Vector3)
+    rotation: Quaternion = field(default_factory=Quaternion)
+
+
+if TYPE_CHECKING:
+    Transforms = list[Transform]
+    Twists = list[Twist]
+else:
+    Transforms = sequence[Transform]
+    Twists = sequence[Twist]
+
+
+@dataclass
+@idl.final
+class TrajectoryPoint(
+    IdlStruct, typename="trajectory_msgs::msg::dds_::MultiDOFJointTrajectoryPoint_"
+):
+    """Where each joint is ``time_from_start`` after the stamp of the trajectory."""
+
+    transforms: Transforms = field(default_factory=list)
+    velocities: Twists = field(default_factory=list)
+    accelerations: Twists = field(default_factory=list)
+    time_from_start: Duration = field(default_factory=Duration)
+
+
+if TYPE_CHECKING:
+    TrajectoryPoints = list[TrajectoryPoint]
+else:
+    TrajectoryPoints = sequence[TrajectoryPoint]
+
+
+@dataclass
+@idl.final
+class Trajectory(IdlStruct, typename="trajectory_msgs::msg::dds_::MultiDOFJointTrajectory_"):
+    header: MessageHeader = field(default_factory=MessageHeader)
+    joint_names: Strings = field(default_factory=list)
+    points: TrajectoryPoints = field(default_factory=list)
 
 
 @dataclass

@@ -6,8 +6,13 @@ Names on the wire: a topic ``/odom`` is ``rt/odom``; a service ``/push`` is ``rq
 
 from __future__ import annotations
 
+import contextlib
+import os
+import socket
+import sys
 from collections.abc import Callable
 from itertools import count
+from pathlib import Path
 from threading import Lock
 from typing import Any, TypeVar
 from uuid import uuid4
@@ -63,6 +68,25 @@ def configuration(interface: str, peers: tuple[str, ...]) -> str:
     )
 
 
+def _confine(interface: str) -> None:
+    """Let the sockets of this process that are open to every address hear one interface only.
+
+    cyclonedds binds those that receive to 0.0.0.0, whatever the configured interface (its issues
+    1923 and 2090). Linux alone can tie a socket to an interface afterwards, and only where it is
+    not.
+    """
+    if not sys.platform.startswith("linux"):
+        return
+    for entry in list(Path("/proc/self/fd").iterdir()):
+        with contextlib.suppress(OSError):
+            if not str(entry.readlink()).startswith("socket:"):
+                continue
+            with socket.socket(fileno=os.dup(int(entry.name))) as one:
+                if one.type != socket.SOCK_DGRAM or one.getsockname()[0] not in ("0.0.0.0", "::"):
+                    continue
+                one.setsockopt(socket.SOL_SOCKET, socket.SO_BINDTODEVICE, interface.encode())
+
+
 class _Taking(Listener):
     """Gives each message to a function; one at a time, in the order of their arrival."""
 
@@ -84,6 +108,7 @@ class Participant:
     def __init__(self, domain: int, interface: str, peers: tuple[str, ...]) -> None:
         self._domain: Any = Domain(domain, configuration(interface, peers))
         self._participant: Any = DomainParticipant(domain)
+        _confine(interface)
         self._topics: dict[str, Any] = {}
         self._readers: list[Any] = []
         self.client = uuid4().int & (2**63 - 1)

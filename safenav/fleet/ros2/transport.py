@@ -6,30 +6,32 @@ For a robot of namespace ``/digit``: the action ``/digit/navigate_to_pose``, the
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping
-from math import atan2, cos, sin
 from threading import Lock
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from uuid import uuid4
 
 from safenav.dataclass import dataclass
+from safenav.fleet import ros as common
 from safenav.fleet.fleet_file import Network, Station
 from safenav.fleet.ros2 import messages as ros
 from safenav.fleet.ros2.node import RELIABLE, SENSOR, Client, Participant
+from safenav.fleet.streaming import Streams
 from safenav.fleet.transport import (
     GoalEnd,
     GoalEnded,
     GoalPoint,
-    Located,
     Message,
     Performed,
     Reported,
-    Scanned,
     result_of,
 )
 from safenav.trace.vocabulary import ActResult
 
-FRAME = "map"
+if TYPE_CHECKING:
+    from safenav.fleet.setpoints import Setpoints
+
 _ENDS = {
     ros.SUCCEEDED: GoalEnd.SUCCEEDED,
     ros.CANCELED: GoalEnd.CANCELED,
@@ -73,6 +75,11 @@ class _Robot:
             node, f"{action}/cancel_goal", ros.CancelRequest, ros.CancelReply, self._canceling
         )
         self._results: dict[int, _Pending] = {}
+        self._reference = self._steps = None
+        if station.follow is not None:
+            topic = f"rt{space}/{station.follow.topic}"
+            self._reference = node.writer(topic, ros.Trajectory, RELIABLE)
+            self._steps = node.writer(topic + common.STEPS, ros.Trajectory, RELIABLE)
         for service in dict.fromkeys(station.act.values()):
             self._add_service(service)
         node.listen(f"rt{space}/odom", ros.Odometry, self._located, SENSOR)
@@ -81,10 +88,28 @@ class _Robot:
         if station.report is not None:
             node.listen(f"rt{space}/{station.report}", ros.String, self._reported, RELIABLE)
 
+    # References
+
+    def stream(self, part: Setpoints) -> None:
+        """Send the next second of a reference, and the next steps of a walker."""
+        assert self._reference is not None and self._steps is not None
+        self._reference.write(_trajectory([common.MASS], common.ahead_of(part)))
+        if part.feet:
+            feet = [common.LEFT, common.RIGHT]
+            self._steps.write(_trajectory(feet, common.steps_of(part)))
+
+    @property
+    def named(self) -> str:
+        """The topic or the action for which somebody has to be there."""
+        follow = self._station.follow
+        return self.action if follow is None else f"{self._station.namespace}/{follow.topic}"
+
     # Goals
 
     @property
     def connected(self) -> bool:
+        if self._reference is not None:
+            return bool(self._reference.get_matched_subscriptions())
         return self._send.connected and self._result.connected
 
     def navigate(self, goal: GoalPoint) -> None:
@@ -164,17 +189,10 @@ class _Robot:
     # What it senses
 
     def _located(self, odometry: ros.Odometry) -> None:
-        pose = odometry.pose.pose
-        q = pose.orientation
-        yaw = atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))
-        stamp = odometry.header.stamp.seconds
-        self._post(Located(self._name, stamp, pose.position.x, pose.position.y, yaw))
+        self._post(common.located(self._name, odometry.header.stamp.seconds, odometry))
 
     def _scanned(self, scan: ros.LaserScan) -> None:
-        most = float(scan.range_max)
-        ranges = [float(r) if scan.range_min <= r <= most else float("inf") for r in scan.ranges]
-        first, step = float(scan.angle_min), float(scan.angle_increment)
-        self._post(Scanned(self._name, scan.header.stamp.seconds, first, step, ranges))
+        self._post(common.scanned(self._name, scan.header.stamp.seconds, scan))
 
     def _reported(self, report: ros.String) -> None:
         self._post(Reported(self._name, report.data.strip()))
@@ -188,6 +206,7 @@ class Ros2Transport:
         self._stations = stations
         self._robots: dict[str, _Robot] = {}
         self._node: Participant | None = None
+        self._streams = Streams(lambda robot, part: self._robots[robot].stream(part))
 
     def open(self, post: Callable[[Message], None]) -> None:
         network = self._network
@@ -198,19 +217,24 @@ class Ros2Transport:
         }
 
     def missing(self) -> list[str]:
-        return [robot.action for robot in self._robots.values() if not robot.connected]
+        return [robot.named for robot in self._robots.values() if not robot.connected]
 
     def navigate(self, robot: str, goal: GoalPoint) -> None:
         self._robots[robot].navigate(goal)
 
+    def follow(self, robot: str, reference: Setpoints) -> None:
+        self._streams.follow(robot, reference)
+
     def cancel(self, robot: str) -> None:
-        self._robots[robot].cancel()
+        if not self._streams.stop(robot):
+            self._robots[robot].cancel()
 
     def perform(self, robot: str, action: str, obstacle: str, number: int) -> None:
         del obstacle  # std_srvs/Trigger has no fields: the service knows what it works on
         self._robots[robot].perform(action, number)
 
     def close(self) -> None:
+        self._streams.close()
         for robot in self._robots.values():
             robot.cancel()
         if self._node is not None:
@@ -219,7 +243,25 @@ class Ros2Transport:
 
 
 def _navigate(goal: GoalPoint) -> ros.NavigateGoal:
-    yaw = goal.yaw or 0.0
-    turn = ros.Quaternion(0.0, 0.0, sin(yaw / 2), cos(yaw / 2))
+    turn = ros.Quaternion(0.0, 0.0, *common.facing(goal.yaw))
     pose = ros.PlacedPose(ros.Point(goal.x, goal.y, 0.0), turn)
-    return ros.NavigateGoal(ros.PoseStamped(ros.MessageHeader(ros.Time(), FRAME), pose), "")
+    header = ros.MessageHeader(ros.Time(), common.FRAME)
+    return ros.NavigateGoal(ros.PoseStamped(header, pose), "")
+
+
+def _trajectory(joints: list[str], frames: list[common.TrajectoryFrame]) -> ros.Trajectory:
+    now = time.time()
+    stamp = ros.Time(int(now), int(now % 1 * 1e9))
+    points = [
+        ros.TrajectoryPoint(
+            [
+                ros.Transform(ros.Vector3(x, y, z), ros.Quaternion(0.0, 0.0, *common.facing(yaw)))
+                for x, y, z, yaw in frame.poses
+            ],
+            [ros.Twist(ros.Vector3(*frame.velocity))] if frame.velocity else [],
+            [ros.Twist(ros.Vector3(*frame.acceleration))] if frame.acceleration else [],
+            ros.Duration(int(frame.after), int(frame.after % 1 * 1e9)),
+        )
+        for frame in frames
+    ]
+    return ros.Trajectory(ros.MessageHeader(stamp, common.FRAME), joints, points)

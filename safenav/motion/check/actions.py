@@ -43,7 +43,7 @@ def check_deeds(
             for piece in pieces.get(action.robot, ())
             if piece.t0 < action.t1 - NEAR and piece.t1 > action.t0 + NEAR
         ]
-        path = _body(during, limits[action.robot], action.t0, action.t1)
+        path = body_between(during, limits[action.robot], action.t0, action.t1)
         if len(path) == 0:
             continue  # the rule of continuity tells it
         moved = float(np.hypot(*(path - path[0]).T).max())
@@ -79,14 +79,14 @@ def _behind(
     ahead = np.array([col - from_col, row - from_row], dtype=float)
     middle = (np.array([col, row]) + 0.5) * grid.side
     since = [p for p in own if last.t0 <= p.t0 and p.t0 < action.t1 - NEAR]
-    path = _body(since, limits[action.robot], last.t0, action.t1)
+    path = body_between(since, limits[action.robot], last.t0, action.t1)
     past = float(((path - middle) @ ahead).max())
     if past > STILL:
         what = f"passes {action.obstacle} by {past:.3f} m before it is resolved"
         report(Finding(action.t0, action.robot, "obstacle", what))
 
 
-def _body(
+def body_between(
     pieces: Sequence[Moving], limits: Mapping[str, object], begin: float, end: float
 ) -> Array:
     """Centres of the body (n, 2) between two times."""

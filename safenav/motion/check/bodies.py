@@ -33,8 +33,8 @@ def check_distances(
             continue
         for name in (one, other):
             if name not in where:
-                where[name] = _places(pieces[name], limits[name], times)
-        radii = (_radius(limits[one]), _radius(limits[other]))
+                where[name] = places(pieces[name], limits[name], times)
+        radii = (radius(limits[one]), radius(limits[other]))
         apart = np.hypot(*(where[one] - where[other]).T)
         nearest = int(apart.argmin())
         if apart[nearest] < sum(radii) - TOUCH:
@@ -45,12 +45,14 @@ def check_distances(
             report(Finding(float(times[nearest]), other, "distance", what))
 
 
-def _radius(limits: Mapping[str, object]) -> float:
+def radius(limits: Mapping[str, object]) -> float:
+    """The radius of the disc that its body fits in, in metres."""
     size = limits.get("size", 0.0)
     return float(size) / 2 if isinstance(size, int | float) else 0.0
 
 
-def _places(pieces: Sequence[Moving], limits: Mapping[str, object], times: Array) -> Array:
+def places(pieces: Sequence[Moving], limits: Mapping[str, object], times: Array) -> Array:
+    """The middle of a body (n, 2) at some times, by its pieces of motion."""
     bodies = [discs(piece, limits)[0] for piece in pieces]
     samples = np.concatenate([body.times for body in bodies])
     centres = np.concatenate([body.centres for body in bodies])

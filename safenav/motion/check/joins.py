@@ -3,25 +3,30 @@ velocity, except by the pushes that the file lists."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Sequence
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 
 from safenav.motion.check.finding import NEAR, Finding, Report
 from safenav.motion.check.gliding import arc_ends, curve_ends
 from safenav.motion.check.paths import Array
-from safenav.motion.file.records import BodyPush, Drive, Flight, Moving, Segment
+from safenav.motion.file.records import BodyPush, Drive, Flight, Moving, Piece, Segment
+
+P = TypeVar("P", bound=Piece)
 
 
 def check_joins(
     robot: str,
     pieces: Sequence[Moving],
     pushes: Sequence[BodyPush],
+    resets: Container[tuple[str, float]],
     makespan: float,
     report: Report,
 ) -> None:
-    """Pieces of one robot in order. ``makespan``: until when it must be somewhere."""
+    """Pieces of one robot in order. ``resets``: robots and times where a plan continues from where
+    the robot was measured, or ends; ``makespan``: until when it must be somewhere."""
     if not pieces:
         report(Finding(0.0, robot, "continuity", "no motion recorded for this robot"))
         return
@@ -29,14 +34,15 @@ def check_joins(
     if abs(first.t0) > NEAR:
         found = f"no motion recorded until {first.t0:.3f} s"
         report(Finding(0.0, robot, "continuity", found))
-    if abs(last.t1 - makespan) > NEAR:
+    if abs(last.t1 - makespan) > NEAR and (robot, last.t1) not in resets:
         found = f"no motion recorded from {last.t1:.3f} s to the end at {makespan:.3f} s"
         report(Finding(last.t1, robot, "continuity", found))
     speed = np.hypot(*_ends(first)[0][2:4])
     if speed > NEAR:
         report(Finding(0.0, robot, "continuity", f"it starts with {speed:.3f} m/s"))
     for before, after in pairwise(pieces):
-        _joined(before, after, _blow(pushes, after.t0), report)
+        if (robot, after.t0) not in resets:
+            _joined(before, after, _blow(pushes, after.t0), report)
 
 
 def _joined(before: Moving, after: Moving, blow: Array, report: Report) -> None:
@@ -129,9 +135,9 @@ def inner_joins(piece: Moving, report: Report) -> None:
             report(Finding(piece.t0, piece.robot, "continuity", f"it jumps by {jump:.4f} m"))
 
 
-def by_robot(pieces: Sequence[Moving]) -> Mapping[str, list[Moving]]:
+def by_robot(pieces: Sequence[P]) -> dict[str, list[P]]:
     """The pieces of each robot, in the order of the file."""
-    found: dict[str, list[Moving]] = {}
+    found: dict[str, list[P]] = {}
     for piece in pieces:
         found.setdefault(piece.robot, []).append(piece)
     return found

@@ -6,15 +6,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from safenav.motion.check.finding import NEAR, Finding, Report
-from safenav.motion.file.records import Action, Moving, Release, Reserve
+from safenav.motion.file.records import Action, Piece, Release, Reserve
 from safenav.trace.records import (
     Act,
-    Acted,
+    ActionEnd,
     Appeared,
     Arrive,
-    Blocked,
     Depart,
     Gone,
+    KnownObstacle,
     Met,
     Move,
     Resolved,
@@ -68,7 +68,11 @@ def conflicts_of(scenario: ScenarioHeader) -> dict[str, frozenset[str]]:
 
 
 def passages(
-    trace: Trace, pieces: Mapping[str, Sequence[Moving]], report: Report
+    trace: Trace,
+    pieces: Mapping[str, Sequence[Piece]],
+    report: Report,
+    *,
+    driven: bool = False,
 ) -> dict[int, Passage]:
     """For each line of the trace with which a step begins, when it is carried out. Steps and
     pieces must match one by one."""
@@ -85,7 +89,9 @@ def passages(
                 return found
             found[line] = done
         if len(mine) < len(steps):
-            _, tick, origin, to = steps[len(mine)]
+            line, tick, origin, to = steps[len(mine)]
+            if driven and line in _under_way(trace):
+                continue  # the run ended before its motion began
             t = mine[-1].end if mine else 0.0
             what = f"the move {origin} -> {to} of tick {tick} is missing"
             report(Finding(t, name, "order", what))
@@ -96,7 +102,18 @@ def passages(
     return found
 
 
-def _merged(pieces: Sequence[Moving]) -> list[Passage]:
+def _under_way(trace: Trace) -> set[int]:
+    """The lines with which steps begin that have no end."""
+    begun: dict[int, int] = {}
+    for record in trace.records:
+        if isinstance(record, Depart):
+            begun[record.command] = record.line
+        elif isinstance(record, Arrive):
+            begun.pop(record.command, None)
+    return set(begun.values())
+
+
+def _merged(pieces: Sequence[Piece]) -> list[Passage]:
     """One passage a step: a push splits a step into pieces of one tick."""
     found: list[Passage] = []
     for piece in pieces:
@@ -143,8 +160,11 @@ def check_clock(
     steps: Mapping[int, Passage],
     lines: Sequence[object],
     report: Report,
+    *,
+    driven: bool = False,
 ) -> None:
-    """In a run with a clock, steps, actions and reservations are when the trace has them."""
+    """In a run with a clock, steps, actions and reservations are when the trace has them; a robot
+    that was ``driven`` arrives after the end of its reference or goal."""
     if trace.header.clock is None:
         return
     begun: dict[int, Depart | Act] = {}
@@ -166,12 +186,13 @@ def check_clock(
             if record.result is not MoveEnd.LOST:
                 reserved.setdefault((record.robot, left, False), []).append(t)
             step = steps.get(depart.line)
+            late = float("inf") if driven else NEAR
             if step is not None and not (
-                step.begin > (depart.t or 0.0) - NEAR and abs(step.end - t) < NEAR
+                step.begin > (depart.t or 0.0) - NEAR and t - late < step.end < t + NEAR
             ):
                 what = f"moves to {step.to} until {step.end:.3f} s, in the trace until {t:.3f} s"
                 report(Finding(step.begin, record.robot, "clock", what))
-        elif isinstance(record, Acted):
+        elif isinstance(record, ActionEnd):
             act = begun[record.command]
             assert isinstance(act, Act)
             acts.append((frozenset(act.robots), act.t or 0.0, t))
@@ -262,7 +283,7 @@ def check_order(
         elif isinstance(record, Gone):
             run.opened[record.obstacle] = 0.0
             closed.discard(record.obstacle)
-        elif isinstance(record, Blocked):
+        elif isinstance(record, KnownObstacle):
             closed.add(record.obstacle)
         elif isinstance(record, Synthesis) and record.t is not None:
             run.bound[record.robot] = record.t

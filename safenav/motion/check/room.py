@@ -97,6 +97,32 @@ class Grid:
                 yield col, row
 
 
+def outside(
+    times: Array,
+    places: Array,
+    radius: float,
+    own: Iterable[Holding],
+    grid: Grid,
+    touch: float = TOUCH,
+) -> tuple[float, float, float, float, int] | None:
+    """Where a disc reaches into a region that it does not have at the time: the time, x, y, by how
+    many metres at most, and the region; None if it stays in its own."""
+    spans = list(own)
+    for cell in grid.cells(places, radius):
+        into = radius - grid.distance(places, cell)
+        free = np.zeros(len(times), dtype=bool)
+        for span in spans:
+            if grid.place(span.region) == cell:
+                free |= (times >= span.begin - NEAR) & (times <= span.end + NEAR)
+        into = np.where(free, -1.0, into)
+        worst = int(into.argmax())
+        if into[worst] > touch:
+            region = (grid.rows - 1 - cell[1]) * grid.cols + cell[0]
+            x, y = (float(value) for value in places[worst])
+            return float(times[worst]), x, y, float(into[worst]), region
+    return None
+
+
 def check_room(
     pieces: Iterable[Moving],
     held: Iterable[Holding],

@@ -9,7 +9,7 @@ import numpy as np
 
 from safenav.motion.check.finding import NEAR, Finding, Report
 from safenav.motion.check.paths import Array, power_series
-from safenav.motion.check.room import TOUCH, Grid, Holding
+from safenav.motion.check.room import Grid, Holding, outside
 from safenav.motion.file.records import Flight, FlownTrack
 
 MASS, GRAVITY, DRAG = 0.5, 9.81, 0.25
@@ -70,40 +70,18 @@ def check_flown(
     for track in tracks:
         rows: Array = np.array(track.rows, dtype=np.float64)
         times: Array = track.t0 + track.step * np.arange(len(rows), dtype=np.float64)
-        _inside(track, times, rows[:, :2], radius, held, grid, report)
+        own = (span for span in held if span.robot == track.robot)
+        found = outside(times, rows[:, :2], radius, own, grid)
+        if found is not None:
+            t, x, y, into, region = found
+            what = f"the wind takes it to ({x:.3f}, {y:.3f}) m, {into:.3f} m into region {region}"
+            report(Finding(t, track.robot, "room", f"{what}, which it does not have"))
         reference = _reference(flights, times)
         off = np.hypot(*(rows[:, :2] - reference).T)
         told = np.abs(off - np.array(track.errors))
         if told.max() > 1e-3:
             what = f"it is {off[told.argmax()]:.3f} m off its reference, not as recorded"
             report(Finding(float(times[told.argmax()]), track.robot, "track", what))
-
-
-def _inside(
-    track: FlownTrack,
-    times: Array,
-    places: Array,
-    radius: float,
-    held: Sequence[Holding],
-    grid: Grid,
-    report: Report,
-) -> None:
-    for cell in grid.cells(places, radius):
-        into = radius - grid.distance(places, cell)
-        spans = [h for h in held if h.robot == track.robot and grid.place(h.region) == cell]
-        free = np.zeros(len(times), dtype=bool)
-        for span in spans:
-            free |= (times >= span.begin - NEAR) & (times <= span.end + NEAR)
-        into = np.where(free, -1.0, into)
-        worst = int(into.argmax())
-        if into[worst] > TOUCH:
-            region = (grid.rows - 1 - cell[1]) * grid.cols + cell[0]
-            what = (
-                f"the wind takes it to ({places[worst, 0]:.3f}, {places[worst, 1]:.3f}) m, "
-                f"{into[worst]:.3f} m into region {region}, which it does not have"
-            )
-            report(Finding(float(times[worst]), track.robot, "room", what))
-            return
 
 
 def _pull(rows: Array) -> Array:

@@ -8,6 +8,8 @@ from itertools import pairwise
 
 from safenav.motion.check.actions import check_deeds
 from safenav.motion.check.bodies import check_distances
+from safenav.motion.check.charge import check_charge
+from safenav.motion.check.execution import GOALS, check_execution, driven_robots
 from safenav.motion.check.finding import NEAR, Finding
 from safenav.motion.check.gliding import check_drive, check_flight
 from safenav.motion.check.joins import by_robot, check_joins, inner_joins
@@ -21,9 +23,11 @@ from safenav.motion.file.records import (
     Drive,
     Flight,
     FlownTrack,
+    GoalLine,
     Link,
     Motion,
     Moving,
+    Reset,
     Segment,
 )
 from safenav.trace.trace import Trace
@@ -55,9 +59,12 @@ def check_motion(motion: Motion, trace: Trace, digest: str) -> list[Finding]:
     grid = Grid(motion.header.rows, motion.header.cols, motion.header.side)
     conflicts = conflicts_of(trace.header.scenario)
     makespan = motion.outcome.makespan
+    resets = {(line.robot, line.t) for line in lines if isinstance(line, Reset)}
+    goals = by_robot([line for line in lines if isinstance(line, GoalLine)])
     for name in trace.header.scenario.robots:
         pushes = [line for line in lines if isinstance(line, BodyPush) and line.robot == name]
-        check_joins(name, pieces.get(name, []), pushes, makespan, report)
+        if limits[name].get("driven") != GOALS:
+            check_joins(name, pieces.get(name, []), pushes, resets, makespan, report)
         _start(name, trace, pieces.get(name, []), found)
     held = holdings(lines, report)
     for holding in held:
@@ -67,11 +74,14 @@ def check_motion(motion: Motion, trace: Trace, digest: str) -> list[Finding]:
     check_overlaps(held, conflicts, report)
     check_room(moving, held, motion.header, limits, report)
     _wind(motion, held, grid, found)
-    steps = passages(trace, pieces, report)
-    check_clock(trace, steps, lines, report)
+    driven = bool(driven_robots(motion))
+    steps = passages(trace, {**goals, **pieces}, report, driven=driven)
+    check_clock(trace, steps, lines, report, driven=driven)
     check_order(trace, steps, actions, report)
     check_deeds(trace, actions, pieces, grid, limits, report)
+    check_charge(trace, steps, actions, pieces, limits, makespan, report)
     check_distances(pieces, limits, conflicts, makespan, report)
+    check_execution(motion, trace, pieces, held, conflicts, report)
     _outcome(motion, found)
     return _by_time(found)
 
@@ -168,12 +178,18 @@ def _free(trace: Trace, region: int) -> bool:
 def _outcome(motion: Motion, found: list[Finding]) -> None:
     """The makespan is when the last piece ends, and the length of the chain that is named."""
     makespan, chain = motion.outcome.makespan, motion.outcome.chain
-    last = max((line.t1 for line in motion.lines if isinstance(line, Moving)), default=0.0)
+    spans: dict[str, list[tuple[float, float]]] = {}
+    for line in motion.lines:
+        if isinstance(line, Moving):
+            spans.setdefault(line.robot, []).append((line.t0, line.t1))
+    last = max((end for own in spans.values() for _, end in own), default=0.0)
 
     def wrong(what: str) -> None:
         found.append(Finding(makespan, "", "makespan", what))
 
-    if abs(last - makespan) > NEAR:
+    resets = {(line.robot, line.t) for line in motion.lines if isinstance(line, Reset)}
+    given_up = any((name, own[-1][1]) in resets for name, own in spans.items())
+    if spans and abs(last - makespan) > NEAR and not (given_up and last < makespan):
         wrong(f"the last piece of motion ends at {last:.3f} s, not at {makespan:.3f} s")
     length = sum(link.t1 - link.t0 for link in chain)
     if chain and abs(length - makespan) > 1e-6 * max(1, len(chain)):
@@ -181,10 +197,6 @@ def _outcome(motion: Motion, found: list[Finding]) -> None:
     for before, after in pairwise(chain):
         if abs(after.t0 - before.t1) > NEAR:
             wrong(f"the chain waits for {after.t0 - before.t1:.3f} s at {before.t1:.3f} s")
-    spans: dict[str, list[tuple[float, float]]] = {}
-    for line in motion.lines:
-        if isinstance(line, Moving):
-            spans.setdefault(line.robot, []).append((line.t0, line.t1))
     for link in chain:
         if not _done(link, spans.get(link.robot, [])):
             wrong(f"{link.robot} does not do '{link.what}' at {link.t0:.3f} s")

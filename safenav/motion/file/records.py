@@ -24,7 +24,9 @@ Numbers = tuple[float, ...]
 class MotionHeader:
     """``trace``: sha256 of the trace; ``side``: metres of a region; ``origin``: x, y and yaw of
     the map's south-western corner in the world; ``robots``: how each moves, with its ``kind``,
-    its parameters and its limits; ``seed``, ``gust`` (m/s) and ``push`` (m/s): disturbances."""
+    its parameters and its limits, of a real one how it is ``driven`` (``setpoints`` or ``goals``),
+    its ``tolerance`` in metres and the most seconds (``gap``) between two measurements; ``seed``,
+    ``gust`` (m/s) and ``push`` (m/s): disturbances."""
 
     trace: str
     safenav: str
@@ -144,6 +146,53 @@ class Drive(Piece):
 
 
 @dataclass(frozen=True)
+class GoalLine(Piece):
+    """A robot that finds its own way was sent to a pose (``yaw`` null: any direction), from ``t0``
+    until that ended at ``t1``: ``end`` is ``succeeded``, ``aborted``, ``canceled``, ``rejected``,
+    ``unreachable`` or, if something else came instead, ``replaced``."""
+
+    x: float
+    y: float
+    yaw: float | None
+    end: str
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """Where a robot's odometry had it: ``t`` when it was heard, ``stamp`` in seconds of the robot's
+    own clock."""
+
+    row: ClassVar[bool] = True
+    t: float
+    stamp: float
+    x: float
+    y: float
+    yaw: float
+
+
+@dataclass(frozen=True)
+class Measured:
+    """The measurements of a robot, in the order in which they were heard."""
+
+    robot: str
+    rows: tuple[Measurement, ...]
+
+
+@dataclass(frozen=True)
+class Reset:
+    """A robot had lost its reference: its plan continues from where it was measured, at rest, or
+    ends there, if nothing more was sent."""
+
+    robot: str
+    tick: int
+    t: float
+    x: float
+    y: float
+    yaw: float
+    reason: str
+
+
+@dataclass(frozen=True)
 class FlownTrack:
     """How a flyer followed its references in wind: rows of a simulated flight, every ``step``
     seconds from ``t0``: position, velocity, quaternion (w, x, y, z), body rates (rad/s), thrust
@@ -241,7 +290,20 @@ class MotionOutcome:
     chain: tuple[Link, ...]
 
 
-Line = Segment | Flight | Drive | FlownTrack | BodyPush | Reserve | Release | Action | Wait
+Line = (
+    Segment
+    | Flight
+    | Drive
+    | GoalLine
+    | Measured
+    | Reset
+    | FlownTrack
+    | BodyPush
+    | Reserve
+    | Release
+    | Action
+    | Wait
+)
 Moving = Segment | Flight | Drive
 
 

@@ -17,6 +17,7 @@ from safenav.motion.file.records import (
     Drive,
     Flight,
     Line,
+    Measured,
     MotionOutcome,
     Moving,
     Release,
@@ -53,35 +54,66 @@ def carried_out(trace: Trace, floor: MetricFloor, movers: Mapping[str, Mover]) -
     return run.end()
 
 
+class TraceLedger:
+    """The facts of the trace alone: who has which region when, and is busy for how long."""
+
+    def __init__(self, starts: Mapping[str, int]) -> None:
+        self.lines: list[Line] = [Reserve(n, 0, region, 0.0) for n, region in starts.items()]
+        self.departs: dict[str, records.Depart] = {}
+        self.busy = dict.fromkeys(starts, 0.0)
+        self._acts: dict[int, records.Act] = {}
+        self._last = dict.fromkeys(starts, 0.0)
+
+    def step(self, record: records.Record) -> tuple[records.Depart, records.Arrive] | None:
+        """Take a line of the trace; the step that it ends, if it ends one."""
+        if isinstance(record, records.Depart):
+            self.departs[record.robot] = record
+            self.lines.append(Reserve(record.robot, record.tick, record.to, _time(record)))
+        if not isinstance(record, records.Arrive):
+            return None
+        depart = self.departs.pop(record.robot)
+        left = depart.to if record.at == depart.from_ else depart.from_
+        if record.result is not MoveEnd.LOST:
+            self.lines.append(Release(record.robot, record.tick, left, _time(record)))
+        self._count(record.robot, _time(depart), _time(record))
+        return depart, record
+
+    def action(self, record: records.Record) -> tuple[records.Act, records.ActionEnd] | None:
+        """Take a line of the trace; the action that it ends, if it ends one."""
+        if isinstance(record, records.Act):
+            self._acts[record.command] = record
+        if not isinstance(record, records.ActionEnd):
+            return None
+        act = self._acts.pop(record.command)
+        for name in act.robots:
+            self._count(name, _time(act), _time(record))
+        return act, record
+
+    def _count(self, robot: str, begin: float, end: float) -> None:
+        self.busy[robot] += end - begin
+        self._last[robot] = end
+
+    def outcome(self, makespan: float) -> MotionOutcome:
+        waiting = {name: end - self.busy[name] for name, end in self._last.items()}
+        return MotionOutcome(makespan, self.busy, waiting, ())
+
+
 class _Run:
     def __init__(self, trace: Trace, floor: MetricFloor, movers: Mapping[str, Mover]) -> None:
         self._trace, self._floor, self._movers = trace, floor, movers
         self._obstacles = trace.obstacles
-        self._lines: list[Line] = [Reserve(n, 0, m.region, 0.0) for n, m in movers.items()]
-        self._departs: dict[str, records.Depart] = {}
-        self._acts: dict[int, records.Act] = {}
-        self._deeds, self._short = _deeds(trace)
-        self._busy = dict.fromkeys(movers, 0.0)
-        self._last = dict.fromkeys(movers, 0.0)
+        self._ledger = TraceLedger({name: mover.region for name, mover in movers.items()})
+        self._lines = self._ledger.lines
+        self._deeds, self._short = deeds_of(trace)
 
     def take(self, record: records.Record) -> None:
-        match record:
-            case records.Depart():
-                self._departs[record.robot] = record
-                self._lines.append(Reserve(record.robot, record.tick, record.to, _time(record)))
-            case records.Arrive():
-                self._arrive(self._departs.pop(record.robot), record)
-            case records.Act():
-                self._acts[record.command] = record
-            case records.Acted():
-                self._acted(self._acts.pop(record.command), record)
+        if step := self._ledger.step(record):
+            self._arrive(*step)
+        if action := self._ledger.action(record):
+            self._acted(*action)
 
     def _arrive(self, depart: records.Depart, arrive: records.Arrive) -> None:
         name, region = depart.robot, self._movers[depart.robot].region
-        left = depart.to if arrive.at == depart.from_ else depart.from_
-        if arrive.result is not MoveEnd.LOST:
-            self._lines.append(Release(name, arrive.tick, left, _time(arrive)))
-        self._count(name, _time(depart), _time(arrive))
         if arrive.at == depart.from_ == region:
             return  # it stays at rest
         if depart.from_ != region:
@@ -121,13 +153,12 @@ class _Run:
             mover.time = end
         self._lines += moved
 
-    def _acted(self, act: records.Act, acted: records.Acted) -> None:
+    def _acted(self, act: records.Act, acted: records.ActionEnd) -> None:
         begin, end = _time(act), _time(acted)
         team = [self._movers[name] for name in act.robots]
         deeds = self._deeds.get(acted.command, [])
         names = [obstacle for obstacle, _ in deeds] or list(act.obstacles)
         for mover in team:
-            self._count(mover.robot, begin, end)
             self._rest(mover, acted.tick, begin)
             self._lines += mover.halt(acted.tick)
             if names:
@@ -153,18 +184,14 @@ class _Run:
             if until > mover.time:
                 self._lines += mover.rest(tick, until)
 
-    def _count(self, robot: str, begin: float, end: float) -> None:
-        self._busy[robot] += end - begin
-        self._last[robot] = end
-
     def _refused(self, record: records.Record, found: str, hint: str = "") -> InputError:
         return InputError([Diagnostic(self._trace.source, record.line, 1, found, hint)])
 
     def end(self) -> Timetable:
-        for depart in self._departs.values():  # under way when the run ends
+        for depart in self._ledger.departs.values():  # under way when the run ends
             if depart.from_ == self._movers[depart.robot].region:
                 self._cross(depart, None)
-        tick = max((line.tick for line in self._lines), default=0)
+        tick = max((getattr(line, "tick", 0) for line in self._lines), default=0)
         over = max((_time(record) for record in self._trace.records), default=0.0)
         for mover in self._movers.values():
             self._lines += mover.halt(tick)
@@ -172,15 +199,15 @@ class _Run:
         for mover in self._movers.values():
             if mover.time < until:
                 self._lines += mover.rest(tick, until)
-        waiting = {name: end - self._busy[name] for name, end in self._last.items()}
-        outcome = MotionOutcome(until, self._busy, waiting, ())
-        return Timetable(tuple(sorted(self._lines, key=when)), outcome)
+        return Timetable(tuple(sorted(self._lines, key=when)), self._ledger.outcome(until))
 
 
 def when(line: Line) -> tuple[float, int]:
     """By time; at the same time what ends comes before what begins."""
     if isinstance(line, Release):
         return line.t, 0
+    if isinstance(line, Measured):
+        return line.rows[0].t, 2
     time = line.t0 if hasattr(line, "t0") else line.t
     return time, 1 if isinstance(line, Reserve) else 2
 
@@ -189,7 +216,7 @@ def _time(record: records.Record) -> float:
     return record.t or 0.0
 
 
-def _deeds(
+def deeds_of(
     trace: Trace,
 ) -> tuple[dict[int, list[tuple[str, str]]], set[tuple[str, int]]]:
     """By the command of each action: the obstacles that it deals with, and what it does; robots and
@@ -205,7 +232,7 @@ def _deeds(
             entered[record.robot] = record.at, record.command
         elif isinstance(record, records.Act):
             acts[record.command] = record
-        elif isinstance(record, records.Acted):
+        elif isinstance(record, records.ActionEnd):
             act = acts[record.command]
             ended.update(((name, record.tick), act) for name in act.robots)
         elif isinstance(record, records.Met | records.Resolved):

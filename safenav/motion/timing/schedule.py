@@ -26,7 +26,7 @@ from safenav.trace.vocabulary import ChangeCause
 ACTION_SECONDS = "action_seconds"
 
 SHARED = (
-    *(records.Request, records.Push, records.Pop, records.Told, records.Blocked),
+    *(records.Request, records.Push, records.Pop, records.Told, records.KnownObstacle),
     *(records.Plan, records.PlanEnd, records.Synthesis),
 )
 """Lines of decisions that concern more than one robot."""

@@ -68,6 +68,8 @@ def _testcase(suite: ET.Element, folder: str, case: Case, result: Result | None)
         f"requirement {name}: {one['verdict']}, robustness {one['robustness']}"
         for name, one in (result.requirements or {}).items()
     ]
+    if result.makespan is not None:
+        notes.append(f"makespan: {result.makespan:g} s")
     if notes:
         ET.SubElement(element, "system-out").text = _clean("\n".join(notes))
 
@@ -76,7 +78,9 @@ def told(result: Result) -> list[str]:
     """Return all that is known about a failure, as lines."""
     lines = list(result.reasons)
     if result.outcome is not None:
-        lines.append(f"it ended after {result.ticks} ticks: {result.explanation}")
+        over = result.makespan
+        time = f"{result.ticks} ticks" if over is None else f"{over:g} s on the clock of the run"
+        lines.append(f"it ended after {time}: {result.explanation}")
     if result.settings:
         lines.append("settings: " + ", ".join(f"{k}={v}" for k, v in result.settings.items()))
     for number, reason in enumerate(result.earlier, 1):

@@ -29,8 +29,10 @@ def summary(
     shown = [*failed, *passed[:slowest]]
     lines = []
     if shown:
-        headings = ("case", "verdict", "outcome", "ticks", "syntheses", "seconds")
-        lines += _coloured(table(headings, [_row(result) for result in shown]), len(failed))
+        live = any(result.makespan is not None for result in shown)
+        times = ("ticks", "makespan") if live else ("ticks",)
+        headings = ("case", "verdict", "outcome", *times, "syntheses", "seconds")
+        lines += _coloured(table(headings, [_row(result, live) for result in shown]), len(failed))
         more = len(passed) - slowest
         if more > 0:
             lines.append(f"... and {more} more passed")
@@ -48,11 +50,14 @@ def summary(
     return [*lines, *([""] if idle else []), *idle, "", _sum(report)]
 
 
-def _row(result: Result) -> tuple[object, ...]:
+def _row(result: Result, live: bool) -> tuple[object, ...]:
+    """``live``: with the makespan, of those that have one."""
     verdict = result.verdict.value + (f" (attempt {result.attempts})" if result.flaky else "")
     seconds = f"{result.duration:.2f}".rjust(len("seconds"))
     outcome = result.outcome or "-"
-    return result.name, verdict, outcome, result.ticks, result.syntheses, seconds
+    over = "-" if result.makespan is None else f"{result.makespan:.1f}"
+    times = (result.ticks, over.rjust(len("makespan"))) if live else (result.ticks,)
+    return result.name, verdict, outcome, *times, result.syntheses, seconds
 
 
 def _coloured(lines: list[str], failed: int) -> list[str]:

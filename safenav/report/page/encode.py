@@ -21,6 +21,7 @@ from safenav.report.replay.timeline import (
     Replay,
     RobotBelief,
     RobotTrack,
+    Slack,
     StackRow,
 )
 from safenav.scenario.objective import Objective, targets_of
@@ -72,6 +73,7 @@ def encoded(replay: Replay, source: str) -> dict[str, Any]:
         ),
         "sets": sets.texts,
         "events": [event_data(event, index) for event in replay.events],
+        "deadlines": [slack_data(slack) for slack in replay.deadlines],
         "ending": ending
         and {
             "outcome": ending.outcome,
@@ -114,6 +116,11 @@ def event_data(event: Event, index: dict[str, int]) -> list[Any]:
         index.get(event.robot or "", -1),
         -1 if event.region is None else event.region,
     ]
+
+
+def slack_data(slack: Slack) -> list[Any]:
+    """Return a line on a promise."""
+    return [slack.tick, slack.of, slack.begin, slack.due, slack.verdict]
 
 
 def _robot(replay: Replay, track: RobotTrack) -> dict[str, Any]:

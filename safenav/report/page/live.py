@@ -15,6 +15,7 @@ from safenav.report.page.encode import (
     event_data,
     frame_data,
     obstacle_data,
+    slack_data,
     steps_data,
     task_data,
 )
@@ -86,6 +87,7 @@ class LiveRun:
                 for tick, frames in self._new(telling.stack, "stack")
             ],
             "events": [event_data(event, self._index) for event in self._new_events()],
+            "deadlines": [slack_data(one) for one in self._new(telling.deadlines, "deadlines")],
         }
 
     def _robot_news(self, name: str, last: int) -> dict[str, Any]:

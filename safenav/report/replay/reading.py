@@ -24,6 +24,7 @@ from safenav.report.replay.timeline import (
     RobotProgress,
     RobotTrack,
     RunEnd,
+    Slack,
     StackRow,
     StoryKind,
 )
@@ -32,7 +33,7 @@ from safenav.trace import records, setting
 from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.reading import read_trace
 from safenav.trace.trace import Trace
-from safenav.trace.vocabulary import ActResult, MoveEnd
+from safenav.trace.vocabulary import ActResult, DeadlineVerdict, MoveEnd, Reason
 from safenav.trace.wording import Wording, objective_of
 from safenav.world.map import Heading, Region, RegionMap
 
@@ -91,6 +92,7 @@ class ReplayBuilder:
     steps: dict[str, list[LongStep]] = field(default_factory=dict)
     """Steps of a live run."""
     plans: list[tuple[int, Mapping[str, tuple[Region, ...]]]] = field(default_factory=list)
+    deadlines: list[Slack] = field(default_factory=list)
     violation: records.Violation | None = None
     ending: RunEnd | None = None
     ended: int | None = None
@@ -148,7 +150,7 @@ class ReplayBuilder:
                 self._move(line)
             case records.Depart() | records.Arrive():
                 self._step(line)
-            case records.Acted() if ActResult.FAILED in line.results.values():
+            case records.ActionEnd() if ActResult.FAILED in line.results.values():
                 self._event(line, StoryKind.FAILURE, line.robot)
             case records.Late():
                 self._event(line, StoryKind.FAILURE, line.robot)
@@ -181,7 +183,7 @@ class ReplayBuilder:
                 status = ObstacleStatus.BLOCKED if untraversable else ObstacleStatus.RESOLVED
                 self._status(line.obstacle, line.tick, status)
                 self._event(line, StoryKind.RESOLVED, line.robot, line.at, line.obstacle)
-            case records.Blocked():
+            case records.KnownObstacle():
                 self._status(line.obstacle, line.tick, ObstacleStatus.BLOCKED)
                 self._about(line, StoryKind.BLOCKED, None, line.obstacle)
             case records.Push():
@@ -196,6 +198,8 @@ class ReplayBuilder:
                 self._goal(line)
             case records.Synthesis():
                 self._event(line, StoryKind.SYNTHESIS, line.robot)
+                if line.reason is Reason.CHARGE:
+                    self._told(line.tick, line.robot, line.objective)
             case records.Assumption():
                 self._event(line, StoryKind.ASSUMPTION, line.robot)
             case records.Appeared():
@@ -219,10 +223,12 @@ class ReplayBuilder:
                 ways = {n: tuple(region for region, _ in way) for n, way in line.robots.items()}
                 self.plans.append((line.tick, ways))
                 self._event(line, StoryKind.PLAN)
+            case records.Deadline():
+                self._deadline(line)
             case records.PlanEnd():
                 self.plans.append((line.tick, {}))
                 self._event(line, StoryKind.PLAN_END)
-            case records.Outcome():
+            case records.End():
                 self.ending = RunEnd(
                     line.outcome.value,
                     line.explanation,
@@ -406,6 +412,20 @@ class ReplayBuilder:
             return tuple(self.steps[robot])
         return _long_steps(self.bound.get(robot, [])[: last + 1])
 
+    def _deadline(self, line: records.Deadline) -> None:
+        """A promise begins with its ``set``, a round as long before it is due as it may take."""
+        promises = self.header.promises
+        within = {} if promises is None else promises.within
+        of = self.wording.obstacle(line.of)
+        begun = (one.begin for one in reversed(self.deadlines) if one.of == of)
+        if line.verdict is DeadlineVerdict.SET:
+            begin = line.tick
+        elif line.of in self.tracks:
+            begin = max(0, line.due - within.get(line.of, line.due))
+        else:
+            begin = next(begun, 0)
+        self.deadlines.append(Slack(line.tick, of, begin, line.due, line.verdict.value))
+
     def replay(self, version: str) -> Replay:
         last = min((len(regions) for regions in self.regions.values()), default=1) - 1
         within = self.times is None and self._stand(last)
@@ -436,6 +456,7 @@ class ReplayBuilder:
             times=None if self.times is None else tuple(self.times),
             plans=Changes.of({}, self.plans),
             beliefs={pair: Changes.of(None, told) for pair, told in self.beliefs.items()},
+            deadlines=tuple(self.deadlines),
         )
 
 

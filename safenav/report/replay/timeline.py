@@ -255,6 +255,18 @@ class Scene:
 
 
 @dataclass(frozen=True)
+class Slack:
+    """A line on a promise: ``of`` a robot (its round), an obstacle or the mission, from the tick
+    ``begin`` until ``due``; in ``tick`` it is set, lost, kept, late or excused."""
+
+    tick: int
+    of: str
+    begin: int
+    due: int
+    verdict: str
+
+
+@dataclass(frozen=True)
 class Replay:
     """A whole run. ``ending`` is None for a trace that was cut off."""
 
@@ -281,6 +293,7 @@ class Replay:
     """The paths of the robots of a joint plan; none while there is no plan."""
     beliefs: Mapping[tuple[str, str], Changes[RobotBelief | None]] = field(default_factory=dict)
     """Knowledge of a robot (first name) about another one (second), None while none is recorded."""
+    deadlines: tuple[Slack, ...] = ()
     _by_tick: dict[int, list[Event]] = field(default_factory=dict, repr=False, compare=False)
 
     @property

@@ -7,8 +7,9 @@ from typing import Any
 
 import click
 
+from safenav.outcome import Outcome
 from safenav.runtime.postmortem import Postmortem
-from safenav.scenario.model import Outcome, Scenario
+from safenav.scenario.model import Scenario
 
 _CAUSES = {
     "no_capable_robot": "too few robots have a needed action",

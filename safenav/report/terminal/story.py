@@ -9,6 +9,7 @@ from collections.abc import Callable
 
 import click
 
+from safenav.outcome import Outcome
 from safenav.report.terminal.map import MapPicture, Marker, draw
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import describe, targets_of
@@ -51,6 +52,7 @@ class Story:
         self._syntheses: list[records.Synthesis] = []
         self._rounds: dict[str, int] = {}
         self._doing = {r.name: describe(r.objective, scenario.map.word) for r in scenario.robots}
+        self._charging: set[str] = set()
         self._depth = 0
         self._now: float | None = None
         self._stamp = ""
@@ -96,7 +98,7 @@ class Story:
                 self._rounds.clear()  # they are counted from the last resolution on
                 self._say(event)
                 self._map()
-            case records.Blocked():
+            case records.KnownObstacle():
                 region = self._obstacles[event.obstacle]
                 self._closed.pop(region, None)
                 self._barred[region] = self._wording.obstacle(event.obstacle)
@@ -107,6 +109,7 @@ class Story:
                 records.Assumption()
                 | records.Met()
                 | records.Deadline()
+                | records.Acts()
                 | records.Appeared()
                 | records.Truth()
                 | records.NewObjective()
@@ -123,7 +126,7 @@ class Story:
                 | records.Operator()
             ):
                 self._say(event)
-            case records.Outcome():
+            case records.End():
                 self._ended(event)
 
     def _begin(self) -> None:
@@ -139,17 +142,19 @@ class Story:
         self._map()
 
     def _goal(self, event: records.Goal) -> None:
-        """Print each completed round once, but no rounds of robots that wait or help."""
+        """Print each completed round once, but no rounds of robots that wait, help or charge."""
+        if event.robot in self._charging:
+            return
         if self._depth == 0 and event.round > self._rounds.get(event.robot, 0):
             self._say(event)
         self._rounds[event.robot] = event.round
 
-    def _ended(self, event: records.Outcome) -> None:
+    def _ended(self, event: records.End) -> None:
         self._map()
-        if event.outcome is vocabulary.Ending.ERROR:  # the caller that started the run reports it
+        if event.outcome is Outcome.ERROR:  # the caller that started the run reports it
             return
         word, _, why = self._wording.sentence(event).partition(":")
-        good = event.outcome is vocabulary.Ending.COMPLETED
+        good = event.outcome is Outcome.COMPLETED
         word = click.style(word, fg="green" if good else "red", bold=True)
         self._line(event.tick, f"{word}:{why}")
         spent = seconds_words(event.synthesis_seconds)
@@ -172,6 +177,13 @@ class Story:
         verb = "synthesized" if first else "resynthesized"
         self._line(events[0].tick, f"{verb} {', '.join(told)}")
         for event in events:
+            self._charging.discard(event.robot)
+            if event.reason is vocabulary.Reason.CHARGE:
+                words = self._wording.objective(event.objective)
+                if event.objective.data.get("hold") in self._scenario.chargers:
+                    self._charging.add(event.robot)
+                    words += ", to charge"
+                self._echo(f"             {self._name(event.robot)}: {words}")
             if event.allows:
                 words = f"{self._wording.objective(event.objective)} ({event.allows})"
                 self._echo(f"             {self._name(event.robot)}: {words}")

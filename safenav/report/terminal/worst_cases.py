@@ -15,9 +15,8 @@ def worst_lines(cases: Sequence[Worst], word: Word) -> Iterator[str]:
     """``door@47: at best 2, at worst 9 ticks from request to resolution (digit at 28 ...)``."""
     for case in cases:
         name, alone, around = obstacle_words(case.obstacle.name, word), case.alone, case.surrounded
-        best = "never" if alone.best is None else str(alone.best)
-        ticks = "ticks from request to resolution"
-        yield f"{name}: at best {best}, {_worst(alone)} {ticks} ({_moment(alone.moment, word)})"
+        times = "never resolved" if alone.best is None else f"at best {alone.best}, {_worst(alone)}"
+        yield f"{name}: {times} ({_moment(alone.moment, word)})"
         if around is not None and around.worst != alone.worst:
             at = _moment(around.moment, word)
             yield f"    with the other obstacles standing: {_worst(around)} ({at})"
@@ -48,7 +47,8 @@ def _data(times: Times) -> dict[str, Any]:
 def _worst(times: Times) -> str:
     if times.worst is None:
         return "at worst never"
-    return f"at worst {times.worst}" if times.whole else f"at worst {times.worst} or more"
+    most = f"{times.worst}" if times.whole else f"{times.worst} or more"
+    return f"at worst {most} ticks from request to resolution"
 
 
 def _moment(moment: Mapping[str, Pose], word: Word) -> str:

@@ -15,6 +15,8 @@ from safenav.motion.columns import columns_of
 from safenav.motion.file.records import (
     Action,
     FlownTrack,
+    GoalLine,
+    Measured,
     Motion,
     Release,
     Reserve,
@@ -76,7 +78,33 @@ def _track(motion: Motion, robot: str) -> dict[str, Any]:
         "columns": list(found),
         "data": packed(column.tolist() for column in found.values()),
         "feet": [list(foot) for foot in _feet(motion, robot)],
+        **_ghost(motion, robot, columns.times, list(found)),
     }
+
+
+def _ghost(motion: Motion, robot: str, times: Array, names: list[str]) -> dict[str, Any]:
+    """Return the plan of a robot whose columns are measured: of one with a reference that, of one
+    with goals the goal that it has, or had last."""
+    if not any(isinstance(line, Measured) and line.robot == robot for line in motion.lines):
+        return {}
+    goals = [line for line in motion.lines if isinstance(line, GoalLine) and line.robot == robot]
+    columns = columns_of(motion, robot, RATE, in_world=False, planned=not goals).columns
+    wanted = _WALKER if "com_x" in columns else _BODY
+    found = {name: columns[wanted[name]].copy() for name in names if name in wanted}
+    if goals:
+        for goal in goals:
+            since = times >= goal.t0
+            found["x"][since], found["y"][since] = goal.x, goal.y
+            if goal.yaw is not None:
+                found["yaw"][since] = goal.yaw
+        first = times < goals[0].t0
+        for name in ("x", "y", "yaw"):
+            found[name][first] = found[name][0]
+    for name, column in found.items():
+        if name.endswith("yaw"):
+            found[name] = np.unwrap(column)
+    data = packed(column.tolist() for column in found.values())
+    return {"ghost": {"columns": list(found), "data": data}}
 
 
 def _attitude(

@@ -14,7 +14,7 @@ from safenav.runtime.coordination.ladder import TaskDraft
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.scenario.objective import Hold
-from safenav.spec.assignable import Signal
+from safenav.spec.assignable import AssignedGoal
 from safenav.world.map import Region
 from safenav.world.poses import FAR, Mask, region_mask
 
@@ -47,8 +47,8 @@ def signal(team: TeamState, robot: RobotState) -> dict[str, int]:
     elif isinstance(assignment.objective, Hold):
         place = _next(team, robot, _poses(team, robot, assignment.objective.target))
     if place is None or place == here:
-        return switch.inputs(Signal(here, wait=True), here)
-    return switch.inputs(Signal(place, wait=False), here)
+        return switch.inputs(AssignedGoal(here, wait=True), here)
+    return switch.inputs(AssignedGoal(place, wait=False), here)
 
 
 def _poses(team: TeamState, robot: RobotState, regions: Iterable[Region]) -> Mask:

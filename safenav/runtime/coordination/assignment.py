@@ -40,7 +40,7 @@ class Assigner:
             if robot.assignment.role is Role.HELPS:
                 return self._wait(robot, index)
             return _as_before(robot)
-        if robot.stop is not None:
+        if robot.stop is not None and self._gets_to(index, robot.stop):
             return self._charge(robot, index, robot.stop)
         duty = self.found.duties.get(index)
         if duty is not None:
@@ -48,6 +48,10 @@ class Assigner:
         if robot.name in self.idle or self._waits_for_help(robot):
             return self._wait(robot, index)
         return self._own(robot, index) or self._wait(robot, index)
+
+    def _gets_to(self, index: int, stop: Pose) -> bool:
+        """Whether nothing known is in its way; else another stop follows after this turn."""
+        return self._alternates(index, (self._mask(index, {stop.region}),))
 
     def _charge(self, robot: RobotState, index: int, charger: Pose) -> TaskDraft:
         """Go to the charger and stay there, around the obstacles in its way; if it is there with
@@ -57,9 +61,8 @@ class Assigner:
         if robot.next_pose.region == charger.region and robot.next_pose != charger:
             objective = ruled(Visit((frozenset({charger.region}),)), own)
         goal = self._mask(index, {charger.region})
-        assignment = Assignment(
-            Role.CHARGES, objective, goal=goal, safe_poses=self.found.safe_poses[index]
-        )
+        role = Role.OWN if objective == robot.own.objective else Role.CHARGES
+        assignment = Assignment(role, objective, goal=goal, safe_poses=self.found.safe_poses[index])
         forbidden = self._forbidden(robot, index, (goal,))
         return TaskDraft(assignment, objective, pending, pending, forbidden)
 
@@ -67,20 +70,21 @@ class Assigner:
         gate = self.floor.problem.gates[duty.gate]
         member = self.floor.problem.members[index]
         places = frozenset(bits(member.graph.regions_of(duty.goal)))
-        stays = gate.needs[duty.need].together or len(duty.group) > 1
-        own = None if stays else self._own_target(robot, index, duty.goal)
-        objective = helping(robot.robot.objective, places, own, stays=stays)
-        for before in () if stays else self._before(robot, gate.name):
+        direct = duty.stays or bool(duty.around)
+        own = None if direct else self._own_target(robot, index, duty.goal)
+        objective = helping(robot.robot.objective, places, own, stays=duty.stays)
+        for before in () if direct else self._before(robot, gate.name):
             if before.targets[0] == places and self._goes_between(index, duty.goal, before):
                 objective = before  # it continues what it has begun
                 break
         safe = self.found.safe_poses[index]
         assignment = Assignment(Role.HELPS, objective, gate.name, duty.goal, safe)
         wanted = (duty.goal,) if own is None else (duty.goal, self._mask(index, own))
-        pending = self._pending(index)
-        return TaskDraft(
-            assignment, objective, pending, pending, self._forbidden(robot, index, wanted)
-        )
+        pending, around = self._pending(index), member.graph.poses_on(duty.around)
+        around &= ~(1 << self.floor.poses[index])
+        forbidden = self._forbidden(robot, index, wanted)
+        forbidden |= {member.graph.pose(number) for number in bits(around)}
+        return TaskDraft(assignment, objective, pending, pending, forbidden)
 
     def _own_target(self, robot: RobotState, index: int, goal: Mask) -> Target | None:
         """Return its own waiting place, or the first of its own targets, if it can alternate

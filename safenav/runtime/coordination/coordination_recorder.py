@@ -7,19 +7,20 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
-from safenav.runtime.coordination.duties import Settlement
+from safenav.runtime.coordination.duties import Settled, Settlement
 from safenav.runtime.coordination.ladder import TaskDraft
 from safenav.runtime.coordination.problem import Floor
 from safenav.runtime.coordination.reasons import why_nobody
-from safenav.runtime.coordination.requests import Request, Requests
+from safenav.runtime.coordination.requests import OpenRequest, Requests
 from safenav.runtime.coordination.strategy_search import TaskResult
 from safenav.runtime.coordination.synthesis_recorder import synthesis_record
 from safenav.runtime.team import Role, TeamState
 from safenav.runtime.world import Change
 from safenav.scenario.model import Coordination, Obstacle
 from safenav.trace import records, vocabulary
-from safenav.trace.header import objective_in_trace
+from safenav.trace.header import heading_in_trace, objective_in_trace
 from safenav.trace.proofs import Proof
+from safenav.world.poses import bits
 
 
 def changed(team: TeamState, change: Change) -> Iterator[records.Record]:
@@ -66,7 +67,29 @@ def blocked(
 ) -> records.Record:
     """Return the record of an obstacle that becomes permanent."""
     robots = frozenset(n for n, robot in team.robots.items() if obstacle.blocks(robot.robot))
-    return records.Blocked(team.tick, obstacle.name, robots, reason, proof, because)
+    return records.KnownObstacle(team.tick, obstacle.name, robots, reason, proof, because)
+
+
+def acts(team: TeamState, settled: Settled) -> Iterator[records.Record]:
+    """The line of the acts that were chosen since something is due."""
+    floor, chosen = settled.floor, settled.in_time
+    if chosen is None or not (chosen.acts or chosen.beyond or chosen.spent):
+        return
+    told = []
+    for act in chosen.acts:
+        places = {}
+        for robot, number in zip(act.group, act.poses, strict=True):
+            pose = floor.problem.members[robot].graph.pose(number)
+            places[floor.names[robot]] = (pose.region, heading_in_trace(pose))
+        at = act.turn // len(floor.names)
+        told.append(records.ScheduledAct(floor.gates[act.gate], act.need, at, places))
+    beyond = tuple(floor.gates[gate] for gate in sorted(chosen.beyond))
+    around = {
+        floor.names[robot]: tuple(bits(duty.around))
+        for robot, duty in settled.found.duties.items()
+        if duty.around
+    }
+    yield records.Acts(team.tick, tuple(told), beyond, chosen.spent or None, around or None)
 
 
 def stack(
@@ -86,7 +109,9 @@ def stack(
     depth = team.requests.depth + sum(len(request.entries) for request in over)
     changes = any(request.entries for request in over)
 
-    def entry(kind: type[records.Push] | type[records.Pop], request: Request, pair: _Entry) -> None:
+    def entry(
+        kind: type[records.Push] | type[records.Pop], request: OpenRequest, pair: _Entry
+    ) -> None:
         requester, helpers = pair
         first, several = helpers[0] if helpers else None, helpers if len(helpers) > 1 else None
         name = request.obstacle.name
@@ -156,7 +181,7 @@ _Entry = tuple[str | None, tuple[str, ...]]
 
 def requested(
     team: TeamState,
-    request: Request,
+    request: OpenRequest,
     floor: Floor,
     helpers: tuple[str, ...],
     because: str | None,

@@ -10,7 +10,8 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import field, replace
 
 from safenav.dataclass import dataclass
-from safenav.runtime.characterization import Violation
+from safenav.outcome import Outcome
+from safenav.runtime.characterization import ForbiddenMove
 from safenav.runtime.coordination import coordination_recorder as lines
 from safenav.runtime.coordination.assignable_goals import own_objective
 from safenav.runtime.coordination.assignment import Assigner
@@ -30,25 +31,26 @@ from safenav.runtime.coordination.events import (
     Unsettled,
 )
 from safenav.runtime.coordination.infeasibility import (
-    closure_told,
     no_strategy,
     nobody_goes_on,
+    recorded_closure,
     spent,
 )
 from safenav.runtime.coordination.ladder import Ladder, TaskDraft, ladder
 from safenav.runtime.coordination.problem import Floor, SpentError
-from safenav.runtime.coordination.proofs import Closure, closure_of
+from safenav.runtime.coordination.proofs import TeamClosure, closure_of
 from safenav.runtime.coordination.reasons import Shortfall, shortfall_words, shortfalls
-from safenav.runtime.coordination.requests import Request, Requests
+from safenav.runtime.coordination.requests import OpenRequest, Requests
 from safenav.runtime.coordination.snapshot import floor_of
-from safenav.runtime.coordination.solve import Solver
+from safenav.runtime.coordination.solve import Plan, Solver
 from safenav.runtime.coordination.strategies import outdated
 from safenav.runtime.coordination.strategy_search import TaskResult, failed
 from safenav.runtime.coordination.synthesis_recorder import synthesis_record
+from safenav.runtime.deadlines.choice import InTime, after, choose
 from safenav.runtime.knowledge import PERMANENT, UNTRAVERSABLE, Knowledge
 from safenav.runtime.team import Role, TeamState
 from safenav.runtime.termination import Conclusion
-from safenav.scenario.model import Coordination, Obstacle, Outcome
+from safenav.scenario.model import Coordination, Obstacle
 from safenav.trace.records import Appeared, Record, Reopened, Service
 from safenav.trace.vocabulary import BlockReason, ChangeCause, Reason
 
@@ -162,7 +164,7 @@ def _unchanged(
     return Decision(event, *kept, records=records, next=next, end=end)
 
 
-def _encountered(team: TeamState, event: Event, violation: Violation) -> Decision:
+def _encountered(team: TeamState, event: Event, violation: ForbiddenMove) -> Decision:
     """Algorithm 1, line 7: r is encountered; what was in force is pushed with the request. An
     obstacle in O stays there."""
     before = _unchanged(team, event)
@@ -175,7 +177,7 @@ def _encountered(team: TeamState, event: Event, violation: Violation) -> Decisio
     return replace(before, knowledge=knowledge, requests=requests)
 
 
-def _requested(team: TeamState, event: Event, violation: Violation) -> Decision:
+def _requested(team: TeamState, event: Event, violation: ForbiddenMove) -> Decision:
     """The request, from where the robot has backed up to."""
     robot = team.robots[violation.robot.name]
     requests = team.requests.waiting(violation.obstacle.name, robot.name, robot.next_pose.region)
@@ -264,7 +266,7 @@ def _never_resolved(team: TeamState, event: Unsettled, stopping: Stopping) -> De
     """Obstacles that can never be brought any further join O, with the proof; None if there are
     none."""
     floor, closure = closed(team, stopping)
-    lacks = {each.obstacle: each for each in shortfalls(floor, closure)}
+    lacks = {each.obstacle: each for each in shortfalls(floor, closure, (), team.failures.barred)}
     lacks = {**team.lacks, **lacks}
     if not closure.stuck and team.lacks == lacks:
         return None
@@ -281,7 +283,7 @@ def _never_resolved(team: TeamState, event: Unsettled, stopping: Stopping) -> De
             request.obstacle,
             "too few robots can remove it" if known else "no robot can ever resolve it",
         )
-        proof = closure_told(floor, closure)
+        proof = recorded_closure(floor, closure)
         said.append(lines.blocked(team, request.obstacle, reason, proof, because))
         requests = requests.without(request.obstacle.name, given_up=True)
     return replace(
@@ -295,7 +297,7 @@ def _never_resolved(team: TeamState, event: Unsettled, stopping: Stopping) -> De
 NO_CAPABLE_ROBOT = BlockReason.NO_CAPABLE_ROBOT
 
 
-def closed(team: TeamState, stopping: Stopping = lambda: None) -> tuple[Floor, Closure]:
+def closed(team: TeamState, stopping: Stopping = lambda: None) -> tuple[Floor, TeamClosure]:
     """Return which obstacles can ever be resolved, and where each robot gets by that. Robots out of
     service may come back."""
     floor = floor_of(team, hopeful=True)
@@ -303,7 +305,7 @@ def closed(team: TeamState, stopping: Stopping = lambda: None) -> tuple[Floor, C
     return floor, closure_of(solver, solver.sets(floor.poses, floor.stages), floor.stages)
 
 
-def _enough(team: TeamState, request: Request) -> bool:
+def _enough(team: TeamState, request: OpenRequest) -> bool:
     """Whether for each need as many robots have the action as it takes."""
     robots = [robot.robot for robot in team.robots.values()]
     kind = request.obstacle.type
@@ -323,7 +325,7 @@ def _duties(team: TeamState, event: Unsettled, stopping: Stopping) -> Decision:
         return _unchanged(team, event, end=end)
     decision = _assigned(team, event, settled)
     requests, said = lines.stack(team, floor, found, decision.drafts, event.refused)
-    return replace(decision, requests=requests, records=said)
+    return replace(decision, requests=requests, records=(*lines.acts(team, settled), *said))
 
 
 def _settled(team: TeamState, refused: Collection[tuple[str, str]], stopping: Stopping) -> Settled:
@@ -331,9 +333,26 @@ def _settled(team: TeamState, refused: Collection[tuple[str, str]], stopping: St
     floor = floor_of(team, refused)
     solver = Solver(floor.problem, stopping)
     order = [gate for gate, name in enumerate(floor.gates) if name not in team.requests.aside]
-    return Settled(
-        floor, solver, settle(solver, floor.poses, floor.stages, order, _present(team, floor))
-    )
+    dues = team.dues(floor)
+    present, in_time = _present(team, floor), list[InTime]()
+
+    def planning(served: frozenset[int]) -> Plan | None:
+        if dues is None or not served:
+            return None
+        chosen = choose(solver, floor, served, dues)
+        in_time.append(chosen)
+        if not chosen.steps:
+            return None
+        poses, stages = after(floor, chosen.acts)
+        rest = solver.plan(poses, stages, served, present)
+        assert rest is not None, "the team can continue after each act"
+        return (*chosen.steps, *rest)
+
+    found = settle(solver, floor.poses, floor.stages, order, present, planning)
+    if dues is not None and any(chosen.around for chosen in in_time):
+        careful = {i: replace(d, around=dues.suspected[i]) for i, d in found.duties.items()}
+        found = replace(found, duties=careful)
+    return Settled(floor, solver, found, *in_time)
 
 
 def _present(team: TeamState, floor: Floor) -> dict[int, tuple[int, ...]]:

@@ -8,25 +8,29 @@ module keep no state.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import field, replace
 
 from safenav.dataclass import dataclass
 from safenav.runtime.coordination.problem import Floor, Stages
-from safenav.runtime.coordination.proofs import Proof, refute
+from safenav.runtime.coordination.proofs import Refutation, refute
 from safenav.runtime.coordination.solve import Plan, Sets, Solver, Step
+from safenav.runtime.deadlines.choice import InTime
 from safenav.world.poses import Mask, bits
 
 
 @dataclass(frozen=True)
 class Duty:
     """A duty of a robot to serve ``gate``. ``goal``: the poses where it may do so and the team can
-    continue afterwards."""
+    continue afterwards. ``stays``: it is to stay there. ``around``: regions that it keeps out of
+    on its way, since an obstacle may be there."""
 
     gate: int
     need: int
     group: tuple[int, ...]
     goal: Mask
+    stays: bool = False
+    around: Mask = 0
 
 
 @dataclass(frozen=True)
@@ -45,16 +49,22 @@ class Settlement:
     duties: Mapping[int, Duty] = field(default_factory=dict)
     reserved: frozenset[int] = frozenset()
     safe_poses: tuple[Mask, ...] = ()
-    proof: Proof | None = None
+    proof: Refutation | None = None
 
 
 @dataclass(frozen=True)
 class Settled:
-    """The last settlement of a team: the problem, its solver, and the duties."""
+    """The last settlement of a team: the problem, its solver, the duties, and the acts that were
+    chosen since something is due (None: nothing is)."""
 
     floor: Floor
     solver: Solver
     found: Settlement
+    in_time: InTime | None = None
+
+
+Planning = Callable[[frozenset[int]], Plan | None]
+"""A plan that resolves some obstacles, where they are due; None: the rules of SOLVE give it."""
 
 
 def settle(
@@ -63,6 +73,7 @@ def settle(
     stages: Stages,
     requests: Sequence[int],
     present: Mapping[int, tuple[int, ...]],
+    planning: Planning = lambda _: None,
 ) -> Settlement:
     """Return duties for robots at ``poses``. ``requests``: open obstacles in the order of service;
     ``present``: the robots that already serve an obstacle. Raises SpentError."""
@@ -73,9 +84,15 @@ def settle(
     for gate in requests:
         if solver.feasible(sets, stages, frozenset({*served, gate})):
             served.append(gate)
-    plan = solver.plan(poses, stages, frozenset(served), present)
+    plan = timed = planning(frozenset(served))
+    if plan is None:
+        plan = solver.plan(poses, stages, frozenset(served), present)
     assert plan is not None, "what can be done can be planned"
     duties, reserved = _walk(solver, plan, sets, stages, frozenset(served))
+    if timed is not None:  # whoever is there acts in its next turn
+        for robot, duty in duties.items():
+            here = bool(duty.goal >> poses[robot] & 1)
+            duties[robot] = replace(duty, stays=duty.stays or here)
     safe_poses = tuple(
         _safe_poses(solver, i, sets, stages, frozenset(served), duties.get(i))
         for i in range(len(solver.problem.members))
@@ -100,14 +117,16 @@ def _walk(
         at = tuple(
             solver.reach(i, sets[i], stages)
             & solver.problem.members[i].graph.poses_on(need.regions)
-            for i in step.group
+            & there
+            for i, there in zip(step.group, step.at, strict=True)
         )
         if not all(at):
             continue
         for robot, there in zip(step.group, at, strict=True):
             now = Step(step.gate, step.need, step.group, at)
             goal = _lasting(solver, now, robot, there, sets, stages, served)
-            duties[robot] = Duty(step.gate, step.need, step.group, goal or there)
+            stays = need.together or len(step.group) > 1
+            duties[robot] = Duty(step.gate, step.need, step.group, goal or there, stays)
     return duties, frozenset(busy - duties.keys())
 
 

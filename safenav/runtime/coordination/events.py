@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import field
 
 from safenav.dataclass import dataclass
-from safenav.runtime.characterization import Violation
+from safenav.runtime.characterization import ForbiddenMove
 from safenav.runtime.coordination.strategy_search import TaskResult
 from safenav.runtime.termination import Conclusion
 from safenav.runtime.world import Change
@@ -24,14 +24,14 @@ class ObstacleEncountered:
     """A robot keeps out of an obstacle. The team knows of it from now on, whatever the robot does
     where it stands; ``HelpRequested`` follows once it has backed up."""
 
-    violation: Violation
+    violation: ForbiddenMove
 
 
 @dataclass(frozen=True)
 class HelpRequested:
     """A robot has backed up from an obstacle, and requests help from where it stands now."""
 
-    violation: Violation
+    violation: ForbiddenMove
 
 
 @dataclass(frozen=True)

@@ -37,12 +37,10 @@ def foresee(scenario: Scenario) -> Foresight:
             state.requests = state.requests.opened(obstacle, robot.name, robot.start.region)
     floor, closure = closed(state)
     reach = {
-        name: frozenset(bits(member.graph.regions_of(reach.poses)))
-        for name, member, reach in zip(
-            floor.names, floor.problem.members, closure.robots, strict=True
-        )
+        member.name: frozenset(bits(member.graph.regions_of(poses)))
+        for member, poses in zip(floor.problem.members, closure.reach, strict=True)
     }
-    stuck = tuple(n for n, r in zip(floor.names, closure.robots, strict=True) if not r.live)
+    stuck = tuple(name for name, live in zip(floor.names, closure.live, strict=True) if not live)
     return Foresight(reach, stuck, shortfalls(floor, closure))
 
 

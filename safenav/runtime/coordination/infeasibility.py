@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from safenav.outcome import Outcome
 from safenav.runtime.coordination.problem import Floor
-from safenav.runtime.coordination.proofs import Closure, Proof, Tree
+from safenav.runtime.coordination.proofs import Refutation, TeamClosure
 from safenav.runtime.coordination.reasons import (
     Shortfall,
     cause_of,
@@ -17,52 +18,43 @@ from safenav.runtime.coordination.snapshot import poses_in
 from safenav.runtime.coordination.strategy_search import TaskResult, failed
 from safenav.runtime.team import TeamState
 from safenav.runtime.termination import Conclusion
-from safenav.scenario.model import Outcome
 from safenav.scenario.objective import Ltl
 from safenav.spec.task import Task
-from safenav.trace import proofs, vocabulary
+from safenav.trace import vocabulary
+from safenav.trace.proofs import Choice, Closure, Option, Proof, Reach, Tree
 from safenav.trace.wording import obstacle_words
 
 _TRAPPED = "every remaining option traps a robot needed elsewhere"
 
 
-def told(floor: Floor, proof: Proof) -> proofs.Proof:
+def recorded(floor: Floor, refutation: Refutation) -> Proof:
     """A proof as it stands in a trace (docs/trace.md)."""
-    if isinstance(proof, Closure):
-        return closure_told(floor, proof)
-    return proofs.Tree(
-        tuple(
-            proofs.Choice(
-                proofs.Option(
-                    floor.gates[choice.gate],
-                    choice.need,
-                    tuple(floor.names[i] for i in choice.group),
-                    choice.lossless,
-                ),
-                told(floor, choice.proof),
-            )
-            for choice in proof.choices
-        )
-    )
+    if isinstance(refutation, TeamClosure):
+        return recorded_closure(floor, refutation)
+    choices = []
+    for refuted in refutation:
+        step = refuted.step
+        group = tuple(floor.names[i] for i in step.group)
+        option = Option(floor.gates[step.gate], step.need, group, refuted.lossless)
+        choices.append(Choice(option, recorded(floor, refuted.because)))
+    return Tree(tuple(choices))
 
 
-def closure_told(floor: Floor, closure: Closure) -> proofs.Closure:
+def recorded_closure(floor: Floor, closure: TeamClosure) -> Closure:
     """A closure table as it stands in a trace."""
-    members = floor.problem.members
-    return proofs.Closure(
+    graphs = [member.graph for member in floor.problem.members]
+    there = zip(floor.names, graphs, closure.reach, closure.live, strict=True)
+    return Closure(
         tuple(floor.gates[gate] for gate in closure.resolved),
         (*(floor.gates[gate] for gate in closure.never), *floor.given_up),
-        {
-            name: proofs.Reach(poses_in(members[i].graph, reach.poses), reach.live)
-            for i, (name, reach) in enumerate(zip(floor.names, closure.robots, strict=True))
-        },
+        {name: Reach(poses_in(graph, poses), live) for name, graph, poses, live in there},
     )
 
 
 def nobody_goes_on(
     state: TeamState,
     floor: Floor,
-    proof: Proof,
+    proof: Refutation,
     refused: Mapping[tuple[str, str], TaskResult],
     lacks: Mapping[str, Shortfall],
 ) -> Conclusion:
@@ -71,15 +63,15 @@ def nobody_goes_on(
     word = state.scenario.map.word
     said = []
     closure = proof
-    while isinstance(closure, Tree):
-        if not closure.choices:
+    while isinstance(closure, tuple):
+        if not closure:
             said += (without_room(floor, word) if closure is proof else []) or [_TRAPPED]
             break
         said.append(_TRAPPED)
-        closure = closure.choices[0].proof
+        closure = closure[0].because
     stuck: list[str] = []
-    if isinstance(closure, Closure):
-        stuck = [n for n, r in zip(floor.names, closure.robots, strict=True) if not r.live]
+    if isinstance(closure, TeamClosure):
+        stuck = [name for name, live in zip(floor.names, closure.live, strict=True) if not live]
     for name in stuck:
         robot = state.robots[name]
         task = Task(
@@ -94,19 +86,20 @@ def nobody_goes_on(
         else:
             said.append(_why_not(state, name, task))
     out = [name for name, robot in state.robots.items() if not robot.active]
-    open_ = shortfalls(floor, closure, out) if isinstance(closure, Closure) else ()
+    vain = state.failures.barred
+    open_ = shortfalls(floor, closure, out, vain) if isinstance(closure, TeamClosure) else ()
     missed = [*(lacks[name] for name in state.knowledge.given_up()), *open_]
     said += [shortfall_words(each, word) for each in missed]
     for name, obstacle in refused:
         said.append(f"{name} has no strategy for going to {obstacle_words(obstacle, word)}")
-    known = missed and isinstance(proof, Closure)
+    known = missed and isinstance(proof, TeamClosure)
     cause = cause_of(missed).value if known else vocabulary.OperatorCause.UNREALIZABLE.value
     links = tuple(dict.fromkeys(said))
     return Conclusion(
         Outcome.OPERATOR_NEEDED,
         "; ".join(links),
         cause,
-        told(floor, proof),
+        recorded(floor, proof),
         links=links,
         stuck=tuple(stuck),
     )

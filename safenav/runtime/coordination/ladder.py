@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from safenav.dataclass import dataclass
-from safenav.runtime.deadlines.within import Walk, best_places, least_within
+from safenav.runtime.deadlines.within import Walk, best_places, keep, least_within, next_places
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
 from safenav.scenario.model import Coordination, Tracking
@@ -89,13 +89,16 @@ def wants_places(team: TeamState, robot: RobotState, draft: TaskDraft) -> bool:
     own = draft.assignment.role is Role.OWN and not isinstance(draft.objective, Ltl)
     if draft.assignment.role is Role.CHARGES and robot.stop is not None:
         return robot.stop.heading is not None and not team.rivals(robot.robot)
-    promised = robot.robot.within is not None or robot.places
-    if not promised or not own or team.rivals(robot.robot):
+    if robot.robot.within is None or not own or team.rivals(robot.robot):
         return False
     graph = graph_of(robot.robot, team.scenario.map)
     plain = team.scenario.coordination is not Coordination.ASSIGNABLE and not draft.forbidden
-    several = graph.one_way or bool(robot.places)
-    return plain and several and not team.knowledge.walls_for(robot.robot, draft.avoid)
+    several = any(len(target) > 1 for target in targets_of(draft.objective))
+    return (
+        plain
+        and (graph.one_way or several)
+        and not team.knowledge.walls_for(robot.robot, draft.avoid)
+    )
 
 
 def goal_places(
@@ -108,21 +111,38 @@ def goal_places(
     graph = graph_of(robot.robot, team.scenario.map)
     if draft.assignment.role is Role.CHARGES and robot.stop is not None:
         return (frozenset({robot.stop}),)
-    if robot.places:
-        return tuple(frozenset(graph.pose(n) for n in bits(places)) for places in robot.places)
-    pose, turned = robot.next_pose, memory.index
+    walk, most = _walk(team, robot, objective, memory), robot.robot.within or 0
+    found = best_places(walk, most) or next_places(walk, most)
+    if found is None and not walk.strict:
+        found = best_places(walk, least_within(walk) or most)
+    if found is None:
+        return None if walk.strict else ()
+    return tuple(frozenset(graph.pose(number) for number in bits(places)) for places in found)
+
+
+def _walk(team: TeamState, robot: RobotState, objective: Objective, memory: Memory) -> Walk:
+    """The rounds of a robot from where it is."""
+    graph, pose = graph_of(robot.robot, team.scenario.map), robot.next_pose
+    turned = memory.index
     if not isinstance(objective, Ltl):
         turned = objective.turned(objective.begin(pose.region, memory.index), pose.region)
     targets = tuple(graph.poses_on(region_mask(target)) for target in targets_of(objective))
     ticks, strict = robot.robot.model.timing.most, isinstance(objective, Patrol)
-    walk = Walk(graph, targets, graph.everywhere, graph.number(pose), ticks, turned, strict=strict)
-    most = robot.robot.within or 0
-    found = best_places(walk, most)
-    if found is None and not strict:
-        found = best_places(walk, least_within(walk) or most)
-    if found is None:
-        return None if strict else ()
-    return tuple(frozenset(graph.pose(number) for number in bits(places)) for places in found)
+    return Walk(graph, targets, graph.everywhere, graph.number(pose), ticks, turned, strict=strict)
+
+
+def misses_its_rounds(team: TeamState, robot: RobotState) -> bool:
+    """Whether a robot that begins a round cannot keep what it has promised by meeting its targets
+    in the poses of its present strategy, but can in others."""
+    task = None if robot.planner is None else robot.planner.task
+    if task is None or not task.goal_places or robot.assignment.role is not Role.OWN:
+        return False
+    within, walk = robot.robot.within, _walk(team, robot, task.objective, robot.memory)
+    places = tuple(
+        sum(1 << walk.graph.number(pose) for pose in target) for target in task.goal_places
+    )
+    late = within is not None and not keep(walk, places, within)
+    return late and next_places(walk, within or 0) is not None
 
 
 def _task(
@@ -157,6 +177,7 @@ def _task(
             if isinstance(objective, Ltl) and each.name in objective.inputs
         ),
         exclusive=any(robot.name in each.robots for each in team.scenario.never_together),
+        live=team.live,
     )
 
 

@@ -37,13 +37,15 @@ class GateNeed:
 class OpenObstacle:
     """An obstacle that is known and not resolved. ``closed_to``: the robots that must not enter
     it, for each need as long as it is the next. ``barred``: robots that cannot serve it although
-    they have the action (no strategy was found)."""
+    they have the action (no strategy was found). ``sweeps``: the regions where no other robot may
+    be while a robot resolves it."""
 
     name: str
     region: int
     closed_to: tuple[frozenset[int], ...]
     needs: tuple[GateNeed, ...]
     barred: frozenset[int] = frozenset()
+    sweeps: Mask = 0
 
     def chain(self, need: int) -> tuple[GateNeed, ...]:
         """A need, and those after it that the same robots must meet."""
@@ -112,10 +114,35 @@ class Problem:
     zones: Zones = ()
     newest_first: bool = False
 
-    def held(self, robot: int, regions: Sequence[int]) -> Mask:
+    @cached_property
+    def sweeping(self) -> tuple[int, ...]:
+        """The obstacles that sweep regions."""
+        return tuple(gate for gate, each in enumerate(self.gates) if each.sweeps)
+
+    @cached_property
+    def apart(self) -> Zones:
+        """``zones``, and for each obstacle that sweeps regions those and its own: the robots pass
+        through them in an order."""
+        everybody = frozenset(range(len(self.members)))
+        swept = [self.gates[gate] for gate in self.sweeping]
+        return (*self.zones, *((everybody, each.sweeps | 1 << each.region) for each in swept))
+
+    def clear_of(self, gate: int, robot: int, regions: Sequence[int]) -> bool:
+        """Whether no robot but ``robot`` is where the resolution of an obstacle sweeps."""
+        sweeps = self.gates[gate].sweeps
+        others = (region for i, region in enumerate(regions) if i != robot)
+        return not any(sweeps >> region & 1 for region in others)
+
+    def held(self, robot: int, regions: Sequence[int], stages: Stages) -> Mask:
         """The regions that a robot must not enter because one that it is never together with is
-        in them. ``regions``: where each robot is."""
+        in them; and the obstacles that it would resolve by entering while another is where that
+        sweeps. ``regions``: where each robot is."""
         found = 0
+        for gate in self.sweeping:
+            if self.resolved(gate, stages) or robot not in self.skilled(gate, stages):
+                continue
+            if not self.clear_of(gate, robot, regions):
+                found |= 1 << self.gates[gate].region
         for group, zone in self.zones:
             if robot in group and any(zone >> regions[i] & 1 for i in group if i != robot):
                 found |= zone
@@ -123,7 +150,7 @@ class Problem:
 
     def interferes(self, robot: int) -> bool:
         """Whether it may have to wait for another robot."""
-        return bool(self.conflicts[robot]) or any(robot in group for group, _ in self.zones)
+        return bool(self.conflicts[robot]) or any(robot in group for group, _ in self.apart)
 
     def resolved(self, gate: int, stages: Stages) -> bool:
         return stages[gate].need >= len(self.gates[gate].needs)
@@ -187,7 +214,7 @@ class Problem:
 
     @cached_property
     def shared_floor(self) -> bool:
-        return any(self.conflicts) or bool(self.zones)
+        return any(self.conflicts) or bool(self.apart)
 
     def _floors(self, robot: int, closed: tuple[int, ...]) -> Mask:
         key = (robot, closed)

@@ -15,49 +15,35 @@ from safenav.world.poses import Mask
 
 
 @dataclass(frozen=True)
-class Reach:
-    """The poses that a robot can reach, and whether it can continue forever there."""
-
-    poses: Mask
-    live: bool
-
-
-@dataclass(frozen=True)
-class Closure:
-    """The obstacles that can be resolved and that never can; where each robot gets with the former
-    resolved. ``stuck``: those of the latter whose next need can never be fulfilled. ``left``: how
-    far each obstacle is brought."""
+class TeamClosure:
+    """The obstacles that can be resolved and that never can; with the former resolved, the poses
+    that each robot can reach (``reach``), and whether it can continue forever there (``live``).
+    ``stuck``: those of ``never`` whose next need can never be fulfilled. ``left``: how far each
+    obstacle is brought."""
 
     resolved: tuple[int, ...]
     never: tuple[int, ...]
-    robots: tuple[Reach, ...]
+    reach: tuple[Mask, ...]
+    live: tuple[bool, ...]
     stuck: tuple[int, ...] = ()
     left: Stages = ()
 
 
 @dataclass(frozen=True)
-class Choice:
+class Refuted:
     """A step that could come next, and why it does not help. ``lossless``: no other step need be
     examined, because this one loses nothing."""
 
-    gate: int
-    need: int
-    group: tuple[int, ...]
+    step: Step
     lossless: bool
-    proof: Proof
+    because: Refutation
 
 
-@dataclass(frozen=True)
-class Tree:
-    """All choices that there are, each refuted."""
-
-    choices: tuple[Choice, ...]
+Refutation = TeamClosure | tuple[Refuted, ...]
+"""A closure that leaves a robot stuck, or all steps that there are, each refuted."""
 
 
-Proof = Closure | Tree
-
-
-def closure_of(solver: Solver, sets: Sets, stages: Stages) -> Closure:
+def closure_of(solver: Solver, sets: Sets, stages: Stages) -> TeamClosure:
     """The least fixpoint over open obstacles: one can be resolved if for each of its needs enough
     capable robots can get to its regions, all that can be resolved being out of the way.
 
@@ -75,12 +61,10 @@ def closure_of(solver: Solver, sets: Sets, stages: Stages) -> Closure:
                 grown = True
     never = tuple(problem.open(stages))
     resolved = tuple(gate for gate in problem.open(given) if gate not in never)
-    robots = tuple(
-        Reach(solver.reach(i, poses, stages), solver.goes_on(i, poses, stages))
-        for i, poses in enumerate(sets)
-    )
+    reach = tuple(solver.reach(i, poses, stages) for i, poses in enumerate(sets))
+    live = tuple(solver.goes_on(i, poses, stages) for i, poses in enumerate(sets))
     stuck = tuple(gate for gate in never if stages[gate].need == given[gate].need)
-    return Closure(resolved, never, robots, stuck, stages)
+    return TeamClosure(resolved, never, reach, live, stuck, stages)
 
 
 def _enough(solver: Solver, gate: int, sets: Sets, stages: Stages, given: Stage) -> bool:
@@ -103,10 +87,10 @@ def _enough(solver: Solver, gate: int, sets: Sets, stages: Stages, given: Stage)
     return len(able) >= problem.missing(gate, stages)
 
 
-def refute(solver: Solver, sets: Sets, stages: Stages) -> Proof:
+def refute(solver: Solver, sets: Sets, stages: Stages) -> Refutation:
     """Return the proof that ``solver.feasible(sets, stages)`` is False."""
     closure = closure_of(solver, sets, stages)
-    if not all(reach.live for reach in closure.robots):
+    if not all(closure.live):
         return closure
     steps = [option.step for option in solver.options(sets, None, stages, {}, every=True)]
     safe = [
@@ -115,11 +99,10 @@ def refute(solver: Solver, sets: Sets, stages: Stages) -> Proof:
         if not solver.problem.commits(step.gate, stages)
         and _loses_nothing(solver, step, sets, stages)
     ]
-    choices = []
-    for step in safe[:1] or steps:
-        proof = refute(solver, *solver.after(step, sets, stages))
-        choices.append(Choice(step.gate, step.need, step.group, bool(safe), proof))
-    return Tree(tuple(choices))
+    return tuple(
+        Refuted(step, bool(safe), refute(solver, *solver.after(step, sets, stages)))
+        for step in safe[:1] or steps
+    )
 
 
 def _loses_nothing(solver: Solver, step: Step, sets: Sets, stages: Stages) -> bool:

@@ -8,7 +8,7 @@ from enum import Enum
 from safenav.dataclass import dataclass
 from safenav.runtime.coordination.duties import Settlement
 from safenav.runtime.coordination.problem import Floor
-from safenav.runtime.coordination.proofs import Closure
+from safenav.runtime.coordination.proofs import TeamClosure
 from safenav.scenario.objective import Word
 from safenav.trace.vocabulary import OperatorCause
 from safenav.trace.wording import listed, obstacle_words
@@ -23,6 +23,7 @@ class Hindrance(Enum):
     WALLS = "no path leads there"
     NO_STRATEGY = "no strategy takes it there"
     OUT_OF_SERVICE = "it is out of service"
+    FAILED = "it has failed too often"
 
 
 @dataclass(frozen=True)
@@ -55,19 +56,32 @@ class Shortfall:
         return len(self.helpers) + len(self.done) < self.robots
 
 
-def shortfalls(floor: Floor, closure: Closure, out: Collection[str] = ()) -> tuple[Shortfall, ...]:
+def shortfalls(
+    floor: Floor,
+    closure: TeamClosure,
+    out: Collection[str] = (),
+    vain: Collection[tuple[str, str]] = (),
+) -> tuple[Shortfall, ...]:
     """Return the shortfall of each obstacle that a closure never resolves; ``out``: robots out of
-    service."""
-    return tuple(_shortfall(floor, closure, gate, out) for gate in closure.never)
+    service; ``vain``: (robot, obstacle) where actions have failed too often."""
+    return tuple(_shortfall(floor, closure, gate, out, vain) for gate in closure.never)
 
 
-def _shortfall(floor: Floor, closure: Closure, number: int, out: Collection[str]) -> Shortfall:
+def _shortfall(
+    floor: Floor,
+    closure: TeamClosure,
+    number: int,
+    out: Collection[str],
+    vain: Collection[tuple[str, str]],
+) -> Shortfall:
     problem = floor.problem
     stage, gate = closure.left[number], problem.gates[number]
     need, skilled = gate.needs[stage.need], problem.skilled(number, closure.left)
     helpers = [
         Helper(member.name, Hindrance.OUT_OF_SERVICE)
         if member.name in out
+        else Helper(member.name, Hindrance.FAILED)
+        if (member.name, gate.name) in vain
         else _helper(floor, closure, number, robot)
         for robot, member in enumerate(problem.members)
         if robot in skilled and robot not in stage.done
@@ -83,12 +97,12 @@ def _shortfall(floor: Floor, closure: Closure, number: int, out: Collection[str]
     )
 
 
-def _helper(floor: Floor, closure: Closure, number: int, robot: int) -> Helper:
+def _helper(floor: Floor, closure: TeamClosure, number: int, robot: int) -> Helper:
     problem, name = floor.problem, floor.names[robot]
     member = problem.members[robot]
     graph = member.graph
     there = graph.poses_on(problem.next_need(number, closure.left).regions)
-    reach = closure.robots[robot].poses
+    reach = closure.reach[robot]
     if robot in problem.gates[number].barred:
         return Helper(name, Hindrance.NO_STRATEGY)
     if reach & there:

@@ -17,7 +17,7 @@ from safenav.world.map import Region
 
 
 @dataclass(frozen=True)
-class Request:
+class OpenRequest:
     """An open request. ``requesters``: all that encountered the obstacle, the first first, and
     where each stood. ``helpers``: the robots that serve it now; ``recorded``: the helpers that the
     trace named last, None before the first line; ``entries``: requester and helpers of each push;
@@ -47,32 +47,32 @@ class Requests:
     pops the trace does not have yet; ``given_up``: those whose obstacles can never be resolved as
     things stood; ``aside``: obstacles that no joint state serves until something changes."""
 
-    stack: tuple[Request, ...] = ()
-    closed: tuple[Request, ...] = ()
-    given_up: tuple[Request, ...] = ()
+    stack: tuple[OpenRequest, ...] = ()
+    closed: tuple[OpenRequest, ...] = ()
+    given_up: tuple[OpenRequest, ...] = ()
     aside: frozenset[str] = frozenset()
 
-    def __iter__(self) -> Iterator[Request]:
+    def __iter__(self) -> Iterator[OpenRequest]:
         return iter(self.stack)
 
     @property
     def depth(self) -> int:
         return sum(len(request.entries) for request in self.stack)
 
-    def of(self, obstacle: str) -> Request | None:
+    def of(self, obstacle: str) -> OpenRequest | None:
         """The request for an obstacle of that name."""
         return next((r for r in self.stack if r.obstacle.name == obstacle), None)
 
     def ordered(self, obstacle: Obstacle) -> Requests:
         """Return the stack with a request that no robot has made."""
-        return replace(self, stack=(*self.stack, Request(obstacle)))
+        return replace(self, stack=(*self.stack, OpenRequest(obstacle)))
 
     def opened(self, obstacle: Obstacle, requester: str, place: Region) -> Requests:
         """Return the stack with a request for an obstacle by a robot at ``place``, which the trace
         must record."""
         found = self.of(obstacle.name)
         if found is None:
-            asked = Request(obstacle, {requester: place})
+            asked = OpenRequest(obstacle, {requester: place})
             return replace(self, stack=(*self.stack, asked), aside=frozenset())
         others = {name: at for name, at in found.requesters.items() if name != requester}
         changed = replace(found, requesters=others | {requester: place}, recorded=None)
@@ -103,13 +103,13 @@ class Requests:
         kept = tuple(r for r in self.given_up if r.obstacle.name != obstacle)
         return replace(self, given_up=kept)
 
-    def reopened(self, request: Request) -> Requests:
+    def reopened(self, request: OpenRequest) -> Requests:
         """With a request that was given up, as one that was just made."""
-        again = Request(request.obstacle, request.requesters)
+        again = OpenRequest(request.obstacle, request.requesters)
         return replace(
             self.decided(request.obstacle.name), stack=(*self.stack, again), aside=frozenset()
         )
 
-    def waits(self, robot: str) -> list[Request]:
+    def waits(self, robot: str) -> list[OpenRequest]:
         """The requests that a robot has made."""
         return [r for r in self.stack if robot in r.requesters]

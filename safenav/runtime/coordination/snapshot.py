@@ -61,7 +61,8 @@ def floor_of(
         if state.live and not hopeful:  # who is out of service does nothing
             none |= {(name, obstacle.name) for name, e in state.robots.items() if not e.active}
         barred = frozenset(i for i, name in enumerate(names) if (name, obstacle.name) in none)
-        gates.append(OpenObstacle(obstacle.name, obstacle.region, closed_to, needs, barred))
+        swept = region_mask(obstacle.swept(scenario.map))
+        gates.append(OpenObstacle(obstacle.name, obstacle.region, closed_to, needs, barred, swept))
         done = frozenset(names.index(name) for name in work.done)
         number = state.knowledge.need_of(obstacle)
         group = None

@@ -38,7 +38,7 @@ Plan = tuple[Step, ...]
 
 
 @dataclass(frozen=True)
-class Option:
+class RankedStep:
     """A step that could come next, with its merits."""
 
     step: Step
@@ -117,7 +117,7 @@ class Solver:
         present: Mapping[int, tuple[int, ...]],
         *,
         every: bool = False,
-    ) -> list[Option]:
+    ) -> list[RankedStep]:
         """Return the steps that could come next, the best first. One step per obstacle is enough
         among those that lose nothing, unless ``every`` one is wanted."""
         found = [
@@ -177,7 +177,7 @@ class Solver:
         stages: Stages,
         present: Mapping[int, tuple[int, ...]],
         every: bool,
-    ) -> list[Option]:
+    ) -> list[RankedStep]:
         problem = self.problem
         need = problem.next_need(gate, stages)
         then = problem.advanced(gate, stages)
@@ -215,7 +215,7 @@ class Solver:
             if problem.newest_first:
                 rank = (gate, sum(i in elsewhere for i in group), strangers, slowest)
             step = Step(gate, stages[gate].need, group, tuple(places[i] for i in group))
-            found.append(Option(step, lossless, (*rank, *group)))
+            found.append(RankedStep(step, lossless, (*rank, *group)))
             if lossless and not every:
                 break  # the first group is the best of those that lose nothing
         return found

@@ -67,6 +67,7 @@ class Strategies:
         if state.planner is not None:
             state.planner.strategy.close()
         state.planner = planner
+        state.stood.clear()
         self._state.emit(synthesis_record(self._state, found, reason, planner.node))
 
     def begin(self, state: RobotState) -> None:
@@ -147,8 +148,7 @@ def outdated(team: TeamState, name: str, draft: TaskDraft) -> bool:
         return True
     if draft.assignment.role is Role.CHARGES and old.goal_places:
         return old.goal_places != (frozenset({state.stop}),)
-    timed = state.robot.within is not None or state.places
-    if timed and wants_places(team, state, draft) != bool(old.goal_places):
+    if state.robot.within is not None and wants_places(team, state, draft) != bool(old.goal_places):
         return True
     if old.tracking is Tracking.BELIEF and old.observed:
         return old.closed != team.knowledge.standing

@@ -10,6 +10,7 @@ from weakref import WeakSet
 
 from safenav.dataclass import dataclass
 from safenav.errors import ResourceLimitError
+from safenav.outcome import Verdict
 from safenav.runtime.coordination.ladder import Ladder
 from safenav.runtime.termination import Stop
 from safenav.scenario.objective import Objective, Word, describe
@@ -19,7 +20,7 @@ from safenav.spec.specification import Specification
 from safenav.spec.task import Task
 from safenav.synthesis.request import Listener as SynthesisListener
 from safenav.synthesis.slugs import Synthesizer
-from safenav.synthesis.verdict import SynthesisResult, Verdict
+from safenav.synthesis.verdict import SynthesisResult
 from safenav.trace import records, vocabulary
 from safenav.world.map import RegionMap
 
@@ -182,6 +183,6 @@ class StrategySearch:
 
 def _tried(result: TaskResult) -> tuple[records.Tried, ...]:
     """Return the attempts that have failed so far."""
-    verdict = vocabulary.RecordedVerdict(result.result.verdict.value)
+    verdict = result.result.verdict
     fairness, spec = result.task.fairness.value, result.result.spec_sha256
     return (*result.tried, records.Tried(result.form, fairness, spec, verdict))

@@ -31,7 +31,7 @@ def synthesis_record(
         team.tick,
         task.robot.name,
         reason,
-        vocabulary.RecordedVerdict(result.verdict.value),
+        result.verdict,
         round(result.seconds, 6),
         result.states,
         result.cached,

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from safenav.dataclass import dataclass
-from safenav.world.poses import Mask, PoseGraph
+from safenav.world.poses import Mask, PoseGraph, bits
 
 NEVER = 1 << 40
 
@@ -45,7 +45,7 @@ class BoundNeed:
 class BoundObstacle:
     """An open obstacle: the needs from ``stage`` on are left, ``done`` have had a part in the next
     one, ``group`` met the one before it. ``closed``: the robots that must keep out while need k is
-    the next."""
+    the next. ``met``: the turns to come in which the last needs before ``stage`` are met."""
 
     region: int
     parts: tuple[BoundNeed, ...]
@@ -53,6 +53,15 @@ class BoundObstacle:
     stage: int = 0
     done: frozenset[int] = frozenset()
     group: frozenset[int] = frozenset()
+    met: tuple[int, ...] = ()
+
+    @property
+    def over(self) -> bool:
+        return self.stage == len(self.parts)
+
+    def turns(self, now: int) -> list[int]:
+        """The turns of the needs before ``stage``."""
+        return [*[now] * (self.stage - len(self.met)), *self.met]
 
 
 @dataclass(frozen=True)
@@ -72,12 +81,23 @@ Times = tuple[tuple[int, ...], ...]
 """For each open obstacle the earliest turn in which each of its needs can be met."""
 
 
-def earliest(moment: BoundMoment) -> Times:
+Fields = dict[tuple[object, ...], "ReachByTick"]
+"""Where robots can be by tick, as computed before."""
+
+
+def known(moment: BoundMoment) -> Times:
+    """The turns of the needs that are met; NEVER for the others."""
+    return tuple(
+        (*one.turns(moment.now), *(NEVER,) * (len(one.parts) - one.stage)) for one in moment.opens
+    )
+
+
+def earliest(moment: BoundMoment, fields: Fields | None = None) -> Times:
     """The least fixpoint from above: each obstacle's needs at their earliest, if the others are
-    met at theirs."""
-    times: Times = tuple((NEVER,) * len(one.parts) for one in moment.opens)
+    met at theirs. ``fields``: a memory for several questions about the same robots."""
+    times, fields = known(moment), {} if fields is None else fields
     while True:
-        spreads = [Spread(moment, i, times) for i in range(moment.count)]
+        spreads = [Spread(moment, i, times, fields) for i in range(moment.count)]
         after = tuple(
             tuple(map(min, _needs(moment, one, spreads), before))
             for one, before in zip(moment.opens, times, strict=True)
@@ -95,8 +115,11 @@ def tick_of(turn: int, count: int) -> int | None:
 class Spread:
     """The poses of a robot by tick, obstacles being open from their ``times`` on."""
 
-    def __init__(self, moment: BoundMoment, robot: int, times: Times) -> None:
+    def __init__(
+        self, moment: BoundMoment, robot: int, times: Times, fields: Fields | None = None
+    ) -> None:
         self.walker, self._robot, self._count = moment.walkers[robot], robot, moment.count
+        self._fields = {} if fields is None else fields
         self._gates: list[tuple[Mask, int]] = []  # closed poses, and the first tick without them
         for one, turns in zip(moment.opens, times, strict=True):
             opens = _opens(one, robot, turns)
@@ -106,6 +129,15 @@ class Spread:
 
     def field(self, seeds: Mapping[int, Mask]) -> ReachByTick:
         """Its poses by tick, if it may be in those of ``seeds`` from the end of their ticks on."""
+        begun = min(seeds) + 1  # what is open then never stopped it
+        gates = [gate for gate in self._gates if gate[1] > begun]
+        key = (self._robot, *sorted(seeds.items()), None, *gates)
+        found = self._fields.get(key)
+        if found is None:
+            found = self._fields[key] = self._field(seeds)
+        return found
+
+    def _field(self, seeds: Mapping[int, Mask]) -> ReachByTick:
         graph, d = self.walker.graph, self.walker.ticks
         first, last = min(seeds), max(seeds)
         last = max([last, *(gate for _, gate in self._gates if gate < NEVER)])
@@ -161,6 +193,16 @@ class ReachByTick:
                 return self.first + k
         return NEVER
 
+    def arrivals(self, goal: Mask) -> list[tuple[int, int]]:
+        """The poses of ``goal``, each with the first tick at whose end it may be there."""
+        found, seen = [], 0
+        for k, mask in enumerate(self.masks):
+            fresh = mask & goal & ~seen
+            if fresh:
+                found += [(pose, self.first + k) for pose in bits(fresh)]
+                seen |= fresh
+        return found
+
     def on(self, goal: Mask, since: int) -> dict[int, Mask]:
         """The poses of ``goal`` by tick, those before tick ``since`` at that one."""
         found: dict[int, Mask] = {}
@@ -174,20 +216,22 @@ class ReachByTick:
 
 def _opens(one: BoundObstacle, robot: int, turns: Sequence[int]) -> int | None:
     """The turn after which an obstacle no longer stops a robot; None if it does not now."""
-    for number in range(one.stage, len(one.parts)):
+    first = one.stage - len(one.met)
+    for number in range(first, len(one.parts)):
         if robot not in one.closed[number]:
-            return turns[number - 1] if number > one.stage else None
+            return turns[number - 1] if number > first else None
     return turns[-1]
 
 
 def _needs(moment: BoundMoment, one: BoundObstacle, spreads: Sequence[Spread]) -> list[int]:
     """The earliest turn of each need, met one after the other; those that are met: now."""
-    found = [moment.now] * one.stage
+    found = one.turns(moment.now)
     fields: dict[int, ReachByTick] = {}
     previous: Mapping[int, ReachByTick] = {}
     for number in range(one.stage, len(one.parts)):
         # Needs may be met one after the other in one turn, the next one not before the next turn.
-        part, before = one.parts[number], (found[-1] if number > one.stage else moment.now + 1)
+        part = one.parts[number]
+        before = found[-1] if one.met or number > one.stage else moment.now + 1
         if before >= NEVER:
             return found + [NEVER] * (len(one.parts) - number)
         turns = []
@@ -203,7 +247,9 @@ def _needs(moment: BoundMoment, one: BoundObstacle, spreads: Sequence[Spread]) -
             if part.same and number > one.stage:
                 if robot not in previous:
                     continue
-                since = before // moment.count
+                # Its next step may begin in that tick if its turn is yet to come, or if it takes
+                # several ticks: who begins such a step acts where it was.
+                since = (before - robot) // moment.count - (walker.ticks > 1)
                 goal = walker.graph.poses_on(one.parts[number - 1].regions)
                 had = previous[robot].on(goal, since)
                 if number - 1 == one.stage and robot in one.done:

@@ -10,6 +10,8 @@ from collections.abc import Callable
 from dataclasses import field, replace
 
 from safenav.dataclass import dataclass
+from safenav.outcome import Outcome
+from safenav.runtime.coordination.problem import Floor
 from safenav.runtime.deadlines.bound import (
     NEVER,
     BoundMoment,
@@ -18,13 +20,16 @@ from safenav.runtime.deadlines.bound import (
     rounds_done,
     tick_of,
 )
+from safenav.runtime.deadlines.choice import Dues
 from safenav.runtime.deadlines.moment import goals_left, moment_of
-from safenav.runtime.team import Role, TeamState
+from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded
-from safenav.scenario.model import LatePolicy, Outcome
+from safenav.scenario.model import LatePolicy
 from safenav.trace import records
 from safenav.trace.vocabulary import DeadlineVerdict
 from safenav.trace.wording import Wording
+from safenav.world.map import Region
+from safenav.world.poses import Mask, region_mask
 
 MISSION = "mission"
 BATTERY = "battery"
@@ -70,12 +75,14 @@ class Deadlines:
     _turn: list[records.Record] = field(default_factory=list)
     _begun: dict[str, int] = field(default_factory=dict)
     _past: set[str] = field(default_factory=set)
+    _had: int = 0
+    _refuted: set[str] = field(default_factory=set)
     lasts_until: Callable[[str, str], int | None] | None = None
     """Until when a robot's charge lasts behind an obstacle."""
 
     def __post_init__(self) -> None:
         scenario = self.team.scenario
-        self.active = scenario.promises
+        self.active = scenario.deadlines
         if scenario.until.by is not None:
             self._open[MISSION] = Promise(scenario.until.by)
         for robot in self.team.robots:
@@ -89,10 +96,14 @@ class Deadlines:
             else:
                 self._begun.setdefault(record.robot, record.tick)
             self._look()
+            self._refute(record.to, self.team.robots[record.robot])
         elif isinstance(record, records.Goal):
             robot = self.team.robots[record.robot]
             if robot.progress is robot.own:
                 self._turn.append(record)
+        elif isinstance(record, records.Acts) and record.spent:
+            said = Wording(self.team.scenario.map.word).sentence(record)
+            self.reasons.append(f"tick {record.tick}: {said}")
         elif not isinstance(record, records.Deadline):
             self._turn.append(record)
 
@@ -100,7 +111,7 @@ class Deadlines:
         """Judge what was due at the end of the tick before. Raises RunEnded."""
         if not self.active:
             return
-        before = self.team.tick - 1
+        self._had, before = 0, self.team.tick - 1
         for of, promise in list(self._open.items()):
             if promise.due <= before:
                 del self._open[of]
@@ -115,6 +126,56 @@ class Deadlines:
             told = " and ".join(dict.fromkeys(self.late))
             raise RunEnded(Conclusion(Outcome.LATE, f"late: {told}"))
 
+    def turn_begins(self, number: int) -> None:
+        """Robot ``number``, from 1, has its turn."""
+        self._had = number
+
+    def dues(self, floor: Floor) -> Dues | None:
+        """The deadlines of open obstacles, for the choice of who acts where; None if there are
+        none."""
+        if not self.active or self.team.live:
+            return None
+        tick, by = self.team.tick, dict[int, int]()
+        for gate, name in enumerate(floor.gates):
+            promise = self._open.get(name)
+            due = None if promise is None else promise.due
+            if promise is None and name not in self._past:
+                found = self._due(name)
+                due = None if found is None else found[0]
+            if due is not None and due >= tick:
+                by[gate] = due
+        mission = self._open.get(MISSION)
+        if not by and (mission is None or not floor.gates):
+            return None
+        ready = []
+        for index, (name, robot) in enumerate(self.team.robots.items()):
+            since = tick - (index >= self._had)
+            if robot.transit is not None:
+                most = robot.robot.model.timing.most
+                since = max(since + 1, self._begun.get(name, tick) + most - 1)
+            ready.append(since)
+        now = tick * len(ready) + self._had - 1
+        return Dues(by, mission is not None, now, ready, self._suspected())
+
+    def _suspected(self) -> list[Mask]:
+        """The regions that each robot may have to keep out of: of suspects that no robot has met,
+        and in which none that they stop has been."""
+        left = [
+            suspect
+            for suspect in self.team.scenario.suspects or ()
+            if suspect.name not in self._refuted and not self.team.knowledge.knows(suspect)
+        ]
+        return [
+            region_mask(suspect.region for suspect in left if suspect.closed_to(robot.robot))
+            for robot in self.team.robots.values()
+        ]
+
+    def _refute(self, region: Region, robot: RobotState) -> None:
+        """A robot is in a region: whatever would stop it is not there."""
+        for suspect in self.team.scenario.suspects or ():
+            if suspect.region == region and suspect.blocks(robot.robot):
+                self._refuted.add(suspect.name)
+
     def turn_ends(self, had_turn: int) -> None:
         """Judge what has happened in a turn, that of robot number ``had_turn``, from 1."""
         if not self.active:
@@ -127,6 +188,10 @@ class Deadlines:
         begins = [r.obstacle for r in heard if isinstance(r, records.Request)]
         if had_turn == len(self.team.robots) or begins:
             self._foresee(had_turn, begins)
+
+    def ages(self) -> tuple[tuple[int, bool], ...]:
+        """For how long each round has lasted, and whether it is judged."""
+        return tuple((self.team.tick - each.begun, each.over) for each in self._rounds.values())
 
     def completed(self) -> None:
         """The mission is completed at the end of this tick."""
@@ -149,11 +214,13 @@ class Deadlines:
         tick = self.team.tick
         match record:
             case records.Resolved():
+                self._refuted.add(record.obstacle)
                 self._ended(record.obstacle, DeadlineVerdict.KEPT)
                 for clock in self._rounds.values():
                     _restart(clock, tick)
                     clock.done = 0
-            case records.Gone() | records.Blocked():
+            case records.Gone() | records.KnownObstacle():
+                self._refuted.add(record.obstacle)
                 self._ended(record.obstacle, DeadlineVerdict.EXCUSED)
             case records.NewObjective():
                 self._rounds[record.robot] = Round(tick)
@@ -205,7 +272,8 @@ class Deadlines:
         for of, (due, cause) in wanted.items():
             self._open[of] = Promise(due, cause=cause)
             soonest, verdict = ends.get(of, tick), DeadlineVerdict.SET
-            self.team.emit(records.Deadline(tick, of, due, verdict, soonest, cause))
+            planned = self._planned(of)
+            self.team.emit(records.Deadline(tick, of, due, verdict, soonest, cause, planned))
         if MISSION in self._open:
             ends[MISSION] = mission_end(self.team, moment, times)
         for of, promise in self._open.items():
@@ -234,6 +302,13 @@ class Deadlines:
         said = Wording(self.team.scenario.map.word).sentence(line)
         why = _nearest(self.team, moment, names.index(of)) if of in names else ""
         self.reasons.append(f"tick {self.team.tick}: {said}{why}")
+
+    def _planned(self, of: str) -> int | None:
+        """The tick in which an obstacle is resolved by the acts that were chosen."""
+        settled = self.team.settled
+        if settled is None or settled.in_time is None or of not in settled.floor.gates:
+            return None
+        return settled.in_time.ends.get(settled.floor.gates.index(of))
 
     def _timed(self) -> bool:
         return any(robot.robot.within is not None for robot in self.team.robots.values())

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from safenav.runtime.deadlines.bound import BoundMoment, BoundNeed, BoundObstacle, BoundRobot
-from safenav.runtime.formulas import plain_graph
 from safenav.runtime.team import RobotState, TeamState
 from safenav.scenario.model import Obstacle
 from safenav.scenario.objective import Ltl, targets_of
-from safenav.world.poses import Mask, region_mask
+from safenav.world.poses import Mask, plain_graph, region_mask
 
 
 def moment_of(

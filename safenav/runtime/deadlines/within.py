@@ -53,29 +53,63 @@ def best_places(walk: Walk, most: int) -> tuple[Mask, ...] | None:
     of at most ``most`` ticks; None if no such choice is found."""
     costs, begin = _rounds(walk), _leg(walk, {walk.start: 0}, walk.first)
     kept = _kept(costs, begin, most)
-    if not kept:
-        return None
-    number = len(walk.targets)
     for last in sorted(kept, key=lambda pose: (costs[pose].get(pose, FAR), pose)):
         if costs[last].get(last, FAR) > most:
             continue
-        places = [0] * number
-        pose, at = last, {last: 0}
-        legs = [at]
-        for index in range(number):
-            at = _meet(walk, at, index)
-            legs.append(at)
-        for index in reversed(range(number)):
-            places[index] = 1 << pose
-            back = legs[index]
-            pose = min(back, key=lambda p: (back[p] + _meet(walk, {p: 0}, index).get(pose, FAR), p))
-        narrow = tuple(places)
-        if _holds(walk, narrow, most):
+        narrow = _traced(walk, last, 0, last)
+        if keep(walk, narrow, most):
             return narrow
     return None
 
 
-def _holds(walk: Walk, places: tuple[Mask, ...], most: int) -> bool:
+def next_places(walk: Walk, most: int) -> tuple[Mask, ...] | None:
+    """For each target the poses in which to meet it in the present round alone, so that each round
+    from there on can be in time, too; None if that is not possible. Exact: what can be promised
+    at all is kept by asking again after each round."""
+    costs, begin = _rounds(walk), _leg(walk, {walk.start: 0}, walk.first)
+    kept = _kept(costs, begin, most)
+
+    def rank(pose: int) -> tuple[bool, int, int]:
+        return costs[pose].get(pose, FAR) > most, begin[pose], pose
+
+    for last in sorted((p for p in kept if begin.get(p, FAR) <= most), key=rank):
+        narrow = _traced(walk, walk.start, walk.first, last)
+        there = _leg(replace(walk, places=narrow), {walk.start: 0}, walk.first)
+        if there.get(last, FAR) > most:
+            continue
+        for places in (narrow, _widened(walk, narrow)):
+            if least_within(replace(walk, places=places)) is not None:
+                return places  # a strategy can do something of the kind forever
+    return None
+
+
+def _widened(walk: Walk, narrow: tuple[Mask, ...]) -> tuple[Mask, ...]:
+    """The same places, and all that are farther on their legs from where the robot starts."""
+    found, at = list(narrow), walk.start
+    for index in range(walk.first, len(narrow)):
+        (leg,) = _meet(replace(walk, places=narrow), {at: 0}, index).values()
+        for pose, ticks in _meet(walk, {at: 0}, index).items():
+            found[index] |= (1 << pose) if ticks > leg else 0
+        at = narrow[index].bit_length() - 1
+    return tuple(found)
+
+
+def _traced(walk: Walk, start: int, first: int, last: int) -> tuple[Mask, ...]:
+    """The pose of each target on a fastest way from ``start`` to ``last`` through the targets from
+    number ``first`` on; all poses of the others."""
+    places = list(walk.places or walk.targets)
+    legs: list[Costs] = [{start: 0}]
+    for index in range(first, len(walk.targets)):
+        legs.append(_meet(walk, legs[-1], index))
+    pose = last
+    for index in reversed(range(first, len(walk.targets))):
+        places[index] = 1 << pose
+        back = legs[index - first]
+        pose = min(back, key=lambda p: (back[p] + _meet(walk, {p: 0}, index).get(pose, FAR), p))
+    return tuple(places)
+
+
+def keep(walk: Walk, places: tuple[Mask, ...], most: int) -> bool:
     """Whether shortest legs to these places alone keep every round, a target's other poses being
     closed while it is next."""
     least = least_within(replace(walk, places=places))

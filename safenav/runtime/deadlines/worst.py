@@ -22,13 +22,12 @@ from safenav.runtime.deadlines.bound import (
     earliest,
     tick_of,
 )
-from safenav.runtime.formulas import plain_graph
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.spec.task import Task
 from safenav.synthesis.strategy import Strategy
 from safenav.world.map import Heading
 from safenav.world.moves import Pose
-from safenav.world.poses import bits, region_mask
+from safenav.world.poses import bits, plain_graph, region_mask
 
 MOST_MOMENTS = 2_000
 """Moments of one obstacle that are compared; beyond that the helpers are examined one by one."""

@@ -1,10 +1,15 @@
-"""The charge of each robot in a run: stops to chargers, and robots whose charge is used up."""
+"""The charge of each robot in a run: stops to chargers, and robots whose charge is used up.
+
+In lockstep a tick without a step takes ``stay`` or gives ``charge``; live, each second in which a
+robot has no step under way does. Steps take ``move`` when they end, however long they have lasted,
+so that what a robot needs does not depend on durations.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import field, replace
-from itertools import islice, product
+from dataclasses import field
+from math import ceil
 
 from safenav.dataclass import dataclass
 from safenav.runtime.coordination.events import BatteryFlat, Event, Unsettled
@@ -18,11 +23,21 @@ from safenav.scenario.model import Obstacle
 from safenav.scenario.objective import Ltl, targets_of
 from safenav.trace import records
 from safenav.trace.vocabulary import ChangeCause, PlanEndReason, Reason
+from safenav.world.map import Region
 from safenav.world.moves import Pose
-from safenav.world.poses import Mask, bits, region_mask
+from safenav.world.poses import Mask, region_mask
 
-MOST_CHOICES = 64
-"""Choices of poses for the targets of a robot that are compared."""
+SHARPNESS = 6
+"""Decimals of a charge in a live run."""
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Live: where a robot has stood since a time (seconds), and its charge then."""
+
+    region: Region
+    since: float
+    charge: float
 
 
 @dataclass(eq=False)
@@ -36,24 +51,31 @@ class Batteries:
     _flat: dict[str, str] = field(default_factory=dict)  # the robot at which an obstacle appeared
     _charged: list[str] = field(default_factory=list)
     _known: dict[str, tuple[object, Stops]] = field(default_factory=dict)
+    _stands: dict[str, Standing] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for robot in self.team.robots.values():
             if robot.robot.model.battery is not None:
                 robot.charge = robot.robot.model.battery.start
-                if self.team.scenario.chargers:
-                    self.choose_places(robot)
+                self._stands[robot.name] = Standing(robot.pose.region, 0.0, robot.charge)
 
     def __call__(self, record: records.Record) -> None:
         """Hear of moves, and of batteries that were brought."""
         if isinstance(record, records.Move):
             self._moved(record)
+        elif isinstance(record, records.Depart | records.Arrive | records.Operator):
+            self._moved_live(record)
         elif isinstance(record, records.Resolved) and record.obstacle in self._flat:
             self._charged.append(self._flat.pop(record.obstacle))
 
     def tick_begins(self) -> Iterator[Event]:
         """Put robots back in service whose battery was replaced in the tick before; decide the
-        first stops."""
+        first stops. Live, charges become those of this moment."""
+        for robot in self.team.robots.values() if self.team.live else ():
+            before, there = robot.charge, robot.name in self._stands
+            robot.charge = self._charge_at(robot, self._now()) if there else before
+            if robot.charge != before:  # before its next step
+                yield from self.turn_ends(robot)
         for robot in self.team.robots.values() if self.team.tick == 1 else ():
             yield from self.turn_ends(robot)
         charged, self._charged = self._charged, []
@@ -61,6 +83,7 @@ class Batteries:
             robot = self.team.robots[name]
             assert robot.robot.model.battery is not None
             robot.charge = robot.robot.model.battery.capacity
+            self._stands[name] = Standing(robot.pose.region, self._now(), robot.charge)
             yield from self.turns.serve(robot, active=True, cause=ChangeCause.BATTERY)
 
     def turn_ends(self, robot: RobotState) -> Iterator[Event]:
@@ -68,37 +91,16 @@ class Batteries:
         battery, scenario = robot.robot.model.battery, self.team.scenario
         if battery is None or robot.charge is None or robot.transit is not None or not robot.active:
             return
+        if robot.acting is not None:
+            return
         on_charger = robot.pose.region in scenario.chargers
         if robot.charge < battery.move and not on_charger:
             yield from self._runs_flat(robot)
         elif scenario.chargers:
-            stop = self._stop(robot)
-            if stop != robot.stop:
+            while (stop := self._stop(robot)) != robot.stop:  # a target may count immediately
                 robot.stop = stop
                 yield from self.turns.leave_plan(PlanEndReason.CHANGED, settling=True)
                 yield Unsettled(Reason.CHARGE)
-
-    def choose_places(self, robot: RobotState) -> None:
-        """Choose one pose for each target of a robot that can be in it in several, so that its
-        strategy takes the shortest path to the pose that its charge was compared for."""
-        stops, charge = self.stops(robot), robot.charge
-        robot_objective = robot.own.objective
-        if stops is None or charge is None or self.team.rivals(robot.robot):
-            return
-        if isinstance(robot_objective, Ltl) or robot_objective.settles:
-            return
-        start = stops.graph.number(robot.pose)
-        several = any(target & (target - 1) for target in stops.targets)
-        if not several or stops.need(start, 0) > charge:
-            return
-        poses = [[1 << pose for pose in bits(t & stops.allowed)] for t in stops.targets]
-        best = 0
-        for places in islice(product(*poses), MOST_CHOICES):
-            tried = replace(stops, targets=places, _needs=None, _hops={})
-            slack = charge + 1 - tried.need(start, 0)
-            if slack > best:
-                best, robot.places = slack, places
-        self._known.pop(robot.name, None)
 
     def stops(self, robot: RobotState) -> Stops | None:
         """The stops of a robot on the floor as it is known; None without a battery."""
@@ -111,11 +113,7 @@ class Batteries:
         battery, pending = robot.robot.model.battery, frozenset(self.team.knowledge.pending)
         if battery is None or robot.charge is None or not battery.stay:
             return None
-        self._known.pop(name, None)
-        chosen, robot.places = robot.places, ()
         shut, behind = self._on_floor(robot, pending), self._on_floor(robot, pending - {obstacle})
-        robot.places = chosen
-        self._known.pop(name, None)
         if shut is None or behind is None:
             return None
         pose = shut.graph.number(robot.pose)
@@ -123,7 +121,63 @@ class Batteries:
         need = behind.need(pose, turn)
         if shut.need(pose, turn) <= robot.charge or need > robot.charge:
             return None
-        return self.team.tick + (robot.charge - need) // battery.stay
+        return self.team.tick + int(robot.charge - need) // battery.stay
+
+    def times(self) -> Iterator[float]:
+        """Live: when a charging robot has what it waits for, and when the charge of one that
+        stands falls to the next whole number."""
+        for name, standing in self._stands.items() if self.team.live else ():
+            robot = self.team.robots[name]
+            battery, charge = robot.robot.model.battery, standing.charge
+            if battery is None or robot.transit is not None or not robot.active:
+                continue
+            if standing.region not in self.team.scenario.chargers:
+                rate, left = battery.stay, charge - ceil(self._charge_at(robot, self._now()) - 1)
+            elif robot.stop is not None:
+                rate, left = battery.charge, self._wanted(robot) - charge
+            else:
+                continue
+            if rate:
+                yield standing.since + ceil(left / rate * 10**SHARPNESS) / 10**SHARPNESS
+
+    def _wanted(self, robot: RobotState) -> int:
+        """The charge with which a robot leaves the charger where it stands."""
+        stops = self.stops(robot)
+        assert stops is not None
+        turn = robot.own.memory.index % len(stops.targets)
+        return stops.wanted(stops.graph.number(robot.pose), turn)
+
+    def _now(self) -> float:
+        return round(self.team.now(), 9) if self.team.now is not None else 0.0
+
+    def _charge_at(self, robot: RobotState, now: float) -> float:
+        """The charge of a robot that has stood since its last step ended."""
+        battery, standing = robot.robot.model.battery, self._stands[robot.name]
+        assert battery is not None
+        charger = standing.region in self.team.scenario.chargers
+        rate = battery.charge if charger else -battery.stay
+        charge = standing.charge + rate * (now - standing.since)
+        return round(min(battery.capacity, max(0, charge)), SHARPNESS)
+
+    def _moved_live(self, record: records.Depart | records.Arrive | records.Operator) -> None:
+        """Take a step's charge, or that of the time before it."""
+        robot = self.team.robots.get(record.robot or "")
+        if robot is None or robot.charge is None or record.t is None:
+            return
+        battery = robot.robot.model.battery
+        assert battery is not None
+        if isinstance(record, records.Arrive):
+            robot.charge = max(0, round(robot.charge - battery.move, SHARPNESS))
+            self._stands[robot.name] = Standing(record.at, record.t, robot.charge)
+            return
+        standing = self._stands.get(robot.name)
+        if standing is None:
+            return  # on its way, and lost there
+        robot.charge = self._charge_at(robot, record.t)
+        if isinstance(record, records.Depart):
+            del self._stands[robot.name]
+        elif record.region is not None:
+            self._stands[robot.name] = Standing(record.region, record.t, robot.charge)
 
     def _on_floor(self, robot: RobotState, avoid: frozenset[str]) -> Stops | None:
         battery, objective = robot.robot.model.battery, robot.own.objective
@@ -138,7 +192,6 @@ class Batteries:
         graph = graph_of(robot.robot, self.team.scenario.map)
         masks = tuple(graph.poses_on(region_mask(t)) for t in targets_of(objective))
         masks = masks[-1:] if objective.settles else masks
-        masks = robot.places if robot.places and not closed else masks
         chargers: Mask = graph.poses_on(region_mask(self.team.scenario.chargers))
         allowed = graph.everywhere & ~graph.poses_on(closed)
         shared = bool(self.team.rivals(robot.robot))
@@ -147,7 +200,8 @@ class Batteries:
         return found
 
     def _stop(self, robot: RobotState) -> Pose | None:
-        """Where a robot is to charge, or to stay and charge; None: it pursues its own objective."""
+        """Where a robot is to go for its charge, or to stay and charge; None: it pursues its own
+        objective."""
         stops = self.stops(robot)
         assert stops is not None
         assert robot.charge is not None
@@ -156,14 +210,16 @@ class Batteries:
         stop, rivals = robot.stop, self.team.rivals(robot.robot)
         if stop is not None:
             here = stop == robot.pose or (rivals and stop.region == robot.pose.region)
-            there = 1 << stops.graph.number(stop)
+            there = stops.graph.number(stop)
             if not here:
-                if stops.graph.steps_between(1 << pose, there, stops.allowed) is not None:
+                if stops.graph.steps_between(1 << pose, 1 << there, stops.allowed) is not None:
                     return stop
             elif robot.charge < stops.wanted(pose, turn):
                 return stop
-        charger = stops.charger(pose, turn, robot.charge)
-        return None if charger is None else stops.graph.pose(charger)
+            elif (stops.targets[turn] & ~stops.chargers) >> there & 1:
+                return None  # its objective begins where it is met
+        place = stops.next(pose, turn, robot.charge)
+        return None if place is None else stops.graph.pose(place)
 
     def _moved(self, move: records.Move) -> None:
         robot = self.team.robots[move.robot]
@@ -185,7 +241,7 @@ class Batteries:
             cause = ChangeCause.BATTERY  # nothing can be brought here
             yield from self.turns.serve(robot, active=False, cause=cause)
             return
-        obstacle = Obstacle(kind, region, appears=self.team.tick)
+        obstacle = Obstacle(kind, region, appears=int(self.team.time))
         self._flat[obstacle.name] = robot.name
         yield from self.turns.leave_plan(PlanEndReason.CHANGED, settling=True)
         world.place(obstacle)

@@ -1,14 +1,13 @@
-"""The next stop of a robot with a battery: its next target, or a charger on the way to it."""
+"""The next stop of a robot with a battery: a pose of its next target, or a charger on the way."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import field
 
 from safenav.dataclass import dataclass
 from safenav.runtime.energy.need import NEVER, Needs, needs
 from safenav.scenario.model import Battery
-from safenav.world.poses import Mask, PoseGraph, bits
+from safenav.world.poses import FAR, Mask, PoseGraph, bits
 
 
 @dataclass(eq=False)
@@ -36,75 +35,117 @@ class Stops:
         """The least charge with which it can continue from there, target ``turn`` being next."""
         return self.needs[turn].get(pose, NEVER)
 
-    def charger(self, pose: int, turn: int, charge: int) -> int | None:
-        """The pose of the charger to go to next; None if the next target can be met directly, or if
-        no charger helps."""
-        ways = self._ways(pose)
-        if self._direct(pose, turn, ways) <= charge:
+    def next(self, pose: int, turn: int, charge: float) -> int | None:
+        """The pose to go to next: of the target, if a strategy for all of them could take too much
+        charge for what comes after it, or of a charger, or one from which to enter it; None if the
+        charge suffices for such a strategy, or if nothing helps but to charge where it is."""
+        takes = self._takes(pose, turn)
+        met, charges = self.targets[turn] >> pose & 1, self.chargers >> pose & 1
+        direct = charges and not met and not self._shortest  # it could return repeatedly
+        enough = self._nearest(pose, turn, takes) <= charge and self._safe(pose, turn, charge)
+        if enough and not direct:
             return None
+        place = min(takes, key=lambda at: (takes[at], at), default=None)
+        if place is not None and takes[place] <= charge:
+            return self._entry(pose, place)
         hops = self._hop(turn)
         able = [
-            place
-            for place in bits(self.chargers)
-            if ways.get(place, NEVER) * self.battery.move <= charge and self.need(place, turn) == 0
+            at
+            for at in bits(self.chargers)
+            if self.steps(pose, at) * self.battery.move <= charge and self.need(at, turn) == 0
         ]
-        return min(able, key=lambda at: (hops.get(at, NEVER), ways[at], at), default=None)
+        order = {at: (hops.get(at, NEVER), self.steps(pose, at), at) for at in able}
+        place = min(order, key=lambda at: order[at], default=None)
+        if place is None:
+            return pose if self.chargers >> pose & 1 and charge < self.battery.capacity else None
+        return self._entry(pose, place)
+
+    def steps(self, pose: int, at: int) -> int:
+        """The steps to a pose; FAR for none."""
+        return self.graph.distances(1 << at, self.allowed)[pose]
+
+    def _entry(self, pose: int, at: int) -> int:
+        """Where to go first on the way to a pose: a strategy for it enters its region in no other
+        one, so where the way does, to the pose after that."""
+        first, here, size = at, pose, self.graph.size
+        while here != at:
+            near = (step for step in self.graph.steps(here) if self.allowed >> step & 1)
+            after = min(near, key=lambda step: (self.steps(step, at), step))
+            if here != pose and here % size == at % size:
+                first = after
+            here = after
+        return first if first == at else self._entry(pose, first)
 
     def wanted(self, pose: int, turn: int) -> int:
-        """The charge with which to leave a charger: enough for the next target, or else for the
-        next charger on the way to it."""
-        if self.full:
-            return self.battery.capacity
-        ways, hops = self._ways(pose), self._hop(turn)
+        """The charge with which to leave a stop: enough for the next target, or else for the next
+        charger on the way to it; none where there is no charger."""
+        if not self.chargers >> pose & 1:
+            return 0
+        hops, capacity = self._hop(turn), self.battery.capacity
         own = hops.get(pose, NEVER)
+        if self.full:
+            return capacity
         if own == 0:
-            return min(self._direct(pose, turn, ways), self.battery.capacity)
-        nearer = [ways[at] for at, hop in hops.items() if hop < own and at in ways]
-        return min(min(nearer, default=NEVER) * self.battery.move, self.battery.capacity)
+            return min(self._direct(pose, turn), capacity)
+        nearer = [self.steps(pose, at) for at, hop in hops.items() if hop < own]
+        return min(min(nearer, default=NEVER) * self.battery.move, capacity)
 
-    def _direct(self, pose: int, turn: int, ways: Mapping[int, int]) -> int:
+    def _nearest(self, pose: int, turn: int, takes: dict[int, int]) -> int:
         """The charge that meeting the next target takes, with what is needed there, in whichever of
         its nearest poses it gets to."""
-        goal, then = self.targets[turn], (turn + 1) % len(self.targets)
-        if goal >> pose & 1:
-            stay = 0 if self.chargers >> pose & 1 else self.battery.stay
-            return self.need(pose, then) + stay
-        reached = [at for at in bits(goal) if at in ways]
-        near = min((ways[at] for at in reached), default=NEVER)
-        takes = [ways[at] * self.battery.move + self.need(at, then) for at in reached]
-        nearest = [t for at, t in zip(reached, takes, strict=True) if ways[at] == near]
+        if self.targets[turn] >> pose & 1:
+            return self._stays(pose, turn)
+        near = min((self.steps(pose, at) for at in takes), default=NEVER)
+        nearest = (takes[at] for at in takes if self.steps(pose, at) == near)
         return max(nearest, default=NEVER)
+
+    def _safe(self, pose: int, turn: int, charge: float) -> bool:
+        """Whether any step leaves enough charge. A strategy minimizes the steps to the first of its
+        targets that it met last, over all others: where these have several poses, the legs between
+        are not the shortest."""
+        goal, then = self.targets[turn], (turn + 1) % len(self.targets)
+        if goal >> pose & 1 or self._shortest:
+            return True
+        left = charge - self.battery.move
+        after = (step for step in self.graph.steps(pose) if self.allowed >> step & 1)
+        return all(self.need(step, then if goal >> step & 1 else turn) <= left for step in after)
+
+    @property
+    def _shortest(self) -> bool:
+        """Whether each target has one pose: then all legs of a strategy are the shortest."""
+        return not any(target & (target - 1) for target in self.targets)
+
+    def _direct(self, pose: int, turn: int) -> int:
+        """The same in the best of its poses."""
+        return min(self._stays(pose, turn), *self._takes(pose, turn).values(), NEVER)
+
+    def _stays(self, pose: int, turn: int) -> int:
+        """The same by a tick's stay where it is."""
+        if not self.targets[turn] >> pose & 1:
+            return NEVER
+        stay = 0 if self.chargers >> pose & 1 else self.battery.stay
+        return self.need(pose, (turn + 1) % len(self.targets)) + stay
+
+    def _takes(self, pose: int, turn: int) -> dict[int, int]:
+        """For each pose of the next target beside the present one the charge for the way, with what
+        is needed there."""
+        then, move = (turn + 1) % len(self.targets), self.battery.move
+        ways = {at: self.steps(pose, at) for at in bits(self.targets[turn] & self.allowed)}
+        return {at: n * move + self.need(at, then) for at, n in ways.items() if 0 < n < FAR}
 
     def _hop(self, turn: int) -> dict[int, int]:
         """For each charger over how many others the way to the next target leads."""
         if turn in self._hops:
             return self._hops[turn]
         places = list(bits(self.chargers & self.allowed))
-        ways = {place: self._ways(place) for place in places}
-        capacity = self.battery.capacity
-        hops = {p: 0 for p in places if self._direct(p, turn, ways[p]) <= capacity}
+        capacity, move = self.battery.capacity, self.battery.move
+        hops = {p: 0 for p in places if self._direct(p, turn) <= capacity}
         last: dict[int, int] = {}
         while hops != last:
             last = dict(hops)
             for place in places:
-                near = [
-                    hop
-                    for at, hop in last.items()
-                    if ways[place].get(at, NEVER) * self.battery.move <= capacity
-                ]
+                near = [h for at, h in last.items() if self.steps(place, at) * move <= capacity]
                 if place not in hops and near:
                     hops[place] = min(near) + 1
         self._hops[turn] = hops
         return hops
-
-    def _ways(self, pose: int) -> dict[int, int]:
-        """The steps to each pose."""
-        found, frontier, steps = {pose: 0}, 1 << pose, 0
-        seen = frontier
-        while frontier:
-            steps += 1
-            frontier = self.graph.forward(frontier) & self.allowed & ~seen
-            seen |= frontier
-            for at in bits(frontier):
-                found[at] = steps
-        return found

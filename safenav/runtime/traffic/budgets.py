@@ -1,6 +1,7 @@
 """Occasions and budgets of all joint searches.
 
     occasion                      search                         exhausted    budget spent
+    a request is due:             to its next need (timed)       as if a robot starved
     a robot starves:              (planning._searched)
       all moves can be undone       to the next goal of each       the mission  few, local, later
       some turn, or remember        for the mission, one round     deadlock     last plan, next row
@@ -69,3 +70,8 @@ AIM_NODES = 20_000
 """Nodes of a strategy that are searched for the next thing that a robot remembers."""
 REMEMBERED_STATES = 4_000
 """Poses with a formula's memory; with more, plans are made over poses alone."""
+
+MOST_HELPERS = 2
+"""Robots that can help and move in a plan for a request that is due, unless it takes more."""
+TIMED_STATES = 4_000
+"""States of one such search."""

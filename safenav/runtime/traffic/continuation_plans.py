@@ -22,7 +22,7 @@ from safenav.runtime.traffic.rejoin import rejoined
 from safenav.runtime.traffic.remembering import StateGraph
 from safenav.runtime.traffic.searches import Searches
 from safenav.world.moves import Pose
-from safenav.world.poses import region_mask
+from safenav.world.poses import Mask, region_mask
 
 
 class Certificates:
@@ -34,27 +34,48 @@ class Certificates:
         self._last: tuple[Course, Sequence[Joint]] | None = None
         self._known: dict[tuple[Joint, int, int], bool] = {}
 
+    @property
+    def known(self) -> tuple[int, int]:
+        """Changes with what has been found."""
+        return len(self._known), id(self._last)
+
     def allow(self, name: str, pose: Pose) -> bool:
         """Whether a robot may make a move that it may not be able to undo: it can come back with
         all others where they are, or there is a plan for the whole mission from there."""
+        return all(
+            self._returns(floor, index, step) or self._continues(floor, index, step)
+            for floor, index, step in self._steps(name, pose)
+        )
+
+    def undone(self, name: str, pose: Pose, ahead: Mask) -> bool:
+        """Whether a robot that has left the joint plan, which the others still follow, can come
+        back from a move without entering what they have ``ahead``. If all such moves are undone,
+        the last one first, the rest of the plan is the certificate again."""
+        steps = self._steps(name, pose)
+        return all(self._returns(floor, index, step, ahead) for floor, index, step in steps)
+
+    def _steps(self, name: str, pose: Pose) -> list[tuple[Floor, int, int]]:
+        """The poses (with their memory, by number) to which a move leads; none where moves can
+        always be undone. With each the floor, and the index of the robot there."""
         floor = self._searches.remembered(self._searches.floor())
         index = floor.index(name)
         member = floor.problem.members[index]
         if not member.turns or not floor.problem.interferes(index):
-            return True
+            return []
         number, here = member.graph.number(pose), floor.poses[index]
-        steps = [number]
-        if isinstance(member.graph, StateGraph):
-            steps = member.graph.after(here, number)
-        return all(self._allows(floor, index, step) for step in steps)
+        graph = member.graph
+        steps = graph.after(here, number) if isinstance(graph, StateGraph) else [number]
+        return [(floor, index, step) for step in steps]
 
-    def _allows(self, floor: Floor, index: int, number: int) -> bool:
-        """The same of a step into a pose, or into one with a memory, by number."""
-        member, here = floor.problem.members[index], floor.poses[index]
-        taken = region_mask(self._state.taken(self._state.scenario.robots[index]))
-        allowed = floor.problem.allowed(index, floor.stages) & ~member.graph.poses_on(taken)
-        if member.graph.returns(number, here, allowed):
-            return True
+    def _returns(self, floor: Floor, index: int, number: int, ahead: Mask = 0) -> bool:
+        """Whether a robot can come back from a pose with all others where they are."""
+        graph = floor.problem.members[index].graph
+        taken = region_mask(self._state.taken(self._state.scenario.robots[index])) | ahead
+        allowed = floor.problem.allowed(index, floor.stages) & ~graph.poses_on(taken)
+        return graph.returns(number, floor.poses[index], allowed)
+
+    def _continues(self, floor: Floor, index: int, number: int) -> bool:
+        """Whether there is a plan for the whole mission with a robot in a pose."""
         course = self._searches.course(floor)
         poses = (*floor.poses[:index], number, *floor.poses[index + 1 :])
         start = course.begun(poses, self._searches.counts(floor, course.rounds), floor.stages)

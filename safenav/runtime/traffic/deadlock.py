@@ -12,6 +12,7 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from itertools import chain, combinations, islice
 
+from safenav.outcome import Outcome
 from safenav.runtime.coordination.problem import Floor, Problem
 from safenav.runtime.team import TeamState
 from safenav.runtime.termination import Conclusion, RunEnded
@@ -20,7 +21,6 @@ from safenav.runtime.traffic.budgets import FEW_GROUPS, FEW_SIZES, FEW_STATES
 from safenav.runtime.traffic.immobile import Stuck
 from safenav.runtime.traffic.joint import Count, Course
 from safenav.runtime.traffic.joint_plan import Search
-from safenav.scenario.model import Outcome
 from safenav.trace import proofs
 from safenav.trace.header import heading_in_trace
 
@@ -107,7 +107,7 @@ def deadlocked(state: TeamState, floor: Floor, course: Course, answer: Exhausted
     )
     places = course.places(answer.states)
     text = "".join(f"{line}\n" for line in places)
-    proof = proofs.Joint(
+    proof = proofs.JointSearch(
         floor.names,
         {
             name: (

@@ -15,7 +15,7 @@ from itertools import chain, pairwise
 from safenav.dataclass import dataclass
 from safenav.runtime.coordination.problem import Zones
 from safenav.runtime.traffic.joint import Count, Joint
-from safenav.world.poses import bits
+from safenav.world.poses import Mask, bits
 
 Ways = tuple[tuple[int, ...], ...]
 """The poses that each robot takes one after the other, the first where it stands."""
@@ -112,6 +112,7 @@ class Execution:
 
     def __post_init__(self) -> None:
         self.taken = [0] * len(self.schedule.ways)
+        self._ahead: list[list[Mask]] = [[] for _ in self.schedule.ways]
         self._waits: dict[tuple[int, int], list[Order]] = {}
         for order in self.schedule.orders:
             self._waits.setdefault((order.robot, order.step), []).append(order)
@@ -125,10 +126,16 @@ class Execution:
         """Whether a robot is at the end of its path."""
         return self.taken[robot] == len(self.schedule.ways[robot]) - 1
 
-    def ahead(self, robot: int) -> tuple[int, ...]:
-        """The poses that a robot still has on its path, beginning with its place; none at the
-        end."""
-        return () if self.done(robot) else self.schedule.ways[robot][self.taken[robot] :]
+    def ahead(self, robot: int, size: int) -> Mask:
+        """The regions that a robot still has on its path, beginning with its place; none at the
+        end. ``size``: number of regions of its map."""
+        found = self._ahead[robot]
+        if not found:
+            found.append(0)  # with that many steps to take
+            way = self.schedule.ways[robot]
+            for pose in reversed(way[:-1]):
+                found.append(found[-1] | 1 << pose % size | 1 << way[-1] % size)
+        return found[len(found) - 1 - self.taken[robot]]
 
     def next(self, robot: int) -> int | None:
         """The pose that a robot may step to now; None if it is done or must wait."""

@@ -103,7 +103,7 @@ class Course:
         for robot, steps in enumerate(self.steps(state.stages)):
             size = members[robot].graph.size
             taken = {poses[j] % size for j in self.problem.conflicts[robot]}
-            held = self.problem.held(robot, regions) if self.problem.zones else 0
+            held = self.problem.held(robot, regions, state.stages) if self.problem.apart else 0
             for pose in steps[poses[robot]]:
                 if pose % size not in taken and not held >> pose % size & 1:
                     yield robot, pose
@@ -222,6 +222,9 @@ def performed(problem: Problem, poses: tuple[int, ...], stages: Stages) -> Stage
                 for i in problem.able(gate, stages)
                 if need.regions >> (poses[i] % problem.members[i].graph.size) & 1
             ]
+            if problem.gates[gate].sweeps:
+                regions = [p % m.graph.size for p, m in zip(poses, problem.members, strict=True)]
+                here = [i for i in here if problem.clear_of(gate, i, regions)]
             if not here:
                 continue
             enough = len(here) >= problem.missing(gate, stages)

@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
+from safenav.runtime.coordination.problem import Problem
+from safenav.runtime.traffic.execution import Execution
 from safenav.runtime.traffic.joint import Count, Joint
+from safenav.world.poses import Mask
 
 
 def still(waits: Mapping[str, Collection[str]], busy: Collection[str]) -> set[str]:
@@ -17,6 +20,19 @@ def still(waits: Mapping[str, Collection[str]], busy: Collection[str]) -> set[st
         if not more:
             return set(waits) - moving
         moving |= more
+
+
+def still_needed(problem: Problem, plan: Execution, robot: int) -> Mask:
+    """The regions that the others need for the rest of a plan: closed to a robot that has done its
+    way of it. One that enters none of them, and can come back without entering them, leaves the
+    rest of the plan as it was (docs/coordination.md, A live run)."""
+    found, size = 0, problem.members[robot].graph.size
+    for other in problem.conflicts[robot]:
+        found |= plan.ahead(other, size)
+    for group, zone in problem.apart:
+        if robot in group and any(zone & plan.ahead(other, size) for other in group - {robot}):
+            found |= zone
+    return found
 
 
 def with_steps_under_way(

@@ -12,7 +12,7 @@ from collections.abc import Collection
 from functools import cached_property
 from itertools import pairwise
 
-from safenav.formula.evaluator import evaluate
+from safenav.formula.evaluator import predicate
 from safenav.formula.parser import parse
 from safenav.runtime.traffic.budgets import AIM_NODES
 from safenav.scenario.objective import Ltl
@@ -30,7 +30,7 @@ class Aims:
     def __init__(self, strategy: Strategy, objective: Ltl) -> None:
         self.strategy = strategy
         self._objective = objective
-        self._goals = tuple(parse(line) for line in objective.liveness)
+        self._goals = tuple(predicate(parse(line)) for line in objective.liveness)
         self._names = tuple(
             name for name in ("region", "heading", *objective.memory) if name in strategy.values(0)
         )
@@ -69,7 +69,7 @@ class Aims:
             one = dict(zip(self._names, before, strict=True))
             other = dict(zip(self._names, after, strict=True))
             goals = enumerate(self._goals)
-            found = frozenset(i for i, goal in goals if evaluate(goal, one, other))
+            found = frozenset(i for i, goal in goals if goal(one, other))
             self._met[before, after] = found
         return found
 

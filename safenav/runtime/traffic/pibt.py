@@ -31,7 +31,7 @@ class Generator:
         self._rng = rng
         self._sizes = [member.graph.size for member in course.problem.members]
         self._conflicts = course.problem.conflicts
-        self._zones = course.problem.zones
+        self._zones = course.problem.apart
         self._state: Joint | None = None
         self._fields: Sequence[Field] = ()
 

@@ -12,34 +12,36 @@ from collections import Counter
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
+from itertools import pairwise
 
 from safenav.dataclass import dataclass
+from safenav.outcome import Outcome
 from safenav.runtime.coordination.duties import Settlement
 from safenav.runtime.coordination.problem import Floor
 from safenav.runtime.coordination.snapshot import awaited_by
 from safenav.runtime.coordination.waiting import in_the_way
 from safenav.runtime.formulas import formulas_of
-from safenav.runtime.team import Role, TeamState
+from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded, Stop
 from safenav.runtime.traffic.answers import Answer, Exhausted, Found, Spent
 from safenav.runtime.traffic.budgets import LOOKS_FOR_FEW, MOST_FAILURES, ROUNDS_FIRST
 from safenav.runtime.traffic.continuation_plans import Certificates
 from safenav.runtime.traffic.deadlock import deadlock_of_few, deadlocked
 from safenav.runtime.traffic.execution import Execution, Schedule, dues_of, schedule
+from safenav.runtime.traffic.hurry import quickest
 from safenav.runtime.traffic.joint import Count, Course, Joint, has_met
 from safenav.runtime.traffic.joint_plan import Search
-from safenav.runtime.traffic.live import still, with_steps_under_way
+from safenav.runtime.traffic.live import still, still_needed, with_steps_under_way
 from safenav.runtime.traffic.local import local_plan
 from safenav.runtime.traffic.remembering import plain_poses, remembering
 from safenav.runtime.traffic.searches import Searches
 from safenav.runtime.traffic.shortening import shortened
 from safenav.runtime.traffic.starvation import Watch
-from safenav.scenario.model import Outcome
+from safenav.runtime.traffic.thinking import Thinking, Unknown
 from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace
-from safenav.world.map import Region
 from safenav.world.moves import Pose
-from safenav.world.poses import FAR, bits
+from safenav.world.poses import FAR, Mask
 
 
 @dataclass
@@ -58,15 +60,21 @@ class Traffic:
     hopeless: frozenset[str] = frozenset()
     """Obstacles that no joint state serves, as the last search has shown."""
     _served_nowhere: bool = False
+    _cut_off: frozenset[int] = frozenset()
     _cleared: Settlement | None = None
+    _hurried: Settlement | None = None
+    _followed: Settlement | None = None
+    _urgent: int | None = None
 
     def __post_init__(self) -> None:
         robots = self.state.scenario.robots
-        self._searches = Searches(self.state, self.stop)
+        self.thinking = Thinking(self.stop)
+        self._searches = Searches(self.state, self.thinking)
         self._tried: Counter[Hashable] = Counter()
         self._certificates = Certificates(self.state, self._searches)
         self._watch = Watch(max(robot.model.timing.most for robot in robots))
-        self._rivals = {robot.name: bool(self.state.rivals(robot)) for robot in robots}
+        sweeps = self.state.scenario.sweeping and len(robots) > 1
+        self._rivals = {robot.name: sweeps or bool(self.state.rivals(robot)) for robot in robots}
 
     @cached_property
     def _turning(self) -> bool:
@@ -77,6 +85,14 @@ class Traffic:
     @property
     def active(self) -> bool:
         return self.execution is not None
+
+    def machine(self) -> Hashable:
+        """All by which plans are made in lockstep without a surprise; None while one is."""
+        if self.execution is not None or self.wanted is not None:
+            return None
+        found, tick = self.state.last_settled.found, self.state.tick
+        tried = self._failures, self._spent, self._tried.total(), self._certificates.known
+        return self._watch.ages(tick), tried, found is self._cleared, found is self._hurried
 
     def next_pose(self, name: str) -> Pose | None:
         """Return the pose that the plan has a robot take now; None if it stays: it is done, must
@@ -93,12 +109,14 @@ class Traffic:
         return self.state.last_settled.floor.problem.members[index].graph.pose(number)
 
     def _has_met(self, floor: Floor, index: int, due: Count) -> bool:
-        """Whether a robot has met what is due, or cannot by waiting: it does something else, its
-        goals are steps, or nothing that it still has to meet is here."""
+        """Whether a robot has met what is due, or cannot by waiting: it does something else or is
+        out of service, its goals are steps, or nothing that it still has to meet is here."""
         name, graph = floor.names[index], floor.problem.members[index].graph
         robot = self.state.robots[name]
         formulas = formulas_of(robot.robot, self.state.scenario.map)
         if robot.assignment.role is not Role.OWN or (formulas and not formulas.met_by_staying):
+            return True
+        if not robot.active:  # its member has no targets of its own objective
             return True
         if not awaited_by(floor, name, robot.own) >> graph.number(robot.pose) & 1:
             return True
@@ -111,45 +129,21 @@ class Traffic:
             self.execution.arrived(self.state.last_settled.floor.index(name))
 
     def released(self, name: str) -> bool:
-        """Live: whether a robot has done its way of the plan, and may leave it before the others.
-        Where robots have headings, the end of the plan is what is certified, and all keep to it."""
+        """Live: whether a robot has done its way of the plan, and may leave it before the others:
+        ``ahead`` is closed to it, and each move that it may not undo must be ``certified``."""
         index = self.state.last_settled.floor.index(name)
-        if self.execution is None or index in self._among_turning:
-            return False
-        return self.execution.done(index)
+        return self.execution is not None and self.execution.done(index)
 
-    @cached_property
-    def _among_turning(self) -> frozenset[int]:
-        """The robots with headings that share a floor, and all that may have to wait for them, or
-        for such a robot, and so on."""
-        problem = self.state.last_settled.floor.problem
-        robots = [robot.robot for robot in self.state.robots.values()]
-        names = [robot.name for robot in robots]
-        turning = [
-            names[i] for i, m in enumerate(problem.members) if m.turns and problem.interferes(i)
-        ]
-        waits = {
-            a.name: [b.name for b in robots if self.state.scenario.interfere(a, b)] for a in robots
-        }
-        apart = still(waits, turning)
-        return frozenset(i for i, name in enumerate(names) if name not in apart)
+    def only_out(self, robots: Sequence[RobotState]) -> bool:
+        """Whether each of some robots is out of service, or cut off by one that is."""
+        return self._searches.only_out(robots)
 
-    def ahead(self, name: str) -> set[Region]:
+    def ahead(self, name: str) -> Mask:
         """The regions that robots in conflict with this one still need for the plan."""
-        found: set[Region] = set()
         if self.execution is None:
-            return found
+            return 0
         floor = self.state.last_settled.floor
-        index = floor.index(name)
-        ways = []
-        for other, member in enumerate(floor.problem.members):
-            ways.append({pose % member.graph.size for pose in self.execution.ahead(other)})
-        for other in floor.problem.conflicts[index]:
-            found |= ways[other]
-        for group, zone in floor.problem.zones:
-            if index in group and any(zone >> r & 1 for o in group - {index} for r in ways[o]):
-                found.update(bits(zone))
-        return found
+        return still_needed(floor.problem, self.execution, floor.index(name))
 
     def quiescent(self, *, all_still: bool) -> bool:
         """Live: make a plan now if robots wait only for robots that wait; whether there is one.
@@ -157,12 +151,19 @@ class Traffic:
         robots = self.state.robots
         if self.active or not self.state.scenario.deadlock or self._anybody_busy():
             return False
+        if self.wanted is not None:
+            return False  # a plan is searched
         waits = {}
         for name, robot in robots.items():
             sides = {robot.pose.region, *self.state.scenario.map.neighbours(robot.pose.region)}
             for each in self.state.scenario.never_together:
                 sides |= each.regions if name in each.robots and sides & each.regions else set()
             rivals = self.state.rivals(robot.robot)
+            for work in self.state.knowledge.pending.values():
+                if swept := work.obstacle.swept(self.state.scenario.map):
+                    near = swept | set(work.obstacle.resolution_regions(self.state.scenario.map))
+                    sides |= swept if sides & near else set()
+                    rivals = [other for other in robots.values() if other is not robot]
             waits[name] = [other.name for other in rivals if other.occupied & sides]
         moving = [name for name, robot in robots.items() if robot.transit is not None]
         floor = self._searches.aimed(self._searches.floor())
@@ -191,28 +192,38 @@ class Traffic:
         if not goal:
             return FAR
         allowed = floor.problem.allowed(index, floor.stages)
-        return floor.problem.members[index].graph.distances(goal, allowed)[floor.poses[index]]
+        far = floor.problem.members[index].graph.distances(goal, allowed)[floor.poses[index]]
+        duty = self.state.last_settled.found.duties.get(index)
+        if far == 0 and duty is not None and floor.problem.gates[duty.gate].sweeps:
+            return 1  # it stands where it is to act, but others where that sweeps
+        return far
 
-    def tick(self) -> bool:
-        """Examine the team after a tick; return whether a plan has just been finished. Raises
-        RunEnded if no robot can continue, or a budget is exhausted."""
+    def tick(self) -> vocabulary.PlanEndReason | None:
+        """Examine the team after a tick; return why the plan ends, if it does: it is finished, or
+        who acts next for what is due was chosen again. Raises RunEnded if no robot can continue, or
+        a budget is exhausted."""
         if self.execution is not None:
-            return self.execution.finished
+            if self.execution.finished:
+                return vocabulary.PlanEndReason.REACHED
+            settled = self.state.last_settled
+            again = settled.in_time is not None and settled.found is not self._followed
+            return vocabulary.PlanEndReason.CHANGED if again else None
         if not self.state.scenario.deadlock or not any(self._rivals.values()):
-            return False
+            return None
         if self.state.live:
             now = self.clock()
             if now == self._looked or self._anybody_busy():
-                return False  # nobody can have waited longer; or the others continue meanwhile
+                return None  # nobody can have waited longer; or the others continue meanwhile
             self._looked = now
         if self.wanted is None:
-            self.wanted = self._clearing() or self._starving()
+            self.wanted = self._due() or self._clearing() or self._starving()
         moving = any(robot.transit is not None for robot in self.state.robots.values())
         moving = moving and not self.state.live
         if self.wanted is not None and not moving:
             reason, self.wanted = self.wanted, None
-            self._plan(reason)
-        return False
+            if not self._hurry(reason):
+                self._plan(reason)
+        return None
 
     def end(
         self, reason: vocabulary.PlanEndReason, nodes: Mapping[str, int | None] | None = None
@@ -228,7 +239,72 @@ class Traffic:
 
     def certified(self, name: str, pose: Pose) -> bool:
         """Whether a robot may make a move that it may not be able to undo."""
-        return self._certificates.allow(name, pose)
+        if self.execution is None:
+            return self._certificates.allow(name, pose)
+        return self._certificates.undone(name, pose, self.ahead(name))
+
+    def _due(self) -> str | None:
+        """Return why a plan is needed with the requests as they were settled last: something is
+        due, and who acts for it next shares a floor. None if not, or one was wanted for that."""
+        settled = self.state.last_settled
+        if settled.found is self._hurried or settled.in_time is None:
+            return None
+        self._hurried = settled.found
+        step = next(iter(settled.in_time.steps), None)
+        if step is None or not any(self._rivals[settled.floor.names[i]] for i in step.group):
+            return None
+        self._urgent, self._starved = step.gate, settled.floor.names[step.group[0]]
+        return f"{settled.floor.gates[step.gate]} is due"
+
+    def _hurry(self, reason: str) -> bool:
+        """Begin the quickest plan for what is due, if it is for that and there is one; whether no
+        other plan is to be made now."""
+        gate, self._urgent = self._urgent, None
+        if gate is not None and self._hurried is not self.state.last_settled.found:
+            return True  # it is decided again since
+        floor = self._searches.floor()
+        states = None if gate is None else self._quickest(floor, gate)
+        if states is None:
+            return False
+        counts = self._searches.counts(floor, self._searches.course(floor).rounds)
+        self._begin(floor, states, counts, reason)
+        return True
+
+    def _quickest(self, floor: Floor, gate: int) -> list[Joint] | None:
+        """The quickest plan for the next need of an obstacle, if the team can continue then."""
+        if remembering(self._searches.aimed(floor).problem):
+            return None
+        goals = [self._searches.goal(floor, name) for name in floor.names]
+        found = quickest(floor, gate, goals, self.stop.check)
+        if found is None:
+            return None
+        course = self._searches.course(floor)
+        counts = self._searches.counts(floor, course.rounds)
+        states = [course.begun(found[0], counts, floor.stages)]
+        for poses in found[1:]:
+            states.append(course.moved(states[-1], poses, range(len(poses))))
+        if self._turning:
+            after = self._searches.search(floor, course, states[-1]).run(1)
+            if not isinstance(after, Found):
+                return None
+            self._certificates.keep(course, (*states, *after.states[1:]))
+        return states
+
+    def _straightened(self, floor: Floor, states: list[Joint]) -> list[Joint]:
+        """A plan on which a robot steps more often than it has poses (two that must stand in
+        different places drive each other round and round), or the quickest one instead of it."""
+        robot = self.state.robots[self._starved]
+        ways = zip(*(state.poses for state in states), strict=True)
+        graphs = (member.graph for member in floor.problem.members)
+        turns = any(
+            sum(a != b for a, b in pairwise(way)) > graph.everywhere.bit_count()
+            for way, graph in zip(ways, graphs, strict=True)
+        )
+        obstacle = robot.assignment.obstacle
+        if not turns or robot.assignment.role is not Role.HELPS or obstacle not in floor.gates:
+            return states
+        found = self._quickest(floor, floor.gates.index(obstacle))
+        return states if found is None or len(found) >= len(states) else found
 
     def _clearing(self) -> str | None:
         """Return why a plan is needed with the requests as they were settled last: a robot that
@@ -267,14 +343,16 @@ class Traffic:
         plain = self._searches.floor()
         floor = self._searches.aimed(plain)
         helping = any(r.assignment.role is Role.HELPS for r in self.state.robots.values())
-        course, start, search, answer = self._searched(floor, helping)
+        try:
+            moment = self._moment(plain) if self.thinking.background else None
+            floor, course, start, answer = self.thinking.ask(
+                moment, lambda: self._sought(plain, floor, helping)
+            )
+        except Unknown:
+            self.wanted = reason  # nobody begins another step meanwhile
+            return
         if self.state.live and start.stages != floor.stages:
             return  # a robot is about to resolve something: that changes what is possible
-        if isinstance(answer, Exhausted) and floor is not plain:
-            if remembering(floor.problem):
-                self._searches.give_up(plain)
-            floor = plain  # the strategies' own ways are not all that there are
-            course, start, search, answer = self._searched(floor, helping)
         if self._served_nowhere and isinstance(answer, Found) and floor is plain:
             served = self.state.last_settled.found.served
             self.hopeless = frozenset(floor.gates[gate] for gate in served)
@@ -283,27 +361,51 @@ class Traffic:
         if isinstance(answer, Exhausted) and not all(r.active for r in self.state.robots.values()):
             self._watch.begin_anew()  # somebody stands in the way who may come back
             return
+        if isinstance(answer, Exhausted) and floor.problem.sweeping:
+            said = f"no order of moves was found in which swept regions are free: {reason}"
+            raise RunEnded(Conclusion(Outcome.SEARCH_LIMIT, said))  # that is not proven
         if isinstance(answer, Exhausted):
             raise deadlocked(self.state, replace(floor, stages=start.stages), course, answer)
         if isinstance(answer, Spent):
-            self._look_for_few(plain, course)
-            local = None if self._turning else local_plan(search)
-            if local is None:
-                self._failures += 1
-                self._watch.begin_anew()
-                if self._failures > MOST_FAILURES:
-                    said = f"search budget exhausted while planning joint moves: {reason}"
-                    raise RunEnded(Conclusion(Outcome.SEARCH_LIMIT, said))
-                return
-            answer = local
+            self._failures += 1
+            self._watch.begin_anew()
+            if self._failures > MOST_FAILURES:
+                said = f"search budget exhausted while planning joint moves: {reason}"
+                raise RunEnded(Conclusion(Outcome.SEARCH_LIMIT, said))
+            return
         self._failures = 0
         if self._turning:
             self._certificates.keep(course, answer.states)
         states = self._cut(course, start, answer.states, helping)
+        states = self._straightened(plain, states) if helping else states
         counts = self._searches.counts(floor, course.rounds)
         if self._changes_nothing(plain, states, counts):
             states = self._leg(floor, course, start) or states
         self._begin(floor, states, counts, reason)
+
+    def _moment(self, floor: Floor) -> Hashable:
+        """All that a search from here depends on."""
+        counts = self._searches.counts(floor, self._searches.course(floor).rounds)
+        team = tuple((r.active, r.assignment, r.own.rounds) for r in self.state.robots.values())
+        return floor.poses, floor.stages, counts, id(self.state.last_settled.found), repr(team)
+
+    def _sought(
+        self, plain: Floor, floor: Floor, helping: bool
+    ) -> tuple[Floor, Course, Joint, Answer]:
+        """Search for a plan, the last resorts included; return also where it begins. Raises
+        RunEnded as ``_look_for_few``."""
+        course, start, search, answer = self._searched(floor, helping)
+        if self.state.live and start.stages != floor.stages:
+            return floor, course, start, answer
+        if isinstance(answer, Exhausted) and floor is not plain:
+            if remembering(floor.problem):
+                self._searches.give_up(plain)
+            floor = plain  # the strategies' own ways are not all that there are
+            course, start, search, answer = self._searched(floor, helping)
+        if isinstance(answer, Spent):
+            self._look_for_few(plain, course)
+            answer = (None if self._turning else local_plan(search)) or answer
+        return floor, course, start, answer
 
     def _look_for_few(self, floor: Floor, course: Course) -> None:
         """When a search has spent its budget for the first time, and now and then: whether a few
@@ -313,7 +415,7 @@ class Traffic:
             return
         counts = self._searches.counts(floor, course.rounds)
         active = [i for i, robot in enumerate(self.state.robots.values()) if robot.active]
-        few = deadlock_of_few(floor, active, course.rounds, counts, self.stop.check)
+        few = deadlock_of_few(floor, active, course.rounds, counts, self.thinking.check)
         if few is not None:
             raise deadlocked(self.state, *few)
 
@@ -353,9 +455,12 @@ class Traffic:
     def _searched(self, floor: Floor, helping: bool) -> tuple[Course, Joint, Search, Answer]:
         """Search for a plan; return the search and its result."""
         self._served_nowhere = False
+        self._cut_off = self._searches.cut_off(floor)
         course = self._searches.course(floor)
         start = course.begun(floor.poses, self._searches.counts(floor, course.rounds), floor.stages)
         search = self._searches.search(floor, course, start)
+        if self._turning and self._searches.cut_off(floor, every=True):
+            return course, start, search, Spent(0)  # the mission cannot be completed as it is
         if self._turning or remembering(floor.problem):
             answer = search.run(1)
             if isinstance(answer, Spent):
@@ -383,7 +488,7 @@ class Traffic:
         for index, robot in enumerate(self.state.robots.values()):
             if robot.assignment.role is not Role.OWN or not robot.active:
                 continue
-            if course.is_done(index, start.counts[index]):
+            if course.is_done(index, start.counts[index]) or index in self._cut_off:
                 continue
             if state.counts[index] == start.counts[index]:
                 return False
@@ -412,7 +517,8 @@ class Traffic:
                 under_way[index] = floor.problem.members[index].graph.number(robot.pose)
                 robot.transit = replace(robot.transit, planned=True)
         poses, states = with_steps_under_way(poses, states, counts, under_way)
-        plan = schedule(poses, sizes, floor.problem.conflicts, floor.problem.zones)
+        plan = schedule(poses, sizes, floor.problem.conflicts, floor.problem.apart)
+        self._followed = self.state.last_settled.found
         self.execution = Execution(plan, dues_of(states, counts))
         self.state.changes += 1
         self._watch.begin_anew()

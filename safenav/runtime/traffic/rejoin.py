@@ -57,7 +57,7 @@ def _way(course: Course, state: Joint, robot: int, goal: int) -> list[int]:
     size = course.problem.members[robot].graph.size
     taken = {state.poses[other] % size for other in course.problem.conflicts[robot]}
     regions = [p % m.graph.size for p, m in zip(state.poses, course.problem.members, strict=True)]
-    taken |= {*bits(course.problem.held(robot, regions))}
+    taken |= {*bits(course.problem.held(robot, regions, state.stages))}
     steps = course.steps(state.stages)[robot]
     before = {start: start}
     queue = deque([start])

@@ -17,7 +17,7 @@ from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import Ltl
 from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility, Pose
-from safenav.world.poses import Mask, PoseGraph, bits
+from safenav.world.poses import Mask, PoseGraph, bits, plain_graph
 
 
 class StateGraph(PoseGraph):
@@ -97,7 +97,7 @@ class StateGraph(PoseGraph):
 
     @cached_property
     def _poses(self) -> PoseGraph:
-        return PoseGraph(self.world, self.mobility)
+        return plain_graph(self.world, self.mobility)
 
     @cached_property
     def _before(self) -> dict[int, Mask]:

@@ -3,14 +3,13 @@ a plan looks ahead, each robot's counts, and its assignment."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from safenav.runtime.coordination.duties import settle
 from safenav.runtime.coordination.problem import Floor, Problem, SpentError, Stages
 from safenav.runtime.coordination.snapshot import awaited_by, counts_of
 from safenav.runtime.team import RobotState, Role, TeamState
-from safenav.runtime.termination import Stop
 from safenav.runtime.traffic.budgets import ROUNDS_AHEAD
 from safenav.runtime.traffic.joint import Count, Course, Joint
 from safenav.runtime.traffic.joint_plan import Search
@@ -21,17 +20,18 @@ from safenav.runtime.traffic.remembering import (
     state_graph,
     with_memory,
 )
+from safenav.runtime.traffic.thinking import Thinking
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import Ltl
 from safenav.synthesis.strategy import Strategy
 from safenav.world.moves import Pose
-from safenav.world.poses import Mask
+from safenav.world.poses import FAR, Mask, region_mask
 
 
 class Searches:
     """The current start of a search for a joint plan, and such searches."""
 
-    def __init__(self, state: TeamState, stop: Stop) -> None:
+    def __init__(self, state: TeamState, stop: Thinking) -> None:
         self._state = state
         self._stop = stop
         self._aims: dict[str, Aims] = {}
@@ -122,9 +122,43 @@ class Searches:
             case Role.HELPS | Role.CHARGES:
                 return _lifted(floor, floor.index(name), robot.assignment.goal)
             case Role.OWN if not self._has_done_all(robot):
-                return awaited_by(floor, name, robot.own)
+                cut_off = floor.index(name) in self.cut_off(floor)
+                return 0 if cut_off else awaited_by(floor, name, robot.own)
             case _:
                 return 0
+
+    def cut_off(self, floor: Floor, *, every: bool = False) -> frozenset[int]:
+        """The robots that cannot reach their own next target (``every``: or one that they have yet
+        to reach in this round) past those out of service. No plan can be for them before one of
+        those is back."""
+        robots, members = [*self._state.robots.values()], floor.problem.members
+        found = set[int]()
+        if all(robot.active for robot in robots):
+            return frozenset()
+        for index, robot in enumerate(robots):
+            out = [other for other in floor.problem.conflicts[index] if not robots[other].active]
+            if not out or not robot.active or robot.assignment.role is not Role.OWN:
+                continue
+            graph = members[index].graph
+            places = region_mask(robots[other].next_pose.region for other in out)
+            allowed = floor.problem.allowed(index, floor.stages) & ~graph.poses_on(places)
+            goals = [awaited_by(floor, robot.name, robot.own)]
+            if every and not self._has_done_all(robot):
+                goals += [
+                    t for k, t in enumerate(members[index].targets) if k not in robot.own.seen
+                ]
+            ways = (graph.distances(goal & allowed, allowed) for goal in goals)
+            if any(way[floor.poses[index]] >= FAR for way in ways):
+                found.add(index)
+        return frozenset(found)
+
+    def only_out(self, robots: Sequence[RobotState]) -> bool:
+        """Whether each of some robots is out of service, or cut off by one that is."""
+        active = {robot.name for robot in robots if robot.active}
+        if not active or all(robot.active for robot in self._state.robots.values()):
+            return not active
+        floor = self.floor()
+        return active <= {floor.names[index] for index in self.cut_off(floor)}
 
     def course(self, floor: Floor) -> Course:
         """The rounds that a plan from here looks ahead."""
@@ -138,15 +172,15 @@ class Searches:
         return counts_of(floor, owns, rounds)
 
     def search(
-        self, floor: Floor, course: Course, start: Joint, wishes: Mapping[int, Mask] | None = None
+        self, floor: Floor, course: Course, start: Joint, goals: Mapping[int, Mask] | None = None
     ) -> Search:
-        """Return a search for a plan. ``wishes``: initial goal poses of robots, in place of the
+        """Return a search for a plan. ``goals``: initial goal poses of robots, in place of the
         assigned ones."""
 
         def guide(stages: Stages, poses: tuple[int, ...]) -> list[Mask | None]:
             found = self._guide(floor, stages, poses)
-            for robot, wish in (wishes or {}).items() if stages == start.stages else ():
-                found[robot] = wish
+            for robot, goal in (goals or {}).items() if stages == start.stages else ():
+                found[robot] = goal
             return found
 
         return Search(
@@ -162,11 +196,14 @@ class Searches:
         """Return the goal poses that coordination would give each robot at a stage."""
         if stages == floor.stages:
             wishes: list[Mask | None] = []
+            cut_off = self.cut_off(floor)
             for index, robot in enumerate(self._state.robots.values()):
                 match robot.assignment.role:
                     case Role.HELPS | Role.CHARGES:
                         wishes.append(_lifted(floor, index, robot.assignment.goal))
                     case Role.WAITS:
+                        wishes.append(0)
+                    case _ if index in cut_off:
                         wishes.append(0)
                     case _:
                         wishes.append(None)

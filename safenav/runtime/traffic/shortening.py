@@ -23,11 +23,12 @@ Timed = Sequence[tuple[int, ...]]
 
 
 def shortened(course: Course, states: Sequence[Joint], fixed: Collection[int]) -> Sequence[Joint]:
-    """Return a plan of at most as many ticks and steps as ``states``: the same goals are counted,
-    the same stages reached. ``fixed``: the robots that must end in the same pose. The plan stays as
-    it is where goals depend on what a robot remembers."""
+    """Return a plan of at most as many ticks and steps as ``states``: the same stages are reached,
+    or, where these do not change, the same goals counted (rounds restart with a resolution).
+    ``fixed``: the robots that must end in the same pose. The plan stays as it is where goals depend
+    on what a robot remembers."""
     problem, first, last = course.problem, states[0], states[-1]
-    if len(states) < 3 or problem.zones or remembering(problem):
+    if len(states) < 3 or problem.apart or remembering(problem):
         return states
     sizes = [member.graph.size for member in problem.members]
     plan = schedule([state.poses for state in states], sizes, problem.conflicts)
@@ -41,7 +42,7 @@ def shortened(course: Course, states: Sequence[Joint], fixed: Collection[int]) -
             tuple(
                 1 << after.poses[robot]
                 for before, after in pairwise(states)
-                if before.counts[robot] != after.counts[robot] and after.stages == first.stages
+                if before.counts[robot] != after.counts[robot] and last.stages == first.stages
             ),
             1 << last.poses[robot] if robot in fixed else member.graph.everywhere,
         )
@@ -54,10 +55,12 @@ def shortened(course: Course, states: Sequence[Joint], fixed: Collection[int]) -
     found = [first]
     for poses in best[1:]:
         found.append(course.moved(found[-1], poses, range(len(poses))))
-    *between, end = found
-    early = any(state.stages != first.stages for state in between)
-    met = last.stages != first.stages or all(map(has_met, end.counts, last.counts))
-    return found if end.stages == last.stages and met and not early else states
+    if last.stages != first.stages:
+        # The plan is over with the change; the rest of it shows that the team can continue.
+        changed = next((k for k, s in enumerate(found) if s.stages != first.stages), 0)
+        return found[: changed + 1] if found[changed].stages == last.stages else states
+    met = all(map(has_met, found[-1].counts, last.counts))
+    return found if met and all(state.stages == last.stages for state in found) else states
 
 
 def timed(plan: Schedule, *, in_turn: bool = False) -> list[tuple[int, ...]]:

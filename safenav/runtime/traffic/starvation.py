@@ -41,6 +41,10 @@ class Watch:
             return False
         return tick - wait.since >= self.patience
 
+    def ages(self, tick: float) -> Hashable:
+        """For how long each robot has waited for what."""
+        return tuple((n, w.told, w.nearest, tick - w.since) for n, w in self._waits.items())
+
     def begin_anew(self) -> None:
         """Reset the patience of every robot: a plan was tried."""
         self._waits.clear()

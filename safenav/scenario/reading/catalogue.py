@@ -56,7 +56,7 @@ MODEL_REQUIRED = {
     "layer": "robots of one layer avoid each other, for example 'layer: ground'",
 }
 TYPE_REQUIRED = {"action": "the capability that resolves it, for example 'action: push'"}
-TYPE_KEYS = ("action", "resolve_at", "needs", "blocks", "has_truth", "resolve_within")
+TYPE_KEYS = ("action", "resolve_at", "needs", "blocks", "has_truth", "resolve_within", "sweeps")
 BATTERY_KEYS = ("capacity", "move", "stay", "charge", "start")
 BATTERY_REQUIRED = {
     "capacity": "the most that it holds, for example 'capacity: 60'",
@@ -183,6 +183,8 @@ def _battery(node: Node | None, what: str, findings: Findings) -> Battery | None
     if start is not None and start > capacity:
         findings.add(item.get("start"), f"'start' in {what} is {start}, and it holds {capacity}")
     move = 1 if given["move"] is None else given["move"]
+    if move > capacity:
+        findings.add(item.get("move"), f"'move' in {what} is {move}, and it holds {capacity}")
     return Battery(capacity, charge, capacity if start is None else start, move, given["stay"] or 0)
 
 
@@ -238,7 +240,7 @@ def _type(
         where: ResolveAt | frozenset[Region] | None = needs[0].at if needs else None
     else:
         action = read.text(item.get("action"), f"'action' of {what}", findings)
-        where = _places(item.get("resolve_at"), f"'resolve_at' of {what}", regions, findings)
+        where = places(item.get("resolve_at"), f"'resolve_at' of {what}", regions, findings)
     blocks = _blocks(item.get("blocks"), what, known, findings, team)
     if needs and needs[-1].same and needs[-1].at is ResolveAt.SELF and blocks != frozenset():
         found = (
@@ -247,10 +249,11 @@ def _type(
         findings.add(node, found, "say 'at: neighbours', or 'blocks: []'")
     has_truth = read.boolean(item.get("has_truth"), f"'has_truth' of {what}", findings)
     limit = read.integer(item.get(RESOLVE_WITHIN), f"'{RESOLVE_WITHIN}' of {what}", findings)
+    sweeps = swept(item.get("sweeps"), what, listed, regions, findings)
     if len(findings) > before or name is None or action is None:
         return None
     where = where or ResolveAt.SELF
-    return ObstacleType(name, action, where, blocks, has_truth or False, needs, limit)
+    return ObstacleType(name, action, where, blocks, has_truth or False, needs, limit, sweeps)
 
 
 def _needs(
@@ -277,7 +280,7 @@ def _needs(
         if same and found and (robots or before) != before:
             said = f"{label} takes {robots} robots, and the need before it {before}"
             findings.add(item.get("robots"), said, "the same robots meet both; leave 'robots' out")
-        where = _places(item.get("at"), f"'at' of {label}", regions, findings)
+        where = places(item.get("at"), f"'at' of {label}", regions, findings)
         together = read.boolean(item.get("together"), f"'together' of {label}", findings)
         if action is not None:
             where = where or ResolveAt.SELF
@@ -285,7 +288,19 @@ def _needs(
     return tuple(found)
 
 
-def _places(
+def swept(
+    node: Node | None, what: str, several: bool, regions: RegionReader, findings: Findings
+) -> ResolveAt | frozenset[Region] | None:
+    """The regions that a resolution sweeps. ``several``: it takes more than one need."""
+    found = places(node, f"'sweeps' of {what}", regions, findings)
+    if found is ResolveAt.SELF or (found is not None and several):
+        said = "it has several needs" if several else "its own region is meant anyway"
+        hint = "'sweeps' lists regions beside an obstacle of one 'action', or is 'neighbours'"
+        findings.add(node, f"'sweeps' of {what}: {said}", hint)
+    return found
+
+
+def places(
     node: Node | None, label: str, regions: RegionReader, findings: Findings
 ) -> ResolveAt | frozenset[Region] | None:
     if not isinstance(node, Sequence):

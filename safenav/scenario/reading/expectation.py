@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from safenav.scenario.model import Expect, Obstacle, Outcome
+from safenav.outcome import Outcome
+from safenav.scenario.model import Expect, Obstacle, name_parts
 from safenav.scenario.reading.event_pattern import EventPatternReader
 from safenav.scenario.reading.regions import RegionReader
 from safenav.scenario.yaml import fields as read
@@ -13,6 +14,8 @@ from safenav.scenario.yaml.findings import Findings, suggestion
 
 KEYS = ("outcome", "resolved", "blocked", "helpers", "ticks", "rounds", "order", "never", "late")
 MISSION = "mission"
+OUTCOMES = [outcome for outcome in Outcome if outcome is not Outcome.ERROR]
+"""How a run can end but for a defect."""
 TICK_KEYS = ("at_least", "at_most")
 
 
@@ -44,7 +47,7 @@ class ExpectationReader:
         least_ticks, ticks = self._ticks(item.get("ticks"))
         patterns = EventPatternReader(self._regions, self._robots, self._obstacle, self._findings)
         return Expect(
-            read.choice(item.get("outcome"), "'outcome' of expect", Outcome, self._findings),
+            read.choice(item.get("outcome"), "'outcome' of expect", OUTCOMES, self._findings),
             self._names(item.get("resolved"), "'resolved' of expect"),
             self._names(item.get("blocked"), "'blocked' of expect"),
             self._helpers(item.get("helpers")),
@@ -131,10 +134,11 @@ class ExpectationReader:
         """The obstacle's name with its region as a number; ``door@dock`` is understood."""
         if self._obstacles is None:
             return None
-        kind, _, where = written.partition("@")
+        kind, where, number = name_parts(written)
         region = self._regions.written(where)
         for obstacle in self._obstacles:
-            if obstacle.type.name == kind and obstacle.region == region:
+            named = obstacle.type.name, obstacle.region, obstacle.number
+            if named == (kind, region, number):
                 return obstacle.name
         if kind == self._anywhere and region is not None:
             return f"{kind}@{region}"

@@ -20,11 +20,11 @@ _AGAIN = {"off": (False,), "on": (True,), "both": (False, True)}
 
 
 def read_inputs(node: Node | None, robots: frozenset[str], findings: Findings) -> tuple[Input, ...]:
-    """The inputs that could be read; what is wrong with the others is reported. ``robots``: the
-    names of all robots."""
+    """The inputs that are named; whatever is wrong is reported. ``robots``: the names of all
+    robots."""
     item, found = read.mapping(node, "inputs", findings), []
     for key, value in item.entries if item else ():
-        before, name = len(findings), clipped(key.text)
+        name = clipped(key.text)
         what = f"input {name}"
         if not IDENTIFIER.fullmatch(key.text):
             hint = "use letters, digits and '_', beginning with a letter"
@@ -37,8 +37,7 @@ def read_inputs(node: Node | None, robots: frozenset[str], findings: Findings) -
         spans = _spans(fields.get("at") if fields else None, what, findings)
         chance = _chance(fields.get("probability") if fields else None, what, findings)
         again = _again(fields.get("always_eventually") if fields else None, what, findings)
-        if len(findings) == before:
-            found.append(Input(key.text, spans, chance, again))
+        found.append(Input(key.text, spans, chance, again))
     return tuple(found)
 
 

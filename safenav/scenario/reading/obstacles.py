@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from safenav.scenario.model import Catalogue, Obstacle, ObstacleType, Robot
-from safenav.scenario.reading.catalogue import RESOLVE_WITHIN
+from safenav.scenario.reading.catalogue import RESOLVE_WITHIN, swept
 from safenav.scenario.reading.regions import RegionReader
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped
@@ -13,7 +13,7 @@ from safenav.scenario.yaml.findings import Findings, suggestion
 
 PROBABILITY = {"probability": "from 0 to 1, for example {probability: 0.5}"}
 SUSPECT_KEYS = ("type", "region")
-KEYS = ("type", "region", "traversable", "from", "until", RESOLVE_WITHIN)
+KEYS = ("type", "region", "traversable", "from", "until", RESOLVE_WITHIN, "sweeps")
 ORDER_KEYS = ("at", "type", "region", RESOLVE_WITHIN)
 ORDER_REQUIRED = {
     "at": "the tick at which the team receives it, for example 'at: 10'",
@@ -86,19 +86,21 @@ def _read_obstacle(
         for word in ("from", "until")
     )
     limit = read.integer(item.get(RESOLVE_WITHIN), f"'{RESOLVE_WITHIN}' of {label}", findings)
+    several = kind is not None and bool(kind.listed)
+    sweeps = swept(item.get("sweeps"), label, several, regions, findings)
     if appears is not None and goes is not None and appears >= goes:
         hint = "'from' is the tick at which it appears, 'until' that at which it goes"
         findings.add(item.get("until") or node, f"{label} goes before it appears", hint)
     if kind is None or region is None or len(findings) > before:
         return None
-    return Obstacle(kind, region, truth, appears, goes, limit)
+    return Obstacle(kind, region, truth, appears, goes, limit, sweeps=sweeps)
 
 
 def read_orders(
     node: Node | None, regions: RegionReader, catalogue: Catalogue, findings: Findings
 ) -> tuple[Obstacle, ...]:
     """Work that the team receives at some tick, as obstacles that are in no robot's way."""
-    found = []
+    found: list[Obstacle] = []
     for part in read.sequence(node, "orders", findings) or ():
         item = read.mapping(part, "an order", findings, ORDER_KEYS, ORDER_REQUIRED)
         if item is None:
@@ -112,7 +114,8 @@ def read_orders(
             findings.add(item.get("type"), said, f"give {kind.name} 'blocks: []'")
         elif at is not None and kind is not None and region is not None:
             truth = True if kind.has_truth else None
-            found.append(Obstacle(kind, region, truth, at, None, limit, ordered=True))
+            number = 1 + sum(o.type is kind and o.region == region for o in found)
+            found.append(Obstacle(kind, region, truth, at, None, limit, True, number))
     return tuple(found)
 
 

@@ -11,12 +11,11 @@ from safenav.world.moves import distances
 
 def check_promises(scenario: Scenario, item: Mapping, findings: Findings) -> None:
     """Report promises that no run could be judged by. The scenario has no other error."""
-    charged = [robot for robot in scenario.robots if robot.model.battery is not None]
-    if scenario.clock is Clock.LIVE and (scenario.promises or charged):
-        what = "promises in ticks" if scenario.promises else "batteries"
-        found = f"'clock: live' with {what}: a tick has no length there"
-        findings.add(item.get("clock") or item, found, "use 'clock: lockstep'")
-    for robot in charged:
+    if scenario.clock is Clock.LIVE and scenario.promises:
+        found = "'clock: live' with promises in ticks: a tick has no length there"
+        hint = f"use 'clock: lockstep', or {in_seconds(scenario)}"
+        findings.add(item.get("clock") or item, found, hint)
+    for robot in [robot for robot in scenario.robots if robot.model.battery is not None]:
         objective = robot.objective
         if isinstance(objective, Ltl) or objective.kind == "cover":
             found = f"{robot.name} has a battery, and an objective without an order of its targets"
@@ -33,6 +32,10 @@ def check_promises(scenario: Scenario, item: Mapping, findings: Findings) -> Non
         if scenario.chargers.isdisjoint(reach):
             found = f"{robot.name} has a battery and gets to no charger"
             findings.add(item.get("chargers") or item, found, "put a charger where it gets to")
+    swept = next((o for o in scenario.obstacles if o.swept(scenario.map)), None)
+    if swept is not None and scenario.promises:
+        found = f"{swept.name} sweeps regions, and something is promised in ticks"
+        findings.add(item.get("obstacles") or item, found, "leave out 'sweeps', or the promises")
     for obstacle in scenario.obstacles:
         limit = scenario.limit_of(obstacle)
         for number, need in enumerate(obstacle.needs if limit is not None else ()):
@@ -43,3 +46,11 @@ def check_promises(scenario: Scenario, item: Mapping, findings: Findings) -> Non
                 found += f"{able or 'no'} robot{'s' * (able > 1)} can '{need.action}'"
                 findings.add(item.get("obstacles") or item, found, "leave out 'resolve_within'")
                 break
+
+
+def in_seconds(scenario: Scenario) -> str:
+    """How to ask for seconds instead: ``require seconds of the motion: ...``."""
+    due = [o.name for o in scenario.obstacles if scenario.limit_of(o) is not None]
+    name = due[0] if due else "door@47"
+    told = f"always(requested_{name} -> eventually[0,60] resolved_{name})"
+    return f"require seconds of the motion: 'requirements: [\"{told}\"]'"

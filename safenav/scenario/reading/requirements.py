@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from safenav.scenario.model import Obstacle
+from safenav.scenario.model import Obstacle, name_parts
 from safenav.scenario.reading.naming import NAME
 from safenav.scenario.reading.regions import RegionReader
 from safenav.scenario.yaml import fields as read
@@ -78,9 +78,11 @@ def _formula(
         elif isinstance(part, Happens):
             events.append(part)
     for event in sorted(events, key=lambda event: -event.column):
-        kind, _, where = event.obstacle.partition("@")
+        kind, where, _ = name_parts(event.obstacle)
         region = regions.written(where)
-        name = event.obstacle if region is None else f"{kind}@{region}"
+        name = event.obstacle
+        if region is not None:
+            name = name.replace(f"@{where}", f"@{region}", 1)
         known = [obstacle.name for obstacle in obstacles or ()]
         if obstacles is not None and name not in known and kind != flat:
             told = f"{what}: there is no obstacle '{clipped(event.obstacle)}'"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from dataclasses import replace
 from itertools import combinations
 
@@ -35,6 +35,20 @@ KEYS = (
     "tracking",
     "when",
 )
+INSIDE_OBJECTIVE = {
+    key: f"it belongs in the objective, for example 'objective: {{{example}}}'"
+    for key, example in {
+        "avoid": "patrol: [3, 8], avoid: [5]",
+        "always": "hold: 3, always: region != 5",
+        "within": "patrol: [3, 8], within: 20",
+        "patrol": "patrol: [3, 8]",
+        "visit": "visit: [3, 8]",
+        "cover": "cover: [3, 8]",
+        "hold": "hold: 3",
+        "once": "once: [3, 8]",
+        "ltl": "ltl: {liveness: [region = 3]}",
+    }.items()
+}
 REQUIRED = {
     "model": "a robot model of the catalogue, for example 'model: digit'",
     "start": "a region, for example 'start: 47' or 'start: [3, 8]'",
@@ -51,22 +65,29 @@ def read_robots(
     findings: Findings,
     reachable: bool = True,
     inputs: Collection[str] = (),
+    others: Collection[Robot] = (),
 ) -> tuple[Robot, ...]:
     """The robots that could be read; what is wrong with the others is reported, and with
-    ``reachable`` also that one cannot get to its targets."""
+    ``reachable`` also that one cannot get to its targets. ``others``: robots that the scenario has
+    already."""
     team = read.mapping(node, "robots", findings)
     if team is None:
         return ()
     if not team.entries:
         findings.add(team, "there are no robots", "a scenario has at least one")
-    names = frozenset(key.text for key, _ in team.entries)
+    names = frozenset(key.text for key, _ in team.entries) | {robot.name for robot in others}
+    for key, _ in team.entries:
+        if any(robot.name == key.text for robot in others):
+            found = f"the team has a robot {clipped(key.text)} already"
+            findings.add(key, found, "name it otherwise")
     objectives = ObjectiveReader(regions, names, findings, inputs)
     reader = _RobotReader(regions, catalogue, objectives, names, findings, reachable)
     reader.inputs = inputs
-    found = [reader.read(key, item) for key, item in team.entries]
+    reader.beside(others)
+    robots = [reader.read(key, item) for key, item in team.entries]
     reader.check_starts()
     reader.check_timing()
-    return tuple(robot for robot in found if robot is not None)
+    return tuple(robot for robot in robots if robot is not None)
 
 
 class _RobotReader:
@@ -93,7 +114,7 @@ class _RobotReader:
         before = len(self._findings)
         name = clipped(key.text)
         self._check_name(key)
-        item = read.mapping(node, f"robot {name}", self._findings, KEYS, REQUIRED)
+        item = read.mapping(node, f"robot {name}", self._findings, KEYS, REQUIRED, INSIDE_OBJECTIVE)
         if item is None:
             return None
         model = self._seeing(self._model(item.get("model"), name), item.get("vision"), name)
@@ -218,6 +239,10 @@ class _RobotReader:
                 hint = suggestion(other, frozenset(self._names) - {name})
                 self._findings.add(item, found, hint)
         return read.words(node, what, self._findings)
+
+    def beside(self, others: Iterable[Robot]) -> None:
+        """Take note of robots that have been read before."""
+        self._standing += [(robot, None) for robot in others]
 
     def check_starts(self) -> None:
         """Report robots that must never share a region and start in one."""

@@ -48,31 +48,41 @@ def mapping(
     findings: Findings,
     known: Iterable[str] | None = None,
     required: Wanted[str, str] | None = None,
+    elsewhere: Wanted[str, str] | None = None,
 ) -> Mapping | None:
     """A mapping, whose keys are ``known`` (None: any) and hold the ``required`` ones (each
-    with a hint what to write)."""
+    with a hint what to write). ``elsewhere``: hints for keys that belong in something else."""
     if node is None:
         return None
     if not isinstance(node, Mapping):
         wrong_type(node, what, "a mapping (key: value)", findings)
         return None
-    misspelt = _unknown_keys(node, what, known, findings) if known is not None else set()
+    misspelt = set()
+    if known is not None:
+        misspelt = _unknown_keys(node, what, known, elsewhere or {}, findings)
     for key_word, hint in (required or {}).items():
         if node.get(key_word) is None and key_word not in misspelt:
             findings.add(node, f"{what}: the key '{key_word}' is missing", hint)
     return node
 
 
-def _unknown_keys(node: Mapping, what: str, known: Iterable[str], findings: Findings) -> set[str]:
+def _unknown_keys(
+    node: Mapping,
+    what: str,
+    known: Iterable[str],
+    elsewhere: Wanted[str, str],
+    findings: Findings,
+) -> set[str]:
     """Report keys that are not known; returns the known ones that were probably meant."""
     words = set(known)
     free = words - {key.text for key, _ in node.entries}
     meant = set()
     for key, _ in node.entries:
         if key.text not in words:
-            hint = suggestion(key.text, free)
+            hint = elsewhere.get(key.text) or suggestion(key.text, free)
             findings.add(key, f"unknown key '{clipped(key.text)}' in {what}", hint)
-            meant.update(closest(key.text, free))
+            if key.text not in elsewhere:
+                meant.update(closest(key.text, free))
     return meant
 
 
@@ -189,11 +199,11 @@ def switch(node: Node | None, what: str, findings: Findings) -> bool | None:
 _SWITCH = {"on": True, "off": False}
 
 
-def choice(node: Node | None, what: str, options: type[E], findings: Findings) -> E | None:
-    """A member of an enumeration, by its word."""
+def choice(node: Node | None, what: str, options: Iterable[E], findings: Findings) -> E | None:
+    """One of some members of an enumeration, by its word."""
     if node is None:
         return None
-    known = [option.value for option in options]
+    known = {option.value: option for option in options}
     if not isinstance(node, Scalar) or not isinstance(node.value, str):
         wrong_type(node, what, f"one of {listed(known)}", findings)
         return None
@@ -201,4 +211,4 @@ def choice(node: Node | None, what: str, options: type[E], findings: Findings) -
         hint = suggestion(node.value, known)
         findings.add(node, f"{what}: unknown word '{clipped(node.value)}'", hint)
         return None
-    return options(node.value)
+    return known[node.value]

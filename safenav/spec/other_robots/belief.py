@@ -68,7 +68,7 @@ def watch_for(task: Task, world: RegionMap) -> Tracker:
     """How the robot of a task keeps track of others: by the task's cells (default: the map's
     rooms), within its vision, past the obstacles that the task takes for closed."""
     partition = task.partition or rooms(world).coarsened(MOST_CELLS, world)
-    return watch(world, partition, task.robot.model.vision, task.closed)
+    return watch(world, partition, task.robot.model.vision, task.closed, task.live)
 
 
 def known_of(other: Observed) -> Knowledge:
@@ -124,8 +124,8 @@ def guarantees(task: Task) -> Iterator[Constraint]:
 
 
 def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """Others move by single steps, are seen where they are in sight and believed where they are
-    not, and do not step onto this robot (they guarantee it)."""
+    """Others move by single steps (in a live run by any number), are seen where they are in sight
+    and believed where they are not, and do not step onto this robot (they guarantee it)."""
     for model in models(task, world):
         item, name = f"robots.{model.other.name}", model.other.variable
         begin = Origin(f"{item}.start", f"initial knowledge of {model.other.name}")
@@ -177,8 +177,15 @@ def observe(task: Task, world: RegionMap, known: Mapping[str, Knowledge]) -> dic
 
 
 def _steps(model: Model, item: str) -> Iterator[Constraint]:
-    """From one region in sight to another by a single step."""
+    """From one region in sight to another: by a single step, or in a live run by any number."""
     world, name, size = model.watch.world, model.other.variable, model.size
+    if model.watch.live:
+        origin = Origin(item, "while in sight: get to a region that it can reach", SOURCE)
+        pieces = {model.watch.reach(1 << region) for region in _seen_regions(model)}
+        for piece in sorted(pieces - {as_mask(world.free)}):
+            there = f"{name}' < {size} -> {within(name, piece, prime=True)}"
+            yield Constraint(Section.ENV_TRANS, f"{within(name, piece)} & {there}", origin)
+        return
     origin = Origin(item, "while in sight: stay, or step to a neighbouring region", SOURCE)
     steps = [f"{name}' = {name}", *(step_formula(name, h, world) for h in headings(world))]
     seen = f"{name} < {size} & {name}' < {size}"
@@ -211,7 +218,7 @@ def _sight(model: Model, item: str) -> Iterator[Constraint]:
 
 def _vanishing(model: Model, item: str) -> Iterator[Constraint]:
     """Seen wherever it is in sight: from a known region it vanishes only by a step out of
-    sight, and is then believed in the cells of such steps."""
+    sight (live: by any number), and is then believed in the cells of such steps."""
     name, size = model.other.variable, model.size
     everywhere = (1 << size) - 1
     stays: dict[Region, Regions] = {}

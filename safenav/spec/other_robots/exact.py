@@ -36,12 +36,19 @@ def guarantees(task: Task) -> Iterator[Constraint]:
 
 
 def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """Others move by single steps and do not step onto this robot (they guarantee it)."""
+    """Others move by single steps and do not step onto this robot (they guarantee it). In a live
+    run, which knows only others that it cannot run into, they get wherever they can go."""
     for other in task.observed:
         item, name = f"robots.{other.name}", other.variable
         where = Origin(f"{item}.start", f"where {other.name} begins")
         yield Constraint(Section.ENV_INIT, f"{name} = {other.region}", where)
-        yield from stepping(name, Section.ENV_TRANS, world, f"{item}.mobility")
+        if task.live:
+            reach = world.distances([other.region])
+            beyond = one_of(name, (r for r in world.free if r not in reach), "'")
+            rule = Origin(f"{item}.mobility", "be where it can go", SOURCE)
+            yield Constraint(Section.ENV_TRANS, f"!{beyond}", rule)
+        else:
+            yield from stepping(name, Section.ENV_TRANS, world, f"{item}.mobility")
         yield from walls(name, Section.ENV_TRANS, world, "map")
         if not other.danger:
             continue

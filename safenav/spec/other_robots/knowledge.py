@@ -2,9 +2,10 @@
 
 Belief abstraction (Bharadwaj, Dimitrova, Topcu: Synthesis of surveillance strategies via belief
 abstraction, CDC 2018), which the paper keeps from its predecessor. From a known region, and from
-each region of the believed cells, the other may stay or step to a neighbour. Where the robot can
-see such a successor, the other is exactly there if it is seen there; all successors that it
-cannot see fold into a belief: the set of cells that contain one.
+each region of the believed cells, the other may stay or step to a neighbour; in a live run it may
+have got anywhere that it can reach, since nothing bounds its steps between two looks. Where the
+robot can see such a successor, the other is exactly there if it is seen there; all successors that
+it cannot see fold into a belief: the set of cells that contain one.
 
 How knowledge develops is defined here once. The specification is written from it, and the
 runtime keeps track with it, so that a strategy receives exactly the observations that it was
@@ -51,17 +52,22 @@ class Outlook:
 
 
 class Tracker:
-    """How a robot keeps track of others: on which map, by which cells, with which eyes."""
+    """How a robot keeps track of others: on which map, by which cells, with which eyes, and whether
+    they make at most one step between two looks or, ``live``, any number."""
 
-    def __init__(self, world: RegionMap, partition: Partition, visibility: Visibility) -> None:
+    def __init__(
+        self, world: RegionMap, partition: Partition, visibility: Visibility, live: bool = False
+    ) -> None:
         self.world = world
         self.partition = partition
         self.visibility = visibility
+        self.live = live
         self._free = as_mask(world.free)
         self._cells = tuple(as_mask(cell) for cell in partition.cells)
         self._west = as_mask(tuple(range(0, world.size, world.cols)))
         self._east = self._west << world.cols - 1
         self._outlooks: dict[Knowledge, Outlook] = {}
+        self._folded: dict[Regions, Outlook] = {}
 
     def possible(self, knowledge: Knowledge) -> frozenset[Region]:
         """The regions where the other may be."""
@@ -80,7 +86,10 @@ class Tracker:
         """The prospects from all free regions."""
         known = self._outlooks.get(knowledge)
         if known is None:
-            known = self._outlooks[knowledge] = self._look_ahead(knowledge)
+            reach = self.reach(as_mask(self.possible(knowledge)))
+            if reach not in self._folded:  # in a live run many lead to the same
+                self._folded[reach] = self._look_ahead(reach)
+            known = self._outlooks[knowledge] = self._folded[reach]
         return known
 
     def spread(self, regions: Regions, within: Regions | None = None) -> Regions:
@@ -93,11 +102,14 @@ class Tracker:
             | (regions & ~self._west) >> 1
         ) & (self._free if within is None else within)
 
-    def _look_ahead(self, knowledge: Knowledge) -> Outlook:
-        if isinstance(knowledge, frozenset):
-            reach = self.spread(sum(self._cells[cell] for cell in knowledge))
-        else:
-            reach = self.spread(1 << knowledge)
+    def reach(self, regions: Regions) -> Regions:
+        """Where a robot in one of the regions may be at the next look."""
+        reached = self.spread(regions)
+        while self.live and reached != regions:
+            regions, reached = reached, self.spread(reached)
+        return reached
+
+    def _look_ahead(self, reach: Regions) -> Outlook:
         groups: list[tuple[Belief, Regions]] = [(frozenset(), self._free)]
         for cell, regions in enumerate(self._cells):
             if not reach & regions:
@@ -122,9 +134,10 @@ def watch(
     partition: Partition,
     radius: float | None,
     closed: frozenset[Region] = frozenset(),
+    live: bool = False,
 ) -> Tracker:
     """The watch with these properties, made once (see ``world.visibility`` for the last two)."""
-    return Tracker(world, partition, visible_from(world, radius, closed))
+    return Tracker(world, partition, visible_from(world, radius, closed), live)
 
 
 class TooManyBeliefsError(ValueError):

@@ -8,7 +8,7 @@ name, obstacles by index.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
@@ -43,17 +43,25 @@ def edited(text: str, operation: Operation) -> str:
 
 def add_obstacle(data: Any, told: Operation) -> None:
     """An obstacle of ``type`` at ``region``; ``from``, ``until`` and ``traversable`` if given."""
+    _add(data, "obstacles", "robots", ("type", "region", "traversable", "from", "until"), told)
+
+
+def add_order(data: Any, told: Operation) -> None:
+    """An order of ``type`` at ``region`` in tick ``at``."""
+    _add(data, "orders", "obstacles", ("at", "type", "region"), told)
+
+
+def _add(data: Any, key: str, after: str, keys: Sequence[str], told: Operation) -> None:
+    """Add an entry to a list of the scenario, its region written as others are."""
     places = MapPlaces(data)
-    obstacles = _listed(data, "obstacles", after="robots")
-    like = next((o["region"] for o in obstacles if isinstance(o, dict) and "region" in o), None)
+    entries = _listed(data, key, after=after)
+    like = next((e["region"] for e in entries if isinstance(e, dict) and "region" in e), None)
     if like is None:
         like = next((r.get("start") for r in (data.get("robots") or {}).values()), [])
-    new = CommentedMap({"type": told["type"], "region": places.written(told["region"], like)})
-    for key in ("traversable", "from", "until"):
-        if told.get(key) is not None:
-            new[key] = told[key]
+    new = CommentedMap({each: told[each] for each in keys if told.get(each) is not None})
+    new["region"] = places.written(told["region"], like)
     new.fa.set_flow_style()
-    obstacles.append(new)
+    entries.append(new)
 
 
 def add_change(data: Any, told: Operation) -> None:

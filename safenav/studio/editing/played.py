@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from safenav.studio.editing.operations import add_change, add_obstacle
+from safenav.scenario.model import name_parts
+from safenav.studio.editing.operations import add_change, add_obstacle, add_order
 from safenav.studio.editing.places import MapPlaces
 from safenav.studio.editing.round_trip import changed
 from safenav.trace.records import (
@@ -14,6 +15,7 @@ from safenav.trace.records import (
     Gone,
     Header,
     NewObjective,
+    Ordered,
     Record,
     Resolved,
     Service,
@@ -37,6 +39,7 @@ def _replay(data: Any, records: Sequence[Record], seed: int | None) -> None:
     known = {}
     truths: dict[str, bool] = {}
     standing: set[str] = set()
+    orders = {(r.tick, r.obstacle) for r in records if isinstance(r, Ordered)}
     for record in records:
         if isinstance(record, Header):
             standing |= {o.name for o in record.scenario.obstacles if not o.from_}
@@ -49,7 +52,10 @@ def _replay(data: Any, records: Sequence[Record], seed: int | None) -> None:
         elif not _by_user(record):
             continue
         elif isinstance(record, Appeared):
-            kind, _, region = record.obstacle.rpartition("@")
+            kind, region, _ = name_parts(record.obstacle)
+            if (record.tick, record.obstacle) in orders:
+                add_order(data, {"at": record.tick, "type": kind, "region": int(region)})
+                continue
             earlier = _entries_in(data, int(region))
             for entry in earlier:  # each was resolved before the next came
                 entry.setdefault("until", record.tick)
@@ -92,7 +98,7 @@ def _settle_draws(data: Any, records: Sequence[Record]) -> None:
 
 def _entry(data: Any, name: str, tick: int) -> Any:
     """Return the last obstacle of that name that has appeared by a tick."""
-    kind, _, region = name.rpartition("@")
+    kind, region, _ = name_parts(name)
     found = [
         entry
         for entry in _entries_in(data, int(region))

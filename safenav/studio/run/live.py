@@ -22,7 +22,7 @@ from safenav.errors import UsageError
 from safenav.report.page.live import LiveRun
 from safenav.studio.run.orders import DONE, FAILED, REFUSED, RunOrder
 from safenav.trace.fields import convert
-from safenav.trace.records import KINDS, Header, Outcome, Record
+from safenav.trace.records import KINDS, End, Header, Inputs, Record
 
 SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
 PATIENCE = 1.0
@@ -56,6 +56,7 @@ class StudioRun:
         self.failure: str | None = None
         self.records: list[Record] = []
         self._tell = tell
+        self._inputs: dict[str, bool] = {}
         self._live: LiveRun | None = None
         self._process: asyncio.subprocess.Process | None = None
         self._ready = asyncio.Event()
@@ -71,13 +72,14 @@ class StudioRun:
     @property
     def state(self) -> dict[str, Any]:
         """Return the state that pages show beside the run itself."""
-        outcome = next((r for r in reversed(self.records) if isinstance(r, Outcome)), None)
+        outcome = next((r for r in reversed(self.records) if isinstance(r, End)), None)
         return {
             "phase": self.phase.value,
             "speed": self.speed,
             "seed": self.order.seed,
             "failure": self.failure,
             "outcome": None if outcome is None else outcome.outcome.value,
+            "inputs": self._inputs,
             "busy": self._busy_since is not None and time.monotonic() - self._busy_since > 0.3,
         }
 
@@ -235,10 +237,14 @@ class StudioRun:
             header: Header = convert(Header, {"tick": 0, **data})
             self._live = LiveRun(header, Path(self.order.file).name)
             self.records.append(header)
+            self._inputs = {each.name: False for each in header.scenario.inputs or ()}
             self._tell({"is": "run", "run": self.whole, "state": self.state})
             return
         record: Record = convert(kind, data)
         self.records.append(record)
+        if isinstance(record, Inputs):
+            self._inputs |= record.values
+            self._tell_state()
         assert self._live is not None
         self._live.tell(record)
 

@@ -7,13 +7,13 @@ import time
 from collections.abc import Sequence
 
 from safenav.errors import SynthesizerError
+from safenav.outcome import Verdict
 from safenav.spec.specification import Specification
 from safenav.synthesis.binary import Binary, find_own_binary
 from safenav.synthesis.process import Crew
 from safenav.synthesis.result import failure, verdict_of
 from safenav.synthesis.serving.connection import Connection
 from safenav.synthesis.serving.served import ServedStrategy
-from safenav.synthesis.verdict import Verdict
 
 PROTOCOL = 1
 _OVERTIME_SECONDS = 1.0

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import pytest
 
-from audit.proofs.test_proofs import FREE, moment, robot
-from safenav.audit.proofs.formulas import Pose, UnreadError, read_formulas
+from audit.proofs.test_proofs import FREE, corridor
+from safenav.audit.formulas import Formulas
+from safenav.audit.language import RefusedError
 
 
 @pytest.mark.parametrize(
@@ -17,14 +17,13 @@ from safenav.audit.proofs.formulas import Pose, UnreadError, read_formulas
         ("region = 3", 3, 4, True),
         ("region' = 3", 3, 4, False),
         ("next(region = 4)", 3, 4, True),
-        ("(region = 4)'", 3, 4, True),
         ("!region = 3", 3, 4, False),
         ("region = 3 -> region' = 4", 3, 4, True),
         ("region = 3 -> region' = 3", 3, 4, False),
         ("region = 3 -> region = 9 -> FALSE", 3, 4, True),
         ("region = 1 | region = 3 & region' != 3", 3, 4, True),
         ("region = 3 ^ region = 3 | TRUE", 3, 4, False),
-        ("region <-> 7 && TRUE", 3, 4, True),
+        ("region = 3 <-> region < 7 && TRUE", 3, 4, True),
         ("region + 1 = region'", 3, 4, True),
         ("region + 1 + 1 <= region'", 3, 4, False),
         ("~(region >= 4) /\\ region < 4 --> X(region > 3)", 3, 4, True),
@@ -33,7 +32,7 @@ from safenav.audit.proofs.formulas import Pose, UnreadError, read_formulas
 def test_formulas_mean_what_the_reference_says(
     formula: str, before: int, after: int, holds: bool
 ) -> None:
-    read = read_formulas({"safety": formula})
+    read = Formulas({"safety": formula})
     assert read.allows((before, None), (after, None)) is holds
 
 
@@ -50,17 +49,14 @@ def test_formulas_mean_what_the_reference_says(
     ],
 )
 def test_what_is_not_understood_is_said(body: dict[str, Any]) -> None:
-    with pytest.raises(UnreadError):
-        read_formulas(body)
+    with pytest.raises(RefusedError):
+        Formulas(body)
 
 
 def live(heading: str | None = None, **body: Any) -> set[int]:
-    one = replace(robot("a", 3, heading=heading), targets=(), formulas=read_formulas(body))
-    about = moment([one])
-    headings = (None,) if heading is None else ("north", "east", "south", "west")
-    everywhere = frozenset((region, faced) for region in FREE for faced in headings)
-    found: frozenset[Pose] = about.live(one, everywhere, frozenset())
-    return {region for region, _ in found}
+    formulas, steps = Formulas(body), corridor(heading)
+    kept = {a: [b for b in to if formulas.allows(a, b)] for a, to in steps.items()}
+    return {pose[0] for pose, _ in formulas.live(frozenset(steps), kept)}
 
 
 def test_goals_are_met_again_and_again() -> None:
@@ -84,9 +80,3 @@ def test_who_must_not_stay_cannot_end_in_a_dead_end() -> None:
     moving = "region' != region"
     assert live(heading="east", safety=moving, liveness="TRUE") == set()
     assert live(safety=moving, liveness="TRUE") == set(FREE)
-
-
-def test_where_a_goal_is_met_follows_from_its_formula() -> None:
-    read = read_formulas({"liveness": ["region = 2 | region = 4", "region = 3 & region' = 4"]})
-    found = read.goal_regions([(region, None) for region in FREE])
-    assert found == (frozenset({2, 4}), FREE)

@@ -6,7 +6,8 @@ import copy
 
 import pytest
 
-from safenav.runtime.characterization import Violation
+from safenav.outcome import Verdict
+from safenav.runtime.characterization import ForbiddenMove
 from safenav.runtime.coordination.decision import Decision, coordinate, reconsider
 from safenav.runtime.coordination.events import (
     Astray,
@@ -22,7 +23,7 @@ from safenav.runtime.coordination.strategy_search import TaskResult
 from safenav.runtime.team import Role, TeamState
 from safenav.runtime.world import Change
 from safenav.scenario.reading.loader import load_scenario_text
-from safenav.synthesis.verdict import SynthesisResult, Verdict
+from safenav.synthesis.verdict import SynthesisResult
 from safenav.trace.vocabulary import Reason
 
 LAB = """
@@ -63,8 +64,8 @@ def put_in_force(team: TeamState, decision: Decision) -> None:
         team.robots[name].assign(draft.assignment)
 
 
-def met(team: TeamState, robot: str = "eye") -> Violation:
-    return Violation(team.robots[robot].robot, 9, 10, team.scenario.obstacles[0])
+def met(team: TeamState, robot: str = "eye") -> ForbiddenMove:
+    return ForbiddenMove(team.robots[robot].robot, 9, 10, team.scenario.obstacles[0])
 
 
 def kinds(decision: Decision) -> list[str]:

@@ -19,7 +19,7 @@ from runtime.played import Runner
 from safenav.certify.record import bundle_of_run
 from safenav.errors import InputError
 from safenav.runtime.coordination.problem import GateNeed, OpenObstacle, Problem
-from safenav.runtime.coordination.proofs import Closure, closure_of, refute
+from safenav.runtime.coordination.proofs import TeamClosure, closure_of, refute
 from safenav.runtime.coordination.solve import Solver
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.world.poses import bits, region_mask
@@ -158,13 +158,13 @@ def test_solve_finds_exactly_what_some_order_of_acts_does(seed: int) -> None:
             )
             assert solver.feasible(sets, stages, frozenset(wanted)) == truth, wanted
     if not fine:
-        assert refute(solver, sets, stages)
+        assert refute(solver, sets, stages) is not None
     never = closure_of(solver, sets, stages)
-    assert isinstance(never, Closure)
+    assert isinstance(never, TeamClosure)
     for gate in never.never:  # it may be optimistic, never pessimistic
         assert all(m[1][gate][0] < len(problem.gates[gate].needs) for m in moments)
-    for robot, reach in enumerate(never.robots):
-        assert {m[0][robot] for m in moments} <= {*bits(reach.poses)}
+    for robot, poses in enumerate(never.reach):
+        assert {m[0][robot] for m in moments} <= {*bits(poses)}
 
 
 DELIVERY = """\

@@ -8,7 +8,7 @@ import pytest
 
 from runtime.coordination.floors import Block, Bot, Floor
 from safenav.runtime.coordination.duties import Settlement, settle
-from safenav.runtime.coordination.proofs import Closure, Tree, closure_of, refute
+from safenav.runtime.coordination.proofs import TeamClosure, closure_of, refute
 from safenav.runtime.coordination.solve import Solver
 
 HALL = ["############", "#..........#", "############"]
@@ -115,10 +115,10 @@ def test_an_obstacle_that_nobody_reaches_now_is_served_once_another_is_gone() ->
 def test_nobody_with_the_action_gives_a_closure() -> None:
     floor = Floor(HALL, {"r": Bot("13", [22])}, [door(17)])
     found = settled(floor)
-    assert isinstance(found.proof, Closure)
+    assert isinstance(found.proof, TeamClosure)
     assert found.proof.never == (0,)
-    assert [reach.live for reach in found.proof.robots] == [False]
-    regions = floor.problem.members[0].graph.regions_of(found.proof.robots[0].poses)
+    assert found.proof.live == (False,)
+    regions = floor.problem.members[0].graph.regions_of(found.proof.reach[0])
     assert regions == sum(1 << region for region in range(13, 17))
 
 
@@ -162,8 +162,7 @@ def test_one_way_choices_are_refuted_one_by_one() -> None:
     stages = floor.problem.nothing_done
     sets = solver.sets(floor.poses, stages)
     assert not solver.feasible(sets, stages)
-    proof = refute(solver, sets, stages)
-    assert isinstance(proof, Closure | Tree)
+    assert isinstance(refute(solver, sets, stages), TeamClosure | tuple)
 
 
 def test_poses_that_lose_a_helper_are_not_kept() -> None:

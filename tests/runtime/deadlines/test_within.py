@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from random import Random
 
 import pytest
 
-from safenav.runtime.deadlines.within import Walk, best_places, least_within
+from runtime.played import Runner
+from safenav.runtime.deadlines.within import Walk, best_places, least_within, next_places
 from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility
 from safenav.world.poses import PoseGraph, bits
@@ -86,6 +88,39 @@ def test_the_least_promise_is_exact(seed: int) -> None:
         assert all(place & (place - 1) == 0 for place in places)
 
 
+@pytest.mark.parametrize("seed", range(COUNT))
+def test_what_can_be_promised_is_kept(seed: int) -> None:
+    asked = walk(seed)
+    least = None if asked is None else least_within(asked)
+    if asked is None or least is None:
+        return
+    for _ in range(12):
+        places = best_places(asked, least) or next_places(asked, least)
+        assert places is not None
+        end, ticks = walked(replace(asked, places=places))
+        assert ticks <= least
+        asked = replace(asked, start=end, first=0)
+
+
+def walked(walk: Walk) -> tuple[int, int]:
+    """Where a round by shortest legs ends that enters a target only in its places, and its
+    ticks; of several ends the last."""
+    at, ticks = {walk.start}, 0
+    for target, places in list(zip(walk.targets, walk.places, strict=True))[walk.first :]:
+        met = {pose for pose in at if target & places >> pose & 1}
+        if met:
+            at, ticks = met, ticks + 1
+            continue
+        seen = set(at)
+        while at and not (met := {pose for pose in at if places >> pose & 1}):
+            steps = {step for pose in at for step in walk.graph.steps(pose)}
+            at = {p for p in steps - seen if not target >> p & 1 or places >> p & 1}
+            seen, ticks = seen | at, ticks + walk.ticks
+        assert met
+        at = met
+    return max(at), ticks
+
+
 def test_the_heading_on_arrival_decides() -> None:
     grid = ["########", "#......#", "#...#..#", "#......#", "##.....#", "########"]
     graph = PoseGraph(RegionMap.from_grid(grid), Mobility.HEADING)
@@ -95,3 +130,31 @@ def test_the_heading_on_arrival_decides() -> None:
     assert least_within(asked) == 8
     assert best_places(asked, 8) is not None
     assert best_places(asked, 7) is None
+
+
+NO_FIXED_CYCLE = """
+safenav: 1
+map:
+  grid: ["######", "#....#", "#....#", "######"]
+robots:
+  r:
+    model: digit
+    start: [2, 2]
+    heading: south
+    objective: {visit: [[1, 3], [1, 4], [2, 1]], within: 8}
+until: {rounds: 6}
+"""
+
+
+def test_a_round_has_places_of_its_own_where_none_serve_forever(run: Runner) -> None:
+    played = run(NO_FIXED_CYCLE)
+    assert (played.outcome["outcome"], played.outcome["late"]) == ("completed", [])
+    assert played.all("synthesis", reason="round")
+
+
+def test_the_tick_before_the_first_move_may_complete_a_round(run: Runner) -> None:
+    text = NO_FIXED_CYCLE.replace("[[1, 3], [1, 4], [2, 1]], within: 8", "[[2, 2]], within: 1")
+    played = run(text)
+    kept = played.all("deadline", verdict="kept")
+    assert [(line["tick"], line["due"]) for line in kept[:2]] == [(0, 1), (1, 1)]
+    assert played.outcome["late"] == []

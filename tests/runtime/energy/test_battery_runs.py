@@ -7,6 +7,7 @@ import os
 from pathlib import Path
 from random import Random
 
+import click
 import pytest
 
 from certify.making import run_checker
@@ -14,8 +15,11 @@ from runtime.played import Runner
 from safenav.audit.check import check_trace
 from safenav.certify.record import bundle_of_run
 from safenav.errors import InputError
+from safenav.report.terminal.story import Story
+from safenav.runtime.mission import Mission
 from safenav.scenario.reading.loader import load_scenario_text
 
+SCENARIOS = Path(__file__).parents[3] / "scenarios"
 COUNT = (int(os.environ.get("SAFENAV_FUZZ", "0")) or 24) // 3
 
 CORRIDOR = """
@@ -52,6 +56,16 @@ def test_it_goes_by_the_second_charger(run: Runner) -> None:
     assert {"hold": 20} in stops
 
 
+def test_the_story_tells_charging_from_rounds() -> None:
+    said: list[str] = []
+    scenario = load_scenario_text(CORRIDOR)
+    story = Story(scenario, lambda line: said.append(click.unstyle(str(line))), maps=False)
+    Mission(scenario, listeners=[story]).run()
+    assert any(line.endswith("cart: hold 20, to charge") for line in said)
+    rounds = [line for line in said if "cart reaches" in line]
+    assert len(rounds) == 2 and all("20" not in line for line in rounds), rounds
+
+
 def test_a_charge_that_does_not_suffice_is_refused(run: Runner, tmp_path: Path) -> None:
     text = CORRIDOR.replace("capacity: 10", "capacity: 5")
     outcome = run(text).outcome
@@ -75,6 +89,12 @@ def test_a_flat_robot_waits_for_a_battery_and_goes_on(run: Runner) -> None:
     assert [line["tick"] for line in back] == [r["tick"] + 1 for r in played.all("resolved")]
 
 
+def test_a_robot_without_charge_for_its_first_step_is_flat_from_the_start(run: Runner) -> None:
+    played = run(FLAT.replace("start: 4", "start: 0"))
+    assert played.outcome["outcome"] == "completed"
+    assert [line["tick"] for line in played.all("appeared", cause="battery")] == [1]
+
+
 def test_the_audit_refuses_other_charges(run: Runner, tmp_path: Path) -> None:
     run(FLAT)
     lines = [json.loads(line) for line in (tmp_path / "trace.jsonl").read_text().splitlines()]
@@ -86,8 +106,9 @@ def test_the_audit_refuses_other_charges(run: Runner, tmp_path: Path) -> None:
         header[key] = was
 
 
-def test_bundles_of_robots_with_batteries_are_accepted(tmp_path: Path) -> None:
-    (tmp_path / "corridor.yaml").write_text(CORRIDOR)
+@pytest.mark.parametrize("text", [CORRIDOR, CORRIDOR + "clock: live\n", FLAT + "clock: live\n"])
+def test_bundles_of_robots_with_batteries_are_accepted(text: str, tmp_path: Path) -> None:
+    (tmp_path / "corridor.yaml").write_text(text)
     bundle_of_run(tmp_path / "corridor.yaml", tmp_path / "bundle")
     code, said = run_checker(tmp_path / "bundle")
     assert code == 0, said
@@ -129,15 +150,43 @@ def test_a_lone_robot_always_gets_there(seed: int, run: Runner) -> None:
     assert run(stop(seed)).outcome["outcome"] in ("completed", "unrealizable")
 
 
+BACK = """
+safenav: 1
+map: {grid: ["#########", "#......##", "##..#...#", "#.......#", "#.#.....#", "#########"]}
+catalogue:
+  robots:
+    cart: {mobility: heading, layer: ground, capabilities: [], battery: {capacity: 20, charge: 1}}
+robots:
+  cart: {model: cart, start: 25, heading: east, objective: {visit: [13, 12]}}
+chargers: [33, 10, 30]
+until: {rounds: 3}
+limits: {ticks: 80}
+"""
+
+
+def test_it_does_not_return_to_a_charger_that_it_has_left_for_a_target(run: Runner) -> None:
+    """Its strategy would go round, which the charge for the direct way does not suffice for."""
+    assert run(BACK).outcome["outcome"] == "completed"
+
+
+def test_a_robot_that_no_charge_suffices_for_charges_to_the_full_before_it_runs_flat(
+    run: Runner,
+) -> None:
+    text = FLAT.replace("chargers: []", "chargers: [[1, 2]]")
+    played = run(text.replace("capacity: 60, charge: 3, start: 4", "capacity: 7, charge: 3"))
+    (first, *_) = played.all("appeared", cause="battery")
+    assert (first["tick"], first["obstacle"]) == (9, "empty@22")
+
+
 @pytest.mark.parametrize(
     ("text", "found"),
     [
+        (CORRIDOR.replace("capacity: 10", "capacity: 2, move: 3"), "it holds 2"),
         (CORRIDOR.replace("charge: 3", "charge: 0"), "must be at least 1"),
         (CORRIDOR.replace("charge: 3", "charge: 3, start: 11"), "is 11, and it holds 10"),
         (CORRIDOR.replace("chargers: [[1, 1], [1, 7]]", ""), "has no charger"),
         (CORRIDOR.replace("chargers: [[1, 1]", "flat: door\nchargers: [[1, 1]"), "blocks: \\[\\]"),
         (CORRIDOR.replace("visit: [[1, 11]", "cover: [[1, 11]"), "order of its targets"),
-        (CORRIDOR + "clock: live\n", "a tick has no length"),
     ],
 )
 def test_errors(text: str, found: str) -> None:
@@ -165,6 +214,12 @@ limits: {ticks: 60}
 """
 
 
+def test_an_obstacle_on_the_way_to_a_charger_is_requested(run: Runner) -> None:
+    played = run(CUT_OFF.replace("start: 16", "start: 9"))
+    assert played.all("synthesis", reason="charge")
+    assert [line["obstacle"] for line in played.all("resolved")] == ["gate@20"]
+
+
 @pytest.mark.parametrize(("start", "due", "end"), [(16, 10, "kept"), (12, 6, "late")])
 def test_a_charger_that_is_cut_off_is_a_deadline(
     start: int, due: int, end: str, run: Runner
@@ -175,3 +230,50 @@ def test_a_charger_that_is_cut_off_is_a_deadline(
     assert [(line["due"], line["verdict"]) for line in lines] == [(due, "set"), (due, end)]
     out = played.all("service", active=False, cause="battery")
     assert bool(out) is (end == "late")
+
+
+LIVE = CORRIDOR + "clock: live\n"
+
+
+def test_live_a_step_takes_the_same_however_long(run: Runner) -> None:
+    faster = LIVE.replace("capabilities: [],\n", "capabilities: [], speed: 2, motion: disc,\n", 1)
+    assert faster != LIVE
+    ways = []
+    for text in (LIVE, faster):
+        played = run(text)
+        assert played.outcome["outcome"] == "completed"
+        ways.append([line["to"] for line in played.all("depart", robot="cart")])
+    assert ways[0] == ways[1]
+
+
+def test_live_the_battery_of_the_paper_is_brought(run: Runner) -> None:
+    text = (SCENARIOS / "battery_delivery.yaml").read_text()
+    played = run(text.replace("clock: lockstep", "clock: live"))
+    assert played.outcome["outcome"] == "completed"
+    told = {line["robot"] for line in (*played.all("met"), played.one("resolved"))}
+    assert len(told) == 1  # the one that took it from the depot swaps it
+
+
+def test_live_a_battery_is_brought(run: Runner) -> None:
+    played = run(FLAT + "clock: live\n")
+    assert played.outcome["outcome"] == "completed"
+    (out, back) = played.all("service", robot="cart")
+    assert (out["active"], back["active"]) == (False, True)
+    assert [line["robot"] for line in played.all("resolved")] == ["drone"]
+
+
+def test_live_a_robot_that_waits_too_long_runs_flat(run: Runner) -> None:
+    played = run(CUT_OFF + "clock: live\n")
+    (out,) = played.all("service", active=False, cause="battery")
+    assert out["t"] == pytest.approx(15.5, abs=0.6)  # 3 steps of a second, then a unit a second
+    assert "late" not in played.outcome
+
+
+@pytest.mark.parametrize("key", ["start", "move", "charge"])
+def test_live_the_audit_refuses_other_charges(key: str, run: Runner, tmp_path: Path) -> None:
+    lines = run(LIVE).records
+    battery = lines[0]["scenario"]["robots"]["cart"]["battery"]
+    battery[key] = {"start": 5, "move": 2, "charge": 1}[key]
+    path = tmp_path / "forged.jsonl"
+    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    assert any("with a charge of" in str(finding) for finding in check_trace(path).findings)

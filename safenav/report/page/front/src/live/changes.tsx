@@ -12,12 +12,15 @@ export interface ObstacleKind {
   name: string;
   action: string;
   truth: boolean;
+  /** It blocks no robot: it is ordered, also where a robot stands. */
+  ordered: boolean;
 }
 
 /** What the next click on the map does. */
 export type Tool =
   | { does: "look" }
   | { does: "close"; type: string; truth: boolean }
+  | { does: "order"; type: string }
   | { does: "open" }
   | { does: "put"; robot: string; heading: string | null }
   | { does: "send"; robot: string; regions: number[] };
@@ -27,6 +30,7 @@ interface WorldProps {
   tick: number;
   types: ObstacleKind[];
   out: ReadonlySet<string>;
+  inputs: Record<string, boolean>;
   tool: Tool;
   choose(tool: Tool): void;
   say: Say;
@@ -40,12 +44,14 @@ export function standing(run: Run, tick: number): Obstacle[] {
   return run.obstacles.filter((o) => tick >= o.since && at(o.status, tick)[1] !== "resolved");
 }
 
-export function World({ run, tick, types, out, tool, choose, say, over }: WorldProps) {
+export function World({ run, tick, types, out, inputs, tool, choose, say, over }: WorldProps) {
   const there = standing(run, tick);
   const truths = there.filter((o) => types.find((type) => type.name === o.type)?.truth);
   const off = over && OVER;
   const chosen = (does: Tool["does"], name?: string): boolean =>
-    tool.does === does && (tool.does !== "close" || tool.type === name) && (tool.does !== "send" || tool.robot === name);
+    tool.does === does &&
+    ((tool.does !== "close" && tool.does !== "order") || tool.type === name) &&
+    (tool.does !== "send" || tool.robot === name);
   const waits = waitsFor(run);
   return (
     <section class="panel world" aria-labelledby="world-title">
@@ -72,8 +78,24 @@ export function World({ run, tick, types, out, tool, choose, say, over }: WorldP
         <button type="button" aria-pressed={tool.does === "look"} onClick={() => choose({ does: "look" })}>
           Look
         </button>
+        {types
+          .filter((type) => type.ordered)
+          .map((type) => (
+            <button
+              type="button"
+              key={type.name}
+              aria-pressed={chosen("order", type.name)}
+              {...unless(
+                off,
+                () => choose({ does: "order", type: type.name }),
+                `Order ${type.name} in a region; '${type.action}' delivers it`,
+              )}
+            >
+              Order: {type.name}
+            </button>
+          ))}
         {types.flatMap((type) =>
-          (type.truth ? [true, false] : [true]).map((truth) => (
+          (type.ordered ? [] : type.truth ? [true, false] : [true]).map((truth) => (
             <button
               type="button"
               key={`${type.name}${truth}`}
@@ -104,6 +126,20 @@ export function World({ run, tick, types, out, tool, choose, say, over }: WorldP
               {traversable ? "passable" : "impassable"}
             </button>
           ))}
+        </p>
+      ))}
+      {Object.entries(inputs).map(([input, on]) => (
+        <p class="truth" key={input}>
+          <b>{input}</b>{" "}
+          <button
+            type="button"
+            role="switch"
+            aria-checked={on}
+            aria-label={input}
+            {...unless(off, () => say("change", { kind: "input", input, on: !on }))}
+          >
+            {on ? "on" : "off"}
+          </button>
         </p>
       ))}
       <ul class="crew">
@@ -189,6 +225,7 @@ function Sending({ run, tool, choose, say }: Pick<WorldProps, "run" | "choose" |
 function hintOf(tool: Tool): string {
   if (tool.does === "put") return `Click the region where ${tool.robot} stands now.`;
   if (tool.does === "close") return `Click a free region: ${tool.type} closes it at the next tick.`;
+  if (tool.does === "order") return `Click a region: ${tool.type} is ordered there at the next tick.`;
   if (tool.does === "open") return "Click an obstacle: it disappears at the next tick.";
   return "The robots discover changes as they would in reality.";
 }
@@ -242,6 +279,7 @@ export function useWorldHand(run: Run | null, tool: Tool, choose: (tool: Tool) =
       if (region < 0) return false;
       if (isWall(run, region)) notice(`Region ${label(run, region)} is a wall: click a free region.`);
       else if (tool.does === "close") say("change", { kind: "close", type: tool.type, truth: tool.truth, region });
+      else if (tool.does === "order") say("change", { kind: "order", type: tool.type, region });
       else if (tool.does === "open") {
         const found = standing(run, run.last).find((o) => o.region === region);
         if (found) say("change", { kind: "open", obstacle: found.name });

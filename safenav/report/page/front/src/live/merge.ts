@@ -1,6 +1,6 @@
 /** Joins what is new of a run to what the page has: `safenav/report/page/live.py` tells it. */
 
-import type { Frame, Obstacle, Progress, Robot, Run, RunEvent, Status, Task, View } from "../run/run";
+import type { Frame, Obstacle, Progress, Robot, Run, RunEvent, Slack, Status, Task, View } from "../run/run";
 
 interface RobotNews {
   path: number[];
@@ -20,6 +20,7 @@ export interface News {
   status: Record<string, [number, Status][]>;
   stack: [number, Frame[]][];
   events: RunEvent[];
+  deadlines: Slack[];
 }
 
 /** A new run that shares with the old one what has not changed. */
@@ -36,6 +37,7 @@ export function merged(run: Run, news: News): Run {
   append(run.times ?? [], news.times);
   append(run.stack, news.stack);
   append(run.events, news.events);
+  append(run.deadlines, news.deadlines);
   return { ...run, last: news.last, robots, obstacles: [...known, ...added] };
 }
 

@@ -15,11 +15,13 @@ export interface RunState {
   failure: string | null;
   outcome: string | null;
   busy: boolean;
+  /** The inputs of the environment and their values. */
+  inputs: Record<string, boolean>;
 }
 
 export class LivePlayer extends Player {
   following = true;
-  state: RunState = { phase: "paused", speed: 4, seed: null, failure: null, outcome: null, busy: false };
+  state: RunState = { phase: "paused", speed: 4, seed: null, failure: null, outcome: null, busy: false, inputs: {} };
 
   constructor(
     last: number,

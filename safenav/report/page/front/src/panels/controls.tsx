@@ -2,6 +2,7 @@
 
 import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 import { Curves } from "./curves";
+import { Deadlines } from "./deadlines";
 import { EventSign, Icon, type ButtonIcon } from "./icons";
 import { Axis, Lanes } from "./lanes";
 import { unless } from "./notice";
@@ -267,6 +268,7 @@ export function Timeline({ run, player, tick }: ControlsProps) {
         <path d={goals} />
       </svg>
       <Lanes run={run} player={player} />
+      <Deadlines run={run} player={player} />
       <Curves run={run} end={player.end} />
       <Axis last={player.end} width={width} />
     </div>

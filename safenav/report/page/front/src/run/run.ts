@@ -116,6 +116,15 @@ export type Frame = [
 /** [tick, kind, text, index of the robot or -1, region or -1] */
 export type RunEvent = [tick: number, kind: EventKind, text: string, robot: number, region: number];
 
+/** What becomes, in a tick, of a promise that begins in a tick and is due at the end of another. */
+export type Slack = [
+  tick: number,
+  of: string,
+  begin: number,
+  due: number,
+  verdict: "set" | "lost" | "kept" | "late" | "excused",
+];
+
 export interface Ending {
   outcome: string;
   explanation: string;
@@ -148,6 +157,7 @@ export interface Run {
   /** Sets of regions, as `sets.ts` reads them. */
   sets: string[];
   events: RunEvent[];
+  deadlines: Slack[];
   ending: Ending | null;
   /** The tick at which the page opens: the last one of a run that failed. */
   opens: number;

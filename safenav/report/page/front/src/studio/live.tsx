@@ -69,6 +69,7 @@ export function LiveView({ run, player, wire, types, watches, bar, saving }: Liv
             tick={tick}
             types={types}
             out={outOfService(run, run.last)}
+            inputs={player.state.inputs}
             tool={tool}
             choose={choose}
             say={wire.say}

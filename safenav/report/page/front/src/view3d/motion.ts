@@ -13,6 +13,8 @@ export interface Track {
   columns: string[];
   /** Column by column: the first value, then the differences; deflated, base64. */
   data: string;
+  /** Of a robot that was measured: its plan. */
+  ghost?: { columns: string[]; data: string };
   /** Planned footholds: x, y, yaw (thousandths), side (1 left, -1 right), down and up (ms). */
   feet: [x: number, y: number, yaw: number, side: number, down: number, up: number][];
 }
@@ -34,6 +36,7 @@ export type Sample = Record<string, number>;
 export interface Sampled {
   track: Track;
   columns: Map<string, Float32Array>;
+  ghost: Map<string, Float32Array> | null;
 }
 
 const THOUSANDTHS = 1000;
@@ -64,25 +67,31 @@ function unpacked(bytes: Uint8Array): Int32Array {
 /** The columns of all robots. */
 export async function decoded(motion: Motion): Promise<Sampled[]> {
   return Promise.all(
-    motion.tracks.map(async (track) => {
-      const steps = await inflated(track.data);
-      const columns = new Map<string, Float32Array>();
-      track.columns.forEach((name, c) => {
-        const column = new Float32Array(motion.samples);
-        let value = 0;
-        for (let i = 0; i < motion.samples; i++) {
-          value += steps[c * motion.samples + i]!;
-          column[i] = value / THOUSANDTHS;
-        }
-        columns.set(name, column);
-      });
-      return { track, columns };
-    }),
+    motion.tracks.map(async (track) => ({
+      track,
+      columns: await columnsOf(motion.samples, track.columns, track.data),
+      ghost: track.ghost ? await columnsOf(motion.samples, track.ghost.columns, track.ghost.data) : null,
+    })),
   );
 }
 
+async function columnsOf(samples: number, names: string[], data: string): Promise<Map<string, Float32Array>> {
+  const steps = await inflated(data);
+  const columns = new Map<string, Float32Array>();
+  names.forEach((name, c) => {
+    const column = new Float32Array(samples);
+    let value = 0;
+    for (let i = 0; i < samples; i++) {
+      value += steps[c * samples + i]!;
+      column[i] = value / THOUSANDTHS;
+    }
+    columns.set(name, column);
+  });
+  return columns;
+}
+
 /** The values at a moment, between two samples; angles are continuous in the columns. */
-export function sampleAt(motion: Motion, robot: Sampled, seconds: number): Sample {
+export function sampleAt(motion: Motion, robot: { columns: Map<string, Float32Array> }, seconds: number): Sample {
   const place = Math.max(0, Math.min(motion.samples - 1, seconds * motion.rate));
   const before = Math.floor(place);
   const after = Math.min(motion.samples - 1, before + 1);

@@ -5,6 +5,7 @@ import {
   DirectionalLight,
   Group,
   HemisphereLight,
+  type Material,
   Mesh,
   MeshBasicMaterial,
   PerspectiveCamera,
@@ -30,6 +31,19 @@ import { Trails } from "./trails";
 
 
 const EASE = 0.35;
+const FADED = 0.3;
+
+/** Makes a body a ghost. */
+function fade(group: Group): void {
+  group.traverse((found) => {
+    if (!(found instanceof Mesh)) return;
+    const material = (found.material as Material).clone();
+    material.transparent = true;
+    material.depthWrite = false;
+    material.opacity *= FADED;
+    found.material = material;
+  });
+}
 /** How fast the camera turns to what happens, per second. */
 const STORY_PACE = 0.9;
 
@@ -42,6 +56,8 @@ export class RunScene implements Lens {
   private readonly obstacles: Obstacles;
   private readonly trails: Trails;
   private readonly bodies: Body[];
+  /** Of robots that were measured: a translucent body where the plan has them. */
+  private readonly ghosts: (Body | null)[];
   private readonly notices: Notice[];
   private readonly places: Places;
   private readonly plates = new Group();
@@ -73,6 +89,14 @@ export class RunScene implements Lens {
     this.bodies = robots.map(({ track }, i) =>
       bodyOf(run.robots[i]!.model, track.kind, track.size, colours[i]!, run.robots[i]!.headings !== null),
     );
+    this.ghosts = robots.map(({ track, ghost }, i) => {
+      if (ghost === null) return null;
+      const robot = run.robots[i]!;
+      const body = bodyOf(robot.model, track.kind, track.size, colours[i]!, robot.headings !== null);
+      fade(body.group);
+      this.scene.add(body.group);
+      return body;
+    });
     this.places = new Places(run, motion.side);
     this.anchors = this.bodies.map(() => new Group());
     this.notices = run.robots.map(
@@ -196,6 +220,8 @@ export class RunScene implements Lens {
       const sample = this.sample(i, seconds);
       const body = this.bodies[i]!;
       body.pose(sample, seconds, this.doing(i, seconds));
+      const { ghost } = this.robots[i]!;
+      if (ghost !== null) this.ghosts[i]!.pose(sampleAt(this.motion, { columns: ghost }, seconds), seconds, null);
       const base = this.robots[i]!.track.kind === "flyer" ? sample.z! : 0;
       this.anchors[i]!.position.set(sample.x!, sample.y!, base);
     });

@@ -1,0 +1,68 @@
+"""The acts that a team has chosen since something is due: whether the robots can keep to them.
+
+Each robot goes to its next place by the fastest steps that the obstacles still open leave to it
+(docs/deadlines.md). Written from that page, apart from the code that chooses.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from safenav.audit.bound import NEVER, Bound
+from safenav.audit.lines import Line
+from safenav.audit.situation import Situation
+
+
+def impossible(
+    line: Line, now: Situation, tick: int, had: int, begun: Mapping[str, int]
+) -> Iterator[str]:
+    """Yield what cannot be as the line tells it; ``had`` and ``begun`` as in ``Bound``."""
+    bound = Bound(now, tick, had, begun, slow=True)
+    for name, regions in (line.around or {}).items():
+        bound.sealed[name] |= {*regions}
+    first, count = bound.turn + 1, len(bound.names)
+    open_ = {obstacle.name: obstacle for obstacle in bound.open}
+    seeds = {name: dict([seed]) for name, seed in bound.start.items()}
+    stage = {name: now.stage[name] for name in open_}
+    group = {name: {*now.group.get(name, ())} for name in open_}
+    done = {name: set() if now.need(name).together else {*now.done[name]} for name in open_}
+    since, last = dict.fromkeys(open_, first), first
+    for act in line.acts:
+        obstacle = open_.get(act.obstacle)
+        if obstacle is None or stage[act.obstacle] != act.need:
+            yield f"need {act.need} of {act.obstacle} is not the next one"
+            return
+        need, turns, came = obstacle.all_needs[act.need], [], {}
+        for robot, place in act.robots.items():
+            able = obstacle.actions(act.need) <= now.header.robots[robot].capabilities
+            able = able and robot not in done[act.obstacle]
+            if not able or (need.same and robot not in group[act.obstacle]):
+                yield f"{robot} cannot meet need {act.need} of {act.obstacle}"
+                return
+            ticks, _ = bound.ticks(robot, seeds[robot])
+            own = bound.names.index(robot)
+            came[robot] = ticks.get(tuple(place), NEVER)
+            if place[0] not in need.regions or came[robot] > act.at:
+                yield f"{robot} cannot act on {act.obstacle} from {place[0]} in tick {act.at}"
+                return
+            turns.append(came[robot] * count + own)
+        there = max(since[act.obstacle], *turns)
+        mine = [there + (bound.names.index(robot) - there) % count for robot in act.robots]
+        turn = min(mine)
+        if not need.together:
+            turn += count * (act.at - turn // count)
+        if turn // count != act.at or turn < there or turn < last:
+            yield f"{act.obstacle} is not reached in tick {act.at} and in this order"
+            return
+        last = turn
+        for robot, place in act.robots.items():
+            ready = (turn - bound.names.index(robot)) // count
+            if ready > came[robot] and bound.takes(robot) > 1 and not need.together:
+                ready -= 1  # it sets out in the turn in which it acts
+            seeds[robot] = {tuple(place): max(ready, came[robot])}
+        done[act.obstacle] |= {*act.robots}
+        if need.together or len(done[act.obstacle]) >= need.robots:
+            bound.met[act.obstacle][act.need] = turn
+            group[act.obstacle] = {*act.robots} if need.together else done[act.obstacle]
+            stage[act.obstacle] += 1
+            done[act.obstacle], since[act.obstacle] = set(), turn

@@ -1,0 +1,126 @@
+"""Demands of an objective in formulas on one robot.
+
+The formulas (docs/scenario.md, raw guarantees) are over ``region``, ``heading`` and the objective's
+memory. A step is a pair of poses with the memory before and after; safety must hold on each, and
+every goal infinitely often."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from functools import lru_cache
+from itertools import product
+from math import prod
+
+from safenav.audit.language import (
+    HEADINGS,
+    Pose,
+    RefusedError,
+    Row,
+    function_of,
+    primed,
+    read_clause,
+    require,
+)
+from safenav.audit.lines import Objective
+
+MOST_VALUATIONS = 64
+
+Poses = frozenset[Pose]
+State = tuple[Pose, int]
+
+
+class Formulas:
+    """The guarantees of one robot. ``valuations``: the values that its memory can have, with the
+    inputs that its formulas name. Raises RefusedError for what cannot be read."""
+
+    def __init__(self, body: Mapping[str, object]) -> None:
+        memory = body.get("memory") or {}
+        require(isinstance(memory, Mapping), "the memory is not one of names")
+        inputs = _lines(body, "inputs")  # any values may come
+        kinds = {**memory, **dict.fromkeys(inputs, "bool")}  # type: ignore[dict-item]
+        truths = {name for name, kind in kinds.items() if kind == "bool"}
+        ranges = [range(2) if kind == "bool" else _range(kind) for kind in kinds.values()]
+        many = prod(map(len, ranges))
+        require(many <= MOST_VALUATIONS, f"{many} valuations of the memory")
+        self.valuations: list[Row] = [*product(*ranges)]
+        self.names = [*kinds]
+        keys = ["region", "heading", *kinds]
+        parts = ("safety", "liveness")
+        read = [[read_clause(line, truths) for line in _lines(body, part)] for part in parts]
+        unknown = {name.rstrip("'") for part in read for clause in part for name in clause.reads}
+        require(unknown <= {*keys}, f"unknown names: {', '.join(sorted(unknown - {*keys}))}")
+        about = (*keys, *primed(keys))
+        self._safe = function_of(about, (*read[0],))
+        self.goals = [function_of(about, (clause,)) for clause in read[1]]
+
+    def allows(self, before: Pose, after: Pose) -> bool:
+        """Return whether the step is allowed with some memory."""
+        return any(self._safe(*values) for _, _, values in self._values(before, after))
+
+    def meets(self, goal: int, before: Pose, after: Pose) -> bool:
+        """Return whether the step may meet a goal, with some memory."""
+        return any(self.goals[goal](*values) for _, _, values in self._values(before, after))
+
+    def steps(self, before: Pose, after: Pose) -> Iterator[tuple[int, int, frozenset[int]]]:
+        """The memory (by number) before and after with which the step is allowed, and the goals
+        that it meets."""
+        for i, j, values in self._values(before, after):
+            if self._safe(*values):
+                yield i, j, frozenset(k for k, goal in enumerate(self.goals) if goal(*values))
+
+    def live(self, inside: Poses, steps: Mapping[Pose, Iterable[Pose]]) -> set[State]:
+        """Return the greatest set of poses, each with the number of a valuation, from which a
+        robot can meet every goal infinitely often by steps, or by staying, within it."""
+        edges = [
+            ((a, i), (b, j), goals)
+            for a in inside
+            for b in (a, *steps.get(a, ()))
+            if b in inside
+            for i, j, goals in self.steps(a, b)
+        ]
+        kept, before = {state for edge in edges for state in edge[:2]}, set[State]()
+        while kept != before:
+            before = kept
+            for goal in range(max(len(self.goals), 1)):
+                within = [edge for edge in edges if edge[0] in kept and edge[1] in kept]
+                found = {a for a, _, goals in within if goal in goals or not self.goals}
+                more = found
+                while more:
+                    more = {a for a, b, _ in within if b in more} - found
+                    found = found | more
+                kept = found
+        return kept
+
+    def _values(self, before: Pose, after: Pose) -> Iterator[tuple[int, int, Row]]:
+        (one, other), memory = (_row(before), _row(after)), enumerate(self.valuations)
+        for (i, old), (j, new) in product(memory, enumerate(self.valuations)):
+            yield i, j, (*one, *old, *other, *new)
+
+
+@lru_cache(maxsize=64)
+def rules_of(objective: Objective) -> Formulas:
+    """Return the demands of an objective on each step: its own formulas, and those beside it.
+    Raises RefusedError."""
+    own = json.loads(objective.body) if objective.kind == "ltl" else {}
+    safety = [*_lines(own, "safety"), *objective.always]
+    return Formulas({**own, "safety": safety})
+
+
+def _row(pose: Pose) -> Row:
+    region, heading = pose
+    return region, -1 if heading is None else HEADINGS.index(heading)
+
+
+def _range(kind: object) -> range:
+    if isinstance(kind, list) and len(kind) == 2 and all(type(one) is int for one in kind):
+        return range(kind[0], kind[1] + 1)
+    raise RefusedError(f"the memory {kind!r}")
+
+
+def _lines(body: Mapping[str, object], key: str) -> list[str]:
+    value = body.get(key) or []
+    lines = [value] if isinstance(value, str) else value
+    if not isinstance(lines, list) or not all(isinstance(line, str) for line in lines):
+        raise RefusedError(f"{key} is not a list of formulas")
+    return [str(line) for line in lines]

@@ -1,0 +1,115 @@
+"""Every rule, applied to the lines of a run one after the other.
+
+The joint-trace checker of the design (section 10). It shares no code with what happens in a run: it
+knows the format (docs/trace.md) and computes the rest from the header."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Sequence
+
+from safenav.audit.lines import Line
+from safenav.audit.passes import LIVE, Passes
+from safenav.audit.rules import (
+    batteries,
+    beliefs,
+    changes,
+    deadlines,
+    live,
+    motion,
+    objectives,
+    obstacles,
+    order,
+    outcome,
+    passing,
+    plans,
+    proofs,
+    requests,
+    stack,
+    synthesis,
+)
+from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.situation import Situation
+
+_MODULES = (
+    *(order, deadlines, batteries, motion, beliefs, obstacles, requests, stack, objectives),
+    *(synthesis, passing, changes, plans, outcome, proofs, live),
+)
+RULES: tuple[type[Rule], ...] = tuple(
+    rule
+    for module in _MODULES
+    for rule in vars(module).values()
+    if isinstance(rule, type) and issubclass(rule, Rule) and rule.__module__ == module.__name__
+)
+"""Every rule, in the order in which findings on one line are reported."""
+
+NAMES_RULE = "names"
+"""Lines refer only to robots and obstacles of the header, or to obstacles that were discovered
+before. Kept here, since lines that break it mean nothing to the other rules and are left out."""
+
+_ROLES = (
+    *("robot", "requester", "helper", "of", "helpers", "robots"),
+    *("bids", "objectives", "rounds", "nodes", "unrealizable"),
+)
+"""The fields of lines that name robots."""
+
+
+def findings(header: Line, records: Sequence[Line], rules: Iterable[Rule]) -> Iterator[Finding]:
+    """Yield what is wrong with a run, at the latest when the turn is over that shows it."""
+    now = Situation(header, records)
+    announced = {obstacle.name for obstacle in now.header.obstacles}
+    rules = list(rules)
+    for rule in rules:
+        yield from rule.opening(now)
+    moves = Passes(now.header.robots)
+    for record in moves.expand(records) if header.clock == LIVE else records:
+        if record.type == "discovered":
+            known = record.obstacle.name in announced
+            if known or record.obstacle.name in now.header.robots:
+                problem = f"{record.obstacle.name!r} is discovered, but is known already"
+                yield Finding(NAMES_RULE, record.tick, None, record.line, problem)
+            announced.add(record.obstacle.name)
+        stranger = _stranger(record, now.header.robots, announced)
+        if stranger is not None:
+            problem = f"{stranger!r} is not in the scenario"
+            yield Finding(NAMES_RULE, record.tick, None, record.line, problem)
+            continue
+        if now.outcome is not None:
+            problem = f"a {record.type} line after the outcome, which is the last line"
+            yield Finding("order", record.tick, None, record.line, problem)
+            continue
+        for rule in rules:
+            yield from rule.line(record, now)
+        if record.type in ("violation", "backtrack", "move") and now.starts_turn(record):
+            now.finish_turn(last=False)
+            for rule in rules:
+                yield from rule.turn(now)
+            now.begin_turn(record)
+        now.apply(record)
+    now.finish_turn(last=True)
+    for rule in rules:
+        yield from rule.turn(now)
+    for rule in rules:
+        yield from rule.ending(now)
+
+
+def _stranger(record: Line, team: Collection[str], announced: Collection[str]) -> str | None:
+    """Return a robot or obstacle that the line refers to and that no earlier line has announced."""
+    obstacle = getattr(record, "obstacle", None)
+    roles = () if record.type == "deadline" else _ROLES
+    robots = [robot for role in roles for robot in _listed(getattr(record, role, None))]
+    robots += record.around or () if record.type == "acts" else ()
+    for act in record.acts if record.type == "acts" else ():
+        robots += act.robots
+        if act.obstacle not in announced:
+            return str(act.obstacle)
+    if record.type == "discovered":
+        robots += record.obstacle.blocks
+    elif obstacle is not None and obstacle not in announced:
+        return str(obstacle)  # be it the name of a robot
+    return next((name for name in robots if name not in team), None)
+
+
+def _listed(value: object) -> list[str]:
+    if value is None or isinstance(value, str):
+        return [] if value is None else [value]
+    return [str(name) for name in value] if isinstance(value, Iterable) else []

@@ -1,0 +1,155 @@
+"""The language of formulas (docs/scenario.md), and what else all checks need.
+
+Formulas become functions of Python over the values of variables; a variable's name with a prime is
+its next value."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from functools import cache
+from typing import Any, NamedTuple
+
+MOST_STATES = 200_000
+MOST_CASES = 1_000_000
+HEADINGS = ("north", "east", "south", "west")
+
+Key = str  # a variable's name, followed by ' where its next value is meant
+Keys = Sequence[Key]
+Row = tuple[int, ...]  # values of variables; a truth is 0 or 1
+Pose = tuple[int, str | None]  # a region, and the heading of robots that have one
+
+
+class RefusedError(Exception):
+    """The evidence does not prove the claim; the message states why."""
+
+
+class TooLargeError(Exception):
+    """The evidence is larger than this checker accepts."""
+
+
+def require(holds: object, reason: str) -> None:
+    if not holds:
+        raise RefusedError(reason)
+
+
+def closure(starts: Iterable[Any], after: Callable[[Any], Iterable[Any]]) -> list[Any]:
+    """Return everything that is reachable from ``starts``."""
+    found = dict.fromkeys(starts)
+    queue = list(found)
+    for state in queue:
+        fresh = dict.fromkeys(other for other in after(state) if other not in found)
+        found |= fresh
+        queue += fresh
+        if len(queue) > MOST_STATES:
+            raise TooLargeError(f"more than {MOST_STATES} states; not certified")
+    return queue
+
+
+class Clause(NamedTuple):
+    """A formula, the variables that it reads, and an expression of Python for it."""
+
+    text: str
+    reads: frozenset[Key]
+    code: str
+
+
+_TOKEN = re.compile(
+    r"(?a)\s*(\d+|[A-Za-z_]\w*'*|<-->|<->|-->|->|&&|\|\||/\\|\\/|!=|<=|>=|[!~&|^=<>+()])"
+)
+_SAME = {"&&": "&", "/\\": "&", "||": "|", "\\/": "|", "-->": "->", "<-->": "<->", "~": "!"}
+# How tightly operators bind (equal ones are grouped to the left), and their form in Python: truths
+# are 0 and 1, so that an implication is a comparison.
+_SIGNS = {"<->": (1, "=="), "->": (2, "<="), "^": (3, "!="), "|": (4, "or"), "&": (5, "and")}
+_SIGNS |= {"=": (7, "=="), "+": (8, "+"), **{s: (7, s) for s in ("!=", "<", "<=", ">", ">=")}}
+_NOT, _COMPARES, _TIGHTEST = 6, 7, 9
+_NUMBERS = {"FALSE": 0, "TRUE": 1} | {heading: k for k, heading in enumerate(HEADINGS)}
+
+
+def name_of(key: Key) -> str:
+    """Return a variable's name in Python."""
+    return f"next_{key[:-1]}" if key.endswith("'") else f"now_{key}"
+
+
+def primed(names: Iterable[str]) -> list[Key]:
+    return [f"{name}'" for name in names]
+
+
+def read_clause(text: str, truths: Collection[str]) -> Clause:
+    """Parse a clause. ``truths``: the Boolean variables."""
+    rest = _TOKEN.sub("", text).strip()
+    require(not rest, f"cannot read '{rest[:20]}'")
+    tokens = ["the end", *(_SAME.get(token, token) for token in reversed(_TOKEN.findall(text)))]
+    reads: set[Key] = set()
+
+    def check(parts: list[tuple[str, bool]], truth: bool) -> list[str]:
+        good = all(is_truth is truth for _, is_truth in parts)
+        require(good, f"a number stands for a truth in '{text}', or a truth for a number")
+        return [code for code, _ in parts]
+
+    def read(least: int, prime: str) -> tuple[str, bool]:
+        """Return the expression that binds at least this tightly, and whether it is a truth. Within
+        next(...) each variable gets a prime."""
+        token = tokens.pop()
+        value = str(_NUMBERS.get(token, token)), token in ("TRUE", "FALSE")
+        if token in ("next", "X") and tokens[-1] == "(":
+            value = read(_TIGHTEST, f"{prime}'")
+        elif token == "(":
+            value = read(0, prime)
+            require(tokens.pop() == ")", f"a bracket is open in '{text}'")
+        elif token == "!":
+            value = f"(not {check([read(_NOT, prime)], True)[0]})", True
+        elif token.isdigit():
+            value = str(int(token)), False
+        elif token not in _NUMBERS:
+            require(re.fullmatch(r"\w+'?", token + prime), f"'{token}' is not expected in '{text}'")
+            reads.add(token + prime)
+            value = name_of(token + prime), token.rstrip("'") in truths
+        while _SIGNS.get(sign := tokens[-1], (-1,))[0] >= least:
+            (strength, word), parts = _SIGNS[sign], [value]
+            while tokens[-1] == sign and (len(parts) < 2 or word in ("and", "or", "+")):
+                tokens.pop()
+                parts.append(read(strength + 1, prime))
+            code = f" {word} ".join(check(parts, strength < _NOT))
+            value = f"({code})", strength <= _COMPARES
+        return value
+
+    (code,) = check([read(0, "")], True)
+    require(len(tokens) == 1, f"'{tokens[-1]}' is not expected in '{text}'")
+    return Clause(text, frozenset(reads), code)
+
+
+@cache
+def function_of(keys: Keys, clauses: Sequence[Clause]) -> Any:
+    """Return whether all clauses hold, as a function of the values of these variables. (Whatever is
+    evaluated was put together by ``read_clause``.)"""
+    code = " and ".join(clause.code for clause in clauses) or "True"
+    return eval(f"lambda {', '.join(map(name_of, keys))}: {code}")
+
+
+def complete(
+    ranges: Mapping[Key, range], wanted: Keys, clauses: Sequence[Clause], known: Mapping[Key, int]
+) -> set[Row]:
+    """Return all rows of values of the ``wanted`` variables that satisfy the clauses together with
+    the known values. A clause is evaluated as soon as all values that it reads are known."""
+    if not wanted and not clauses:
+        return {()}
+    names, found = (*known,), [(*known.values(),)]
+    for key in ("", *wanted):
+        if key and len(found) * len(ranges[key]) > MOST_CASES:
+            raise TooLargeError(f"more than {MOST_CASES} cases of {', '.join(wanted)}")
+        if key:
+            names, found = (*names, key), [(*row, value) for row in found for value in ranges[key]]
+        ready = (c for c in clauses if c.reads <= {*names} and (not key or key in c.reads))
+        holds = function_of(names, (*ready,))
+        found = [row for row in found if holds(*row)]
+    unknown = set().union(*(clause.reads for clause in clauses)) - {*names}
+    require(not unknown, f"a formula reads {', '.join(sorted(unknown))}, which is not known there")
+    return {row[len(known) :] for row in found}
+
+
+def named(*poses: Pose) -> dict[Key, int]:
+    """Return a pose, or one and the next, as values of variables."""
+    each = [*zip(poses, ("", "'"), strict=False)]
+    regions = {f"region{prime}": region for (region, _), prime in each}
+    return regions | {f"heading{prime}": HEADINGS.index(h) for (_, h), prime in each if h}

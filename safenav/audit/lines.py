@@ -1,0 +1,132 @@
+"""Lines of a trace, and parts of its header: objects with the fields of docs/trace.md."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, is_dataclass
+from types import SimpleNamespace
+from typing import Any, NamedTuple
+
+Line = Any
+"""``type`` is its type; a field that is absent is None, or what the page names as its default."""
+
+_NAMED = (
+    *("again", "beliefs", "bids", "inputs", "knowledge", "memory", "nodes", "objectives"),
+    *("others_targets", "refused", "results", "robots", "rounds", "unrealizable", "values"),
+    *("within",),
+)
+"""Fields whose value may be an entry for each of some names."""
+_SETS = ("blocks", "capabilities", "conflicts")
+
+
+class Made(SimpleNamespace):
+    """A line, or a part of one; a field that it lacks is None."""
+
+    def __getattr__(self, name: str) -> None:
+        """Absent."""
+
+
+class Objective(NamedTuple):
+    """``kind``, ``targets`` (sets of regions of which any counts), ``body`` as JSON in one
+    spelling, ``literal`` (no weaker form of a patrol will do), and what holds meanwhile."""
+
+    kind: str
+    targets: tuple[frozenset[int], ...]
+    body: str
+    literal: bool = False
+    avoid: frozenset[int] = frozenset()
+    always: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        shown = ", ".join("|".join(map(str, sorted(target))) for target in self.targets)
+        never = f", never in {', '.join(map(str, sorted(self.avoid)))}" if self.avoid else ""
+        rest = "".join(f", always {formula}" for formula in self.always)
+        return f"{self.kind} {shown or self.body}{never}{rest}"
+
+
+class Obstacle(Made):
+    """An obstacle of the header, or one that a line describes. ``all_needs``: its needs in order,
+    also where the trace has only one."""
+
+    @classmethod
+    def of(cls, told: Line) -> Obstacle:
+        one = Made(action=told.action, regions=told.resolution_regions)
+        listed = [
+            Made(
+                action=need.action,
+                regions=need.regions,
+                robots=1 if need.robots is None else need.robots,
+                together=bool(need.together),
+                same=bool(need.same),
+            )
+            for need in told.needs or (one,)
+        ]
+        fields = ("name", "region", "blocks", "traversable", "from_", "until", "resolve_within")
+        about = {name: getattr(told, name) for name in (*fields, "ordered", "type", "sweeps")}
+        return cls(all_needs=tuple(listed), **about)
+
+    def actions(self, stage: int) -> frozenset[str]:
+        """The actions that a robot must have for a need: its own, and those of the needs that the
+        same robots must meet after it."""
+        last = stage
+        while last + 1 < len(self.all_needs) and self.all_needs[last + 1].same:
+            last += 1
+        return frozenset(need.action for need in self.all_needs[stage : last + 1])
+
+    def resolved_by_entering(self, robot: Line, stage: int) -> bool:
+        """Whether a robot alone resolves it by entering its region once ``stage`` needs are met:
+        only one is left, and the region is one of that need's."""
+        last = self.all_needs[-1]
+        only = stage == len(self.all_needs) - 1 and last.robots == 1 and not last.same
+        return only and self.region in last.regions and last.action in robot.capabilities
+
+
+def proof_of(line: Line) -> Mapping[str, Any] | None:
+    """The proof in a line as the file has it."""
+    proof = line.proof
+    if is_dataclass(proof) and not isinstance(proof, type):
+        proof = json.loads(json.dumps(asdict(proof)))
+    return proof if isinstance(proof, Mapping) else None
+
+
+def read_line(data: Mapping[str, Any], number: int) -> Line:
+    """A line as the file has it (``data``), as an object."""
+    line = _read(data, "")
+    if line.type == "belief":
+        line.regions = frozenset(line.regions)
+    elif line.type == "blocked":
+        line.robots = frozenset(line.robots)
+    line.line, line.data = number, data
+    return line
+
+
+def _read(value: Any, key: str) -> Any:
+    if isinstance(value, list):
+        items = (_read(item, "") for item in value)
+        return frozenset(items) if key in _SETS else tuple(items)
+    if not isinstance(value, dict) or key == "proof":
+        return value
+    if key in ("objective", "while_waiting"):
+        return read_objective(value)
+    if key in _NAMED:
+        inner = "objective" if key == "objectives" else ""
+        return {name: _read(item, inner) for name, item in value.items()}
+    fields = {"from_" if k == "from" else k: _read(item, k) for k, item in value.items()}
+    return Made(**fields)
+
+
+def read_objective(data: Mapping[str, Any]) -> Objective:
+    """An objective as the file has it."""
+    literal = data.get("form") == "literal"
+    rest = {k: v for k, v in data.items() if k not in ("avoid", "always", "form")}
+    ((kind, body),) = rest.items()
+    targets: list[frozenset[int]] = []
+    if kind == "hold" or isinstance(body, list):
+        listed = [body] if kind == "hold" else body
+        targets = [frozenset(item if isinstance(item, list) else [item]) for item in listed]
+        plain = [next(iter(one)) if len(one) == 1 else sorted(one) for one in targets]
+        body = plain[0] if kind == "hold" else plain
+    spelled = json.dumps(body, sort_keys=True)
+    rules = frozenset(data.get("avoid", ())), tuple(data.get("always", ()))
+    return Objective(kind, tuple(targets), spelled, literal, *rules)

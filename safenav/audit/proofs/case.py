@@ -1,0 +1,115 @@
+"""The moment that a proof concerns: the team, the obstacles in its way, the goals left."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from safenav.audit.deriving import open_obstacle, pose_of, poses_in, team_of
+from safenav.audit.language import Pose
+from safenav.audit.lines import Line, Objective
+from safenav.audit.progress import ENDS
+from safenav.audit.situation import Situation, Status
+from safenav.audit.team import OpenObstacle, OpenObstacles, Poses, Team
+
+
+@dataclass(frozen=True)
+class Wish:
+    """The goals that a robot has still to meet. ``targets``: the poses where each is met,
+    ``in_order`` or not; ``ends``: once, and it stays at the last one. ``awaited``: those that may
+    be next; ``covered``: those met in this round, ``met`` as a number."""
+
+    targets: tuple[Poses, ...]
+    in_order: bool = True
+    ends: bool = False
+    awaited: tuple[int, ...] = (0,)
+    covered: frozenset[int] = frozenset()
+    met: int = 0
+    rounds_left: int = 1
+
+
+@dataclass(frozen=True)
+class Case:
+    """``at``: each robot's pose, or where it will arrive. ``obstacles``: known and unresolved ones;
+    ``counts``: how many needs each has in all. ``shut``: obstacles that can never be resolved.
+    ``rounds``: how often an objective is to be met after a resolution. ``zones``: robots of which
+    at most one is in some regions."""
+
+    team: Team
+    at: Mapping[str, Pose]
+    obstacles: OpenObstacles
+    counts: Mapping[str, int]
+    wishes: Mapping[str, Wish]
+    shut: frozenset[str] = frozenset()
+    rounds: int = 1
+    zones: tuple[tuple[frozenset[str], frozenset[int]], ...] = ()
+
+    def obstacle(self, name: str) -> OpenObstacle | None:
+        return next((obstacle for obstacle in self.obstacles if obstacle.name == name), None)
+
+    def stage(self, obstacle: OpenObstacle) -> int:
+        """Return the number of the obstacle's next need."""
+        return self.counts[obstacle.name] - len(obstacle.left)
+
+
+def case_of(
+    now: Situation,
+    goals: Mapping[str, list[Line]],
+    never: Collection[str],
+    *,
+    hopeful: bool = False,
+) -> Case | None:
+    """Return the case at a line of the trace; None if some robot's formulas are not read here.
+    ``goals``: those since the last resolution. ``never``: obstacles that were shown to be never
+    resolvable by any robot. ``hopeful``: as if every robot were in service."""
+    team = team_of(now, shut=never, out=() if hopeful else now.out)
+    if team is None:
+        return None
+    known = [
+        name
+        for name in now.obstacles
+        if now.status[name] in (Status.UNRESOLVED, Status.GIVEN_UP) and name in now.discovered
+        if name not in never
+    ]
+    return Case(
+        team,
+        {name: pose_of(name, now) for name in team.names},
+        tuple(open_obstacle(name, now) for name in known),
+        {name: len(now.obstacles[name].all_needs) for name in known},
+        {name: _wish(name, now, goals.get(name, []), team) for name in team.names},
+        frozenset(never),
+        now.header.until.rounds or 1,
+        tuple((frozenset(z.robots), frozenset(z.regions)) for z in now.header.never_together or ()),
+    )
+
+
+def _wish(name: str, now: Situation, goals: list[Line], team: Team) -> Wish:
+    objective, rounds = now.own[name], now.header.until.rounds or 1
+    done = goals[-1].round if goals else 0
+    this_round = [goal.goal for goal in goals if goal.round == done]
+    # The goal that completes a round is the last goal of that round, not the first of the next.
+    covered = this_round[1:] if done else this_round
+    targets = tuple(frozenset(poses_in(target, name, now)) for target in objective.targets)
+    if objective.kind == "ltl":
+        targets = team.members[name].aims
+    ends, last = objective.kind in ENDS, len(objective.targets) - 1
+    return Wish(
+        targets,
+        objective.kind not in ("cover", "ltl"),
+        ends,
+        (min(now.ahead[name], last),) if ends else _awaited(name, objective, goals, now),
+        frozenset(goal for goal in covered if goal < len(targets)),
+        len(covered),
+        max(rounds - done, 0),
+    )
+
+
+def _awaited(name: str, objective: Objective, goals: list[Line], now: Situation) -> tuple[int, ...]:
+    """Return the targets that may be next: a patrol that has met no target may begin with either,
+    as may an objective that is resumed."""
+    count = len(objective.targets)
+    if goals and goals[-1].goal < count:
+        return ((goals[-1].goal + 1) % count,)
+    resumed: Any = now.header.robots[name].when
+    return tuple(range(count)) if objective.kind == "patrol" or resumed else (0,)

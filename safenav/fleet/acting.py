@@ -1,0 +1,113 @@
+"""Actions of a fleet: who takes part in which need of an obstacle, and what their answers mean.
+
+Several robots that lift a crate together are each asked by a service of their own, and all have to
+answer well. A need that is met brings its obstacle to the next one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import field
+
+from safenav.dataclass import dataclass
+from safenav.fleet.fleet_file import Station
+from safenav.runtime.world import Work, Works
+from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.trace.vocabulary import ActResult
+from safenav.world.map import Region
+
+WORST = (ActResult.DONE, ActResult.UNTRAVERSABLE, ActResult.NOTHING, ActResult.FAILED)
+"""The last one of these that somebody answers is the result."""
+GOOD = frozenset({ActResult.DONE, ActResult.UNTRAVERSABLE})
+
+
+class FleetProgress:
+    """How far the obstacles that a fleet knows are resolved."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.scenario = scenario
+        self._works: dict[str, Work] = {}
+
+    def work(self, obstacle: Obstacle) -> Work:
+        return self._works.setdefault(obstacle.name, Work(obstacle))
+
+    def forget(self, region: Region) -> None:
+        """The obstacle there is resolved, or gone."""
+        for name, work in list(self._works.items()):
+            if work.obstacle.region == region:
+                del self._works[name]
+
+    def group(
+        self, obstacle: Obstacle, robot: Robot, idle: Mapping[str, Region]
+    ) -> tuple[str, ...]:
+        """The robots that meet the next need of an obstacle now, if this one is one of them."""
+        alone = Works(self.scenario, {obstacle.name: self.work(obstacle)})
+        found = alone.within_reach(robot, idle, (obstacle.name,))
+        return found[0][1] if found else ()
+
+    def meet(self, obstacle: Obstacle, robot: Robot, idle: Mapping[str, Region]) -> bool:
+        """The robot has done its part; whether the obstacle needs nothing more."""
+        work = self.work(obstacle)
+        Works(self.scenario).meet(work, robot, idle)
+        return work.finished
+
+
+@dataclass
+class TeamAction:
+    """One command to act. ``on``: the obstacle that is acted on now, and ``team`` the answers of
+    those who do; ``advanced``: obstacles of which a need was met, and not the last one."""
+
+    robot: Robot
+    obstacles: Sequence[Obstacle]
+    progress: FleetProgress
+    results: dict[str, ActResult] = field(default_factory=dict)
+    on: Obstacle | None = None
+    team: dict[str, ActResult | None] = field(default_factory=dict)
+    advanced: set[str] = field(default_factory=set)
+
+    def next(self, idle: Mapping[str, Region], stations: Mapping[str, Station]) -> dict[str, str]:
+        """The service to call at each robot that takes part in the next action, on ``on``; empty if
+        nothing is left. ``idle``: where robots stand that have no other command."""
+        self.on, self.team = None, {}
+        for obstacle in self.obstacles:
+            group = self.progress.group(obstacle, self.robot, idle)
+            if obstacle.name in self.results or (obstacle.name in self.advanced and not group):
+                continue
+            action = obstacle.needs[self.progress.work(obstacle).need].action
+            names = group or (self.robot.name,)
+            if all(action in stations[name].act for name in names):
+                self.on, self.team = obstacle, dict.fromkeys(names)
+                return {name: stations[name].act[action] for name in names}
+            self.results[obstacle.name] = ActResult.FAILED
+        return {}
+
+    def answer(self, robot: str, result: ActResult, idle: Mapping[str, Region]) -> bool:
+        """Take the answer of one of the team; whether all have answered."""
+        if robot not in self.team or self.team[robot] is not None or self.on is None:
+            return False
+        self.team[robot] = result
+        answers = [answer for answer in self.team.values() if answer is not None]
+        if len(answers) < len(self.team):
+            return False
+        worst, obstacle = max(answers, key=WORST.index), self.on
+        more = worst in GOOD and bool(self.progress.group(obstacle, self.robot, idle))
+        if more and not self.progress.meet(obstacle, self.robot, idle):
+            self.advanced.add(obstacle.name)
+        else:
+            self.results[obstacle.name] = worst
+        return True
+
+    @property
+    def resolved(self) -> Region | None:
+        """The region whose obstacle the last answers have removed; None if it still stands."""
+        gone = self.on is not None and self.results.get(self.on.name, ActResult.FAILED)
+        return self.on.region if self.on is not None and gone is not ActResult.FAILED else None
+
+    @property
+    def silent(self) -> list[str]:
+        """Those who have not answered."""
+        return [name for name, answer in self.team.items() if answer is None]
+
+    @property
+    def found(self) -> list[tuple[Obstacle, ActResult]]:
+        return [(o, self.results[o.name]) for o in self.obstacles if o.name in self.results]

@@ -1,0 +1,206 @@
+"""The motion file of a drive: what was sent as the plan, what was measured as its execution.
+
+Only names and frames are made afterwards: times count from the start of the run, positions from the
+corner of the map. A piece of a command that did not bring its robot into the next region is one of
+the region where it set out, as the trace tells the step.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from typing import TypeVar
+
+import safenav
+from safenav.fleet.fleet_file import Station
+from safenav.fleet.following import Follower
+from safenav.fleet.place import Places
+from safenav.fleet.recording import SentGoal
+from safenav.fleet.transport import Located
+from safenav.fleet.world import FleetWorld
+from safenav.motion.file.records import (
+    Action,
+    GoalLine,
+    Line,
+    Measured,
+    Measurement,
+    Motion,
+    MotionHeader,
+    Moving,
+    Piece,
+)
+from safenav.motion.making import described, floor_of, movers_of
+from safenav.motion.mover import Mover
+from safenav.motion.timing.given import TraceLedger, deeds_of, when
+from safenav.trace import records
+from safenav.trace.trace import Trace
+
+ROWS = 200
+"""Measurements of one line of the file."""
+DIGITS = 5
+"""Decimals of metres, seconds and radians that were measured."""
+ROUNDING = 1e-6
+"""Seconds by which a time of the trace may differ from the same one on the world's clock."""
+GAPS = {"setpoints": 1.0, "goals": 2.0}
+"""The most seconds between two measurements, by how a robot is driven."""
+
+P = TypeVar("P", bound=Piece)
+Step = tuple[records.Depart, records.Arrive | None]
+
+
+def driven_motion(
+    trace: Trace,
+    digest: str,
+    world: FleetWorld,
+    stations: Mapping[str, Station],
+    began: float,
+) -> Motion:
+    """The motion of a drive that is over. ``digest``: sha256 of its trace's file; ``began``: when
+    the run began, on the clock of the world, which has a recording.
+
+    Raises UsageError or InputError if a robot's model does not say how it moves in metres.
+    """
+    places, followers, recording = world.places, world.followers, world.recording
+    assert recording is not None
+    begun = world.begun + began
+    floor = floor_of(trace)
+    movers = movers_of(trace, floor)
+    ledger = TraceLedger({name: body.region for name, body in movers.items()})
+    deeds, _ = deeds_of(trace)
+    steps: list[Step] = []
+    lines: list[Line] = []
+    for record in trace.records:
+        step, action = ledger.step(record), ledger.action(record)
+        if step:
+            steps.append(step)
+        if action:
+            lines += _actions(trace, *action, deeds.get(action[1].command, []))
+    steps += [(depart, None) for depart in ledger.departs.values()]
+    over = max((record.t or 0.0 for record in trace.records), default=0.0)
+    for name, body in movers.items():
+        turns = _Turns(name, steps)
+        if name in followers:
+            lines += turns.told(_plan(followers[name], body, begun, over))
+            resets = (replace(reset, t=reset.t - begun) for reset in followers[name].resets)
+            lines += [replace(r, tick=turns.tick(r.t)) for r in resets if 0 <= r.t < over]
+        else:
+            mine = (sent for sent in recording.goals if sent.robot == name)
+            lines += turns.told([_goal(sent, places, body, begun, over) for sent in mine])
+        lines += _measured(name, recording.places.get(name, []), places, begun, over)
+    robots = {
+        name: {**described(trace, name, body), **_driven(stations[name])}
+        for name, body in movers.items()
+    }
+    origin = trace.header.scenario.map.origin or (0.0, 0.0, 0.0)
+    header = MotionHeader(
+        digest,
+        safenav.__version__,
+        floor.side,
+        floor.rows,
+        floor.cols,
+        origin,
+        robots,
+        seed=0,
+        gust=0.0,
+        push=0.0,
+    )
+    found = tuple(sorted([*ledger.lines, *lines], key=when))
+    return Motion(header, found, ledger.outcome(over))
+
+
+def _driven(station: Station) -> dict[str, object]:
+    follow = station.follow
+    kind = "goals" if follow is None else "setpoints"
+    metres = station.tolerance if follow is None else follow.tolerance
+    return {"driven": kind, "tolerance": metres, "gap": GAPS[kind]}
+
+
+class _Turns:
+    """The steps of one robot, to name what was sent in each: it belongs to the first step that had
+    not ended then."""
+
+    def __init__(self, name: str, steps: Iterable[Step]) -> None:
+        mine = [step for step in steps if step[0].robot == name]
+        self._steps = sorted(mine, key=lambda step: step[0].command)
+        self._ends = [arrive.t or 0.0 for _, arrive in self._steps if arrive is not None]
+
+    def tick(self, t: float) -> int:
+        """The tick of the step that a robot does, or does next, at a time."""
+        number = min(self._step(t), len(self._steps) - 1)
+        return self._steps[number][0].tick if number >= 0 else 0
+
+    def _step(self, t: float) -> int:
+        return bisect_right(self._ends, t + ROUNDING)
+
+    def told(self, pieces: Iterable[P]) -> list[P]:
+        """Pieces with their ticks; of each step the last one that crosses a border is the step, if
+        the trace has the robot arrive beyond it."""
+        found = [replace(piece, tick=self.tick(piece.t0)) for piece in pieces]
+        steps: dict[int, list[int]] = {}
+        for index, piece in enumerate(found):
+            steps.setdefault(self._step(piece.t0), []).append(index)
+        for number, indices in steps.items():
+            if number >= len(self._steps):
+                continue
+            depart, arrive = self._steps[number]
+            crossing = [i for i in indices if found[i].origin != found[i].to]
+            stays = arrive is not None and arrive.at == depart.from_
+            last = None if stays or not crossing else crossing[-1]
+            for index in indices:
+                at = depart.from_ if last is None or index < last else depart.to
+                ends = (depart.from_, depart.to) if index == last else (at, at)
+                found[index] = replace(found[index], origin=ends[0], to=ends[1])
+        return found
+
+
+def _actions(
+    trace: Trace, act: records.Act, acted: records.ActionEnd, deeds: list[tuple[str, str]]
+) -> Iterator[Line]:
+    """The acts of each robot of an action on each obstacle, one after the other."""
+    begin, end = act.t or 0.0, acted.t or 0.0
+    span = (end - begin) / max(1, len(deeds))
+    for robot in act.robots:
+        for number, (name, action) in enumerate(deeds):
+            times = (begin + number * span, begin + (number + 1) * span)
+            region = trace.obstacles[name].region
+            yield Action(robot, acted.tick, action, name, region, *times)
+
+
+def _plan(follower: Follower, body: Mover, begun: float, over: float) -> list[Moving]:
+    """All that a follower was sent in the run; it rests before and after that."""
+    sent = [replace(p, t0=p.t0 - begun, t1=p.t1 - begun) for p in follower.plan]
+    sent = [piece for piece in sent if piece.t0 < over]
+    first = sent[0].t0 if sent else over
+    before = [*body.rest(0, first)] if first > 0 else []
+    after: list[Moving] = []
+    if sent and sent[-1].t1 < over and not follower.gone:
+        follower.mover.time = sent[-1].t1
+        after = follower.mover.rest(0, over)
+    elif sent and sent[-1].t1 > over:
+        sent[-1] = follower.until(sent[-1], over)
+    return [*before, *sent, *after]
+
+
+def _goal(sent: SentGoal, places: Places, body: Mover, begun: float, over: float) -> GoalLine:
+    goal = sent.goal
+    x, y = places.frame.on_map(goal.x, goal.y)
+    yaw = None if goal.yaw is None else goal.yaw - places.frame.yaw
+    to = places.region(goal.x, goal.y)
+    assert to is not None
+    origin, body.region = body.region, to
+    ends = (sent.begun - begun, over if sent.ended is None else min(over, sent.ended - begun))
+    return GoalLine(sent.robot, 0, "goal", origin, to, *ends, x, y, yaw, sent.end)
+
+
+def _measured(
+    name: str, heard: Iterable[tuple[float, Located]], places: Places, begun: float, over: float
+) -> Iterator[Measured]:
+    rows = []
+    for t, at in heard:
+        if 0 <= t - begun <= over:
+            numbers = (*places.frame.on_map(at.x, at.y), at.yaw - places.frame.yaw)
+            x, y, yaw = (round(number, DIGITS) for number in numbers)
+            rows.append(Measurement(round(t - begun, DIGITS), round(at.stamp, DIGITS), x, y, yaw))
+    for begin in range(0, len(rows), ROWS):
+        yield Measured(name, tuple(rows[begin : begin + ROWS]))

@@ -1,0 +1,385 @@
+"""Robots that track references: a goal becomes the motion of ``safenav.motion``, streamed to them.
+
+Between the fleet's world and a transport, for the robots whose station says so; goals of the others
+pass through. A goal ends well when its reference is over and the robot is there; it is aborted as
+soon as odometry is farther off the reference than the tolerance. The plan then continues from where
+the robot was measured, at rest. A walker has footsteps only between the poses of regions, so one
+that has lost its reference is sent nowhere. A robot that is cancelled ends its step first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from copy import copy
+from dataclasses import dataclass, field, replace
+from enum import Enum, auto
+from math import hypot
+from threading import RLock
+from typing import TypeVar
+
+from safenav.errors import UsageError
+from safenav.fleet.fleet_file import Station
+from safenav.fleet.place import Places
+from safenav.fleet.setpoints import YAW, Setpoints, sampled
+from safenav.fleet.transport import (
+    GoalEnd,
+    GoalEnded,
+    GoalPoint,
+    Located,
+    Message,
+    Performed,
+    Transport,
+)
+from safenav.motion.disc import DiscMover
+from safenav.motion.file.records import Arc, Curve, Flight, Moving, Reset, Segment
+from safenav.motion.geometry import MetricFloor, turn
+from safenav.motion.kinds import mover
+from safenav.motion.mover import Crossing, Mover
+from safenav.motion.rover import RoverMover
+from safenav.motion.walker.cutting import split
+from safenav.motion.walker.mover import WalkerMover
+from safenav.scenario.model import Robot
+from safenav.scenario.motion import resolved
+from safenav.trace.vocabulary import ActResult
+from safenav.world.map import Region
+
+P = TypeVar("P", Arc, Curve)
+
+LEAD = 0.1
+"""Seconds between a decision to move and the start of the motion, so that it is seen ahead."""
+
+
+class Doing(Enum):
+    """A part of what a follower was asked to do."""
+
+    GOING = auto()
+    FACING = auto()
+    ACTING = auto()
+    RESUMING = auto()
+
+
+@dataclass
+class FollowerOrder:
+    """The goal or the action of this number; ``result``: of an action that is over."""
+
+    doing: Doing
+    number: int
+    action: str = ""
+    obstacle: str = ""
+    result: Performed | None = None
+
+
+@dataclass
+class Follower:
+    """A robot that follows references. ``plan``: all pieces that were sent and not cut off, on the
+    clock of the world and in the frame of the map, without gaps from the first one on; ``resets``:
+    where the plan jumps to what was measured, or ends there (``gone``): nothing more was sent."""
+
+    name: str
+    mover: Mover
+    tolerance: float
+    plan: list[Moving] = field(default_factory=list)
+    resets: list[Reset] = field(default_factory=list)
+    reference: Setpoints | None = None
+    order: FollowerOrder | None = None
+    gone: bool = False
+    place: Located | None = None
+
+    @property
+    def walks(self) -> bool:
+        return isinstance(self.mover, WalkerMover)
+
+    def until(self, piece: Moving, now: float) -> Moving:
+        """A piece of motion up to an instant in the midst of it."""
+        lasts = now - piece.t0
+        if isinstance(piece, Segment):
+            return split(piece, lasts, self.mover.limits()["omega"])[0]
+        if isinstance(piece, Flight):
+            return replace(piece, t1=now, curves=tuple(_shorter(piece.curves, lasts)))
+        return replace(piece, t1=now, arcs=tuple(_shorter(piece.arcs, lasts)))
+
+
+class Following:
+    """A transport that drives followers by references, over one that streams these."""
+
+    def __init__(
+        self,
+        inner: Transport,
+        robots: Iterable[Robot],
+        places: Places,
+        stations: Mapping[str, Station],
+        clock: Callable[[], float],
+    ) -> None:
+        self._inner = inner
+        self._places = places
+        self._clock = clock
+        self._lock = RLock()
+        self._post: Callable[[Message], None] = print  # until it is open
+        self.followers = {
+            robot.name: Follower(robot.name, mover_of(robot, places), use.tolerance)
+            for robot in robots
+            if (use := stations[robot.name].follow) is not None
+        }
+
+    # The transport
+
+    def open(self, post: Callable[[Message], None]) -> None:
+        self._post = post
+        self._inner.open(self._heard)
+
+    def missing(self) -> list[str]:
+        return self._inner.missing()
+
+    def navigate(self, robot: str, goal: GoalPoint) -> None:
+        follower = self.followers.get(robot)
+        if follower is None:
+            self._inner.navigate(robot, goal)
+            return
+        with self._lock:
+            self._go(follower, goal)
+
+    def follow(self, robot: str, reference: Setpoints) -> None:
+        self._inner.follow(robot, reference)
+
+    def perform(self, robot: str, action: str, obstacle: str, number: int) -> None:
+        follower = self.followers.get(robot)
+        if follower is None:
+            self._inner.perform(robot, action, obstacle, number)
+            return
+        with self._lock:
+            follower.order = FollowerOrder(Doing.FACING, number, action, obstacle)
+            self._rest(follower)
+            pieces = follower.mover.face(0, int(obstacle.rpartition("@")[2]))
+            self._send(follower, pieces) if pieces else self._over(follower)
+
+    def cancel(self, robot: str) -> None:
+        follower = self.followers.get(robot)
+        if follower is None:
+            self._inner.cancel(robot)
+
+    def close(self) -> None:
+        self._inner.close()
+
+    # References
+
+    def begins(self, robot: str) -> tuple[float, float, float]:
+        """x, y and yaw where a follower rests until its first step."""
+        return resting_place(self.followers[robot].mover, self._places)
+
+    def astray(self, robot: str) -> str | None:
+        """The error of a follower that is not where its references begin."""
+        follower = self.followers.get(robot)
+        if follower is None or follower.place is None:
+            return None
+        x, y, _ = there = self.begins(robot)
+        off = _off(there, follower.place)
+        if off <= follower.tolerance:
+            return None
+        return f"{robot} is {off:.2f} m from ({x:.2f}, {y:.2f}) m, where its references begin"
+
+    def left(self, robot: str) -> float:
+        """Seconds until the reference of a robot is over; 0 for one that has none."""
+        follower = self.followers.get(robot)
+        if follower is None or follower.reference is None:
+            return 0.0
+        return max(0.0, follower.reference.end - self._clock())
+
+    def _go(self, follower: Follower, goal: GoalPoint) -> None:
+        to = self._places.region(goal.x, goal.y)
+        assert to is not None
+        refused = self._resynchronized(follower)
+        pieces = [] if refused else self._moved(follower, to, short=goal.short)
+        if not pieces:
+            reason = refused or f"no motion leads from region {follower.mover.region} to {to}"
+            self._post(GoalEnded(follower.name, goal.number, GoalEnd.ABORTED, reason))
+            return
+        follower.order = FollowerOrder(Doing.GOING, goal.number)
+        self._send(follower, pieces)
+
+    def _moved(self, follower: Follower, to: Region, *, short: bool) -> list[Moving]:
+        """The motion to a region, its own or one beside it; none if it has no such motion."""
+        self._rest(follower)
+        body = follower.mover
+        if to == body.region:
+            return body.resume(0) or body.rest(0, body.time + LEAD)
+        floor = body.floor
+        try:
+            heading = floor.heading(body.region, to)
+        except StopIteration:
+            return []
+        if follower.walks and body.heading is not None and turn(body.heading, heading) == 2:
+            return []  # it turns by walking
+        first = body.resume(0) if isinstance(body, RoverMover) else []  # it drives straight on
+        return [*first, *body.move(Crossing(0, body.region, to, heading, short)), *body.halt(0)]
+
+    def _rest(self, follower: Follower) -> None:
+        """Fill the plan up to a moment from now with rest."""
+        begin, body = self._clock() + LEAD, follower.mover
+        if not follower.plan:
+            body.time = max(body.time, begin)
+        elif body.time < begin:
+            follower.plan += body.rest(0, begin)
+
+    def _send(self, follower: Follower, pieces: list[Moving]) -> None:
+        follower.plan += pieces
+        frame = self._places.frame
+        follower.reference = sampled(pieces, follower.mover.limits(), frame)
+        self._inner.follow(follower.name, follower.reference)
+
+    def _resynchronized(self, follower: Follower) -> str:
+        """Let the plan continue from where the robot is, if it is elsewhere; why it cannot."""
+        at = follower.place
+        if at is None:
+            return "no odometry"
+        off = _off(resting_place(follower.mover, self._places), at)
+        if off <= follower.tolerance:
+            return ""
+        return self._reset(follower, at, f"{off:.2f} m off its place")
+
+    def _reset(self, follower: Follower, at: Located, reason: str) -> str:
+        """Put the plan where the robot was measured, at rest; why that is impossible."""
+        body, now = follower.mover, self._clock()
+        region = self._places.region(at.x, at.y)
+        _cut_off(follower, now)
+        east, north = self._places.frame.on_map(at.x, at.y)
+        facing = at.yaw - self._places.frame.yaw
+        refused = ""
+        if region is None or not self._places.world.is_free(region):
+            refused = f"{reason}, in no region"
+        elif isinstance(body, DiscMover | RoverMover):
+            body.place, body.facing, body.region = (east, north), facing, region
+        else:
+            before = body.region, body.heading
+            body.region, body.heading = region, self._places.heading(at.yaw).label
+            off = _off(resting_place(body, self._places), at)
+            if off > follower.tolerance:
+                body.region, body.heading = before
+                refused = f"{reason}, {off:.2f} m from where its footsteps begin"
+        if not (refused and follower.gone):
+            told = Reset(follower.name, 0, now, east, north, facing, refused or reason)
+            follower.resets.append(told)
+        follower.gone = bool(refused)
+        if not refused:
+            body.time = now
+        return refused
+
+    # Messages
+
+    def _heard(self, message: Message) -> None:
+        follower = self.followers.get(message.robot)
+        if follower is None:
+            self._post(message)
+            return
+        with self._lock:
+            if isinstance(message, Performed):
+                self._performed(follower, message)
+                return
+            self._post(message)
+            if isinstance(message, Located):
+                follower.place = message
+                self._judge(follower, message)
+
+    def _judge(self, follower: Follower, at: Located) -> None:
+        order, reference, now = follower.order, follower.reference, self._clock()
+        if order is None or reference is None or order.doing is Doing.ACTING:
+            return
+        off = _off(reference.at(now).tolist(), at)
+        if off > follower.tolerance:
+            self._lose(follower, order, at, f"{off:.2f} m off its reference")
+        elif now >= reference.end:
+            self._over(follower)
+
+    def _lose(self, follower: Follower, order: FollowerOrder, at: Located, reason: str) -> None:
+        refused = self._reset(follower, at, reason)
+        follower.order = None
+        if refused:
+            self._inner.cancel(follower.name)
+        else:
+            body = follower.mover
+            self._send(follower, body.rest(0, body.time + LEAD))
+        if order.doing is Doing.RESUMING and order.result is not None:
+            self._post(order.result)
+        elif order.doing is Doing.FACING:
+            self._post(Performed(follower.name, order.number, ActResult.FAILED, reason))
+        else:
+            ended = GoalEnded(follower.name, order.number, GoalEnd.ABORTED, refused or reason)
+            self._post(ended)
+
+    def _over(self, follower: Follower) -> None:
+        """The reference of an order is over, and the robot is where it ends."""
+        order, name = follower.order, follower.name
+        assert order is not None
+        if order.doing is Doing.FACING:
+            order.doing = Doing.ACTING
+            self._inner.perform(name, order.action, order.obstacle, order.number)
+            return
+        follower.order = None
+        if order.doing is Doing.RESUMING:
+            assert order.result is not None
+            self._post(order.result)
+        else:
+            self._post(GoalEnded(name, order.number, GoalEnd.SUCCEEDED))
+
+    def _performed(self, follower: Follower, message: Performed) -> None:
+        order = follower.order
+        if order is None or order.doing is not Doing.ACTING or order.number != message.number:
+            self._post(message)
+            return
+        self._rest(follower)
+        pieces = follower.mover.resume(0)
+        order.doing, order.result = Doing.RESUMING, message
+        self._send(follower, pieces) if pieces else self._over(follower)
+
+
+def mover_of(robot: Robot, places: Places) -> Mover:
+    """The motion of a robot, at rest where the scenario has it begin. Raises UsageError for one
+    that cannot move so."""
+    east, north = places.frame.resolution
+    if abs(east - north) > 1e-9 * max(east, north):
+        raise UsageError(
+            f"{robot.name} cannot follow references: regions of {east:g} x {north:g} m are not "
+            "square\n    leave out 'follow': then it gets goals"
+        )
+    model, start = robot.model, robot.start
+    motion = resolved(model.motion, model.size, model.speed, model.layer)
+    if motion is None:
+        raise UsageError(
+            f"{robot.name} cannot follow references: the model '{model.name}' does not say how it "
+            "moves\n    add 'motion' or 'speed' to it, or leave out 'follow'"
+        )
+    floor = MetricFloor(places.world.rows, places.world.cols, east)
+    heading = None if start.heading is None else start.heading.label
+    return mover(robot.name, floor, start.region, heading, motion)
+
+
+def resting_place(body: Mover, places: Places) -> tuple[float, float, float]:
+    """x, y and yaw in the world where a robot rests that does nothing."""
+    probe = copy(body)
+    row = sampled(probe.rest(0, probe.time + 1.0), probe.limits(), places.frame).at(probe.time)
+    return float(row[0]), float(row[1]), float(row[YAW])
+
+
+def _off(there: Sequence[float], at: Located) -> float:
+    """Metres between a place and where a robot was measured."""
+    return hypot(at.x - float(there[0]), at.y - float(there[1]))
+
+
+def _cut_off(follower: Follower, now: float) -> None:
+    """Forget the plan from a moment on; the piece under way ends there."""
+    if follower.gone:
+        return
+    kept = [piece for piece in follower.plan if piece.t0 < now]
+    if kept and kept[-1].t1 > now:
+        kept[-1] = follower.until(kept[-1], now)
+    elif kept and kept[-1].t1 < now:
+        follower.mover.time = kept[-1].t1
+        kept += follower.mover.rest(0, now)
+    follower.plan = kept
+
+
+def _shorter(parts: Sequence[P], lasts: float) -> Iterator[P]:
+    """The parts that begin within ``lasts`` seconds, the last one cut off there."""
+    for part in parts:
+        if lasts > 0:
+            yield replace(part, seconds=min(part.seconds, lasts))
+        lasts -= part.seconds

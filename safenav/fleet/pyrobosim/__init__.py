@@ -1,0 +1,1 @@
+"""Robots in pyrobosim, a simulator of somebody else's making, in a process of its own."""

@@ -1,0 +1,217 @@
+"""``python -m safenav.fleet.pyrobosim.host WORLD PACE``: a pyrobosim world for another process.
+
+Commands come as lines of JSON by standard input, and messages go out by standard output.
+pyrobosim's planners and executors move the robots, its lidars see, and its hallways open and close
+by its own rules. Its threads do not end by themselves: with standard input, the process ends.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import threading
+import time
+from math import atan2, inf, tau
+from pathlib import Path
+from queue import SimpleQueue
+from typing import Any
+
+RATE = 50.0
+"""Odometry and reports a second; scans only while a robot stands."""
+HERE = 0.005
+"""Metres and radians within which a robot already is at its goal."""
+
+Line = dict[str, Any]
+
+
+class Teller:
+    """Lines of JSON on the standard output that the process began with; whatever pyrobosim prints
+    goes to standard error."""
+
+    def __init__(self) -> None:
+        self._out = os.fdopen(os.dup(1), "w", encoding="utf-8")
+        self._lock = threading.Lock()
+        os.dup2(2, 1)
+
+    def tell(self, **line: Any) -> None:
+        with self._lock:
+            self._out.write(json.dumps(line) + "\n")
+            self._out.flush()
+
+
+class HostedRobot:
+    """A robot and the thread that carries out its commands one after another."""
+
+    def __init__(self, robot: Any, world: Any, pace: float, teller: Teller) -> None:
+        self.robot, self._world, self._pace, self._teller = robot, world, pace, teller
+        self._commands: SimpleQueue[Line] = SimpleQueue()
+        self._open_lines: list[Line] = []  # the one under way first
+        threading.Thread(target=self._work, daemon=True).start()
+
+    def command(self, line: Line) -> None:
+        """Stop what is under way, then do this."""
+        for earlier in self._open_lines:
+            earlier["stopped"] = True
+        if line["do"] != "stop":
+            self._open_lines.append(line)
+            self._commands.put(line)
+
+    def tick(self, sensor: str | None) -> None:
+        """Tell where the robot is, what it knows and, while it stands, what its lidar sees."""
+        if self.robot.path_executor is not None and any("stopped" in o for o in self._open_lines):
+            self.robot.path_executor.cancel_execution = True
+        name, at, now = self.robot.name, self.robot.get_pose(), time.monotonic()
+        yaw = at.get_yaw()
+        self._teller.tell(at=name, t=now, x=at.x, y=at.y, yaw=yaw)
+        self.tell_closed()
+        if self._open_lines:
+            return
+        lidar = self.robot.sensors.get(sensor)
+        if lidar is not None:
+            lidar.update()
+            self._teller.tell(scan=name, t=now, step=tau / 360, ranges=_rays(lidar, at, yaw))
+
+    def tell_closed(self) -> None:
+        """Tell which hallways it knows to be closed."""
+        closed = {hallway.name for hallway in self.robot.get_known_closed_hallways()}
+        self._teller.tell(closed=sorted(closed), by=self.robot.name)
+
+    def _work(self) -> None:
+        while True:
+            line = self._commands.get()
+            try:
+                answer = self._open(line) if line["do"] == "open" else self._go(line)
+            except Exception as error:  # a planner's own failure is the goal's
+                answer = ("failed" if line["do"] == "open" else "aborted", str(error))
+            self.tell_closed()  # why a goal failed is known before that it did
+            self._open_lines.remove(line)
+            done = "acted" if line["do"] == "open" else "end"
+            self._teller.tell(
+                **{done: self.robot.name}, number=line["number"], result=answer[0], reason=answer[1]
+            )
+
+    def _go(self, line: Line) -> tuple[str, str]:
+        from pyrobosim.utils.pose import Pose
+
+        if "stopped" in line:
+            return "canceled", ""
+        at = self.robot.get_pose()
+        yaw = line["yaw"]
+        goal = Pose(x=line["x"], y=line["y"], yaw=at.get_yaw() if yaw is None else yaw)
+        return self._drive(goal, line["within"], turns=yaw is not None)
+
+    def _drive(self, goal: Any, within: Any, turns: bool) -> tuple[str, str]:
+        """Drive by the robot's own planner, unless its path leaves the regions ``within``."""
+        from pyrobosim.utils.path import Path as Way
+
+        at = self.robot.get_pose()
+        off = abs(_turned(goal.get_yaw() - at.get_yaw())) if turns else 0.0
+        if at.get_linear_distance(goal) < HERE:
+            if off < HERE:
+                return "succeeded", ""
+            if self.robot.path_executor.max_angular_velocity is None:
+                self.robot.set_pose(goal)  # it turns in no time
+                return "succeeded", ""
+            way = Way(poses=[at, goal])
+        else:
+            self.robot.reset_path_planner()  # a graph does not know that a hallway closed
+            way = self.robot.plan_path(goal=goal)
+            if way is None or way.num_poses == 0:
+                return "aborted", "its planner found no path"
+            if not _inside(way, within):
+                return "aborted", "its planner's path leaves the two regions"
+            if not turns:
+                way.poses[-1].set_euler_angles(yaw=way.poses[-2].get_yaw())
+        result = self.robot.navigate(path=way, realtime_factor=self._pace)
+        ends = {"SUCCESS": "succeeded", "CANCELED": "canceled"}
+        return ends.get(result.status.name, "aborted"), result.message or result.status.name
+
+    def _open(self, line: Line) -> tuple[str, str]:
+        """Drive to the nearer end of a hallway, open it, and come back."""
+        hallway = self._world.get_hallway_by_name(line["hallway"])
+        if hallway.is_open:
+            return "nothing", "it is open"
+        home = self.robot.get_pose()
+        end = min(hallway.nav_poses, key=home.get_linear_distance)
+        went, why = self._drive(end, line["within"], turns=True)
+        if went == "succeeded":
+            opened = self.robot.open_location()
+            went = "done" if opened.is_success() and hallway.is_open else "failed"
+            why = opened.message
+        back, problem = self._drive(home, line["within"], turns=True)
+        if back != "succeeded":
+            return "failed", f"it did not come back: {problem}"
+        return ("done", why or "") if went == "done" else ("failed", why or "")
+
+
+def _inside(way: Any, within: Any) -> bool:
+    """Whether a path stays in the union of some polygons."""
+    from shapely import LineString, Polygon, unary_union
+
+    line = LineString([(pose.x, pose.y) for pose in way.poses])
+    regions = unary_union([Polygon(corners) for corners in within])
+    return bool(regions.buffer(HERE).covers(line))
+
+
+def _turned(angle: float) -> float:
+    return (angle + tau / 2) % tau - tau / 2
+
+
+def _rays(lidar: Any, at: Any, yaw: float) -> list[float | None]:
+    """Metres by degree, counter-clockwise from the robot's front; None where nothing was hit or no
+    beam goes. pyrobosim drops beams from its list of lengths, but its lines have ends."""
+    found: list[float | None] = [None] * 360
+    for line in lidar.lidar_lines:
+        if line.length >= lidar.max_range_m - HERE:
+            continue
+        x, y = max(line.coords, key=lambda end: (end[0] - at.x) ** 2 + (end[1] - at.y) ** 2)
+        beam = round(_turned(atan2(y - at.y, x - at.x) - yaw) * 360 / tau) % 360
+        found[beam] = min(line.length, found[beam] or inf)
+    return found
+
+
+def main(world_file: Path, pace: float) -> None:
+    teller = Teller()
+    try:
+        from pyrobosim.core.yaml_utils import WorldYamlLoader
+
+        world = WorldYamlLoader().from_file(world_file)
+    except Exception as error:  # whatever its loader makes of a file
+        teller.tell(error=f"{type(error).__name__}: {error}")
+        return
+    robots = {robot.name: HostedRobot(robot, world, pace, teller) for robot in world.robots}
+    halls = {hall.name: hall.closed_polygon.centroid.coords[0] for hall in world.hallways}
+    teller.tell(ready=sorted(robots), hallways=halls)
+    commands: SimpleQueue[Line] = SimpleQueue()
+    threading.Thread(target=_listen, args=(commands,), daemon=True).start()
+    sensors: dict[str, str] = {}
+    closing: dict[str, float] = {}
+    begun = time.monotonic()
+    while True:
+        while not commands.empty():
+            line = commands.get()
+            if line["do"] == "start":
+                sensors, closing, begun = line["sensors"], line["closing"], time.monotonic()
+            else:
+                robots[line["robot"]].command(line)
+        for name, robot in robots.items():
+            robot.tick(sensors.get(name))
+        for name, at in list(closing.items()):
+            # pyrobosim refuses as long as a robot stands in the hallway
+            if (time.monotonic() - begun) * pace >= at and world.close_location(name).is_success():
+                del closing[name]
+        time.sleep(1 / RATE)
+
+
+def _listen(commands: SimpleQueue[Line]) -> None:
+    for text in sys.stdin:
+        commands.put(json.loads(text))
+    os._exit(0)
+
+
+if __name__ == "__main__":
+    try:
+        main(Path(sys.argv[1]), float(sys.argv[2]))
+    finally:
+        os._exit(1)

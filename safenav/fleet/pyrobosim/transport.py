@@ -1,0 +1,213 @@
+"""Robots in pyrobosim: a world file of its own format, whose closed hallways are obstacles.
+
+The simulator runs in a child process (``safenav.fleet.pyrobosim.host``), which ends when this one
+does: its threads would not, and its log belongs to nobody's terminal.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Mapping
+from importlib.util import find_spec
+from math import inf
+from threading import Lock, Thread
+from typing import TYPE_CHECKING, Any
+
+from safenav.errors import UsageError
+from safenav.extras import missing
+from safenav.fleet.fleet_file import PyrobosimUse, Station
+from safenav.fleet.place import Places
+from safenav.fleet.transport import (
+    GoalEnd,
+    GoalEnded,
+    GoalPoint,
+    Located,
+    Message,
+    Performed,
+    Reported,
+    Scanned,
+)
+from safenav.trace.vocabulary import ActResult
+from safenav.world.map import Region
+
+if TYPE_CHECKING:
+    from safenav.fleet.setpoints import Setpoints
+
+GOALS_ONLY = "robot '{}': pyrobosim's robots find their own way to goals\n    leave out 'follow'"
+
+OPENING = "open"
+"""The one action of pyrobosim that concerns hallways."""
+ENDING = 5.0
+"""Seconds after which a child that does not end is killed."""
+
+
+class PyrobosimTransport:
+    """A pyrobosim world in a process of its own."""
+
+    def __init__(self, places: Places, stations: Mapping[str, Station], use: PyrobosimUse) -> None:
+        if find_spec("pyrobosim") is None:
+            raise missing("transport pyrobosim", "pyrobosim", "pyrobosim")
+        for name, station in stations.items():
+            if station.follow is not None:
+                raise UsageError(GOALS_ONLY.format(name))
+            for service in set(station.act.values()) - {OPENING}:
+                said = f"'act' of robot '{name}': pyrobosim has no action '{service}'"
+                raise UsageError(f"{said}\n    the action that opens a hallway is '{OPENING}'")
+        self._places = places
+        self._stations = stations
+        self._use = use
+        self._child: subprocess.Popen[str] | None = None
+        self._log = tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace")  # noqa: SIM115
+        self._writing = Lock()
+        self._post: Callable[[Message], None] = _ignore
+        self._halls: dict[Region, str] = {}
+        self._at: dict[str, Region | None] = {}
+
+    def open(self, post: Callable[[Message], None]) -> None:
+        self._post = post
+        words = ["-m", "safenav.fleet.pyrobosim.host", self._use.world, self._use.pace]
+        self._child = subprocess.Popen(
+            [sys.executable, *map(str, words)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._log,
+            text=True,
+            start_new_session=True,  # Ctrl-C is for safenav, which ends it
+        )
+        assert self._child.stdout is not None
+        first = self._child.stdout.readline()
+        begun: dict[str, Any] = json.loads(first) if first else {"error": self._last_words()}
+        if "error" in begun:
+            raise UsageError(f"{self._use.world}: pyrobosim cannot load it: {begun['error']}")
+        self._check(begun["ready"], begun["hallways"])
+        sensors = {n: s.scan.topic for n, s in self._stations.items() if s.scan is not None}
+        self._order(do="start", sensors=sensors, closing=dict(self._use.closing))
+        Thread(target=self._listen, daemon=True).start()
+
+    def _check(self, robots: list[str], hallways: Mapping[str, tuple[float, float]]) -> None:
+        """Compare a world with the fleet file. Raises UsageError."""
+        for needed, there, what in (
+            (self._stations, robots, "robot"),
+            (self._use.closing, hallways, "hallway"),
+        ):
+            for name in needed:
+                if name not in there:
+                    known = ", ".join(sorted(there)) or "none"
+                    said = f"{self._use.world}: the world has no {what} '{name}'"
+                    raise UsageError(f"{said}\n    it has {known}")
+        for name, (x, y) in hallways.items():
+            region = self._places.region(x, y)
+            if region is None or not self._places.world.is_free(region):
+                said = f"the middle of hallway '{name}' ({x:.2f}, {y:.2f} m) is in no free region"
+                raise UsageError(f"{self._use.world}: {said} of the scenario")
+            self._halls[region] = name
+
+    def missing(self) -> list[str]:
+        return []
+
+    def navigate(self, robot: str, goal: GoalPoint) -> None:
+        within = self._regions(robot, self._places.region(goal.x, goal.y))
+        self._order(
+            do="go",
+            robot=robot,
+            number=goal.number,
+            x=goal.x,
+            y=goal.y,
+            yaw=goal.yaw,
+            within=within,
+        )
+
+    def follow(self, robot: str, reference: Setpoints) -> None:
+        del reference
+        raise UsageError(GOALS_ONLY.format(robot))
+
+    def cancel(self, robot: str) -> None:
+        self._order(do="stop", robot=robot)
+
+    def perform(self, robot: str, action: str, obstacle: str, number: int) -> None:
+        del action  # the only one
+        region = int(obstacle.rpartition("@")[2].partition("#")[0])
+        hallway = self._halls.get(region)
+        if hallway is None:
+            self._post(Performed(robot, number, ActResult.NOTHING, f"no hallway in {region}"))
+            return
+        within = self._regions(robot, region)
+        self._order(do="open", robot=robot, number=number, hallway=hallway, within=within)
+
+    def close(self) -> None:
+        child, self._child, self._post = self._child, None, _ignore
+        if child is None:
+            return
+        assert child.stdin is not None
+        with contextlib.suppress(OSError):
+            child.stdin.close()
+        try:
+            child.wait(ENDING)
+        except subprocess.TimeoutExpired:
+            child.kill()
+            child.wait()
+        if child.stdout is not None:
+            child.stdout.close()
+        self._log.close()
+
+    def _regions(self, robot: str, goal: Region | None) -> list[list[tuple[float, float]]]:
+        """The corners of the regions in which a robot's path may lie: its own and the goal's."""
+        allowed = {region for region in (self._at.get(robot), goal) if region is not None}
+        return [self._places.corners(region) for region in sorted(allowed)]
+
+    def _order(self, **line: Any) -> None:
+        child = self._child
+        if child is None or child.stdin is None:
+            return
+        with self._writing, contextlib.suppress(OSError):  # it has died: odometry ends, too
+            child.stdin.write(json.dumps(line) + "\n")
+            child.stdin.flush()
+
+    def _listen(self) -> None:
+        child = self._child
+        if child is None or child.stdout is None:
+            return
+        with contextlib.suppress(ValueError):  # closed
+            for text in child.stdout:
+                for message in self._messages(json.loads(text)):
+                    self._post(message)
+
+    def _messages(self, line: dict[str, Any]) -> list[Message]:
+        if "at" in line:
+            name = line["at"]
+            self._at[name] = self._places.region(line["x"], line["y"])
+            return [Located(name, line["t"], line["x"], line["y"], line["yaw"])]
+        if "scan" in line:
+            ranges = [inf if metres is None else metres for metres in line["ranges"]]
+            return [Scanned(line["scan"], line["t"], 0.0, line["step"], ranges)]
+        if "closed" in line:
+            return list(self._reported(line["by"], set(line["closed"])))
+        if "end" in line:
+            end = GoalEnd(line["result"])
+            return [GoalEnded(line["end"], line["number"], end, line["reason"])]
+        result = ActResult(line["result"])
+        return [Performed(line["acted"], line["number"], result, line["reason"])]
+
+    def _reported(self, robot: str, closed: set[str]) -> list[Reported]:
+        """Reports of the hallways beside a robot, as far as it knows them."""
+        here, station = self._at.get(robot), self._stations.get(robot)
+        if here is None or station is None or station.report is None:
+            return []
+        beside = [r for r in self._places.world.neighbours(here) if r in self._halls]
+        return [
+            Reported(robot, f"{'' if self._halls[r] in closed else '-'}{self._use.hallway}@{r}")
+            for r in beside
+        ]
+
+    def _last_words(self) -> str:
+        """The last line that the child wrote before it died."""
+        self._log.seek(0)
+        return next((line for line in reversed(self._log.read().splitlines()) if line.strip()), "")
+
+
+def _ignore(message: Message) -> None:
+    """Nobody listens."""

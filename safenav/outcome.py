@@ -1,0 +1,30 @@
+"""How a run or a synthesis ends: the same words in the program, a trace and `expect`."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+
+class Outcome(StrEnum):
+    """The end of a run. ``ERROR``: a defect; its trace is kept."""
+
+    COMPLETED = "completed"
+    OPERATOR_NEEDED = "operator_needed"
+    UNREALIZABLE = "unrealizable"
+    TICK_LIMIT = "tick_limit"
+    TIME_LIMIT = "time_limit"
+    SEARCH_LIMIT = "search_limit"
+    ASSUMPTION_VIOLATED = "assumption_violated"
+    LATE = "late"
+    INTERRUPTED = "interrupted"
+    ERROR = "error"
+
+
+class Verdict(StrEnum):
+    """The result of a synthesis. A proven negative is not a timeout is not a crash."""
+
+    REALIZABLE = "realizable"
+    UNREALIZABLE = "unrealizable"
+    TIMEOUT = "timeout"
+    OUT_OF_MEMORY = "out_of_memory"
+    INTERRUPTED = "interrupted"

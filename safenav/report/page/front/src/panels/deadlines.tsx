@@ -1,0 +1,66 @@
+/** Below the lanes: each promise from its start until it is due, and the time that it has taken. */
+
+import type { Player } from "../run/player";
+import type { Run, Slack } from "../run/run";
+
+interface Bar {
+  begin: number;
+  due: number;
+  end: number;
+  verdict: Slack[4];
+}
+
+/** The bars of each promise, in the order in which they begin. */
+export function barsOf(run: Run): Map<string, Bar[]> {
+  const found = new Map<string, Bar[]>();
+  for (const [tick, of, begin, due, verdict] of run.deadlines) {
+    const bars = found.get(of) ?? [];
+    found.set(of, bars);
+    const last = bars[bars.length - 1];
+    const open = last && (last.verdict === "set" || last.verdict === "lost") && last.begin === begin;
+    const end = verdict === "set" || verdict === "lost" ? run.last : tick;
+    if (open) Object.assign(last, { end, verdict });
+    else bars.push({ begin, due, end, verdict });
+  }
+  return found;
+}
+
+/** The bar with the least slack. */
+export function worstOf(bars: readonly Bar[]): Bar {
+  return bars.reduce((a, b) => (b.due - b.end < a.due - a.end ? b : a));
+}
+
+/** `kept, 3 ticks of slack`. */
+export function slackOf(bars: readonly Bar[]): string {
+  const worst = worstOf(bars);
+  if (worst.verdict === "set") return "open";
+  if (worst.verdict !== "kept") return worst.verdict;
+  const slack = worst.due - worst.end;
+  return `kept, ${slack} ${slack === 1 ? "tick" : "ticks"} of slack`;
+}
+
+export function Deadlines({ run, player }: { run: Run; player: Player }) {
+  if (run.deadlines.length === 0) return null;
+  const last = player.end || 1;
+  const x = (tick: number): string => Math.min(last, player.timeOf(Math.min(run.last, tick))).toFixed(2);
+  return (
+    <ol class="curves deadlines">
+      {[...barsOf(run)].map(([of, bars]) => (
+        <li key={of} data-of={of} class={worstOf(bars).verdict} title={`${of}: ${slackOf(bars)}`}>
+          <svg viewBox={`0 0 ${last} 4`} preserveAspectRatio="none" role="img">
+            <title>{`${of}: ${slackOf(bars)}`}</title>
+            {bars.map(({ begin, due, end, verdict }) => (
+              <>
+                <path class="allowed" d={`M${x(begin)} .5H${x(due)}V3.5H${x(begin)}z`} />
+                <path class={`used ${verdict}`} d={`M${x(begin)} 1H${x(end)}V3H${x(begin)}z`} />
+              </>
+            ))}
+          </svg>
+          <span>
+            {of}: {slackOf(bars)}
+          </span>
+        </li>
+      ))}
+    </ol>
+  );
+}

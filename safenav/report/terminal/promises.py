@@ -1,0 +1,63 @@
+"""Promises on rounds and on the mission, as simulated: for people and as data."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from safenav.runtime.deadlines.ahead import Ahead
+from safenav.scenario.model import Scenario
+
+MISSION = "mission"
+
+
+def promise_lines(scenario: Scenario, ahead: Ahead | None) -> Iterator[str]:
+    """``within 12 of digit: kept, as simulated until the mission is completed in tick 30``."""
+    for of, most in _promised(scenario) if ahead is not None else ():
+        assert ahead is not None
+        what = f"by {most}" if of == MISSION else f"within {most} of {of}"
+        yield f"{what}: {_verdict(of, most, ahead)}"
+
+
+def promise_data(scenario: Scenario, ahead: Ahead | None) -> list[dict[str, Any]]:
+    """The same for programs: ``verdict`` is kept, late or none."""
+    if ahead is None:
+        return []
+    found = []
+    for of, most in _promised(scenario):
+        verdict = "late" if _late(of, most, ahead) is not None else "kept"
+        decided = ahead.completed is not None or (ahead.repeats is not None and of != MISSION)
+        verdict = verdict if verdict == "late" or decided else "none"
+        more = {"completed": ahead.completed, "repeats": ahead.repeats, "why": ahead.why or None}
+        found.append({"of": of, "most": most, "verdict": verdict, **more})
+    return found
+
+
+def _promised(scenario: Scenario) -> Iterator[tuple[str, int]]:
+    for robot in scenario.robots:
+        if robot.within is not None:
+            yield robot.name, robot.within
+    if scenario.until.by is not None:
+        yield MISSION, scenario.until.by
+
+
+def _late(of: str, most: int, ahead: Ahead) -> int | None:
+    """The first tick in which a promise is late."""
+    if of == MISSION and ahead.completed is not None and ahead.completed > most:
+        return most + 1
+    return ahead.late.get(of)
+
+
+def _verdict(of: str, most: int, ahead: Ahead) -> str:
+    late, steps = _late(of, most, ahead), ", with the slowest steps" if ahead.slowest else ""
+    if ahead.why:
+        return f"no promise: {ahead.why}"
+    if late is not None:
+        done = f", completed in tick {ahead.completed}" if ahead.completed is not None else ""
+        return f"late in tick {late}, as simulated{steps}{done if of == MISSION else ''}"
+    if ahead.repeats is not None and of != MISSION:
+        first, again = ahead.repeats
+        return f"kept forever, as simulated{steps}: tick {again} is as tick {first}"
+    if ahead.completed is not None:
+        return f"kept, as simulated{steps}: the mission is completed in tick {ahead.completed}"
+    return "no promise: the simulated run neither ended nor repeated itself"

@@ -1,0 +1,102 @@
+"""Promises on rounds and on the whole mission, kept as simulated: the team run ahead.
+
+With steps of fixed length and without a surprise a team in lockstep is a deterministic machine, so
+the tick of its completion is exact. If its state repeats before that, all that follows repeats, and
+what was kept until then is kept forever. The state is that of each robot and of the traffic between
+them, but for the rounds counted; searches may not have been needed in between, since they depend on
+rounds and remember.
+
+Where steps vary, faster ones can end later for robots that wait for each other (Graham, Bounds on
+multiprocessing timing anomalies, 1969), and no promise is made. The path of a robot that shares its
+floor with no other does not depend on durations, so its slowest steps are the worst case.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import replace
+from time import monotonic
+
+from safenav.dataclass import dataclass
+from safenav.outcome import Outcome
+from safenav.runtime.mission import Mission
+from safenav.scenario.model import LatePolicy, Robot, Scenario, Timing
+from safenav.synthesis.slugs import Synthesizer
+from safenav.trace import records
+from safenav.trace.vocabulary import DeadlineVerdict
+
+TICKS, SECONDS = 2_000, 1.0
+"""At most so many ticks, and seconds of computation."""
+
+
+@dataclass(frozen=True)
+class Ahead:
+    """A run without obstacles and orders. ``late``: the first tick in which each broken promise was
+    late (robots, ``mission``); ``completed``: the tick of completion, None if it was not reached;
+    ``repeats``: two ticks with the same state; ``slowest``: steps vary, and took their longest;
+    ``why``: no promise is possible, and why (then all else is empty)."""
+
+    late: dict[str, int]
+    completed: int | None = None
+    repeats: tuple[int, int] | None = None
+    slowest: bool = False
+    why: str = ""
+
+
+def run_ahead(scenario: Scenario, synthesizer: Synthesizer) -> Ahead | None:
+    """The team run ahead; None without a promise about rounds or the whole mission."""
+    if scenario.until.by is None and all(robot.within is None for robot in scenario.robots):
+        return None
+    varying = [r for r in scenario.robots if r.model.timing.least != r.model.timing.most]
+    for robot in varying:
+        if any(scenario.interfere(robot, o) for o in scenario.robots if o is not robot):
+            timing = robot.model.timing
+            told = f"a step of {robot.name} takes {timing.least} to {timing.most} ticks"
+            return Ahead({}, why=f"{told}, and it shares its floor: faster steps can end later")
+    if scenario.inputs:
+        return Ahead({}, why="the inputs of the environment are not known before the run")
+    alone = replace(
+        scenario,
+        obstacles=(),
+        suspects=None,
+        late=LatePolicy.GO_ON,
+        robots=tuple(_slowest(robot) for robot in scenario.robots),
+    )
+    return replace(_run(alone, synthesizer), slowest=bool(varying))
+
+
+def _slowest(robot: Robot) -> Robot:
+    most = robot.model.timing.most
+    return replace(robot, model=replace(robot.model, timing=Timing(most, most)))
+
+
+def _run(scenario: Scenario, synthesizer: Synthesizer) -> Ahead:
+    late: dict[str, int] = {}
+    changes, last = [change.at for change in scenario.changes], 0
+
+    def heard(record: records.Record) -> None:
+        nonlocal last
+        if isinstance(record, records.Deadline) and record.verdict is DeadlineVerdict.LATE:
+            late.setdefault(record.of, record.tick)
+        elif isinstance(record, records.Plan | records.Synthesis):
+            last = record.tick
+
+    mission = Mission(scenario, synthesizer, listeners=[heard])
+    mission.start()
+    seen: dict[Hashable, int] = {}
+    repeats: tuple[int, int] | None = None
+    ends = monotonic() + SECONDS
+    while mission.result is None and mission.state.tick < TICKS and monotonic() < ends:
+        mission.step()
+        tick = mission.state.tick
+        key = None if tick <= max(changes, default=0) else mission.machine()
+        before = None if key is None else seen.setdefault(key, tick)
+        if repeats is None and before is not None and last < before < tick:
+            repeats = before, tick
+            if scenario.until.by is None:
+                break
+    result = mission.result or mission.give_up()
+    if result.outcome is Outcome.UNREALIZABLE:
+        return Ahead({}, why=result.explanation)
+    completed = result.ticks if result.outcome is Outcome.COMPLETED else None
+    return Ahead(late, completed, repeats)

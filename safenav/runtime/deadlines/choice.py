@@ -1,0 +1,198 @@
+"""Who acts where next for requests that are due: the first steps of coordination's plan, from the
+search of ``schedule`` (docs/deadlines.md). After each act the team must be able to continue.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import field, replace
+
+from safenav.dataclass import dataclass
+from safenav.runtime.coordination.problem import Floor, SpentError, Stages
+from safenav.runtime.coordination.solve import Plan, Solver, Step
+from safenav.runtime.deadlines.bound import NEVER, BoundMoment, BoundNeed, BoundObstacle, BoundRobot
+from safenav.runtime.deadlines.schedule import Acts, Scheduler, possible
+from safenav.world.poses import Mask
+
+
+@dataclass(frozen=True)
+class Dues:
+    """The deadlines. ``by``: the tick of each obstacle (by number); ``mission``: whether the
+    mission is, too; ``now``: the last turn that is over; ``ready``: the tick at whose end each
+    robot is where it stands, or arrives. ``suspected``: for each robot the regions in which there
+    may be an obstacle that it must keep out of (none: nothing is suspected)."""
+
+    by: Mapping[int, int]
+    mission: bool
+    now: int
+    ready: Sequence[int]
+    suspected: Sequence[Mask] = ()
+
+
+@dataclass(frozen=True)
+class InTime:
+    """``acts`` in the order of their turns; ``steps``: the same, as coordination has them;
+    ``beyond``: obstacles that no order of acts resolves by their tick, each as soon as possible.
+    ``spent``: the search has used up its budget; there are no acts then. ``around``: whether the
+    robots keep out of what is suspected, since only that is in time whatever stands there."""
+
+    acts: Acts = ()
+    steps: Plan = ()
+    beyond: frozenset[int] = frozenset()
+    spent: bool = False
+    ends: Mapping[int, int] = field(default_factory=dict)
+    around: bool = False
+
+
+def choose(solver: Solver, floor: Floor, served: frozenset[int], dues: Dues) -> InTime:
+    """Acts that resolve the ``served`` obstacles that are due, in time where possible. What is
+    suspected counts as absent if the robots' ways do not lead there or nothing else is in time;
+    else all of it counts as standing: no other plan is in time whatever turns up."""
+    moment = moment_on(floor, dues)
+    hopeful = _choose(solver, floor, served, dues, moment)
+    if not any(dues.suspected) or not hopeful.acts or hopeful.beyond:
+        return hopeful
+    walkers = []
+    for walker, regions in zip(moment.walkers, dues.suspected, strict=True):
+        walls = walker.graph.poses_on(regions) & ~(1 << walker.pose)
+        walkers.append(replace(walker, walls=walker.walls | walls))
+    standing = replace(moment, walkers=tuple(walkers))
+    if possible(standing, hopeful.acts):
+        return hopeful
+    careful = _choose(solver, floor, served, dues, standing)
+    crowded = any(floor.problem.interferes(i) for act in careful.acts for i in act.group)
+    if careful.spent or careful.beyond or crowded:
+        return hopeful  # joint plans keep out of known obstacles only
+    return replace(careful, around=True)
+
+
+def _choose(
+    solver: Solver, floor: Floor, served: frozenset[int], dues: Dues, moment: BoundMoment
+) -> InTime:
+    barred = [
+        gate.barred if number in served else frozenset(range(moment.count))
+        for number, gate in enumerate(floor.problem.gates)
+    ]
+
+    def allowed(acts: Acts) -> bool:
+        poses, stages = after(floor, acts)
+        return solver.feasible(solver.sets(poses, stages), stages, served)
+
+    search = Scheduler(moment, floor.problem.conflicts, barred, allowed)
+    count = moment.count
+    last = {gate: dues.by[gate] * count + count - 1 for gate in sorted(served & dues.by.keys())}
+    try:
+        acts, beyond = _kept(search, dict(sorted(last.items(), key=lambda one: one[1])))
+    except SpentError:
+        return InTime(spent=True)
+    if dues.mission:
+        acts = _all_soon(search, acts, {g: t for g, t in last.items() if g not in beyond}, served)
+    ends = {act.gate: act.turn // count for act in acts}
+    return InTime(acts, steps_of(floor, acts), beyond, False, ends)
+
+
+def _kept(search: Scheduler, last: Mapping[int, int]) -> tuple[Acts, frozenset[int]]:
+    """Acts that resolve all obstacles by their turns, or as many as are found the most urgent
+    first, and the others as soon as that leaves it. Raises SpentError."""
+    found = search.in_time(last)
+    if found is not None:
+        return found, frozenset()
+    kept: dict[int, int] = {}
+    acts: Acts = ()
+    for gate, turn in last.items():
+        found = search.in_time({**kept, gate: turn})
+        if found is not None:
+            kept[gate], acts = turn, found
+    beyond = frozenset(last.keys() - kept.keys())
+    for gate in [gate for gate in last if gate in beyond]:
+        turn, found = search.soonest(gate, kept)
+        if turn < NEVER:
+            kept[gate], acts = turn, found
+    return acts, beyond
+
+
+def _all_soon(
+    search: Scheduler, acts: Acts, last: Mapping[int, int], served: frozenset[int]
+) -> Acts:
+    """Rounds restart with each resolution: the last one as early as the search finds."""
+    turn = NEVER
+    try:
+        while True:
+            due = {gate: min(last.get(gate, NEVER), turn - 1) for gate in served}
+            better = search.in_time(due)
+            if not better:
+                return acts
+            acts, turn = better, better[-1].turn
+    except SpentError:
+        return acts
+
+
+def moment_on(floor: Floor, dues: Dues) -> BoundMoment:
+    """The floor as the search sees it; steps of a drawn length take the most."""
+    problem = floor.problem
+    walkers = tuple(
+        BoundRobot(
+            member.graph,
+            pose,
+            ready,
+            member.ticks,
+            member.capabilities,
+            member.graph.everywhere & ~member.floor,
+        )
+        for member, pose, ready in zip(problem.members, floor.poses, dues.ready, strict=True)
+    )
+    opens = tuple(
+        BoundObstacle(
+            gate.region,
+            tuple(
+                BoundNeed(
+                    frozenset(part.action for part in gate.chain(number)),
+                    need.regions,
+                    need.robots,
+                    need.together,
+                    need.same,
+                )
+                for number, need in enumerate(gate.needs)
+            ),
+            gate.closed_to,
+            stage.need,
+            stage.done,
+            stage.group or frozenset(),
+        )
+        for gate, stage in zip(problem.gates, floor.stages, strict=True)
+    )
+    return BoundMoment(walkers, opens, dues.now)
+
+
+def after(floor: Floor, acts: Acts) -> tuple[tuple[int, ...], Stages]:
+    """Where the robots are, and how far each obstacle is, after some acts."""
+    poses, stages = list(floor.poses), floor.stages
+    for act in acts:
+        for robot, pose in zip(act.group, act.poses, strict=True):
+            poses[robot] = pose
+        stage, need = stages[act.gate], floor.problem.next_need(act.gate, stages)
+        done = stage.done.union(act.group)
+        if need.together or len(done) >= need.robots:
+            stages = floor.problem.advanced(act.gate, stages, act.group)
+        else:
+            stages = (*stages[: act.gate], replace(stage, done=done), *stages[act.gate + 1 :])
+    return tuple(poses), stages
+
+
+def steps_of(floor: Floor, acts: Acts) -> Plan:
+    """A step for each need, with all robots that have a part in it; a robot that acts again later
+    does so exactly where the search had it act."""
+    found: dict[tuple[int, int], Step] = {}
+    for number, act in enumerate(acts):
+        regions = floor.problem.gates[act.gate].needs[act.need].regions
+        again = {robot for later in acts[number + 1 :] for robot in later.group}
+        at = []
+        for robot, pose in zip(act.group, act.poses, strict=True):
+            graph = floor.problem.members[robot].graph
+            at.append(graph.poses_on(1 << pose % graph.size if robot in again else regions))
+        before = found.get((act.gate, act.need))
+        group, places = act.group, tuple(at)
+        if before is not None:
+            group, places = (*before.group, *group), (*before.at, *places)
+        found[act.gate, act.need] = Step(act.gate, act.need, group, places)
+    return tuple(found.values())

@@ -1,0 +1,206 @@
+"""Who acts where next, so that requests are met in time: exact but for collisions.
+
+A search over acts in the order of their turns; between two acts each robot takes the fastest path.
+Whatever a node leads to, no obstacle opens before its lower bound (``bound``): nodes beyond a due
+turn are left out. Resolving more never delays anything, so a robot may act or not where it passes;
+where the ``same`` robots must meet two needs the times are lower bounds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import field, replace
+from itertools import combinations, product
+
+from safenav.dataclass import dataclass
+from safenav.runtime.coordination.problem import SpentError
+from safenav.runtime.deadlines.bound import (
+    NEVER,
+    BoundMoment,
+    Fields,
+    Spread,
+    earliest,
+    known,
+)
+
+BUDGET = 300
+"""Nodes of all searches from one moment; the campaigns needed 111 at most for one of them."""
+
+
+@dataclass(frozen=True)
+class TimedAct:
+    """``group`` does its part in a need of an open obstacle, in a turn, each robot in its pose;
+    ``came``: the tick at whose end it is there."""
+
+    turn: int
+    gate: int
+    need: int
+    group: tuple[int, ...]
+    poses: tuple[int, ...]
+    came: tuple[int, ...]
+
+
+Acts = tuple[TimedAct, ...]
+
+
+@dataclass(eq=False)
+class Scheduler:
+    """Searches from one moment. ``conflicts``: the robots that never share a region with each;
+    ``barred``: for each obstacle the robots that cannot serve it; ``allowed``: whether the team can
+    continue after some acts; ``budget``: nodes, by default ``BUDGET``."""
+
+    moment: BoundMoment
+    conflicts: Sequence[frozenset[int]]
+    barred: Sequence[frozenset[int]] = ()
+    allowed: Callable[[Acts], bool] = lambda _: True
+    budget: int | None = None
+    _fields: Fields = field(default_factory=dict)
+    _nodes: int = 0
+
+    def soonest(self, gate: int, due: Mapping[int, int] | None = None) -> tuple[int, Acts]:
+        """The first turn in which an obstacle can be resolved (NEVER: none) with those of ``due``
+        resolved by theirs, and the acts. Raises SpentError."""
+        found: Acts = ()
+        turn = NEVER
+        while True:
+            better = self.in_time({**(due or {}), gate: turn - 1})
+            if better is None:
+                return turn, found
+            turn, found = max(act.turn for act in better if act.gate == gate), better
+
+    def in_time(self, due: Mapping[int, int]) -> Acts | None:
+        """Acts that resolve each obstacle of ``due`` by its turn; None if there are none. Raises
+        SpentError."""
+        return self._search(self.moment, (), due, set())
+
+    def _search(
+        self, moment: BoundMoment, done: Acts, due: Mapping[int, int], seen: set[object]
+    ) -> Acts | None:
+        if all(moment.opens[gate].over for gate in due):
+            return done
+        key = moment.walkers, moment.opens
+        if key in seen:
+            return None
+        seen.add(key)
+        self._nodes += 1
+        if self._nodes > (BUDGET if self.budget is None else self.budget):
+            raise SpentError
+        times = earliest(moment, self._fields)
+        if any(times[gate][-1] > turn for gate, turn in due.items()):
+            return None
+        last = done[-1].turn if done else moment.now
+        options = [act for act in self._acts(moment) if act.turn >= last]
+        options.sort(key=lambda act: (due.get(act.gate, NEVER), act.turn, act.group))
+        for act in options:
+            if act.turn > due.get(act.gate, NEVER - 1) or not self.allowed((*done, act)):
+                continue
+            found = self._search(_after(moment, act), (*done, act), due, seen)
+            if found is not None:
+                return found
+        return None
+
+    def _acts(self, moment: BoundMoment) -> Iterator[TimedAct]:
+        """The acts that can come next, at their earliest."""
+        spreads = [Spread(moment, i, known(moment), self._fields) for i in range(moment.count)]
+        fields = [spread.field(spread.start()) for spread in spreads]
+        for gate, one in enumerate(moment.opens):
+            if one.over:
+                continue
+            part, since = one.parts[one.stage], _since(moment, gate)
+            out = one.done | (self.barred[gate] if self.barred else frozenset())
+            spots: dict[int, list[tuple[int, int]]] = {}  # (turn of arrival, pose)
+            for robot, walker in enumerate(moment.walkers):
+                if robot in out or not part.actions <= walker.capabilities:
+                    continue
+                if part.same and robot not in one.group:
+                    continue
+                goal, n = walker.graph.poses_on(part.regions), moment.count
+                spots[robot] = [(t * n + robot, pose) for pose, t in fields[robot].arrivals(goal)]
+            if part.together:
+                yield from self._together(moment, gate, spots)
+                continue
+            for robot, found in spots.items():
+                acts = [
+                    TimedAct(
+                        _own(moment, robot, max(turn, since)),
+                        gate,
+                        one.stage,
+                        (robot,),
+                        (pose,),
+                        (turn // moment.count,),
+                    )
+                    for turn, pose in found
+                ]
+                yield from acts[:1] if self._idle_after(moment, robot, gate) else acts
+
+    def _together(
+        self, moment: BoundMoment, gate: int, spots: Mapping[int, list[tuple[int, int]]]
+    ) -> Iterator[TimedAct]:
+        one, since = moment.opens[gate], _since(moment, gate)
+        for group in combinations(spots, one.parts[one.stage].robots):
+            found = []
+            for places in product(*(spots[robot] for robot in group)):
+                at = [
+                    (robot, pose % moment.walkers[robot].graph.size)
+                    for robot, (_, pose) in zip(group, places, strict=True)
+                ]
+                if any(b in self.conflicts[a] and p == q for (a, p), (b, q) in combinations(at, 2)):
+                    continue
+                there = max(since, *(turn for turn, _ in places))
+                turn = min(_own(moment, robot, there) for robot in group)
+                poses, came = [p for _, p in places], [t // moment.count for t, _ in places]
+                found.append(TimedAct(turn, gate, one.stage, group, tuple(poses), tuple(came)))
+            found.sort(key=lambda act: act.turn)
+            yield from found[:1] if all(self._idle_after(moment, i, gate) for i in group) else found
+
+    def _idle_after(self, moment: BoundMoment, robot: int, gate: int) -> bool:
+        """Whether a robot can do nothing for anything else that is open: where it stands then does
+        not matter."""
+        skills = moment.walkers[robot].capabilities
+        return not any(
+            part.actions <= skills
+            for number, one in enumerate(moment.opens)
+            for part in one.parts[one.stage + (number == gate) :]
+        )
+
+
+def possible(moment: BoundMoment, acts: Acts) -> bool:
+    """Whether robots can keep to acts that another moment of the same robots has given."""
+    for act in acts:
+        for robot, pose, came in zip(act.group, act.poses, act.came, strict=True):
+            spread = Spread(moment, robot, known(moment))
+            if spread.field(spread.start()).contact(1 << pose) > came:
+                return False
+        moment = _after(moment, act)
+    return True
+
+
+def _own(moment: BoundMoment, robot: int, turn: int) -> int:
+    """The first turn of a robot from that one on."""
+    return turn + (robot - turn) % moment.count
+
+
+def _since(moment: BoundMoment, gate: int) -> int:
+    """The first turn in which the next need of an obstacle can be met."""
+    one = moment.opens[gate]
+    return one.met[-1] if one.met else moment.now + 1
+
+
+def _after(moment: BoundMoment, act: TimedAct) -> BoundMoment:
+    """The moment after an act. Who begins a step of several ticks still acts where it was."""
+    walkers, opens, count = list(moment.walkers), list(moment.opens), moment.count
+    one = opens[act.gate]
+    part = one.parts[one.stage]
+    for robot, pose, came in zip(act.group, act.poses, act.came, strict=True):
+        ready = (act.turn - robot) // count
+        if ready > came and walkers[robot].ticks > 1 and not part.together:
+            ready -= 1
+        ready = max(came, ready)
+        walkers[robot] = replace(walkers[robot], pose=pose, ready=ready, arrives=False)
+    done = one.done | frozenset(act.group)
+    if part.together or len(done) >= part.robots:
+        group, met = frozenset(act.group) if part.together else done, (*one.met, act.turn)
+        opens[act.gate] = replace(one, stage=one.stage + 1, done=frozenset(), group=group, met=met)
+    else:
+        opens[act.gate] = replace(one, done=done)
+    return BoundMoment(tuple(walkers), tuple(opens), moment.now)

@@ -1,0 +1,237 @@
+"""Plans that meet the next need of an obstacle as early as possible: for requests that are due.
+
+Turn by turn, in the order of the team: first those who can help move and all others stay parked,
+then one more robot moves, nearest to the way, then two. The search is A*, by the bound that helpers
+do not hinder each other; a plan at the bound that ignores all others is optimal for the whole team.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Callable, Iterator, Sequence
+from itertools import count as counting
+
+from safenav.dataclass import dataclass
+from safenav.runtime.coordination.problem import Problem, Stages
+from safenav.runtime.traffic.budgets import MOST_HELPERS, TIMED_STATES
+from safenav.world.poses import FAR, Mask
+
+Robot = tuple[int, int, int]
+"""Where a robot is, where it goes, and the ticks that are left of its step (0: it is there)."""
+State = tuple[tuple[Robot, ...], frozenset[int]]
+"""The robots that move, and those that have had their part in the need."""
+
+
+@dataclass(frozen=True, eq=False)
+class TimedPlan:
+    """A plan: the joint ``poses`` after each tick, the first as they are now; ``least``: the ticks
+    that it takes at least, if nobody is in anybody's way."""
+
+    poses: tuple[tuple[int, ...], ...]
+    least: int
+
+    @property
+    def ticks(self) -> int:
+        return len(self.poses) - 1
+
+
+@dataclass(eq=False)
+class Quickest:
+    """Searches from ``poses`` for the next need of an obstacle (``gate``)."""
+
+    problem: Problem
+    stages: Stages
+    poses: tuple[int, ...]
+    gate: int
+    stopping: Callable[[], None] = lambda: None
+
+    def __post_init__(self) -> None:
+        need = self.problem.next_need(self.gate, self.stages)
+        self._regions, self._together = need.regions, need.together
+        self._missing = self.problem.missing(self.gate, self.stages)
+        self._able = frozenset(self.problem.able(self.gate, self.stages))
+
+    def plan(self) -> TimedPlan | None:
+        """The earliest plan that is found; None if there is none, or the budget is exhausted."""
+        free = self._fields(range(len(self.poses)), parked=False)
+        reach = sorted(
+            (field[self.poses[i]] * self.problem.members[i].ticks, i)
+            for i, field in free.items()
+            if field[self.poses[i]] < FAR
+        )
+        if len(reach) < self._missing:
+            return None
+        least = reach[self._missing - 1][0]
+        movers = [i for _, i in reach[: max(MOST_HELPERS, self._missing)]]
+        others = self._by_nearness(movers, free)
+        best: TimedPlan | None = None
+        for more in range(min(2, len(others)) + 1):
+            most = FAR if best is None else best.ticks - 1
+            found = self._search(sorted((*movers, *others[:more])), most)
+            if found is not None:
+                best = TimedPlan(found, least)
+                if best.ticks <= least:
+                    break
+        return best
+
+    def _fields(self, movers: Sequence[int], *, parked: bool = True) -> dict[int, list[int]]:
+        """The steps from each pose to where the need is met, for those of the movers that can meet
+        it; ``parked``: the others are walls."""
+        found = {}
+        for i in movers:
+            if i in self._able:
+                graph = self.problem.members[i].graph
+                allowed = self._allowed(i, movers) if parked else self._floor(i)
+                goal = graph.poses_on(self._regions) & (allowed | 1 << self.poses[i])
+                found[i] = graph.distances(goal, allowed)
+        return found
+
+    def _floor(self, robot: int) -> Mask:
+        return self.problem.allowed(robot, self.stages)
+
+    def _allowed(self, robot: int, movers: Sequence[int]) -> Mask:
+        graph, walls = self.problem.members[robot].graph, 0
+        for other in self.problem.conflicts[robot].difference(movers):
+            walls |= 1 << self._region(other, self.poses[other])
+        return self._floor(robot) & ~graph.poses_on(walls)
+
+    def _region(self, robot: int, pose: int) -> int:
+        return pose % self.problem.members[robot].graph.size
+
+    def _by_nearness(self, movers: Sequence[int], free: dict[int, list[int]]) -> list[int]:
+        """The other robots that can be in a mover's way, the nearest to its way first."""
+        ways = 0
+        for i in movers:
+            graph, pose, field = self.problem.members[i].graph, self.poses[i], free[i]
+            while 0 < field[pose] < FAR:
+                pose = min(graph.steps(pose), key=lambda q: field[q])
+                ways |= 1 << pose % graph.size
+        rivals = {r for i in movers for r in self.problem.conflicts[i]}.difference(movers)
+        found = []
+        for i in sorted(rivals):
+            graph = self.problem.members[i].graph
+            away = graph.steps_between(1 << self.poses[i], graph.poses_on(ways), self._floor(i))
+            found.append((FAR if away is None else away, i))
+        return [i for _, i in sorted(found)]
+
+    def _search(self, movers: Sequence[int], most: int) -> tuple[tuple[int, ...], ...] | None:
+        fields, steps = self._fields(movers), {}
+        for i in movers:
+            steps[i] = self._allowed(i, movers)
+        here = tuple((self.poses[i], self.poses[i], 0) for i in movers)
+        start: State = (here, frozenset())
+        before: dict[tuple[State, int], tuple[State, int] | None] = {(start, 0): None}
+        ticket = counting()
+        first = self._bound(start, 0, movers, fields)
+        heap = [(first, 0, next(ticket), 0, start)]
+        seen: dict[tuple[State, int], int] = {}
+        while heap:
+            bound, _, _, turn, state = heapq.heappop(heap)
+            if bound > most or len(seen) > TIMED_STATES:
+                return None
+            at = turn % len(movers)
+            if seen.get((state, at), FAR) <= turn:
+                continue
+            seen[state, at] = turn
+            self.stopping()
+            for after in self._after(state, at, movers, steps[movers[at]]):
+                key = (after, turn + 1)
+                if key in before:
+                    continue
+                before[key] = (state, turn)
+                if self._met(after, movers):
+                    return self._ways(before, key, movers)
+                ahead = self._bound(after, turn + 1, movers, fields)
+                if ahead <= most:
+                    heapq.heappush(heap, (ahead, -turn, next(ticket), turn + 1, after))
+        return None
+
+    def _after(
+        self, state: State, at: int, movers: Sequence[int], allowed: Mask
+    ) -> Iterator[State]:
+        """The states after the turn of a mover: it stays, begins a step or continues one, and does
+        its part where it is then."""
+        robots, done = state
+        pose, to, left = robots[at]
+        robot = movers[at]
+        if left:
+            options = [(to, to, 0) if left == 1 else (pose, to, left - 1)]
+        else:
+            member, taken = self.problem.members[robot], self._taken(robots, robot, movers)
+            options = [(pose, pose, 0)]
+            for step in member.graph.steps(pose):
+                if allowed >> step & 1 and not taken >> step % member.graph.size & 1:
+                    ticks = member.ticks - 1
+                    options.append((pose, step, ticks) if ticks else (step, step, 0))
+        for option in options:
+            there = option[0] if option[2] == 0 else pose
+            part = done
+            if not self._together and robot in self._able and self._is_there(robot, there):
+                part = done | {robot}
+            yield (*robots[:at], option, *robots[at + 1 :]), part
+
+    def _taken(self, robots: tuple[Robot, ...], robot: int, movers: Sequence[int]) -> Mask:
+        """The regions that a robot must not enter because of others."""
+        found = 0
+        for other, (pose, to, _) in zip(movers, robots, strict=True):
+            if other in self.problem.conflicts[robot]:
+                found |= 1 << self._region(other, pose) | 1 << self._region(other, to)
+        if self.problem.zones:
+            at = [self._region(i, pose) for i, pose in enumerate(self.poses)]
+            for other, (pose, to, _) in zip(movers, robots, strict=True):
+                at[other] = self._region(other, pose)
+                for group, zone in self.problem.zones:
+                    if other != robot and {robot, other} <= group and zone >> to & 1:
+                        found |= zone
+            found |= self.problem.held(robot, at, self.stages)
+        return found
+
+    def _is_there(self, robot: int, pose: int) -> bool:
+        return bool(self._regions >> self._region(robot, pose) & 1)
+
+    def _met(self, state: State, movers: Sequence[int]) -> bool:
+        robots, done = state
+        if not self._together:
+            return len(done) >= self._missing
+        here = dict(zip(movers, (pose for pose, _, _ in robots), strict=True))
+        there = sum(self._is_there(i, here.get(i, self.poses[i])) for i in self._able)
+        return there >= self._missing
+
+    def _bound(
+        self, state: State, turn: int, movers: Sequence[int], fields: dict[int, list[int]]
+    ) -> int:
+        """The ticks of a plan through a state at least."""
+        robots, done = state
+        tick, had = divmod(turn, len(movers))
+        ends = []
+        for at, (robot, (_, to, left)) in enumerate(zip(movers, robots, strict=True)):
+            if robot in self._able and robot not in done:
+                away = fields[robot][to]
+                ticks = left + away * self.problem.members[robot].ticks
+                acts = 0 if self._together and not ticks else max(1, ticks)
+                ends.append(tick + (at < had) + acts if away < FAR else FAR)
+        ends += [tick] * len(done)
+        if self._together:
+            parked = self._able.difference(movers)
+            ends += [tick for i in parked if self._is_there(i, self.poses[i])]
+        ends.sort()
+        return ends[self._missing - 1] if len(ends) >= self._missing else FAR
+
+    def _ways(
+        self,
+        before: dict[tuple[State, int], tuple[State, int] | None],
+        last: tuple[State, int],
+        movers: Sequence[int],
+    ) -> tuple[tuple[int, ...], ...]:
+        """The joint poses after each tick of the way to a state."""
+        found: list[tuple[int, ...]] = []
+        key: tuple[State, int] | None = last
+        while key is not None:
+            (robots, _), turn = key
+            if key is last or turn % len(movers) == 0:
+                poses = list(self.poses)
+                for robot, (pose, _, _) in zip(movers, robots, strict=True):
+                    poses[robot] = pose
+                found.append(tuple(poses))
+            key = before[key]
+        return tuple(reversed(found))

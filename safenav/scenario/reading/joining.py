@@ -1,0 +1,55 @@
+"""A robot that joins a scenario: one item of ``robots``, read and checked among the others."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from safenav.errors import InputError, UsageError
+from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.scenario.reading.regions import RegionReader
+from safenav.scenario.reading.robots import read_robots
+from safenav.scenario.yaml.findings import Findings
+from safenav.scenario.yaml.source import parsed
+
+FORM = "NAME: {model: ..., start: ..., objective: ...}"
+
+
+def joined(scenario: Scenario, text: str) -> Scenario:
+    """The scenario with one robot more. ``text``: as an item of ``robots`` in a scenario file, such
+    as ``cart2: {model: turtlebot4, start: [2, 3], objective: {visit: [dock, [4, 4]]}}``. Regions in
+    which a robot was lost are closed to it, too, if it must not share a region with that one.
+    Raises UsageError with all that is wrong."""
+    findings = Findings("the robot")
+    document = parsed(text, findings)
+    regions = RegionReader(scenario.map, scenario.map.names, findings, scenario.map.areas)
+    inputs = [each.name for each in scenario.inputs]
+    known = {robot.model.name: robot.model for robot in scenario.robots}
+    catalogue = replace(scenario.catalogue, robots={**scenario.catalogue.robots, **known})
+    node, found = None if document is None else document.root, tuple[Robot, ...]()
+    if node is not None:
+        found = read_robots(
+            node, regions, catalogue, findings, inputs=inputs, others=scenario.robots
+        )
+    try:
+        findings.raise_if_any()
+    except InputError as error:
+        told = (f"{d.found} ({d.hint})" if d.hint else d.found for d in error.diagnostics)
+        raise UsageError("; ".join(told)) from error
+    if len(found) != 1:
+        raise UsageError(f"one robot joins at a time; expected: {FORM}")
+    (robot,) = found
+    obstacles = tuple(_closed_too(obstacle, robot, scenario) for obstacle in scenario.obstacles)
+    for obstacle in obstacles:
+        here = obstacle.region == robot.start.region and obstacle.appears is None
+        if here and obstacle.closed_to(robot):
+            raise UsageError(f"{obstacle.name} is where {robot.name} starts, and blocks it")
+    return replace(scenario, robots=(*scenario.robots, robot), obstacles=obstacles)
+
+
+def _closed_too(obstacle: Obstacle, robot: Robot, scenario: Scenario) -> Obstacle:
+    """The place of a lost robot, closed to a robot in conflict with it."""
+    kind = obstacle.type
+    missing = next((r for r in scenario.robots if kind.name == f"lost_{r.name}"), None)
+    if missing is None or kind.blocks is None or not scenario.conflict(missing, robot):
+        return obstacle
+    return replace(obstacle, type=replace(kind, blocks=kind.blocks | {robot.name}))

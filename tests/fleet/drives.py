@@ -1,0 +1,89 @@
+"""Drives of the simulation in this process, with their trace and motion."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import replace
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+
+from safenav.fleet.connecting import fleet_world
+from safenav.fleet.driven import driven_motion
+from safenav.fleet.fleet_file import load_fleet
+from safenav.fleet.recording import DriveRecording
+from safenav.motion.check.finding import Finding
+from safenav.motion.check.verdict import check_motion
+from safenav.motion.file.reading import parsed
+from safenav.motion.file.records import Motion
+from safenav.motion.file.writing import text_of
+from safenav.runtime.mission import Mission
+from safenav.scenario.model import Clock
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.trace.reading import read_bytes
+from safenav.trace.trace import Trace
+from safenav.trace.writing import TraceWriter
+
+HALL = """\
+safenav: 1
+name: hall
+map:
+  resolution: 2.0
+  origin: [3.0, -4.0, 0.3]
+  grid: |
+    #######
+    #.....#
+    #.....#
+    #######
+robots:
+  digit: {model: digit, start: [2, 1], heading: east, objective: {visit: [[2, 3]]}}
+  quad: {model: quadcopter, start: [1, 1], objective: {visit: [[1, 3]]}}
+  jackal: {model: jackal, start: [1, 5], objective: {visit: [[1, 4]]}}
+  spot: {model: spot, start: [2, 5], objective: {visit: [[2, 4]]}}
+until: {rounds: 1}
+"""
+FLEET = """\
+safenav-fleet: 1
+transport: simulation
+simulation: {pace: 1000, obstacles: []}
+defaults: {speed: 0.5, follow: {tolerance: 0.2}}
+robots: {spot: {tolerance: 0.3}}
+"""
+
+
+@cache
+def driven(scenario: str = HALL, fleet: str = FLEET, goals: tuple[str, ...] = ()) -> Drive:
+    """A drive of a scenario; ``goals``: robots that get goals although the defaults follow."""
+    plan = replace(load_scenario_text(scenario, "made.yaml"), clock=Clock.LIVE)
+    with tempfile.TemporaryDirectory() as folder:
+        written, path = Path(folder) / "fleet.yaml", Path(folder) / "trace.jsonl"
+        written.write_text(fleet)
+        given = load_fleet(written, plan)
+        stations = {
+            name: replace(station, follow=None) if name in goals else station
+            for name, station in given.stations.items()
+        }
+        given = replace(given, stations=stations)
+        world = fleet_world(plan, given, DriveRecording())
+        try:
+            world.open()
+            with TraceWriter(path) as writer:
+                mission = Mission(plan, world=world, listeners=[writer, world.told])
+                mission.run()
+        finally:
+            world.close()
+        content = path.read_bytes()
+    trace, digest = read_bytes(content, "made.jsonl"), sha256(content).hexdigest()
+    made = driven_motion(trace, digest, world, stations, mission.began)
+    return Drive(content, trace, digest, parsed(text_of(made).encode(), "made.motion.jsonl"))
+
+
+class Drive:
+    """A trace, its sum, and the motion of the drive as a reader of its file has it."""
+
+    def __init__(self, content: bytes, trace: Trace, digest: str, motion: Motion) -> None:
+        self.lines = content.decode().splitlines()
+        self.trace, self.digest, self.motion = trace, digest, motion
+
+    def judged(self, motion: Motion | None = None) -> list[Finding]:
+        return check_motion(motion or self.motion, self.trace, self.digest)

@@ -1,0 +1,72 @@
+"""Actions of several robots: who is asked for what, and what their answers mean."""
+
+from __future__ import annotations
+
+import pytest
+
+from safenav.fleet.acting import FleetProgress, TeamAction
+from safenav.fleet.fleet_file import Station
+from safenav.scenario.model import Obstacle, Scenario
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.trace.vocabulary import ActResult
+
+DONE, FAILED, NOTHING = ActResult.DONE, ActResult.FAILED, ActResult.NOTHING
+YARD = """\
+safenav: 1
+name: yard
+map: {resolution: 2.0, grid: ["#######", "#.....#", "#######"]}
+robots:
+  one: {model: mir250, start: 9, objective: {hold: 9}}
+  two: {model: mir250, start: 11, objective: {hold: 11}}
+  fetch: {model: fetch, start: 8, objective: {hold: 8}}
+obstacles: [{type: crate, region: 10}, {type: gate, region: 12}]
+"""
+
+
+def yard() -> tuple[Scenario, Obstacle, Obstacle, dict[str, Station]]:
+    scenario = load_scenario_text(YARD, "yard.yaml")
+    crate, gate = scenario.obstacles
+    stations = {name: Station(f"/{name}", act={"lift": "grip"}) for name in ("one", "two")}
+    stations["fetch"] = Station("/fetch", act={"unlock": "key"})
+    return scenario, crate, gate, stations
+
+
+BESIDE = {"one": 9, "two": 11, "fetch": 8}
+
+
+@pytest.mark.parametrize(
+    ("answers", "result"),
+    [((DONE, DONE), DONE), ((DONE, FAILED), FAILED), ((NOTHING, DONE), NOTHING)],
+)
+def test_all_that_lift_are_asked_and_the_worst_answer_counts(
+    answers: tuple[ActResult, ActResult], result: ActResult
+) -> None:
+    scenario, crate, _, stations = yard()
+    team_action = TeamAction(scenario.robots[0], (crate,), FleetProgress(scenario))
+    assert team_action.next(BESIDE, stations) == {"one": "grip", "two": "grip"}
+    assert not team_action.answer("one", answers[0], BESIDE) and team_action.silent == ["two"]
+    assert not team_action.answer("one", FAILED, BESIDE)  # it has answered
+    assert team_action.answer("two", answers[1], BESIDE)
+    assert team_action.resolved == (None if result is FAILED else 10)
+    assert team_action.next(BESIDE, stations) == {} and team_action.found == [(crate, result)]
+
+
+def test_who_cannot_be_asked_fails_for_all() -> None:
+    scenario, crate, _, stations = yard()
+    stations["two"] = Station("/two")
+    team_action = TeamAction(scenario.robots[0], (crate,), FleetProgress(scenario))
+    assert team_action.next(BESIDE, stations) == {} and team_action.found == [(crate, FAILED)]
+
+
+def test_a_need_that_is_met_is_not_the_end() -> None:
+    """The gate is unlocked, and stays closed until somebody pushes it."""
+    scenario, _, gate, stations = yard()
+    progress = FleetProgress(scenario)
+    beside = {**BESIDE, "fetch": 11}
+    team_action = TeamAction(scenario.robots[2], (gate,), progress)
+    assert team_action.next(beside, stations) == {"fetch": "key"}
+    assert team_action.answer("fetch", DONE, beside) and team_action.resolved is None
+    assert team_action.next(beside, stations) == {} and team_action.found == []
+    assert progress.work(gate).need == 1
+    progress.forget(12)
+    assert progress.work(gate).need == 0

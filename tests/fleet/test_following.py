@@ -1,0 +1,296 @@
+"""Robots that follow references: what they are sent, when that ends well, and what ends it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+from math import hypot
+
+import pytest
+
+pytest.importorskip("numpy", reason="references need the extra 'motion'")
+
+import numpy as np
+
+from fleet.drives import driven
+from safenav.audit.check import check_trace
+from safenav.fleet.fleet_file import FollowUse, Station
+from safenav.fleet.following import Following, mover_of
+from safenav.fleet.place import Places
+from safenav.fleet.setpoints import ACCELERATION, HORIZON, PERIOD, VELOCITY, Setpoints
+from safenav.fleet.transport import (
+    GoalEnd,
+    GoalEnded,
+    GoalPoint,
+    Located,
+    Message,
+    Performed,
+)
+from safenav.motion.check.paths import mass
+from safenav.motion.file.records import Reset, Segment
+from safenav.scenario.model import Scenario
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.trace.records import Arrive
+from safenav.trace.vocabulary import ActResult, MoveEnd
+
+TEXT = """\
+safenav: 1
+name: hall
+map: {resolution: 2.0, origin: [3.0, -4.0, 0.3], grid: ["#######", "#.....#", "#.....#", "#######"]}
+robots:
+  digit: {model: digit, start: [2, 1], heading: east, objective: {hold: [2, 1]}}
+  quad: {model: quadcopter, start: [1, 1], objective: {hold: [1, 1]}}
+  jackal: {model: jackal, start: [1, 5], objective: {hold: [1, 5]}}
+  spot: {model: spot, start: [2, 5], objective: {hold: [2, 5]}}
+"""
+DIGIT, EAST, QUAD, SOUTH = 15, 16, 8, 15
+"""Regions: of digit, east of it; of quad, south of it."""
+
+
+class Bodies:
+    """A transport whose robots are exactly where their references have them, plus ``off`` metres
+    (x); time passes when the test says so."""
+
+    def __init__(self) -> None:
+        self.now = 100.0
+        self.off = dict.fromkeys(("digit", "quad", "jackal", "spot"), 0.0)
+        self.references: dict[str, Setpoints] = {}
+        self.sent: list[tuple[str, object]] = []
+        self.told: list[Message] = []
+        self.post: Callable[[Message], None] = print
+
+    def open(self, post: Callable[[Message], None]) -> None:
+        self.post = post
+
+    def missing(self) -> list[str]:
+        return []
+
+    def navigate(self, robot: str, goal: GoalPoint) -> None:
+        self.sent.append((robot, goal))
+
+    def follow(self, robot: str, reference: Setpoints) -> None:
+        self.references[robot] = reference
+
+    def cancel(self, robot: str) -> None:
+        self.sent.append((robot, "cancel"))
+
+    def perform(self, robot: str, action: str, obstacle: str, number: int) -> None:
+        self.sent.append((robot, (action, obstacle, number)))
+
+    def close(self) -> None:
+        self.sent.append(("all", "close"))
+
+    def locate(self, robot: str) -> None:
+        row = self.references[robot].at(self.now)
+        self.post(Located(robot, self.now, row[0] + self.off[robot], row[1], row[9]))
+
+    def pass_by(self, robot: str, seconds: float) -> list[Message]:
+        """Let time pass; the ends that were told."""
+        self.told.clear()
+        for _ in range(round(seconds / PERIOD)):
+            self.now += PERIOD
+            self.locate(robot)
+        return [message for message in self.told if not isinstance(message, Located)]
+
+
+def prepared() -> tuple[Following, Bodies, Places, Scenario]:
+    scenario = load_scenario_text(TEXT, "hall.yaml")
+    assert scenario.map.frame is not None
+    places, bodies = Places(scenario.map, scenario.map.frame), Bodies()
+    stations = {name: Station(f"/{name}", follow=FollowUse()) for name in bodies.off}
+    stations["spot"] = Station("/spot")
+    follows = Following(bodies, scenario.robots, places, stations, lambda: bodies.now)
+    follows.open(bodies.told.append)
+    for robot in scenario.robots:
+        if robot.name in follows.followers:
+            place = follows.begins(robot.name)
+            bodies.post(Located(robot.name, bodies.now, *place))
+    return follows, bodies, places, scenario
+
+
+def goal(places: Places, region: int, number: int = 1) -> GoalPoint:
+    return GoalPoint(number, *places.centre(region), None)
+
+
+def test_a_goal_ends_well_when_its_reference_is_over() -> None:
+    follows, bodies, places, _ = prepared()
+    follows.navigate("quad", goal(places, SOUTH))
+    reference = bodies.references["quad"]
+    seconds = reference.end - bodies.now
+    assert reference.begin > bodies.now and 3.0 < seconds < 6.0
+    assert bodies.pass_by("quad", seconds - 0.2) == []
+    assert bodies.pass_by("quad", 0.4) == [GoalEnded("quad", 1, GoalEnd.SUCCEEDED)]
+    row = reference.at(bodies.now)
+    assert places.distance(SOUTH, row[0], row[1]) < 1e-6
+    assert not row[VELOCITY].any() and not row[ACCELERATION].any()
+
+
+def test_the_stream_has_the_next_second_and_the_next_steps() -> None:
+    """Of a walker: its mass obeys its pendulum between feet that are where the plan has them."""
+    follows, bodies, places, _ = prepared()
+    follows.navigate("digit", goal(places, EAST))
+    reference = bodies.references["digit"]
+    for now in np.arange(reference.begin, reference.end, 0.5):
+        part = reference.ahead(now)
+        assert part.rows.shape == (HORIZON, 10) and part.begin == now and part.step == PERIOD
+        assert np.allclose(part.rows[0], reference.at(now))
+        assert all(foot.up > now for foot in part.feet)
+        feet = [foot for foot in part.feet if foot.down <= now]
+        assert 1 <= len(feet) <= 2
+        pressure = part.rows[0][:2] - part.rows[0][ACCELERATION][:2] * 0.8 / 9.81
+        assert min(hypot(*(pressure - (f.x, f.y))) for f in feet) < 0.25
+    segments = [piece for piece in follows.followers["digit"].plan if isinstance(piece, Segment)]
+    omega = (9.81 / 0.8) ** 0.5
+    for segment in segments:
+        path = mass(segment, omega)
+        for t, state in zip(path.times[::9], path.states[::9], strict=True):
+            row = reference.at(segment.t0 + t)
+            if segment.t0 + t > reference.begin:
+                assert np.allclose(places.frame.on_map(*row[:2]), state[:2], atol=1e-3)
+
+
+@pytest.mark.parametrize(("robot", "to"), [("quad", SOUTH), ("jackal", 11)])
+def test_who_leaves_its_reference_is_held_where_it_is_and_can_go_back(robot: str, to: int) -> None:
+    follows, bodies, places, scenario = prepared()
+    start = next(r.start.region for r in scenario.robots if r.name == robot)
+    follows.navigate(robot, goal(places, to))
+    assert bodies.pass_by(robot, 1.5) == []
+    bodies.off[robot] = 0.4
+    (ended,) = bodies.pass_by(robot, PERIOD)
+    assert isinstance(ended, GoalEnded) and ended.end is GoalEnd.ABORTED
+    assert ended.reason == "0.40 m off its reference"
+    (reset,) = follows.followers[robot].resets
+    held = bodies.references[robot].at(bodies.now + 1.0)
+    assert np.allclose(places.frame.on_map(*held[:2]), (reset.x, reset.y))
+    bodies.off[robot] = 0.0
+    follows.navigate(robot, goal(places, start, 2))
+    ended = bodies.pass_by(robot, 9.0)[0]
+    assert ended == GoalEnded(robot, 2, GoalEnd.SUCCEEDED)
+    row = bodies.references[robot].at(bodies.now)
+    assert places.distance(start, row[0], row[1]) < 1e-6
+    plan = follows.followers[robot].plan
+    assert all(abs(a.t1 - b.t0) < 1e-9 for a, b in pairwise(plan))
+
+
+def test_a_walker_that_leaves_its_footsteps_is_sent_nowhere() -> None:
+    follows, bodies, places, _ = prepared()
+    follows.navigate("digit", goal(places, EAST))
+    bodies.pass_by("digit", 3.0)
+    bodies.off["digit"] = 0.4
+    (ended,) = bodies.pass_by("digit", PERIOD)
+    assert isinstance(ended, GoalEnded) and ended.end is GoalEnd.ABORTED
+    assert "from where its footsteps begin" in ended.reason and ("digit", "cancel") in bodies.sent
+    follows.navigate("digit", goal(places, EAST, 2))
+    ended = bodies.told[-1]
+    assert isinstance(ended, GoalEnded) and (ended.number, ended.end) == (2, GoalEnd.ABORTED)
+
+
+def test_a_walker_does_not_turn_round_and_nobody_goes_two_regions_at_once() -> None:
+    follows, bodies, places, _ = prepared()
+    follows.navigate("digit", goal(places, EAST))
+    bodies.pass_by("digit", 9.0)
+    for number, region in ((2, DIGIT), (3, 18)):
+        follows.navigate("digit", goal(places, region, number))
+        ended = bodies.told[-1]
+        assert isinstance(ended, GoalEnded) and ended.end is GoalEnd.ABORTED
+        assert ended.reason == f"no motion leads from region {EAST} to {region}"
+
+
+def test_an_action_waits_until_the_robot_faces_the_obstacle() -> None:
+    follows, bodies, _, _ = prepared()
+    follows.perform("jackal", "sense", "uncertainty@19", 7)
+    assert bodies.sent == []
+    seconds = bodies.references["jackal"].end - bodies.now
+    bodies.pass_by("jackal", seconds + PERIOD)
+    assert bodies.sent == [("jackal", ("sense", "uncertainty@19", 7))]
+    bodies.off["jackal"] = 0.5  # its own controller moves it meanwhile
+    assert bodies.pass_by("jackal", 1.0) == []
+    done = Performed("jackal", 7, ActResult.DONE)
+    bodies.post(done)
+    assert bodies.told[-1] == done
+
+
+def test_cancelled_robots_end_their_step_and_others_get_goals() -> None:
+    follows, bodies, places, _ = prepared()
+    follows.navigate("spot", goal(places, 18))
+    assert bodies.sent[0][0] == "spot"
+    follows.cancel("spot")
+    assert bodies.sent[1:] == [("spot", "cancel")]
+    follows.navigate("quad", goal(places, SOUTH, 2))
+    follows.cancel("quad")
+    assert 3.0 < follows.left("quad") < 6.0 and follows.left("spot") == 0.0
+    assert bodies.pass_by("quad", 6.0) == [GoalEnded("quad", 2, GoalEnd.SUCCEEDED)]
+
+
+def test_a_robot_without_a_motion_is_refused() -> None:
+    text = TEXT.replace("model: spot", "model: box") + (
+        "catalogue: {robots: {box: {mobility: free, layer: ground, capabilities: []}}}\n"
+    )
+    scenario = load_scenario_text(text, "hall.yaml")
+    assert scenario.map.frame is not None
+    with pytest.raises(Exception, match="'box' does not say how it moves"):
+        mover_of(scenario.robots[3], Places(scenario.map, scenario.map.frame))
+
+
+def test_a_robot_that_stands_where_no_reference_begins_is_named() -> None:
+    follows, bodies, _, _ = prepared()
+    x, y, yaw = follows.begins("digit")
+    assert follows.astray("digit") is None and follows.astray("spot") is None
+    bodies.post(Located("digit", bodies.now, x + 0.4, y, yaw))
+    assert follows.astray("digit") == (
+        f"digit is 0.40 m from ({x:.2f}, {y:.2f}) m, where its references begin"
+    )
+
+
+BLOCKED = """\
+safenav: 1
+name: blocked
+map: {resolution: 2.0, grid: ["######", "#....#", "######"]}
+robots: {quad: {model: quadcopter, start: [1, 1], objective: {visit: [[1, 3]]}}}
+until: {rounds: 1}
+limits: {seconds: 5000}
+"""
+BLIND = """\
+safenav-fleet: 1
+transport: simulation
+simulation: {pace: 1000, obstacles: [{type: door, region: [1, 2]}]}
+defaults: {speed: 1.0, retries: 1, follow: {}}
+"""
+
+
+def test_a_walker_that_falls_is_lost_and_its_plan_ends_there() -> None:
+    """It runs into debris that nobody sees."""
+    pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
+    walks = BLOCKED.replace(
+        "quad: {model: quadcopter, start", "quad: {model: cassie, heading: east, start"
+    )
+    for _ in range(4):  # on a busy machine its time can be over before its fall is seen
+        drive = driven(walks, BLIND.replace("type: door", "type: debris"))
+        outcome = drive.trace.outcome
+        assert outcome is not None and outcome.outcome == "operator_needed"
+        (end,) = [r for r in drive.trace.records if isinstance(r, Arrive)]
+        assert end.result is MoveEnd.LOST
+        resets = [line for line in drive.motion.lines if isinstance(line, Reset)]
+        if resets:
+            break
+        print("lost without a reset:", end.reason)
+    (reset,) = resets
+    assert "from where its footsteps begin" in reset.reason
+    ends = [line.t1 for line in drive.motion.lines if isinstance(line, Segment)]
+    assert max(ends) == reset.t < drive.motion.outcome.makespan
+    assert check_trace(drive.lines).findings == ()
+    assert {finding.rule for finding in drive.judged()} == {"tracking"}
+
+
+def test_a_robot_that_is_stopped_by_a_door_that_nobody_sees_goes_back() -> None:
+    """Its plan is held where the door holds it, and the check finds that it left its tolerance."""
+    pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
+    drive = driven(BLOCKED, BLIND)
+    ends = [r for r in drive.trace.records if isinstance(r, Arrive)]
+    assert ends and {(end.at, end.result) for end in ends} == {(7, MoveEnd.FAILED)}
+    assert all("off its reference" in (end.reason or "") for end in ends)
+    resets = [line for line in drive.motion.lines if isinstance(line, Reset)]
+    assert len(resets) >= 2 * len(ends)  # it is tried twice
+    assert all(2.0 < line.x < 4.9 for line in resets)  # before the leaves
+    assert check_trace(drive.lines).findings == ()
+    assert {finding.rule for finding in drive.judged()} == {"tracking"}

@@ -1,0 +1,68 @@
+"""What ROS messages mean, whichever of both ROS sends them."""
+
+from __future__ import annotations
+
+from math import cos, inf, pi, sin
+from types import SimpleNamespace as Message
+
+import pytest
+
+from safenav.fleet import ros
+from safenav.fleet.transport import Located, Scanned
+
+
+def odometry(w: float, x: float, y: float, z: float) -> Message:
+    turn = Message(w=w, x=x, y=y, z=z)
+    return Message(pose=Message(pose=Message(position=Message(x=1.0, y=-2.0), orientation=turn)))
+
+
+@pytest.mark.parametrize("yaw", [0.0, 1.0, pi / 2, 3.0, -3.0, -pi / 2])
+def test_a_direction_comes_back_as_it_was_sent(yaw: float) -> None:
+    z, w = ros.facing(yaw)
+    found = ros.located("digit", 7.5, odometry(w, 0.0, 0.0, z))
+    assert found == Located("digit", 7.5, 1.0, -2.0, pytest.approx(yaw))
+
+
+def test_a_tilted_robot_has_the_yaw_of_its_heading() -> None:
+    """A pitch of 0.4 rad, then a yaw of 1.1 rad."""
+    a, b = 0.55, 0.2
+    w, x, y, z = cos(a) * cos(b), -sin(a) * sin(b), cos(a) * sin(b), sin(a) * cos(b)
+    assert ros.located("quad", 0.0, odometry(w, x, y, z)).yaw == pytest.approx(1.1)
+
+
+def test_a_range_outside_the_limits_of_a_lidar_hit_nothing() -> None:
+    scan = Message(
+        range_min=0.1, range_max=5.0, angle_min=-1.0, angle_increment=0.5, ranges=[0.05, 2.0, 9.0]
+    )
+    assert ros.scanned("quad", 3.0, scan) == Scanned("quad", 3.0, -1.0, 0.5, [inf, 2.0, inf])
+
+
+def test_a_stream_is_the_reference_sample_by_sample() -> None:
+    numpy = pytest.importorskip("numpy", reason="references need the extra 'motion'")
+    from safenav.fleet.setpoints import PERIOD, Setpoints
+
+    rows = numpy.arange(30, dtype=float).reshape(3, 10)
+    frames = ros.ahead_of(Setpoints(4.0, PERIOD, rows))
+    assert [frame.after for frame in frames] == [0.0, PERIOD, 2 * PERIOD]
+    assert frames[1] == ros.TrajectoryFrame(
+        PERIOD, ((10.0, 11.0, 12.0, 19.0),), (13.0, 14.0, 15.0), (16.0, 17.0, 18.0)
+    )
+
+
+def test_steps_tell_both_feet_from_each_landing_on() -> None:
+    numpy = pytest.importorskip("numpy", reason="references need the extra 'motion'")
+    from safenav.fleet.setpoints import PERIOD, Setpoints
+    from safenav.motion.file.records import Foothold
+
+    feet = (
+        Foothold(1.0, 0.2, 0.1, 1, 8.0, 10.4),
+        Foothold(1.0, -0.2, 0.1, -1, 9.0, 11.0),
+        Foothold(1.6, 0.2, 0.2, 1, 10.9, 12.0),
+        Foothold(2.0, -0.2, 0.3, -1, 11.5, 13.0),
+    )
+    found = ros.steps_of(Setpoints(10.0, PERIOD, numpy.zeros((1, 10)), feet))
+    assert [round(frame.after, 6) for frame in found] == [0.0, 0.9, 1.5]
+    left, right = (1.0, 0.2, 0.0, 0.1), (1.0, -0.2, 0.0, 0.1)
+    assert found[0].poses == (left, right)
+    assert found[1].poses == ((1.6, 0.2, 0.0, 0.2), right)
+    assert found[2].poses == ((1.6, 0.2, 0.0, 0.2), (2.0, -0.2, 0.0, 0.3))

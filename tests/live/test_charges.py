@@ -1,0 +1,101 @@
+"""Batteries in time: no robot sets out without charge, by the log of its world alone, and one that
+is alone completes its mission if and only if its charge can suffice.
+
+``SAFENAV_FUZZ=5000`` plays 1,000 lone robots, and 500 teams, a quarter of them with faults.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from typing import Any
+
+import pytest
+
+from campaigns.generate.build import Data
+from live.campaign import faults_of, scenario_of
+from live.charged import Charges, alone, team
+from live.floor import Floor
+from live.judge import verdict
+from live.worlds import Live
+from runtime.energy.test_need import lasting
+from safenav import Mission
+from safenav.audit.check import check_trace
+from safenav.errors import InputError
+from safenav.runtime.energy.stops import Stops
+from safenav.runtime.formulas import graph_of
+from safenav.scenario.model import Clock, Scenario
+from safenav.scenario.objective import targets_of
+from safenav.trace.writing import as_data
+from safenav.world.poses import region_mask
+
+LONG = "SAFENAV_FUZZ" in os.environ
+FAILED = (2129, 2139, 2303, 2399)
+"""Teams whose runs have failed: a robot at its stop with another heading at the end (2129),
+a stop decided after a robot's turn (2139), rounds completed before all turns (2303), a plan with a
+robot out of service (2399)."""
+
+Played = tuple[str, Charges, list[dict[str, Any]]]
+
+
+def play(data: Data, scenario: Scenario, seed: int, *, faults: bool = False) -> Played:
+    """The outcome of a run, the charges of its robots, and its trace. That is audited, and its
+    end is judged by the log of the world unless a robot ran flat."""
+    floor, lines = Floor(data, seed, faults_of(seed) if faults else {}), list[str]()
+    world, heard = Live(scenario, floor), lambda record: lines.append(json.dumps(as_data(record)))
+    result = Mission(scenario, world=world, listeners=[heard]).run()
+    charges = Charges(data, floor.log)
+    assert charges.defects == []
+    assert check_trace(lines).findings == ()
+    said = {"outcome": result.outcome.value, "explanation": result.explanation}
+    if said["outcome"] == "completed" or (not charges.flat and said["outcome"] != "unrealizable"):
+        assert verdict(data, floor.log, said) in ("", "?")
+    return said["outcome"], charges, [json.loads(line) for line in lines]
+
+
+@pytest.mark.parametrize("seed", range(1000 if LONG else 8))
+def test_a_lone_robot_gets_there_if_its_charge_can_suffice(seed: int) -> None:
+    data = alone(seed)
+    try:
+        scenario = scenario_of(data, Clock.LIVE)
+    except InputError:
+        return
+    (robot,), battery = scenario.robots, scenario.robots[0].model.battery
+    assert battery is not None
+    graph = graph_of(robot, scenario.map)
+    targets = tuple(graph.poses_on(region_mask(t)) for t in targets_of(robot.objective))
+    chargers = graph.poses_on(region_mask(scenario.chargers))
+    lasts = lasting(Stops(graph, targets, graph.everywhere, chargers, battery))[0]
+    outcome, charges, _ = play(data, scenario, seed)
+    can = (graph.number(robot.start), battery.start) in lasts
+    assert (outcome, charges.flat) == ("completed" if can else "unrealizable", set())
+
+
+@pytest.mark.parametrize("seed", (*range(500 if LONG else 4), *FAILED))
+def test_no_robot_of_a_team_sets_out_without_charge(seed: int) -> None:
+    data = team(seed)
+    play(data, scenario_of(data, Clock.LIVE), seed, faults=seed % 4 == 3)
+
+
+def test_a_team_that_goes_on_when_its_rounds_are_completed_is_told() -> None:
+    data = team(2303)
+    *lines, outcome = play(data, scenario_of(data, Clock.LIVE), 2303)[2]
+    late = outcome["tick"] + 1
+    hold = {"type": "hold", "tick": late, "t": outcome["t"], "robot": "r0", "why": "strategy"}
+    lines += [hold, outcome | {"tick": late, "ticks": late}]
+    assert ("completed", late) in broken(lines)
+
+
+def test_a_lone_robot_that_stays_off_its_stop_is_told() -> None:
+    data = team(2139)
+    lines = play(data, scenario_of(data, Clock.LIVE), 2139, faults=True)[2]
+    at = next(k for k, line in enumerate(lines) if line["type"] == "depart" and line["tick"] == 21)
+    after = next(k for k in range(at, len(lines)) if lines[k]["type"] == "arrive")
+    late = lines.pop(at) | {key: lines[after - 1][key] for key in ("tick", "t")}
+    lines.insert(after - 1, late)
+    assert broken(lines) == [("charge", late["tick"] - 1)]
+
+
+def broken(lines: list[dict[str, Any]]) -> list[tuple[str, int]]:
+    """The rules that a trace breaks, and in which ticks."""
+    return [(found.rule, found.tick) for found in check_trace(map(json.dumps, lines)).findings]

@@ -1,0 +1,214 @@
+"""The checker judges what robots did apart from their plan: each planted error has its rule."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from math import cos, sin
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
+
+from fleet.drives import HALL, Drive, driven
+from safenav.motion.check.execution import trackings
+from safenav.motion.check.verdict import check_motion
+from safenav.motion.columns import columns_at
+from safenav.motion.file.records import (
+    Action,
+    Flight,
+    GoalLine,
+    Measured,
+    Measurement,
+    Motion,
+    Reset,
+    Segment,
+)
+from safenav.motion.timed import timed_waypoints
+from safenav.trace.records import Discovered
+from safenav.trace.setting import ObstacleHeader
+
+Change = Callable[[Measurement], Measurement | None]
+
+
+@pytest.fixture(scope="module")
+def drive() -> Drive:
+    """Three robots that track references, and one that finds its own way to goals."""
+    return driven(goals=("spot",))
+
+
+def measured(motion: Motion, robot: str, change: Change) -> Motion:
+    """The motion with other measurements of a robot; None drops one."""
+    lines = [
+        replace(line, rows=tuple(row for old in line.rows if (row := change(old)) is not None))
+        if isinstance(line, Measured) and line.robot == robot
+        else line
+        for line in motion.lines
+    ]
+    kept = [line for line in lines if not isinstance(line, Measured) or line.rows]
+    return replace(motion, lines=tuple(kept))
+
+
+def rules(drive: Drive, motion: Motion) -> set[str]:
+    return {finding.rule for finding in drive.judged(motion)}
+
+
+def test_a_drive_is_accepted_and_its_errors_are_told(drive: Drive) -> None:
+    assert drive.judged() == []
+    found = {one.robot: one for one in trackings(drive.motion, drive.trace)}
+    assert found["spot"].driven == "goals" and found["spot"].off < 0.1
+    for name in ("digit", "quad", "jackal"):
+        assert found[name].driven == "setpoints" and 0 < found[name].off < 0.1
+    kinds = {(type(line), getattr(line, "robot", "")) for line in drive.motion.lines}
+    assert {(Segment, "digit"), (Flight, "quad"), (GoalLine, "spot"), (Measured, "spot")} <= kinds
+
+
+def test_a_robot_that_lags_is_found(drive: Drive) -> None:
+    """By 0.8 s: a metre per second makes 0.5 m and more of it."""
+    rows = [r for line in drive.motion.lines if isinstance(line, Measured) for r in line.rows]
+    assert rows
+    late = measured(drive.motion, "quad", lambda row: replace(row, t=row.t + 0.8))
+    found = [finding for finding in drive.judged(late) if finding.rule == "tracking"]
+    assert len(found) == 1 and "0.2 m are tolerated" in found[0].found
+    assert "tracking" not in rules(
+        drive, measured(drive.motion, "quad", lambda row: replace(row, t=row.t + 0.02))
+    )
+
+
+def test_a_robot_that_cuts_a_corner_into_a_neighbours_region_is_found(drive: Drive) -> None:
+    """For three measurements, farther than its body may reach."""
+    middle = drive.motion.outcome.makespan / 2
+    at = [r for r in _rows(drive.motion, "jackal") if r.t > middle][:3]
+
+    def cut(row: Measurement) -> Measurement:
+        return replace(row, y=row.y - 1.0) if row in at else row
+
+    changed = measured(drive.motion, "jackal", cut)
+    assert {"measured room", "tracking"} <= rules(drive, changed)
+
+
+def test_who_acts_may_reach_into_what_the_resolution_sweeps_and_nowhere_else(drive: Drive) -> None:
+    """Three measurements of jackal lie in the region of the other row, meanwhile it acts."""
+    middle = drive.motion.outcome.makespan / 2
+    at = [r for r in _rows(drive.motion, "jackal") if r.t > middle][:3]
+    there = measured(
+        drive.motion, "jackal", lambda row: replace(row, y=row.y - 1.0) if row in at else row
+    )
+    act = Action("jackal", 1, "push", "door@12", 12, at[0].t - 0.1, at[-1].t + 0.1)
+    acting = replace(there, lines=(*there.lines, act))
+    door = ObstacleHeader("door", "door@12", 12, "push", (12,), frozenset(), None)
+
+    def room(sweeps: tuple[int, ...] | None) -> list[str]:
+        found = Discovered(0, replace(door, sweeps=sweeps))
+        trace = replace(drive.trace, records=(found, *drive.trace.records))
+        judged = check_motion(acting, trace, drive.digest)
+        return [finding.found for finding in judged if finding.rule == "measured room"]
+
+    assert room(tuple(range(15, 20))) == []
+    assert ["(it acts: 'sweeps'" in found for found in room(None)] == [True]
+
+
+def test_bodies_that_touch_are_found_although_their_plans_keep_apart(drive: Drive) -> None:
+    spot = {round(row.t, 2): row for row in _rows(drive.motion, "spot")}
+
+    def beside(row: Measurement) -> Measurement:
+        other = spot.get(round(row.t, 2), row)
+        return replace(row, x=other.x + 0.3, y=other.y)
+
+    assert "measured distance" in rules(drive, measured(drive.motion, "jackal", beside))
+
+
+@pytest.mark.parametrize("share", [0.05, -0.05])
+def test_a_clock_that_drifts_is_found(drive: Drive, share: float) -> None:
+    drifts = measured(
+        drive.motion, "digit", lambda row: replace(row, stamp=row.stamp * (1 + share))
+    )
+    assert rules(drive, drifts) == {"measured clock"}
+    shifted = measured(drive.motion, "digit", lambda row: replace(row, stamp=row.stamp + 1e6))
+    assert rules(drive, shifted) == set()
+
+
+def test_a_stamp_that_goes_back_is_found(drive: Drive) -> None:
+    row = _rows(drive.motion, "digit")[40]
+    back = measured(
+        drive.motion, "digit", lambda r: replace(r, stamp=r.stamp - 0.1) if r == row else r
+    )
+    assert rules(drive, back) == {"measured clock"}
+
+
+def test_missing_measurements_are_found(drive: Drive) -> None:
+    gap = measured(drive.motion, "quad", lambda row: None if 1.0 < row.t < 2.2 else row)
+    assert rules(drive, gap) == {"measured rate"}
+    end = drive.motion.outcome.makespan
+    for robot in ("digit", "spot"):
+        early = measured(drive.motion, robot, lambda row: row if row.t < end - 2.5 else None)
+        assert "measured rate" in rules(drive, early)
+        none = measured(drive.motion, robot, lambda row: row if row.t < 0 else None)
+        assert "measured rate" in rules(drive, none)
+
+
+def test_a_goal_that_is_missed_or_was_never_sent_is_found(drive: Drive) -> None:
+    def goal(change: Callable[[GoalLine], GoalLine]) -> Motion:
+        lines = [
+            change(line) if isinstance(line, GoalLine) else line for line in drive.motion.lines
+        ]
+        return replace(drive.motion, lines=tuple(lines))
+
+    assert "arrival" in rules(drive, goal(lambda line: replace(line, x=line.x + 0.5)))
+    sent = [line for line in drive.motion.lines if not isinstance(line, GoalLine)]
+    assert {"order", "arrival"} <= rules(drive, replace(drive.motion, lines=tuple(sent)))
+
+
+def test_a_plan_that_goes_on_elsewhere_than_its_robot_is_found(drive: Drive) -> None:
+    row = _rows(drive.motion, "jackal")[100]
+    reset = Reset("jackal", 1, row.t, row.x + 0.4, row.y, row.yaw, "told so")
+    lines = replace(drive.motion, lines=(*drive.motion.lines, reset))
+    found = drive.judged(lines)
+    assert [finding.rule for finding in found] == ["tracking"]
+    assert "its plan continues 0.400 m from where it was measured" in found[0].found
+
+
+def test_plan_and_execution_have_rules_of_their_own(drive: Drive) -> None:
+    """A plan that jumps breaks a rule of plans, where the robot went on as it was."""
+    flight = next(
+        line
+        for line in drive.motion.lines
+        if isinstance(line, Flight) and line.robot == "quad" and line.origin != line.to
+    )
+    curve = flight.curves[0]
+    moved = replace(flight, curves=(replace(curve, x=(curve.x[0] + 0.1, *curve.x[1:])),))
+    lines = tuple(moved if line is flight else line for line in drive.motion.lines)
+    assert rules(drive, replace(drive.motion, lines=lines)) == {"continuity"}
+
+
+def test_a_run_may_end_before_a_step_that_its_trace_begins() -> None:
+    """It is cut off by its time limit, at whatever moment of its steps that is."""
+    for seconds in (1.0, 2.5, 4.0):
+        cut = driven(HALL + f"limits: {{seconds: {seconds}}}\n", goals=("spot",))
+        outcome = cut.trace.outcome
+        assert outcome is not None and outcome.outcome == "time_limit"
+        assert cut.judged() == []
+
+
+def _rows(motion: Motion, robot: str) -> list[Measurement]:
+    found = [line for line in motion.lines if isinstance(line, Measured) and line.robot == robot]
+    return [row for line in found for row in line.rows]
+
+
+def test_exports_and_requirements_take_what_was_measured_or_sent(drive: Drive) -> None:
+    ways = {one.robot for one in timed_waypoints(drive.motion)}
+    assert ways == set(drive.motion.header.robots)
+    spot = [one for one in timed_waypoints(drive.motion) if one.robot == "spot"]
+    x, y, yaw = drive.motion.header.origin
+    goal = next(line for line in drive.motion.lines if isinstance(line, GoalLine))
+    assert spot[0].x == pytest.approx(x + goal.x * cos(yaw) - goal.y * sin(yaw), abs=1e-5)
+    assert spot[0].y == pytest.approx(y + goal.x * sin(yaw) + goal.y * cos(yaw), abs=1e-5)
+    moved = measured(drive.motion, "quad", lambda row: replace(row, x=row.x + 0.4))
+    times = np.arange(0.0, drive.motion.outcome.makespan, 0.1)
+    for robot in drive.motion.header.robots:
+        plain, shifted = (columns_at(one, robot, times, False) for one in (drive.motion, moved))
+        off = 0.4 if robot == "quad" else 0.0
+        assert np.allclose(shifted.place[0] - plain.place[0], off)
+    planned = columns_at(moved, "quad", times, False, planned=True)
+    assert np.abs(planned.place[0] - columns_at(moved, "quad", times, False).place[0]).min() > 0.3

@@ -1,0 +1,54 @@
+"""Deadlines under the timeline: how long each promise has taken, and what was left of its time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from report.browser import Browser
+from runtime.deadlines.test_timed_runs import LATE
+from safenav.report.page.encode import encoded
+from safenav.report.page.html import page_of
+from safenav.report.replay.reading import read_replay
+from safenav.report.replay.timeline import Replay
+from safenav.runtime.mission import Mission
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.trace.writing import TraceWriter
+
+TIMED = LATE.replace("late: stop", "late: go_on").replace(
+    "[[1, 5], [1, 1]]}", "[[1, 5], [1, 1]], within: 14}"
+)
+
+
+@pytest.fixture(scope="module")
+def replay(tmp_path_factory: pytest.TempPathFactory) -> Replay:
+    path = tmp_path_factory.mktemp("slack") / "timed.jsonl"
+    with TraceWriter(path) as trace:
+        Mission(load_scenario_text(TIMED.replace("by: 8", "by: 60")), listeners=[trace]).run()
+    return read_replay(path)
+
+
+def test_a_round_begins_as_long_before_it_is_due_as_it_may_take(replay: Replay) -> None:
+    lines = encoded(replay, "timed.jsonl")["deadlines"]
+    rounds = [line for line in lines if line[1] == "r"]
+    assert [line[4] for line in rounds] == ["kept", "kept"]
+    assert [line[2] for line in rounds] == [0, rounds[0][0]]
+    assert all(due - begin == 14 for _, _, begin, due, _ in rounds)
+    (mission,) = (line for line in lines if line[1] == "mission")
+    assert mission[2:] == [0, 60, "kept"]
+
+
+def test_the_page_shows_the_slack(browser: Browser, replay: Replay, tmp_path: Path) -> None:
+    page = tmp_path / "timed.html"
+    page.write_text(page_of(replay, "timed.jsonl"))
+    browser.open(page)
+    assert browser.errors() == []
+    told = {one.get_attribute("data-of"): one.text for one in browser.all(".deadlines li")}
+    least = min(
+        due - tick for tick, of, _, due, _ in encoded(replay, "t")["deadlines"] if of == "r"
+    )
+    assert told["r"] == f"r: kept, {least} ticks of slack"
+    assert told["mission"] == f"mission: kept, {60 - replay.last} ticks of slack"
+    bars = browser.all('.deadlines li[data-of="r"] .used')
+    assert len(bars) == 2

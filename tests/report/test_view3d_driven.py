@@ -1,0 +1,104 @@
+"""The 3D page of a drive: a body where a robot was measured, a ghost where the plan had it."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from base64 import b64decode
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
+
+from fleet.drives import Drive, driven
+from report.browser import Browser
+from report.test_view3d import PICTURE
+from safenav.motion.columns import columns_of
+from safenav.motion.file.records import GoalLine, Measured, Motion
+from safenav.report.view3d.encode import RATE, encoded_motion
+from safenav.report.view3d.html import page3d_of
+
+EAST = 0.6
+"""Metres by which every measurement is moved."""
+
+
+@pytest.fixture(scope="module")
+def drive() -> Drive:
+    return driven(goals=("spot",))
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    browser = Browser(solid=True)
+    yield browser
+    browser.driver.quit()
+
+
+def moved(motion: Motion, metres: float) -> Motion:
+    """The motion whose robots were measured farther east."""
+    lines = [
+        replace(line, rows=tuple(replace(row, x=row.x + metres) for row in line.rows))
+        if isinstance(line, Measured)
+        else line
+        for line in motion.lines
+    ]
+    return replace(motion, lines=tuple(lines))
+
+
+def unpacked(names: list[str], data: str) -> dict[str, np.ndarray[Any, Any]]:
+    """The columns of packed data, in metres and radians."""
+    content, values, at = zlib.decompress(b64decode(data)), [], 0
+    while at < len(content):
+        (step,) = struct.unpack_from("<b", content, at)
+        at += 1
+        if step == -128:
+            (step,) = struct.unpack_from("<i", content, at)
+            at += 4
+        values.append(step)
+    table = np.array(values).reshape(len(names), -1).cumsum(axis=1) / 1000
+    return dict(zip(names, table, strict=True))
+
+
+def test_a_body_is_where_it_was_measured_and_its_ghost_where_the_plan_is(drive: Drive) -> None:
+    data = encoded_motion(moved(drive.motion, EAST))
+    for track, name in zip(data["tracks"], drive.motion.header.robots, strict=True):
+        body = unpacked(track["columns"], track["data"])
+        ghost = unpacked(track["ghost"]["columns"], track["ghost"]["data"])
+        if name == "spot":  # its ghost stands at the goal that it has
+            goals = [line for line in drive.motion.lines if isinstance(line, GoalLine)]
+            index = int(RATE * (goals[-1].t0 + 0.2))
+            assert abs(ghost["x"][index] - goals[-1].x) < 2e-3
+            continue
+        plan = columns_of(drive.motion, name, RATE, in_world=False, planned=True)
+        planned = plan.place[0]
+        assert np.abs(ghost["x"] - planned).max() < 2e-3
+        assert np.abs(body["x"] - ghost["x"] - EAST).max() < 0.1
+        if name == "digit":
+            for foot in ("lx", "rx"):  # the whole body is moved
+                assert np.abs(body[foot] - ghost[foot] - (body["x"] - ghost["x"])).max() < 3e-3
+
+
+def test_a_motion_that_is_only_computed_has_no_ghost() -> None:
+    computed = driven()  # all follow, so all have a plan
+    lines = tuple(line for line in computed.motion.lines if not isinstance(line, Measured))
+    tracks = encoded_motion(replace(computed.motion, lines=lines))["tracks"]
+    assert not any("ghost" in track for track in tracks)
+
+
+def test_a_reader_sees_both(drive: Drive, browser: Browser, tmp_path: Path) -> None:
+    """A ghost beside its body changes the picture; on its body it hardly does."""
+    pictures = []
+    for metres in (EAST, 0.0):
+        page = tmp_path / f"{metres}.html"
+        text = page3d_of(drive.trace, "made.jsonl", moved(drive.motion, metres))
+        page.write_text(text, encoding="utf-8")
+        browser.open(page, "#t=3")
+        browser.wait(lambda: browser.all(".stage3d canvas"))
+        pictures.append(browser.run(PICTURE))
+        assert browser.errors() == []
+    assert pictures[0] != pictures[1]

@@ -1,0 +1,109 @@
+"""Promises kept as simulated: what is said to hold forever holds in a run that goes on."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from runtime.deadlines.timed import timed_scenario
+from safenav.cli.check import command
+from safenav.errors import InputError
+from safenav.runtime.deadlines.ahead import run_ahead
+from safenav.runtime.mission import Mission, default_synthesizer
+from safenav.scenario.model import LatePolicy, Timing, Until
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.trace import records
+
+COUNT = (int(os.environ.get("SAFENAV_FUZZ", "0")) or 45) // 5
+ENDLESS = 100_000
+
+
+@pytest.mark.parametrize("seed", range(COUNT))
+def test_what_repeats_goes_on_repeating(seed: int) -> None:
+    try:
+        scenario = load_scenario_text(timed_scenario(seed))
+    except InputError:
+        return
+    still = replace(
+        scenario,
+        obstacles=(),
+        late=LatePolicy.GO_ON,
+        until=Until(ENDLESS),
+        robots=tuple(
+            replace(
+                robot, model=replace(robot.model, timing=Timing(*[robot.model.timing.most] * 2))
+            )
+            for robot in scenario.robots
+        ),
+    )
+    found = run_ahead(still, default_synthesizer(still))
+    if found is None or found.repeats is None:
+        return
+    first, again = found.repeats
+    period, end = again - first, again + 3 * (again - first)
+    places: dict[int, list[object]] = {}
+    late: dict[str, int] = {}
+
+    def heard(record: records.Record) -> None:
+        if isinstance(record, records.Move):
+            places.setdefault(record.tick, []).append((record.to, record.heading, record.toward))
+        elif isinstance(record, records.Deadline) and record.verdict.value == "late":
+            late.setdefault(record.of, record.tick)
+
+    mission = Mission(still, listeners=[heard])
+    mission.start()
+    while mission.state.tick < end and mission.result is None:
+        mission.step()
+    assert all(places[t] == places[t + period] for t in range(first + 1, end - period + 1))
+    assert late == found.late
+
+
+SHARED = """
+safenav: 1
+map: {grid: ["#######", "#.....#", "#.....#", "#######"]}
+catalogue: {robots: {cart: {mobility: free, layer: ground, timing: {least: 1, most: 2}}}}
+robots:
+  a: {model: cart, start: [1, 1], objective: {visit: [[1, 5], [1, 1]], within: 30}}
+  b: {model: cart, start: [2, 5], objective: {visit: [[2, 1], [2, 5]]}}
+until: {rounds: 3, by: 60}
+"""
+
+
+def test_variable_steps_on_a_shared_floor_are_no_promise() -> None:
+    scenario = load_scenario_text(SHARED)
+    found = run_ahead(scenario, default_synthesizer(scenario))
+    assert found is not None
+    assert "a step of a takes 1 to 2 ticks, and it shares its floor" in found.why
+
+
+def test_alone_the_slowest_steps_are_the_worst_case(tmp_path: Path) -> None:
+    scenario = load_scenario_text(SHARED.replace("  b:", "  # b:"))
+    found = run_ahead(scenario, default_synthesizer(scenario))
+    assert found is not None
+    assert found.slowest
+    assert found.completed is not None
+    for seed in range(8):
+        result = Mission(replace(scenario, seed=seed)).run()
+        assert result.ticks <= found.completed
+    path = tmp_path / "alone.yaml"
+    path.write_text(SHARED.replace("  b:", "  # b:"))
+    said = CliRunner().invoke(command, [str(path)]).output
+    assert f"with the slowest steps: the mission is completed in tick {found.completed}" in said
+
+
+@pytest.mark.parametrize(
+    ("until", "said"),
+    [
+        ("rounds: 1, by: 5", "by 5: no promise: the mission cannot be completed before tick 8"),
+        ("rounds: 1", "within 30 of a: kept, as simulated: the mission is completed in tick"),
+        ("rounds: 99999", "within 30 of a: kept forever, as simulated: tick"),
+    ],
+)
+def test_check_says_what_becomes_of_promises(until: str, said: str, tmp_path: Path) -> None:
+    text = SHARED.replace("timing: {least: 1, most: 2}", "timing: 1")
+    (tmp_path / "s.yaml").write_text(text.replace("rounds: 3, by: 60", until))
+    assert said in CliRunner().invoke(command, [str(tmp_path / "s.yaml")]).output

@@ -1,0 +1,192 @@
+"""Who acts where next, where requests are due: chosen by the search in time, told by lines
+``acts``, and judged by the audit."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from runtime.played import Runner
+from safenav.audit.check import check_trace
+from safenav.runtime.deadlines import schedule
+
+PARCELS = """
+safenav: 1
+map:
+  grid: ["##############", "#............#", "##############"]
+catalogue:
+  robots:
+    quick: {mobility: free, layer: air, capabilities: [fetch]}
+    slow: {mobility: free, layer: ground, capabilities: [fetch], timing: 3}
+  obstacles:
+    parcel: {action: fetch, blocks: []}
+robots:
+  a: {model: quick, start: [1, 6], objective: {hold: [1, 6]}}
+  b: {model: slow, start: [1, 1], objective: {hold: [1, 1]}}
+orders:
+  - {at: 1, type: parcel, region: [1, 3], resolve_within: 7}
+  - {at: 1, type: parcel, region: [1, 9], resolve_within: 7}
+until: {rounds: 1}
+"""
+
+
+def test_a_slower_robot_helps_where_the_nearest_would_be_late(run: Runner) -> None:
+    played = run(PARCELS)
+    assert played.outcome["late"] == []
+    done = {line["obstacle"]: (line["tick"], line["robot"]) for line in played.all("resolved")}
+    assert done == {"parcel@23": (3, "a"), "parcel@17": (6, "b")}
+    planned = {line["of"]: line["planned"] for line in played.all("deadline", verdict="set")}
+    assert planned == {"parcel@23": 3, "parcel@17": 6}
+
+
+def test_without_limits_the_nearest_helps(run: Runner) -> None:
+    played = run(PARCELS.replace(", resolve_within: 7", ""))
+    assert not played.all("acts")
+    assert played.all("resolved")[0]["robot"] == "a"
+    assert max(line["tick"] for line in played.all("resolved")) == 24
+
+
+def test_a_mission_that_is_due_has_its_last_resolution_early(run: Runner) -> None:
+    text = PARCELS.replace(", resolve_within: 7", "").replace("1}\n", "1, by: 20}\n")
+    played = run(text)
+    assert played.outcome["late"] == []
+    assert max(line["tick"] for line in played.all("resolved")) == 6
+
+
+def test_what_cannot_be_in_time_comes_soon_and_is_named(run: Runner) -> None:
+    played = run(PARCELS.replace("within: 7", "within: 3"))
+    assert played.all("acts")[-1]["beyond"] == ["parcel@17"]
+    assert played.outcome["late"] == ["parcel@17"]
+    assert max(line["tick"] for line in played.all("resolved")) == 6
+
+
+def test_a_spent_search_leaves_the_choice_as_it_was(
+    run: Runner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(schedule, "BUDGET", 0)
+    played = run(PARCELS)
+    assert all(line["spent"] for line in played.all("acts"))
+    assert played.outcome["late"] == ["parcel@23"]
+
+
+Damage = Callable[[dict[str, Any]], object]
+
+
+def later(line: dict[str, Any]) -> None:
+    line["acts"][-1]["at"] += 3
+
+
+def earlier(line: dict[str, Any]) -> None:
+    line["acts"][-1]["at"] -= 1
+
+
+def elsewhere(line: dict[str, Any]) -> None:
+    line["acts"][-1]["robots"]["b"] = [18, None]
+
+
+def by_another(line: dict[str, Any]) -> None:
+    line["acts"][-1]["robots"] = {"a": [17, None]}
+
+
+def in_another_order(line: dict[str, Any]) -> None:
+    line["acts"].reverse()
+
+
+@pytest.mark.parametrize(
+    ("damage", "said"),
+    [
+        (later, "parcel@17 is planned for 9, not 6"),
+        (earlier, "b cannot act on parcel@17 from 17 in tick 5"),
+        (elsewhere, "b cannot act on parcel@17 from 18"),
+        (by_another, "a cannot act on parcel@17 from 17 in tick 6"),
+        (in_another_order, "is not reached in tick 3 and in this order"),
+        (lambda line: line.update(acts=line["acts"][:1]), "parcel@17 is planned for"),
+        (lambda line: line["acts"][0].update(need=1), "need 1 of parcel@23 is not the next one"),
+        (lambda line: line["acts"][0].update(obstacle="crate@9"), "is not in the scenario"),
+    ],
+)
+def test_the_audit_judges_the_acts(run: Runner, tmp_path: Path, damage: Damage, said: str) -> None:
+    lines = run(PARCELS).records
+    second = [line for line in lines if line["type"] == "acts"][1]
+    damage(second)
+    path = tmp_path / "damaged.jsonl"
+    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    assert said in "\n".join(map(str, check_trace(path).findings))
+
+
+def test_no_act_is_later_than_what_is_due(run: Runner, tmp_path: Path) -> None:
+    lines = run(PARCELS).records
+    later([line for line in lines if line["type"] == "acts"][-1])
+    path = tmp_path / "damaged.jsonl"
+    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    assert "is due at 8, before the act in tick 9" in str(check_trace(path).findings)
+
+
+SUSPECT = """
+safenav: 1
+map:
+  grid: ["###########", "#.........#", "#.#######.#", "#.........#", "###########"]
+catalogue:
+  robots:
+    walker: {mobility: free, layer: ground, capabilities: [fetch]}
+    pusher: {mobility: free, layer: air, capabilities: [push]}
+  obstacles:
+    parcel: {action: fetch, blocks: []}
+    gate: {action: push, blocks: [ground]}
+robots:
+  a: {model: walker, start: [1, 3], objective: {hold: [1, 3]}}
+  p: {model: pusher, start: [3, 1], objective: {hold: [3, 1]}}
+obstacles: [{type: gate, region: [1, 7]}]
+suspects: [{type: gate, region: [1, 7]}]
+orders:
+  - {at: 1, type: parcel, region: [3, 9], resolve_within: 12}
+until: {rounds: 1}
+"""
+
+
+def test_a_suspect_is_avoided_where_that_is_in_time(run: Runner) -> None:
+    played = run(SUSPECT)
+    assert played.all("acts")[0]["around"] == {"a": [18]}
+    assert played.one("resolved", obstacle="parcel@42")["tick"] == 12
+    assert played.outcome["late"] == []
+
+
+def test_without_suspects_the_way_leads_to_what_turns_up(run: Runner) -> None:
+    played = run(SUSPECT.replace("suspects: [{type: gate, region: [1, 7]}]\n", ""))
+    assert played.outcome["late"] == ["parcel@42"]
+
+
+def test_nothing_else_is_in_time_than_to_hope(run: Runner) -> None:
+    played = run(SUSPECT.replace("within: 12", "within: 9"))
+    assert "around" not in played.all("acts")[0]
+    assert played.outcome["late"] == ["parcel@42"]
+
+
+@pytest.mark.parametrize(
+    ("damage", "said"),
+    [
+        (lambda lines: acts_of(lines)[0].update(around={"a": [18, 23]}), "cannot act on parcel@42"),
+        (lambda lines: acts_of(lines)[0].update(around={"a": [38]}), "and was to keep out of it"),
+        (
+            lambda lines: lines[0]["scenario"].update(suspects=None),
+            "nothing is suspected",
+        ),
+        (lambda lines: acts_of(lines)[0].update(around={"z": [18]}), "'z' is not in the scenario"),
+    ],
+)
+def test_the_audit_judges_careful_plans(
+    run: Runner, tmp_path: Path, damage: Callable[[list[dict[str, Any]]], object], said: str
+) -> None:
+    lines = run(SUSPECT).records
+    damage(lines)
+    path = tmp_path / "damaged.jsonl"
+    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    assert said in "\n".join(map(str, check_trace(path).findings))
+
+
+def acts_of(lines: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    return [line for line in lines if line["type"] == "acts"]

@@ -1,0 +1,120 @@
+"""A robot that the scenario does not have joins a run that needs it."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from runtime.test_operator import GATE
+from safenav.audit.check import check_trace
+from safenav.errors import UsageError
+from safenav.runtime.failures import lost
+from safenav.runtime.knowledge import Knowledge
+from safenav.scenario.reading.joining import joined
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.trace.reading import read_trace
+from safenav.trace.records import Arrive, Resolved
+
+SAFENAV = Path(sys.executable).parent / "safenav"
+PUSHER = "digit: {model: digit, start: [1, 2], heading: east, objective: {hold: [1, 2]}}"
+
+
+def ran(*arguments: object) -> subprocess.CompletedProcess[str]:
+    command = [str(part) for part in (SAFENAV, *arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def outcomes(*traces: Path) -> list[str]:
+    """How the runs ended, each without a finding of the audit."""
+    found = []
+    for path in traces:
+        assert check_trace(path).findings == ()
+        end = read_trace(path).outcome
+        assert end is not None
+        found.append(end.outcome.value)
+    return found
+
+
+def test_an_operator_adds_a_robot_from_a_file(tmp_path: Path) -> None:
+    """The run ends where it joins, and another goes on from there; nobody begins anew."""
+    scenario, trace, rest = (tmp_path / n for n in ("gate.yaml", "run.jsonl", "run-2.jsonl"))
+    scenario.write_text(GATE)
+    lines = tmp_path / "operator.txt"
+    lines.write_text(f"add {PUSHER.replace(':', '', 1)}\n")
+    done = ran("run", scenario, "--trace", trace, "--operator", lines, "--no-map")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert outcomes(trace, rest) == ["interrupted", "completed"]
+    first, second = read_trace(trace), read_trace(rest)
+    assert "digit joins the team" in str(first.outcome)
+    robots = second.header.scenario.robots
+    assert [*robots] == ["cart", "bee", "digit"]
+    arrived = [r for r in first.records if isinstance(r, Arrive) and r.robot == "cart"]
+    assert robots["cart"].start == arrived[-1].at
+    assert [r.obstacle for r in second.records if isinstance(r, Resolved)] == ["gate@27"]
+
+
+def test_a_robot_joins_a_run_that_is_resumed(tmp_path: Path) -> None:
+    scenario, trace, rest = (tmp_path / n for n in ("gate.yaml", "run.jsonl", "rest.jsonl"))
+    scenario.write_text(GATE)
+    assert ran("run", scenario, "--trace", trace, "--no-map").returncode == 1
+    assert ran("resume", trace, "--trace", rest, "--no-map").returncode == 1
+    done = ran("resume", trace, "--trace", rest, "--no-map", "--add", PUSHER)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert outcomes(trace, rest) == ["operator_needed", "completed"]
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (PUSHER.replace("digit:", "cart:"), "the team has a robot cart already"),
+        (PUSHER.replace("[1, 2]", "[2, 1]"), "cart also starts in region 23"),
+        (PUSHER.replace("start: [1, 2]", "start: [0, 0]"), "wall"),
+        ("c: {model: cart, start: [2, 5], objective: {hold: [1, 2]}}", "gate@27 is where c starts"),
+        (PUSHER.replace("model: digit", "model: digitt"), "digitt"),
+        (PUSHER.replace("heading: east, ", ""), "heading"),
+        (f"{PUSHER}\nb{PUSHER}", "one robot joins at a time|also starts"),
+        ("digit", "expected a mapping"),
+        ("digit: {", "flow mapping|expected"),
+        ("", "is empty"),
+    ],
+)
+def test_a_robot_that_cannot_join_is_refused(text: str, told: str) -> None:
+    with pytest.raises(UsageError, match=told):
+        joined(load_scenario_text(GATE), text)
+
+
+def test_the_place_of_a_lost_robot_is_closed_to_one_that_joins() -> None:
+    scenario = load_scenario_text(GATE)
+    cart, bee = scenario.robots
+    places = (lost(cart, frozenset(), 14), lost(bee, frozenset(), 15))
+    after = joined(replace(scenario, obstacles=places), PUSHER)
+    digit = after.robot("digit")
+    assert [place.closed_to(digit) for place in after.obstacles] == [True, False]
+
+
+def test_what_a_robot_sees_that_may_enter_it_is_closed_to_others() -> None:
+    """Although their own sensors may fail to show it."""
+    scenario = joined(load_scenario_text(GATE), PUSHER)
+    (gate,), digit, cart = scenario.obstacles, scenario.robot("digit"), scenario.robot("cart")
+    knowledge = Knowledge(scenario)
+    knowledge.sight(gate)
+    for known in (knowledge, knowledge.copy()):
+        assert known.closing(gate.region, cart) == gate
+        assert known.closing(gate.region, digit) is None and not known.knows(gate)
+    knowledge.forget(gate)
+    assert knowledge.closing(gate.region, cart) is None
+
+
+def test_what_an_operator_adds_wrongly_is_said_with_its_line(tmp_path: Path) -> None:
+    scenario, lines = tmp_path / "gate.yaml", tmp_path / "operator.txt"
+    scenario.write_text(GATE)
+    lines.write_text(
+        "# more hands\nadd cart {model: cart, start: [1, 2], objective: {hold: [1, 2]}}"
+    )
+    done = ran("run", scenario, "--operator", lines, "--no-map")
+    assert done.returncode == 2 and "Traceback" not in done.stderr
+    assert f"{lines}:2: the team has a robot cart already" in done.stderr

@@ -1,0 +1,170 @@
+"""Swept regions: while a robot resolves an obstacle, no other is where that sweeps."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pytest
+import yaml
+
+from live.missions import crowd
+from safenav.audit.check import check_trace
+from safenav.errors import InputError
+from safenav.runtime.mission import Mission
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.studio.editing.operations import edited
+from safenav.trace.writing import TraceWriter
+
+MISSIONS = 4 * max(1, int(os.environ.get("SAFENAV_FUZZ", "1")))
+HALL = """\
+safenav: 1
+name: swept
+map:
+  grid: |
+    #########
+    #...#...#
+    #.......#
+    #...#...#
+    #########
+catalogue:
+  obstacles:
+    leaf: {action: push, sweeps: neighbours}
+    bar: {action: push, resolve_at: neighbours, sweeps: neighbours}
+robots:
+  digit: {model: digit, start: [3, 7], heading: north, objective: {visit: [[1, 5], [3, 7]]}}
+  quad: {model: quadcopter, start: [2, 1], objective: {visit: [[2, 7], [2, 1]]}}
+obstacles: [{type: leaf, region: [2, 4]}]
+until: {rounds: 2}
+"""
+GATE, SWEPT = 22, {21, 23}
+STAYS = HALL.replace(
+    "start: [2, 1], objective: {visit: [[2, 7], [2, 1]]}",
+    "start: [2, 3], objective: {hold: [2, 3]}",
+)
+STAYS = STAYS.replace("visit: [[1, 5], [3, 7]]", "visit: [[1, 1], [3, 7]]")
+
+
+def played(text: str, clock: str, folder: Path) -> tuple[str, list[dict[str, Any]], Path]:
+    """A run: its outcome, lines and trace."""
+    trace = folder / "trace.jsonl"
+    scenario = load_scenario_text(f"{text}clock: {clock}\n", "swept.yaml")
+    with TraceWriter(trace) as writer:
+        outcome = Mission(scenario, listeners=[writer]).run().outcome.value
+    return outcome, [json.loads(line) for line in trace.read_text().splitlines()], trace
+
+
+def meetings(lines: list[dict[str, Any]], gate: int, swept: set[int], by: str) -> int:
+    """How often another robot was in the swept regions while ``by`` resolved what is at the gate,
+    told from the moves or commands alone."""
+    robots = lines[0]["scenario"]["robots"]
+    at = {name: {data["start"]} for name, data in robots.items()}
+    acting, over, found = False, False, 0
+    for line in lines[1:]:
+        match line["type"]:
+            case "move" | "arrive":
+                at[line["robot"]] = {line.get("to", line.get("at")), line.get("toward")} - {None}
+            case "depart":
+                at[line["robot"]] = {line["from"], line["to"]}
+            case "act":
+                acting = acting or line["robot"] == by
+            case "resolved":
+                acting, over = True, True
+        others = set().union(*(regions for name, regions in at.items() if name != by))
+        found += (acting or gate in at[by]) and bool(others & swept)
+        if over:
+            return found
+    raise AssertionError("nothing was resolved")
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+@pytest.mark.parametrize("text", [HALL, STAYS], ids=["passes", "stays"])
+@pytest.mark.parametrize("kind", ["leaf", "bar"])
+def test_no_other_robot_is_where_a_resolution_sweeps(
+    clock: str, text: str, kind: str, tmp_path: Path
+) -> None:
+    """Also if it holds there for itself: a joint plan moves it."""
+    text = text.replace("type: leaf", f"type: {kind}")
+    outcome, lines, trace = played(text, clock, tmp_path)
+    assert outcome == "completed"
+    assert check_trace(trace).findings == ()
+    assert lines[0]["scenario"]["obstacles"][0]["sweeps"] == sorted(SWEPT)
+    assert meetings(lines, GATE, SWEPT, "digit") == 0
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+@pytest.mark.parametrize("kind", ["leaf", "bar"])
+def test_without_the_key_they_meet_and_the_audit_would_say_so(
+    clock: str, kind: str, tmp_path: Path
+) -> None:
+    text = HALL.replace(", sweeps: neighbours", "").replace("type: leaf", f"type: {kind}")
+    _, lines, trace = played(text, clock, tmp_path)
+    assert check_trace(trace).findings == ()
+    assert meetings(lines, GATE, SWEPT, "digit") > 0
+    lines[0]["scenario"]["obstacles"][0]["sweeps"] = sorted(SWEPT)
+    trace.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    assert "swept" in {finding.rule for finding in check_trace(trace).findings}
+
+
+def swept_crowd(seed: int) -> Mapping[str, Any]:
+    """Rooms with doors that sweep what is beside them, opened from inside or from beside."""
+    random = Random(f"swept {seed}")
+    data = json.loads(json.dumps(crowd(seed, random.choice([2, 2, 3, 3, 4]))))
+    kinds = data.setdefault("catalogue", {}).setdefault("obstacles", {})
+    kinds["door"] = {"action": "push", "sweeps": "neighbours"}
+    kinds["bar"] = {"action": "push", "resolve_at": "neighbours", "sweeps": "neighbours"}
+    for obstacle in data.get("obstacles", []):
+        if obstacle["type"] == "door" and random.random() < 0.5:
+            obstacle["type"] = "bar"
+    data["limits"] = {"ticks": 400}
+    return dict(data)
+
+
+@pytest.mark.parametrize("seed", range(MISSIONS))
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+def test_random_missions_with_swept_regions_end_as_without(
+    seed: int, clock: str, tmp_path: Path
+) -> None:
+    data = swept_crowd(seed)
+    outcome, _, trace = played(yaml.safe_dump(data), clock, tmp_path)
+    assert check_trace(trace).findings == ()
+    if outcome != "completed":
+        for kind in data["catalogue"]["obstacles"].values():
+            kind.pop("sweeps", None)
+        assert played(yaml.safe_dump(data), clock, tmp_path)[0] == outcome
+
+
+WRONG = {
+    "sweeps: self": ("sweeps: neighbours}", "sweeps: self}", "its own region is meant anyway"),
+    "sweeps: []": ("sweeps: neighbours}", "sweeps: []}", "is empty"),
+    "sweeps: wall": ("region: [2, 4]}", "region: [2, 4], sweeps: [99]}", "99"),
+    "needs": (
+        "leaf: {action: push,",
+        "leaf: {needs: [{action: push}, {action: push}],",
+        "it has several needs",
+    ),
+}
+
+
+WRONG["promised"] = ("until: {rounds: 2}", "until: {rounds: 2, by: 90}", "promised in ticks")
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_regions_that_cannot_be_swept_are_refused(case: str) -> None:
+    old, new, told = WRONG[case]
+    with pytest.raises(InputError, match="sweeps") as error:
+        load_scenario_text(HALL.replace(old, new, 1), "swept.yaml")
+    assert told in str(error.value)
+
+
+def test_an_obstacle_has_regions_of_its_own_and_keeps_them_in_the_studio() -> None:
+    text = HALL.replace("region: [2, 4]}", "region: [2, 4], sweeps: [[2, 3]]}")
+    moved = edited(text, {"op": "move_obstacle", "index": 0, "region": 21})
+    (obstacle,) = load_scenario_text(moved, "swept.yaml").obstacles
+    assert obstacle.region == 21 and obstacle.sweeps == frozenset({21})
+    (before,) = load_scenario_text(text, "swept.yaml").obstacles
+    assert before.swept(load_scenario_text(text, "swept.yaml").map) == {21}

@@ -1,0 +1,159 @@
+"""Searches for joint plans while time passes: the mission hears its world meanwhile."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from safenav.audit.check import check_trace
+from safenav.outcome import Outcome
+from safenav.runtime.mission import Mission
+from safenav.runtime.protocol import Acted, Arrived, WorldEvent
+from safenav.runtime.termination import RunEnded, Stop
+from safenav.runtime.traffic.planning import Traffic
+from safenav.runtime.traffic.thinking import Thinking, Unknown
+from safenav.scenario.model import Clock, Obstacle, Robot
+from safenav.scenario.reading.loader import load_scenario
+from safenav.trace.writing import TraceWriter
+from safenav.world.map import Region
+from safenav.world.moves import Pose
+
+SCENARIO = Path(__file__).parents[3] / "scenarios" / "corridor_swap.yaml"
+
+
+class Wall:
+    """A floor without obstacles on the wall clock: each step takes 10 ms."""
+
+    def __init__(self) -> None:
+        self.begun = time.monotonic()
+        self.coming: list[WorldEvent] = []
+
+    @property
+    def idle(self) -> bool:
+        return not self.coming
+
+    def now(self) -> float:
+        return time.monotonic() - self.begun
+
+    def sense(self, robot: Robot, region: Region) -> Obstacle | None:
+        del robot, region
+        return None
+
+    def start(self, robot: Robot, pose: Pose, command: int) -> WorldEvent | None:
+        del pose
+        self.coming.append(Arrived(self.now() + 0.01, robot.name, command=command))
+        return None
+
+    def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Acted:
+        del obstacles
+        return Acted(self.now(), robot.name, [], command=command)
+
+    def cancel(self, robot: Robot) -> None:
+        pass
+
+    def wait(self, timeout: float | None) -> Sequence[WorldEvent]:
+        due = min((event.at for event in self.coming), default=self.now() + (timeout or 0.0))
+        if timeout is not None:
+            due = min(due, self.now() + timeout)
+        time.sleep(max(0.0, due - self.now()))
+        told = [event for event in self.coming if event.at <= self.now()]
+        self.coming = [event for event in self.coming if event not in told]
+        return told
+
+
+def slow(patch: pytest.MonkeyPatch, seconds: float) -> list[str]:
+    """Let each search take so long; the names of the threads that have searched."""
+    searched, usual = list[str](), Traffic._searched
+
+    def late(traffic: Traffic, *about: object) -> object:
+        searched.append(threading.current_thread().name)
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            traffic.thinking.check()
+            time.sleep(0.01)
+        return usual(traffic, *about)  # type: ignore[arg-type]
+
+    patch.setattr(Traffic, "_searched", late)
+    return searched
+
+
+def mission(path: Path) -> tuple[Mission, TraceWriter]:
+    scenario = replace(load_scenario(SCENARIO), clock=Clock.LIVE)
+    writer = TraceWriter(path)
+    return Mission(scenario, world=Wall(), listeners=[writer]), writer
+
+
+def test_the_world_is_heard_while_a_plan_is_searched(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    searched, path = slow(monkeypatch, 0.4), tmp_path / "trace.jsonl"
+    run, writer = mission(path)
+    heard = 0
+    with writer:
+        run.start()
+        while run.result is None:
+            run.step()
+            heard += run._traffic.wanted is not None
+    assert run.result.outcome is Outcome.COMPLETED
+    assert searched and threading.main_thread().name not in searched
+    assert heard >= 2
+    assert check_trace(path).findings == ()
+
+
+def test_a_run_that_is_stopped_abandons_its_search(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    searched = slow(monkeypatch, 1000)
+    run, writer = mission(tmp_path / "trace.jsonl")
+    with writer:
+        run.start()
+        while not searched:
+            run.step()
+        begun = time.monotonic()
+        run.give_up()
+    assert time.monotonic() - begun < 10
+
+
+def asked(thinking: Thinking, moment: object, search: Callable[[], object]) -> object:
+    """The answer, asked for until it is there."""
+    for _ in range(500):
+        try:
+            return thinking.ask(moment, search)  # type: ignore[arg-type]
+        except Unknown:
+            time.sleep(0.01)
+    raise AssertionError("no answer")
+
+
+def test_an_answer_is_for_its_moment() -> None:
+    thinking, going = Thinking(Stop()), threading.Event()
+    thinking.background = True
+
+    def endless() -> str:
+        going.set()
+        while True:
+            thinking.check()
+            time.sleep(0.001)
+
+    with pytest.raises(Unknown):
+        thinking.ask("before", endless)
+    assert going.wait(10)
+    assert asked(thinking, "now", lambda: "found") == "found"
+    assert asked(thinking, "now", lambda: "again") == "again"  # each answer is given once
+    thinking.close()
+
+
+def test_what_a_search_raises_is_raised() -> None:
+    thinking = Thinking(Stop(asked="enough"))
+    thinking.background = True
+    with pytest.raises(RunEnded):
+        asked(thinking, 1, thinking.check)
+    thinking.close()
+
+
+def test_without_a_thread_an_answer_is_there_at_once() -> None:
+    assert Thinking(Stop()).ask(1, threading.get_ident) == threading.get_ident()

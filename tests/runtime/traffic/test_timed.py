@@ -1,0 +1,142 @@
+"""Plans for requests that are due, against every joint behaviour of a team."""
+
+from __future__ import annotations
+
+import os
+from itertools import pairwise
+from pathlib import Path
+from random import Random
+
+import pytest
+
+from runtime.played import Runner
+from safenav.runtime.coordination.problem import (
+    Floor,
+    GateNeed,
+    Member,
+    OpenObstacle,
+    Problem,
+    Stage,
+)
+from safenav.runtime.traffic.hurry import beside
+from safenav.runtime.traffic.timed import Quickest
+from safenav.world.map import RegionMap
+from safenav.world.moves import Mobility
+from safenav.world.poses import PoseGraph, bits, region_mask
+
+COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or 40
+MOST = 40
+
+
+def crowd(seed: int) -> tuple[Problem, tuple[int, ...]]:
+    """Two or three robots on one small floor, and an obstacle that some of them resolve."""
+    random = Random(seed)
+    rows, cols, count = random.randint(2, 3), random.randint(3, 4), random.choice((2, 3, 3))
+    wall = "#" * (cols + 2)
+    inside = [
+        "".join("#" if random.random() < 0.2 else "." for _ in range(cols)) for _ in range(rows)
+    ]
+    world = RegionMap.from_grid([wall, *(f"#{row}#" for row in inside), wall])
+    free = sorted(world.free)
+    if len(free) < count + 2:
+        return crowd(seed + 100_000)
+    at = random.sample(free, count + 1)
+    members = []
+    for k in range(count):
+        graph = PoseGraph(world, random.choice((Mobility.FREE, Mobility.FREE, Mobility.HEADING)))
+        skills = frozenset({"lift"} if k == 0 or random.random() < 0.5 else set())
+        ticks = random.choice((1, 1, 1, 2))
+        members.append(Member(f"r{k}", graph, graph.everywhere, (), True, False, skills, ticks))
+    robots = min(random.choice((1, 1, 2)), sum(bool(m.capabilities) for m in members))
+    regions = region_mask(random.sample(free, min(3, len(free))))
+    need = GateNeed("lift", robots, regions, together=robots > 1 and random.random() < 0.7)
+    everybody = frozenset(range(count))
+    gate = OpenObstacle("o@0", at[-1], (everybody,), (need,))
+    apart = tuple(everybody - {i} for i in range(count))
+    poses = tuple(
+        random.choice([p for p in bits(m.graph.everywhere) if p % m.graph.size == at[k]])
+        for k, m in enumerate(members)
+    )
+    return Problem(tuple(members), (gate,), apart), poses
+
+
+def earliest(problem: Problem, poses: tuple[int, ...]) -> int | None:
+    """The first tick in which the need is met, over all joint behaviours, turn after turn."""
+    (gate,), (need,) = problem.gates, problem.gates[0].needs
+    size, count = problem.members[0].graph.size, len(poses)
+    start = (tuple((pose, pose, 0) for pose in poses), frozenset[int]())
+    states = {start}
+    for tick in range(1, MOST):
+        for robot, member in enumerate(problem.members):
+            after = set()
+            for robots, done in states:
+                pose, to, left = robots[robot]
+                options = [(pose, pose, 0)]
+                if left:
+                    options = [(to, to, 0) if left == 1 else (pose, to, left - 1)]
+                else:
+                    others = [r for i, r in enumerate(robots) if i != robot]
+                    taken = {p % size for r in others for p in r[:2]}
+                    for step in member.graph.steps(pose):
+                        if step % size not in taken and step % size != gate.region:
+                            ticks = member.ticks
+                            options.append(
+                                (step, step, 0) if ticks == 1 else (pose, step, ticks - 1)
+                            )
+                for option in options:
+                    now = (*robots[:robot], option, *robots[robot + 1 :])
+                    there = {
+                        i
+                        for i in range(count)
+                        if "lift" in problem.members[i].capabilities
+                        and need.regions >> now[i][0] % size & 1
+                    }
+                    had = done | (there & {robot})
+                    if len(there if need.together else had) >= need.robots:
+                        return tick
+                    after.add((now, frozenset(had)))
+            states = after
+    return None
+
+
+def possible(problem: Problem, plan: list[tuple[int, ...]]) -> None:
+    """No two robots are in one region, none swaps with another, and all steps are steps."""
+    size = problem.members[0].graph.size
+    for before, after in pairwise(plan):
+        assert len({pose % size for pose in after}) == len(after)
+        for i, member in enumerate(problem.members):
+            assert after[i] == before[i] or after[i] in member.graph.steps(before[i])
+            ways = {(a % size, b % size) for a, b in zip(before, after, strict=True) if a != b}
+            assert not {(b, a) for a, b in ways} & ways
+
+
+@pytest.mark.parametrize("seed", range(COUNT))
+def test_no_plan_is_earlier(seed: int) -> None:
+    problem, poses = crowd(seed)
+    truth = earliest(problem, poses)
+    found = Quickest(problem, (Stage(),), poses, 0).plan()
+    if found is None:
+        assert truth is None
+        return
+    assert found.ticks == truth
+    assert found.least <= found.ticks
+    possible(problem, list(found.poses))
+    goals = [m.graph.everywhere & -m.graph.everywhere for m in problem.members]
+    floor = Floor(problem, (Stage(),), poses, tuple(m.name for m in problem.members), ("o@0",))
+    possible(problem, beside(floor, found.poses, goals))
+
+
+def test_two_lifters_do_not_drive_each_other_round_the_warehouse(run: Runner) -> None:
+    """The crate stands between their places: the general search has them follow each other in a
+    plan of 566 steps, which no run of 300 ticks completes."""
+    text = (Path(__file__).parents[3] / "scenarios" / "warehouse_orders.yaml").read_text()
+    text = text[: text.index("obstacles:\n  - ")] + (
+        "obstacles:\n"
+        "  - {type: debris, region: [6, 7]}\n"
+        "  - {type: crate, region: [3, 7]}\n"
+        "until: {rounds: 1}\n"
+        "limits: {ticks: 300}\n"
+    )
+    outcome = run(text).outcome
+    assert outcome["outcome"] == "completed"
+    assert outcome["ticks"] < 120
