@@ -1,14 +1,13 @@
 """Objectives: what a robot is asked to do (DESIGN section 3), one class for each kind.
 
-A target is a set of regions, any of which counts. A kind is its data, its words, and a small
-automaton over regions: what counts when, which target is next, what is forbidden. The specification
-states that automaton in formulas (``spec.objective``), the runtime counts by it
-(``runtime.progress``, ``runtime.traffic.joint``), graph search plays it (``explain.undisturbed``).
-The audit and the checker of bundles have their own, on purpose. All else treats kinds alike.
+A target is a set of regions, any of which counts. A kind is its data, its words, and the moves that
+it forbids; in which order its targets count is a ``Pursuit``. The specification states both in
+formulas (``spec.objective``); the runtime (``runtime.progress``) and joint plans
+(``runtime.traffic.joint``) count by the pursuit, and graph search plays it
+(``explain.undisturbed``). The audit and the checker of bundles have their own, on purpose. All else
+treats kinds alike.
 
-The memory of an automaton is a number: the target whose turn it is, or the set of targets met in
-this round as bits, or nothing. Raw formulas (``ltl``) are not such an automaton: the synthesizer
-makes theirs.
+Raw formulas (``ltl``) are not such an automaton: the synthesizer makes theirs.
 """
 
 from __future__ import annotations
@@ -19,7 +18,9 @@ from dataclasses import field, replace
 from typing import ClassVar
 
 from safenav.dataclass import dataclass
+from safenav.scenario.pursuit import Pursuit
 from safenav.world.map import Region
+from safenav.world.poses import bits
 
 Target = frozenset[Region]
 """Regions of which any one counts."""
@@ -86,19 +87,22 @@ class TargetObjective:
         del region
         return memory
 
+    @property
+    def pursuit(self) -> Pursuit:
+        """The order in which its targets count."""
+        return Pursuit(len(self.listed()), self.in_turn, self.settles)
+
+    def reached(self, region: Region) -> int:
+        """The targets that have ``region``, as a mask."""
+        return sum(1 << i for i, target in enumerate(self.listed()) if region in target)
+
     def met(self, memory: int, region: Region) -> tuple[int, ...]:
         """The targets that count for being in ``region``."""
-        targets = self.listed()
-        if self.in_turn:
-            return (memory,) if region in targets[memory] else ()
-        return tuple(i for i, target in enumerate(targets) if region in target)
+        return tuple(bits(self.pursuit.met(memory, self.reached(region))))
 
     def turned(self, memory: int, region: Region) -> int:
         """The memory of a robot that leaves ``region``, or stays there."""
-        if not self.in_turn or not self.met(memory, region):
-            return memory
-        last = len(self.listed()) - 1
-        return min(memory + 1, last) if self.settles else (memory + 1) % (last + 1)
+        return self.pursuit.step(memory, self.reached(region))[0]
 
     def forbidden(self, memory: int, region: Region, after: Region) -> bool:
         """Whether the objective itself forbids the step from ``region`` to ``after``."""
@@ -111,9 +115,7 @@ class TargetObjective:
     def awaited(self, memory: int) -> Target:
         """The regions of which the robot must reach one next."""
         targets = self.listed()
-        if self.in_turn:
-            return targets[memory]
-        return frozenset().union(*(t for i, t in enumerate(targets) if not memory >> i & 1))
+        return frozenset().union(*(targets[i] for i in bits(self.pursuit.awaited(memory))))
 
     def ends_round(self, seen: Collection[int]) -> bool:
         """Whether a round is complete in which these targets were met."""
@@ -206,10 +208,6 @@ class Cover(TargetObjective):
     @classmethod
     def made(cls, targets: Sequence[Target]) -> Cover:
         return cls(tuple(targets))
-
-    def turned(self, memory: int, region: Region) -> int:
-        seen = memory | sum(1 << i for i in self.met(memory, region))
-        return 0 if seen == (1 << len(self.targets)) - 1 else seen
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,8 @@ from functools import cached_property
 from itertools import combinations
 
 from safenav.dataclass import dataclass
-from safenav.world.poses import Mask, PoseGraph
+from safenav.scenario.pursuit import Pursuit
+from safenav.world.poses import Mask, PoseGraph, bits
 
 
 class SpentError(Exception):
@@ -75,6 +76,18 @@ class Member:
         """Return the ``allowed`` poses from which it can continue forever inside them. Only the
         last target counts if it settles there: its strategy finds the path."""
         return self.graph.live(self.targets[-1:] if self.settles else self.targets, allowed)
+
+    @property
+    def pursuit(self) -> Pursuit:
+        """The order in which its targets count."""
+        return Pursuit(len(self.targets), self.in_turn, self.settles)
+
+    def awaited(self, memory: int) -> Mask:
+        """Return the poses of which it must reach one next, with this memory of its pursuit."""
+        found = 0
+        for target in bits(self.pursuit.awaited(memory)):
+            found |= self.targets[target]
+        return found
 
     @property
     def turns(self) -> bool:

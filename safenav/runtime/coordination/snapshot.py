@@ -110,13 +110,7 @@ def awaited_by(floor: Floor, robot: str, progress: Progress) -> Mask:
     member = floor.problem.members[floor.index(robot)]
     if not member.targets:
         return 0
-    if member.in_turn or len(member.targets) == 1:
-        return member.targets[progress.memory.index]
-    found = 0
-    for number, target in enumerate(member.targets):
-        if number not in progress.seen:
-            found |= target
-    return found
+    return member.awaited(progress.memory.index if member.in_turn else region_mask(progress.seen))
 
 
 def _member(robot: Robot, state: TeamState) -> Member:

@@ -16,8 +16,9 @@ from safenav.runtime.coordination.problem import Problem, Stage, Stages
 from safenav.world.poses import Mask, PoseGraph
 
 Count = tuple[int, int, int]
-"""Progress of a robot since the last resolution: the target whose turn it is (0 where targets
-have no order), those visited in this round (a mask; 0 where they have one), goals or rounds met."""
+"""Progress of a robot since the last resolution: the memory of its ``Pursuit``, as the target whose
+turn it is (0 where they have no order) and those met in this round (0 where they have one), and the
+goals or rounds met."""
 
 DONE_HOLDING = 1
 
@@ -52,6 +53,18 @@ class Steps(dict[int, tuple[int, ...]]):
         return after
 
 
+class Reached(dict[int, int]):
+    """The targets that each pose reaches, as a mask; computed on demand."""
+
+    def __init__(self, targets: tuple[Mask, ...]) -> None:
+        self.targets = targets
+
+    def __missing__(self, pose: int) -> int:
+        found = sum(1 << k for k, target in enumerate(self.targets) if target >> pose & 1)
+        self[pose] = found
+        return found
+
+
 @dataclass
 class Course:
     """The rules by which joint states follow one another.
@@ -66,6 +79,11 @@ class Course:
     _steps: dict[Stages, tuple[Steps, ...]] = field(default_factory=dict)
     _hopeful: dict[Stages, tuple[Steps, ...]] = field(default_factory=dict)
     _alive: dict[Stages, tuple[Mask, ...]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        members = self.problem.members
+        self._pursuits = [member.pursuit for member in members]
+        self._reached = [Reached(member.targets) for member in members]
 
     def begun(self, poses: tuple[int, ...], counts: tuple[Count, ...], stages: Stages) -> Joint:
         """Return the start state of a search: goals that waiting meets count as met."""
@@ -133,14 +151,7 @@ class Course:
         """The poses of which a robot must reach one next; none if it has done its rounds."""
         if self.is_done(robot, count):
             return 0
-        member = self.problem.members[robot]
-        if member.in_turn:
-            return member.targets[count[0]]
-        found = 0
-        for index, target in enumerate(member.targets):
-            if not count[1] >> index & 1:
-                found |= target
-        return found
+        return self.problem.members[robot].awaited(count[0] | count[1])
 
     def places(self, states: Iterable[Joint]) -> list[str]:
         """The joint poses of some states, each once, as text: a JSON list of [region, heading]
@@ -190,24 +201,15 @@ class Course:
         return sum(self.problem.resolved(gate, stages) for gate in range(len(stages)))
 
     def _counted(self, robot: int, pose: int, count: Count) -> Count:
-        member = self.problem.members[robot]
-        index, seen, met = count
-        while not self.is_done(robot, (index, seen, met)):
-            if member.in_turn:
-                if not member.targets[index] >> pose & 1:
-                    break
-                last = index == len(member.targets) - 1
-                met += last if member.settles else 1
-                index = index if last and member.settles else (index + 1) % len(member.targets)
-                continue
-            fresh = [k for k, t in enumerate(member.targets) if t >> pose & 1 and not seen >> k & 1]
-            if not fresh:
+        pursuit, here = self._pursuits[robot], self._reached[robot][pose]
+        while here and not self.is_done(robot, count):
+            memory, counted = pursuit.step(count[0] | count[1], here)
+            met = count[2] + counted
+            after = (memory, 0, met) if pursuit.in_turn else (0, memory, met)
+            if after == count:
                 break
-            for k in fresh:
-                seen |= 1 << k
-            if seen == (1 << len(member.targets)) - 1:
-                seen, met = 0, met + 1
-        return index, seen, met
+            count = after
+        return count
 
 
 def performed(problem: Problem, poses: tuple[int, ...], stages: Stages) -> Stages:

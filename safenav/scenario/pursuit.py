@@ -1,0 +1,39 @@
+"""The order in which targets count: one automaton for objectives, joint plans and the runtime.
+
+Targets are numbers, sets of them masks with a bit for each. The memory is the target whose turn it
+is if they count in turn, else those met in this round.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Pursuit(NamedTuple):
+    """The pursuit of ``targets`` targets. ``in_turn``: they count in their order only;
+    ``settles``: it ends at the last one, where each tick is a round."""
+
+    targets: int
+    in_turn: bool
+    settles: bool
+
+    def met(self, memory: int, here: int) -> int:
+        """The targets that count where the targets ``here`` are reached."""
+        return here & 1 << memory if self.in_turn else here
+
+    def awaited(self, memory: int) -> int:
+        """The targets of which one must be reached next."""
+        return 1 << memory if self.in_turn else (1 << self.targets) - 1 & ~memory
+
+    def step(self, memory: int, here: int) -> tuple[int, int]:
+        """The memory after a turn where ``here`` are reached, and how much counts: a goal if they
+        count in turn, else a round; only the last one if it settles there."""
+        if not self.in_turn:
+            seen = memory | here
+            return (seen, 0) if seen + 1 < 1 << self.targets else (0, 1)
+        if not here >> memory & 1:
+            return memory, 0
+        last = memory == self.targets - 1
+        if self.settles:
+            return memory + (not last), int(last)
+        return 0 if last else memory + 1, 1
