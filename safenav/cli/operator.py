@@ -121,10 +121,10 @@ class _Terminal:
         self._over = False
 
     def line(self, *, stepping: bool) -> str | None:
-        """The next line without its end; None at the end of the input or of the mission.
-        ``stepping``: let the mission continue meanwhile."""
+        """The next line without its end; None at the end of the input, of the mission or of its
+        wait. ``stepping``: let the mission continue meanwhile."""
         while b"\n" not in self._read and not self._over:
-            if self._mission.result is not None:
+            if self._mission.result is not None or self._mission.waiting is None:
                 return None
             if select([sys.stdin], [], [], POLL)[0]:
                 found = os.read(sys.stdin.fileno(), 4096)
@@ -195,7 +195,9 @@ def _ask(mission: Mission, terminal: _Terminal, *, helping: bool) -> None:
     while mission.result is None:
         click.echo("operator> ", nl=False, err=True)
         told = terminal.line(stepping=not given)
-        if mission.result is not None:
+        if mission.result is None and mission.waiting is None:
+            click.echo("\n           an obstacle has disappeared: the run continues", err=True)
+        if mission.result is not None or mission.waiting is None:
             return
         if told is None or told == "give_up":
             mission.intervene(line_read("give_up", mission.state.scenario))

@@ -62,6 +62,15 @@ class Places:
         cx, cy = self.centre(region)
         return hypot(cx - x, cy - y)
 
+    def outside(self, region: Region, x: float, y: float) -> float:
+        """Metres from a point to a region; 0 inside of it."""
+        east, north = self.frame.on_map(x, y)
+        at = self.frame.on_map(*self.centre(region))
+        wide, high = self.frame.resolution
+        return hypot(
+            max(0.0, abs(east - at[0]) - wide / 2), max(0.0, abs(north - at[1]) - high / 2)
+        )
+
     def bearing(self, region: Region, x: float, y: float) -> float:
         """The direction from a point to the middle of a region."""
         cx, cy = self.centre(region)

@@ -10,6 +10,7 @@ from safenav.fleet.acting import TeamAction
 from safenav.fleet.fleet_file import Station
 from safenav.fleet.transport import Located
 from safenav.scenario.model import Robot
+from safenav.world.map import Region
 from safenav.world.moves import Pose
 
 
@@ -54,3 +55,9 @@ class DrivenRobot:
     heard: float = -inf
     looked: float = -inf
     task: FleetTask | None = None
+
+    @property
+    def regions(self) -> frozenset[Region]:
+        """Those that it has: where it stands, and those of its step."""
+        step = (self.task.start, self.task.to) if self.task is not None else ()
+        return frozenset(pose.region for pose in (self.pose, *step))

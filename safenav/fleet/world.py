@@ -35,6 +35,7 @@ from safenav.fleet.transport import (
     Scanned,
     Transport,
 )
+from safenav.runtime.failures import lost
 from safenav.runtime.protocol import (
     Acted,
     Arrived,
@@ -103,6 +104,7 @@ class FleetWorld:
         self._events: list[WorldEvent] = []
         self._untold: dict[str, FleetTask] = {}
         self._progress = FleetProgress(scenario)
+        self._strays: dict[str, Obstacle] = {}
 
     @staticmethod
     def check(scenario: Scenario) -> Frame:
@@ -127,8 +129,8 @@ class FleetWorld:
         return self._clock() - self.begun
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
-        del robot  # what one robot has seen, all know
-        return self._sensing.at(region)
+        seen = self._sensing.at(region)  # what one robot has seen, all know
+        return self._stray(robot, region) if seen is None else seen
 
     def start(self, robot: Robot, pose: Pose, command: int) -> WorldEvent | None:
         body = self._bodies[robot.name]
@@ -140,6 +142,30 @@ class FleetWorld:
         body.task = task
         self._untold[robot.name] = task
         return None
+
+    def _stray(self, robot: Robot, region: Region) -> Obstacle | None:
+        """The obstacle that another robot is, measured in a region that it was not sent to: it has
+        left its way, or somebody has moved it."""
+        for body in self._bodies.values():
+            at = body.place
+            if at is None or not self._scenario.conflict(robot, body.robot):
+                continue
+            held = body.regions
+            off = min(self.places.outside(one, at.x, at.y) for one in held)
+            if off > body.station.tolerance and self.places.region(at.x, at.y) == region:
+                team = self._scenario.robots
+                rivals = [o.name for o in team if self._scenario.conflict(o, body.robot)]
+                found = lost(body.robot, frozenset(rivals), region)
+                return self._strays.setdefault(body.robot.name, found)
+        return None
+
+    def _stray_moved(self, body: DrivenRobot) -> None:
+        """Tell of a robot that is no longer where it was an obstacle."""
+        at, found = body.place, self._strays.get(body.robot.name)
+        if found is None or at is None or self.places.region(at.x, at.y) == found.region:
+            return
+        del self._strays[body.robot.name]
+        self._events.append(Sensed(self.now(), found, there=False))
 
     def told(self, record: Record) -> None:
         """Take a line of the trace: a robot sets out when its ``depart`` is written, not before. A
@@ -167,6 +193,7 @@ class FleetWorld:
     def placed(self, robot: Robot, pose: Pose) -> None:
         """An operator has put a robot somewhere; ``start`` compares that with its odometry."""
         self._bodies[robot.name].pose = pose
+        self._strays.pop(robot.name, None)
 
     def cleared(self, obstacle: Obstacle) -> None:
         """An operator has resolved an obstacle."""
@@ -248,6 +275,8 @@ class FleetWorld:
             case Located():
                 if body.place is None or message.stamp >= body.place.stamp:
                     body.place, body.heard = message, self.now()
+                    self._watch(body)
+                    self._stray_moved(body)
             case Scanned():
                 self._scan(body, message)
             case Reported() if body.place is not None:
@@ -304,6 +333,21 @@ class FleetWorld:
         left = 0.0 if self._following is None else self._following.left(body.robot.name)
         task.due = self.now() + STOPPING + left
         self._transport.cancel(body.robot.name)
+
+    def _watch(self, body: DrivenRobot) -> None:
+        """Stop a robot that leaves the regions of its step: its own planner may lead it around what
+        stands before it, through regions that other robots may enter. One that is in the midst of
+        another region is lost; a follower has its reference instead."""
+        task, at = body.task, body.place
+        if task is None or at is None or body.robot.name in self.followers:
+            return
+        off = min(self.places.outside(region, at.x, at.y) for region in body.regions)
+        if task.phase is Phase.GOING and off > body.station.tolerance:
+            self._stop(body, task, f"{off:.2f} m outside the regions of its step")
+        midst = min(self.places.frame.resolution) / 2
+        if task.phase in (Phase.STOPPING, Phase.RETURNING) and off > midst + body.station.tolerance:
+            self._transport.cancel(body.robot.name)
+            self._lose(body, task)
 
     def _go_back(self, body: DrivenRobot, task: FleetTask) -> None:
         task.phase, task.back = Phase.RETURNING, True
@@ -471,12 +515,9 @@ class FleetWorld:
         for other in self._bodies.values():
             if other is body:
                 continue
-            held = {other.pose.region}
-            if other.task is not None:
-                held |= {other.task.start.region, other.task.to.region}
             at = other.place
             x, y = self.places.centre(region)
-            if region in held or (at is not None and hypot(at.x - x, at.y - y) < size):
+            if region in other.regions or (at is not None and hypot(at.x - x, at.y - y) < size):
                 return True
         return False
 

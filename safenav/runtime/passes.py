@@ -58,7 +58,8 @@ class Passes(Algorithm):
         team.tick += 1  # 5
         self.deadlines.tick_begins()
         self._hear()
-        given_up, self._together = self.interventions.given_up, team.waiting is not None and asked
+        given_up = self.interventions.given_up
+        self._together |= team.waiting is not None and asked
         self._guarded(lambda: self.settle(self.batteries.tick_begins()))
         self._guarded(lambda: self.settle(self.interventions.apply()))
         if given_up:
@@ -176,8 +177,8 @@ class Passes(Algorithm):
         team.emit(records.Waiting(team.tick, outcome, *told))
 
     def _resume(self) -> None:
-        """Decide once after all interventions of a pass: first what was given up is requested
-        again, for what it lacked may be there now."""
+        """Decide once after all interventions of a pass, or since an obstacle has disappeared: what
+        was given up is requested again first, for what it lacked may be there now."""
         self.team.waiting, self._together = None, False
         self._guarded(lambda: self.settle([HopeReturned()]))
 
@@ -193,7 +194,8 @@ class Passes(Algorithm):
             at = self.world.at(sensed)
             if failures.is_late(obstacle.name, at):
                 self.turns.tell.late("sensed", said, sensed.by, obstacle, at)
-            elif not sensed.there:
+            elif not sensed.there:  # as if an operator had resolved it
+                self._together |= self.team.waiting is not None
                 self._guarded(partial(self._settle_gone, obstacle))
         if self._come:
             self._come = False

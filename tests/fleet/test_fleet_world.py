@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
 
+from safenav import Mission
+from safenav.audit.check import check_trace
 from safenav.fleet import world as fleet
 from safenav.fleet.fleet_file import ScanUse, Station
+from safenav.fleet.place import Places
 from safenav.fleet.transport import (
     GoalEnd,
     GoalEnded,
@@ -21,10 +25,13 @@ from safenav.fleet.transport import (
     Scanned,
 )
 from safenav.fleet.world import FleetError, FleetWorld
+from safenav.outcome import Outcome
 from safenav.runtime.protocol import WorldEvent
+from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.records import Depart
 from safenav.trace.vocabulary import ActResult, MovedBy
+from safenav.trace.writing import TraceWriter
 from safenav.world.map import Heading
 from safenav.world.moves import Pose
 
@@ -163,6 +170,14 @@ STEPS = {
         [(None, 1.6), ("canceled", None), ("succeeded", 1.5)],
         ("Failed", HOME, False),
     ),
+    "it goes around, through another region: it is stopped, and sent back": (
+        [(None, 3.4), ("canceled", None), ("succeeded", 1.5)],
+        ("Failed", HOME, False),
+    ),
+    "it is in the midst of another region": (
+        [(None, 4.2), (None, None)],
+        ("Lost", frozenset({8, 9, 11})),
+    ),
     "no answer to anything": (
         [(None, 1.6), (None, None)],
         ("Lost", frozenset({8, 9})),
@@ -181,7 +196,7 @@ def test_a_step_ends_by_one_event_that_is_true(case: str, side: float) -> None:
     (event,) = world.wait(5.0)
     assert told(event) == expected
     assert event.command == 7 and world.idle
-    if case == "no answer: it is stopped, and sent back":
+    if case.endswith("it is stopped, and sent back"):
         assert robots.cancelled == ["digit"]
     assert robots.goals[0] == GoalPoint(1, 2.5 * side, 2.5 * side, 0.0)
 
@@ -344,3 +359,81 @@ def test_what_is_gone_while_somebody_acts_on_it_is_told_by_the_result() -> None:
     (event,) = world.wait(5.0)
     assert told(event) == ("Acted", [(door, ActResult.DONE)])
     assert world.sense(scenario.robots[0], 9) is None
+
+
+CORRIDOR = """\
+safenav: 1
+name: corridor
+map:
+  resolution: 1.0
+  grid: |
+    #######
+    #.....#
+    ###.###
+    #######
+catalogue: {robots: {cart: {mobility: free, layer: ground, capabilities: []}}}
+robots:
+  digit: {model: digit, start: [1, 1], heading: east, objective: {visit: [[1, 5]]}}
+  cart: {model: cart, start: [2, 3], objective: {hold: [2, 3]}}
+until: {rounds: 1}
+clock: live
+"""
+
+
+class Obedient:
+    """A transport whose robots are at once where they are sent. Somebody moves the cart into the
+    corridor when digit sets out first, and back when digit has been sent ``patience`` times."""
+
+    def __init__(self, places: Places, scenario: Scenario) -> None:
+        self.places, self.stamp = places, 0.0
+        self.at = {r.name: places.centre(r.start.region) for r in scenario.robots}
+        self.entered: list[int | None] = []
+
+    def open(self, post: Callable[[Message], None]) -> None:
+        self.post = post
+        for name, (x, y) in self.at.items():
+            self.locate(name, x, y)
+
+    def locate(self, name: str, x: float, y: float) -> None:
+        self.stamp += 1.0
+        self.at[name] = x, y
+        self.post(Located(name, self.stamp, x, y, 0.0))
+
+    def missing(self) -> list[str]:
+        return []
+
+    def navigate(self, robot: str, goal: GoalPoint) -> None:
+        if robot == "digit" and not self.entered:
+            self.locate("cart", *self.places.centre(10))
+        if robot == "digit":
+            self.entered.append(self.places.region(goal.x, goal.y))
+        self.locate(robot, goal.x, goal.y)
+        self.post(GoalEnded(robot, goal.number, GoalEnd.SUCCEEDED))
+
+    def cancel(self, robot: str) -> None: ...
+
+    def close(self) -> None: ...
+
+
+def test_nobody_enters_a_region_into_which_somebody_has_moved_a_robot(tmp_path: Path) -> None:
+    scenario = load_scenario_text(CORRIDOR, "corridor.yaml")
+    robots = Obedient(Places(scenario.map, scenario.map.frame), scenario)  # type: ignore[arg-type]
+    stations = {name: Station(f"/{name}") for name in ("digit", "cart")}
+    world = FleetWorld(scenario, stations, robots)  # type: ignore[arg-type]
+    world.open()
+    trace = tmp_path / "trace.jsonl"
+    with TraceWriter(trace) as writer:
+        mission = Mission(scenario, world=world, listeners=[writer, world.told], attended=True)
+        mission.start()
+        for _ in range(500):
+            if mission.waiting is not None:
+                break
+            mission.step()
+        assert "lost_cart@10" in mission.waiting.explanation and 10 not in robots.entered
+        robots.locate("cart", *robots.places.centre(17))  # it is carried back
+        for _ in range(500):
+            if mission.result is not None:
+                break
+            mission.step()
+    assert mission.result.outcome is Outcome.COMPLETED and 10 in robots.entered
+    assert check_trace(trace).findings == ()

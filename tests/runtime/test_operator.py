@@ -188,15 +188,16 @@ def test_an_impossible_intervention_is_refused(line: str, message: str) -> None:
     assert message in str(error.value)
 
 
-def changed(kind: str, **fields: Any) -> Callable[[list[dict[str, Any]]], None]:
-    """Other fields of the first line of a type; without fields, that line is left out."""
+def changed(*kinds: str, **fields: Any) -> Callable[[list[dict[str, Any]]], None]:
+    """Other fields of the first line of each type; without fields, that line is left out."""
 
     def change(lines: list[dict[str, Any]]) -> None:
-        index = next(i for i, line in enumerate(lines) if line["type"] == kind)
-        if fields:
-            lines[index].update(fields)
-        else:
-            del lines[index]
+        for kind in kinds:
+            index = next(i for i, line in enumerate(lines) if line["type"] == kind)
+            if fields:
+                lines[index].update(fields)
+            else:
+                del lines[index]
 
     return change
 
@@ -204,7 +205,7 @@ def changed(kind: str, **fields: Any) -> Callable[[list[dict[str, Any]]], None]:
 @pytest.mark.parametrize(
     ("waits", "change", "rule"),
     [
-        ([["resolved gate@27"]], changed("operator"), "waiting"),
+        ([["resolved gate@27"]], changed("operator", "gone"), "waiting"),
         ([["permanent gate@27", "give_up"]], changed("waiting", outcome="completed"), "waiting"),
         ([["service bee out"], ["give_up"]], changed("reopened", obstacle="gate@99"), "names"),
         ([["service bee out"], ["give_up"]], changed("blocked"), "waiting"),

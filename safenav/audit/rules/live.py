@@ -213,7 +213,7 @@ class HoldsRule(Rule):
                 self._plan = frozenset()
             case "waiting":
                 self._waiting = True
-            case "operator":
+            case "operator" | "gone":
                 self._waiting = False
             case _:
                 pass
@@ -275,8 +275,9 @@ def _goes_on(record: Line | Line, now: Situation) -> bool:
 class WaitingRule(Rule):
     """While the team waits for an operator only robots get a command that pursue their own
     objective, wait for nothing and can undo each step (free mobility); a wait says what a run could
-    end with; what is reopened was given up, and not found untraversable, and is so by an operator
-    or since a robot is back in service; an operator puts robots down where nobody in conflict is
+    end with, and is over when an obstacle has disappeared; what is reopened was given up, and not
+    found untraversable, and is so by an operator, or since an obstacle has disappeared or a robot
+    is back in service; an operator puts robots down where nobody in conflict is
     (T, Live runs)."""
 
     name = "waiting"
@@ -296,6 +297,8 @@ class WaitingRule(Rule):
             case "depart" | "act" if self._waiting is not None and not _goes_on(record, now):
                 problem = f"{record.robot} gets a command while the team waits for an operator"
                 yield self.broken_by(record, record.robot, problem)
+            case "gone":
+                self._waiting, self._hope = None, True
             case "operator":
                 self._waiting, self._hope = None, True
                 for problem in self._deed(record, now):
