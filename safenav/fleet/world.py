@@ -145,7 +145,7 @@ class FleetWorld:
 
     def _stray(self, robot: Robot, region: Region) -> Obstacle | None:
         """The obstacle that another robot is, measured in a region that it was not sent to: it has
-        left its way, or somebody has moved it."""
+        left its way, or a person has moved it."""
         for body in self._bodies.values():
             at = body.place
             if at is None or not self._scenario.conflict(robot, body.robot):
@@ -160,7 +160,7 @@ class FleetWorld:
         return None
 
     def _stray_moved(self, body: DrivenRobot) -> None:
-        """Tell of a robot that is no longer where it was an obstacle."""
+        """Report a robot that is no longer where it was an obstacle."""
         at, found = body.place, self._strays.get(body.robot.name)
         if found is None or at is None or self.places.region(at.x, at.y) == found.region:
             return
