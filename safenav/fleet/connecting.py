@@ -7,7 +7,7 @@ from safenav.fleet.fleet_file import FleetFile, TransportKind
 from safenav.fleet.place import Places
 from safenav.fleet.recording import DriveRecording
 from safenav.fleet.transport import Transport
-from safenav.fleet.world import FleetWorld
+from safenav.fleet.world import FleetClock, FleetWorld
 from safenav.scenario.model import Scenario
 
 
@@ -23,7 +23,8 @@ def fleet_world(
 
         FleetWorld.check(scenario)
         simulated = SimulationTransport(scenario, stations, fleet.simulation)
-        return FleetWorld(scenario, stations, simulated, lambda: simulated.physics.now, recording)
+        clock = FleetClock(lambda: simulated.physics.now, simulated.step)
+        return FleetWorld(scenario, stations, simulated, clock, recording)
     transport: Transport
     if fleet.transport is TransportKind.ROS1:
         from safenav.fleet.ros1 import Ros1Transport

@@ -82,8 +82,9 @@ def driven_motion(
         turns = _Turns(name, steps)
         if name in followers:
             lines += turns.told(_plan(followers[name], body, begun, over))
-            resets = (replace(reset, t=reset.t - begun) for reset in followers[name].resets)
-            lines += [replace(r, tick=turns.tick(r.t)) for r in resets if 0 <= r.t < over]
+            for reset in followers[name].resets:
+                if 0 <= (t := reset.t - begun) <= over + ROUNDING:
+                    lines.append(replace(reset, t=t, tick=turns.tick(t)))
         else:
             mine = (sent for sent in recording.goals if sent.robot == name)
             lines += turns.told([_goal(sent, places, body, begun, over) for sent in mine])
@@ -198,7 +199,7 @@ def _measured(
 ) -> Iterator[Measured]:
     rows = []
     for t, at in heard:
-        if 0 <= t - begun <= over:
+        if 0 <= t - begun <= over + ROUNDING:
             numbers = (*places.frame.on_map(at.x, at.y), at.yaw - places.frame.yaw)
             x, y, yaw = (round(number, DIGITS) for number in numbers)
             rows.append(Measurement(round(t - begun, DIGITS), round(at.stamp, DIGITS), x, y, yaw))

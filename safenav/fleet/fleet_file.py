@@ -120,8 +120,8 @@ class Network:
 
 @dataclass(frozen=True)
 class SimulationUse:
-    """The simulation runs ``pace`` times as fast as a clock. ``obstacles`` that are really there;
-    None for those of the scenario."""
+    """The simulation runs at most ``pace`` times as fast as a clock. ``obstacles`` that are really
+    there; None for those of the scenario."""
 
     pace: float = 1.0
     obstacles: tuple[Obstacle, ...] | None = None

@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from math import tau
-from threading import Event, Thread
 from typing import TYPE_CHECKING, Any
 
 from safenav.extras import missing
@@ -36,7 +35,8 @@ LOOKS = 5
 
 
 class SimulationTransport:
-    """A fleet in MuJoCo, ``pace`` times as fast as a clock if this machine is."""
+    """A fleet in MuJoCo. ``step`` alone lets time pass, at most ``pace`` times as fast as a clock:
+    while the run thinks it stands still, so that a drive does not depend on the machine."""
 
     def __init__(
         self, scenario: Scenario, stations: Mapping[str, Station], use: SimulationUse
@@ -62,12 +62,11 @@ class SimulationTransport:
         self._pace = use.pace
         self._goals: dict[str, int] = {}
         self._acts: dict[str, int] = {}
-        self._end = Event()
-        self._thread: Thread | None = None
+        self._post: Callable[[Message], None] = print  # until it is open
+        self._due, self._steps = 0.0, 0
 
     def open(self, post: Callable[[Message], None]) -> None:
-        self._thread = Thread(target=self._run, args=(post,), daemon=True)
-        self._thread.start()
+        self._post = post
 
     def missing(self) -> list[str]:
         return []
@@ -91,25 +90,19 @@ class SimulationTransport:
             self.physics.perform(robot, actions[action])
 
     def close(self) -> None:
-        self._end.set()
-        if self._thread is not None:
-            self._thread.join()
-            self._thread = None
+        """Robots stand still: nothing steps them from now on."""
 
-    def _run(self, post: Callable[[Message], None]) -> None:
-        begun, count = time.monotonic(), 0
-        while not self._end.is_set():
-            ahead = self.physics.now / self._pace - (time.monotonic() - begun)
-            if ahead > 0:
-                self._end.wait(ahead)
-            self.physics.step(1.0 / RATE)
-            count += 1
-            for name in self._stations:
-                self._tell(name, self.physics.state(name), post, count % LOOKS == 0)
+    def step(self) -> None:
+        """Let time pass up to the next odometry, and post what the robots say then."""
+        time.sleep(max(0.0, self._due - time.monotonic()))
+        self._due = time.monotonic() + 1.0 / (RATE * self._pace)
+        self.physics.step(1.0 / RATE)
+        self._steps += 1
+        for name in self._stations:
+            self._tell(name, self.physics.state(name), looks=self._steps % LOOKS == 0)
 
-    def _tell(
-        self, name: str, state: dict[str, Any], post: Callable[[Message], None], looks: bool
-    ) -> None:
+    def _tell(self, name: str, state: dict[str, Any], *, looks: bool) -> None:
+        post = self._post
         post(Located(name, state["now"], state["x"], state["y"], state["yaw"]))
         if state["end"] is not None:
             post(GoalEnded(name, self._goals[name], GoalEnd(state["end"])))

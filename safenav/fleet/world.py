@@ -12,10 +12,12 @@ from __future__ import annotations
 import queue
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from functools import partial
 from math import hypot, inf
 from typing import TYPE_CHECKING
 
+from safenav.dataclass import dataclass
 from safenav.errors import ExitCode, SafenavError
 from safenav.extras import missing
 from safenav.fleet.acting import FleetProgress, TeamAction
@@ -72,6 +74,18 @@ class FleetError(SafenavError):
     exit_code = ExitCode.BAD_INPUT
 
 
+@dataclass(frozen=True)
+class FleetClock:
+    """Seconds; ``step``: of a simulation whose time passes only while the run waits, lets it pass
+    up to its next messages."""
+
+    now: Callable[[], float] = time.monotonic
+    step: Callable[[], None] | None = None
+
+
+REAL_TIME = FleetClock()
+
+
 class FleetWorld:
     """A fleet behind a transport. Open it before the mission; close it whatever happens."""
 
@@ -80,7 +94,7 @@ class FleetWorld:
         scenario: Scenario,
         stations: Mapping[str, Station],
         transport: Transport,
-        clock: Callable[[], float] = time.monotonic,
+        clock: FleetClock = REAL_TIME,
         recording: DriveRecording | None = None,
     ) -> None:
         frame = self.check(scenario)
@@ -88,11 +102,11 @@ class FleetWorld:
         self.places = Places(scenario.map, frame)
         self.recording = recording
         if recording is not None:
-            transport = RecordedTransport(transport, clock, recording)
-        self._following = _following(scenario, self.places, stations, transport, clock)
+            transport = RecordedTransport(transport, clock.now, recording)
+        self._following = _following(scenario, self.places, stations, transport, clock.now)
         self._transport = self._following or transport
         self._clock = clock
-        self.begun = clock()
+        self.begun = clock.now()
         """The clock's seconds at which this world's begin."""
         self._messages: queue.SimpleQueue[Message] = queue.SimpleQueue()
         self._bodies = {
@@ -126,7 +140,11 @@ class FleetWorld:
         return all(body.task is None for body in self._bodies.values())
 
     def now(self) -> float:
-        return self._clock() - self.begun
+        return self._clock.now() - self.begun
+
+    @property
+    def pauses(self) -> bool:
+        return self._clock.step is not None
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
         seen = self._sensing.at(region)  # what one robot has seen, all know
@@ -224,7 +242,7 @@ class FleetWorld:
 
     def open(self, patience: float = 10.0) -> None:
         """Connect, and wait until each robot answers and says where it is, which must be where the
-        scenario has it begin. Raises FleetError."""
+        scenario has it begin; then for what its lidar has found there. Raises FleetError."""
         self._transport.open(self._messages.put)
         end = self.now() + patience
         while silent := self._silent():
@@ -241,6 +259,11 @@ class FleetWorld:
             astray = None if self._following is None else self._following.astray(body.robot.name)
             if astray is not None:
                 raise FleetError(astray)
+        end = self.now() + FRESH
+        while self.now() < end and any(
+            body.station.scan is not None and body.looked == -inf for body in self._bodies.values()
+        ):
+            self._take_next(0.1)
 
     def _silent(self) -> list[str]:
         bodies = self._bodies.values()
@@ -254,10 +277,11 @@ class FleetWorld:
     # Messages
 
     def _take_next(self, pause: float) -> None:
-        try:
-            self._take(self._messages.get(timeout=pause))
-        except queue.Empty:
-            return
+        if self._clock.step is not None:
+            self._clock.step()
+        else:
+            with suppress(queue.Empty):
+                self._take(self._messages.get(timeout=pause))
         self._take_all()
 
     def _take_all(self) -> None:
@@ -297,6 +321,11 @@ class FleetWorld:
         short = task.phase is Phase.GOING and self._sensing.at(pose.region) is not None
         goal = GoalPoint(self._goals, x, y, self.places.yaw(pose), short)
         self._transport.navigate(body.robot.name, goal)
+        task.due = max(task.due, self.now() + SETTLING + self._left(body))
+
+    def _left(self, body: DrivenRobot) -> float:
+        """Seconds until the reference of a robot is over."""
+        return 0.0 if self._following is None else self._following.left(body.robot.name)
 
     def _metres_to(self, body: DrivenRobot, region: Region) -> float:
         at = body.place
@@ -330,8 +359,7 @@ class FleetWorld:
 
     def _stop(self, body: DrivenRobot, task: FleetTask, reason: str) -> None:
         task.reason, task.phase = reason, Phase.STOPPING
-        left = 0.0 if self._following is None else self._following.left(body.robot.name)
-        task.due = self.now() + STOPPING + left
+        task.due = self.now() + STOPPING + self._left(body)
         self._transport.cancel(body.robot.name)
 
     def _watch(self, body: DrivenRobot) -> None:

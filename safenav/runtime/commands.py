@@ -23,6 +23,7 @@ from safenav.runtime.protocol import (
     Ended,
     Failed,
     Lost,
+    PausingWorld,
     PlacingWorld,
     RememberingWorld,
     Sensed,
@@ -81,6 +82,8 @@ class Commands:
         self._timed = self.world if isinstance(self.world, TimedWorld) else None
         self._changing = self.world if isinstance(self.world, ChangingWorld) else None
         self.simulated = self._timed is not None
+        """Whether the world knows how long commands take."""
+        self.pauses = self.simulated or (isinstance(self.world, PausingWorld) and self.world.pauses)
         """Whether time passes only while the run waits."""
         self._open: dict[str, OpenCommand] = {}
         self._ended: dict[str, WorldEvent] = {}

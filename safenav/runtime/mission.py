@@ -222,7 +222,7 @@ class Mission:
         clock = Clock.LIVE.value if self.state.live else None
         self.state.emit(records.Header(0, records.VERSION, safenav.__version__, header, clock))
         self._guarded(self._algorithm.begin)
-        self._search.background = self.state.live and not self._commands.simulated
+        self._search.background = self.state.live and not self._commands.pauses
         self._traffic.thinking.background = self._search.background
 
     def step(self) -> None:

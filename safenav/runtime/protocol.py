@@ -172,6 +172,16 @@ class TimedWorld(Protocol):
 
 
 @runtime_checkable
+class PausingWorld(Protocol):
+    """A world that may stand still while the run thinks: a simulated fleet."""
+
+    @property
+    def pauses(self) -> bool:
+        """Whether time passes in ``wait`` only."""
+        ...
+
+
+@runtime_checkable
 class PlacingWorld(Protocol):
     """A world that keeps the poses of robots."""
 

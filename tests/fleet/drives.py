@@ -22,7 +22,7 @@ from safenav.scenario.model import Clock
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.reading import read_bytes
 from safenav.trace.trace import Trace
-from safenav.trace.writing import TraceWriter
+from safenav.trace.writing import Listener, TraceWriter
 
 HALL = """\
 safenav: 1
@@ -52,7 +52,12 @@ robots: {spot: {tolerance: 0.3}}
 
 
 @cache
-def driven(scenario: str = HALL, fleet: str = FLEET, goals: tuple[str, ...] = ()) -> Drive:
+def driven(
+    scenario: str = HALL,
+    fleet: str = FLEET,
+    goals: tuple[str, ...] = (),
+    listeners: tuple[Listener, ...] = (),
+) -> Drive:
     """A drive of a scenario; ``goals``: robots that get goals although the defaults follow."""
     plan = replace(load_scenario_text(scenario, "made.yaml"), clock=Clock.LIVE)
     with tempfile.TemporaryDirectory() as folder:
@@ -68,7 +73,7 @@ def driven(scenario: str = HALL, fleet: str = FLEET, goals: tuple[str, ...] = ()
         try:
             world.open()
             with TraceWriter(path) as writer:
-                mission = Mission(plan, world=world, listeners=[writer, world.told])
+                mission = Mission(plan, world=world, listeners=[*listeners, writer, world.told])
                 mission.run()
         finally:
             world.close()

@@ -8,7 +8,7 @@ pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation
 
 from fleet.drives import driven
 from safenav.audit.check import check_trace
-from safenav.motion.file.records import Action
+from safenav.motion.file.records import Action, Reset
 
 YARD = """\
 safenav: 1
@@ -34,5 +34,7 @@ def test_two_robots_lift_a_crate_that_one_of_them_found(goals: tuple[str, ...]) 
     assert outcome is not None and outcome.outcome == "completed"
     lifts = [line for line in drive.motion.lines if isinstance(line, Action)]
     assert {line.robot for line in lifts} == {"one", "two"}
+    # Its lidar has looked before it sets out: it does not run into the crate.
+    assert not [line for line in drive.motion.lines if isinstance(line, Reset)]
     assert len({(line.t0, line.t1) for line in lifts}) == 1
     assert check_trace(drive.lines).findings == () and drive.judged() == []
