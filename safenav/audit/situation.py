@@ -508,9 +508,11 @@ class Situation:
 
     def _perform(self, robot: str, results: Mapping[str, str]) -> None:
         """Note what the robot does where it stands: its part in the needs that are next, unless its
-        result was none. A need that is met gives way to the next."""
+        result was none; an action that fails has only the effects that it names. A need that is met
+        gives way to the next."""
+        failed = "failed" in results.values()
         for name, obstacle in self.obstacles.items():
-            if results.get(name) in WITHOUT_EFFECT:
+            if results.get(name, "failed" if failed else None) in WITHOUT_EFFECT:
                 continue
             # Needs of an obstacle that no scenario lists count from its discovery on.
             counted = name in self.introduced or len(obstacle.all_needs) == 1

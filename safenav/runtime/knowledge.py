@@ -106,17 +106,23 @@ class Knowledge:
         return True
 
     def perform(
-        self, robot: Robot, regions: Mapping[str, Region], may_sweep: Collection[str] = ()
+        self,
+        robot: Robot,
+        regions: Mapping[str, Region],
+        may_sweep: Collection[str] = (),
+        only: Collection[str] | None = None,
     ) -> tuple[bool, tuple[NeedMet, ...]]:
         """Take note of what a robot does where it stands: whether that brought a pending
-        obstacle nearer to its resolution without resolving it, and which needs are met by it."""
+        obstacle nearer to its resolution without resolving it, and which needs are met by it.
+        ``only``: the obstacles by name on which it acts (None: all that it can act on)."""
         before = {name: (work.need, work.done) for name, work in self.pending.items()}
-        works = [*self._known.open.values(), *self._unmet.open.values()]
+        known, unmet = self._known.among(only), self._unmet.among(only)
+        works = [*known.open.values(), *unmet.open.values()]
         needs = [work.need for work in works]
-        kept = dict(self._known.open)
-        self._known.perform(robot, regions, may_sweep)
-        self._known.open = kept  # whether it is resolved, the world says
-        finished = self._unmet.perform(robot, regions, ())
+        known.perform(robot, regions, may_sweep)  # whether it is resolved, the world says
+        finished = unmet.perform(robot, regions, ())
+        for work in finished:
+            del self._unmet.open[work.obstacle.name]
         self._finished = {work.obstacle.name: work for work in finished}
         further = any(
             (work.need, work.done) != before[name]

@@ -5,7 +5,7 @@ The order of what happens here is the order of lines in a trace (docs/trace.md).
 
 from __future__ import annotations
 
-from collections.abc import Generator, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Generator, Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from safenav.dataclass import dataclass
@@ -592,11 +592,14 @@ class Turns:
         """Whether a helper stands where it is to act, and others still where that sweeps."""
         return robot.assignment.obstacle in self._must_not_sweep(robot)
 
-    def _resolve(self, robot: RobotState, event: Acted) -> Iterator[Event]:
-        """Take in what an action has resolved, and which other needs were met by it."""
+    def _resolve(
+        self, robot: RobotState, event: Acted, only: Collection[str] | None = None
+    ) -> Iterator[Event]:
+        """Take in what an action has resolved, and which other needs were met by it (``only``: of
+        these obstacles)."""
         state = self.state
         sweeping = [obstacle.name for obstacle in state.may_sweep(robot.robot)]
-        further, met = state.knowledge.perform(robot.robot, state.regions(), sweeping)
+        further, met = state.knowledge.perform(robot.robot, state.regions(), sweeping, only)
         resolved = []
         for obstacle, result in event.found:
             state.introduce(obstacle)
@@ -704,8 +707,12 @@ class Turns:
         if barred:
             yield from self.leave_plan(PlanEndReason.CHANGED, settling=True)
             yield Unsettled(vocabulary.Reason.REQUEST)
-        if done or not event.found:
-            yield from self._resolve(robot, replace(event, found=tuple(done)))
+        # An action that fails has the reported effects only. One that finds nothing where it was
+        # directed has still met the other needs that are met where the robots stand.
+        failed = any(result is ActResult.FAILED for _, result in event.found)
+        if done or not failed:
+            only = {obstacle.name for obstacle, _ in done} if failed else None
+            yield from self._resolve(robot, replace(event, found=tuple(done)), only)
 
     def gone(self, obstacle: Obstacle) -> Iterator[Event]:
         """An obstacle that the team knows has disappeared."""

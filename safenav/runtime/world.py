@@ -95,6 +95,11 @@ class Works:
                 finished.append(work)
         return finished
 
+    def among(self, names: Collection[str] | None) -> Works:
+        """The same work on the obstacles with these names (None: all)."""
+        open_ = {n: work for n, work in self.open.items() if names is None or n in names}
+        return Works(self.scenario, open_)
+
     def _waits(self, work: Work, may_sweep: Collection[str]) -> bool:
         sweeps = work.obstacle.swept(self.scenario.map)
         return bool(sweeps) and work.obstacle.name not in may_sweep

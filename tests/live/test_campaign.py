@@ -23,6 +23,19 @@ LONG = 2000 if os.environ.get("SAFENAV_FUZZ") else 0
 PARTS = [f"{k}:{k + PART}" for k in range(0, LONG, PART)] or ["0:10"]
 
 
+FAILED = [
+    (4246, True, "a plan lets a robot that is under way wait for another"),
+    (10180, False, "the same, among robots that a door sweeps"),
+    (10163, True, "an action that finds nothing where it was directed has met another need"),
+]
+"""Runs that have failed: the seed, whether with faults, and why."""
+
+
+@pytest.mark.parametrize(("seed", "faults", "why"), FAILED, ids=[str(s) for s, _, _ in FAILED])
+def test_a_run_that_has_failed_is_clean(seed: int, faults: bool, why: str) -> None:
+    assert play(seed, faults=faults).found in ("", "?"), why
+
+
 def run(*options: object) -> None:
     done = warm.program("live.campaign", *options)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -8,7 +8,7 @@ delay can break it, and every execution is a prefix of an order of the plan.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import field
 from itertools import chain, pairwise
 
@@ -45,9 +45,11 @@ def schedule(
     sizes: Sequence[int],
     conflicts: Sequence[frozenset[int]],
     zones: Zones = (),
+    under_way: Collection[int] = (),
 ) -> Schedule:
     """Return the schedule of joint poses that follow one another. ``sizes``: number of regions of
-    each robot's map, which gives a pose's region."""
+    each robot's map, which gives a pose's region. ``under_way``: the robots that have begun their
+    first step, which waits for none."""
     count = len(sizes)
     ways = [[states[0][i]] for i in range(count)]
     stays: dict[int, list[tuple[int, int, int]]] = {}  # region -> (robot, came by, left by) steps
@@ -76,7 +78,8 @@ def schedule(
                     for robot, _, left in chain(*(stays.get(r, ()) for r in bits(zone))):
                         if robot in group and robot != i:
                             latest[robot] = max(left, latest.get(robot, left))
-            orders += [Order(i, step, robot, left) for robot, left in latest.items()]
+            if step or i not in under_way:
+                orders += [Order(i, step, robot, left) for robot, left in latest.items()]
             ways[i].append(joint[i])
             stays.setdefault(region, []).append((i, step, -1))
             present[i] = [region, len(stays[region]) - 1]

@@ -517,7 +517,7 @@ class Traffic:
                 under_way[index] = floor.problem.members[index].graph.number(robot.pose)
                 robot.transit = replace(robot.transit, planned=True)
         poses, states = with_steps_under_way(poses, states, counts, under_way)
-        plan = schedule(poses, sizes, floor.problem.conflicts, floor.problem.apart)
+        plan = schedule(poses, sizes, floor.problem.conflicts, floor.problem.apart, under_way)
         self._followed = self.state.last_settled.found
         self.execution = Execution(plan, dues_of(states, counts))
         self.state.changes += 1

@@ -67,6 +67,16 @@ def test_two_robots_change_places_by_a_niche() -> None:
         play(floor, found, random.Random(seed))
 
 
+def test_a_step_under_way_waits_for_none() -> None:
+    """Of two robots, at most one is in the regions 1 to 3; one has set out for them already."""
+    zones = [(frozenset({0, 1}), 0b1110)]
+    ways = [(0, 2), (1, 4), (0, 4), (1, 4)]
+    waits = [(o.step, o.before) for o in schedule(ways, [5, 5], [frozenset()] * 2, zones).orders]
+    assert waits == [(0, 0), (2, 0)]
+    begun = schedule(ways, [5, 5], [frozenset()] * 2, zones, under_way=[0])
+    assert [(o.step, o.before) for o in begun.orders] == [(2, 0)]
+
+
 def test_a_tube_without_niche_is_refuted() -> None:
     floor = Floor(TUBE, {"a": Bot("7", [10, 7]), "b": Bot("10", [7, 10])})
     answer = search(floor).run()
