@@ -155,7 +155,7 @@ def shortfall_words(found: Shortfall, word: Word, it: str | None = None) -> str:
         said.append(f"this team has {_NUMBERS.get(len(names), len(names))}: {listed(names)}")
     if found.done:
         said.append(f"{listed(found.done)} {'has' if len(found.done) == 1 else 'have'} done it")
-    hindered = [(each.name, _why(each, word)) for each in found.helpers]
+    hindered = [(each.name, _why(each, found.obstacle, word)) for each in found.helpers]
     said += [f"{name} has it, but {why}" for name, why in hindered if why]
     if not found.too_few:
         ready = [each.name for each in found.helpers if each.hindrance is Hindrance.NOTHING]
@@ -163,8 +163,10 @@ def shortfall_words(found: Shortfall, word: Word, it: str | None = None) -> str:
     return "; ".join(said)
 
 
-def _why(helper: Helper, word: Word) -> str:
+def _why(helper: Helper, obstacle: str, word: Word) -> str:
     match helper.hindrance:
+        case Hindrance.GATES if helper.waits_for == (obstacle,):
+            return "it cannot enter that region alone: 'at' can say where else it acts"
         case Hindrance.GATES:
             are = "is" if len(helper.waits_for) == 1 else "are"
             return f"{listed(obstacle_words(o, word) for o in helper.waits_for)} {are} in its way"

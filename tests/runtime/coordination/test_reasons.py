@@ -125,6 +125,11 @@ def lacks(*helpers: Helper, robots: int = 1, of: str = "door@1", **more: bool) -
             "has one: a; a has done it",
         ),
         (
+            lacks(Helper("a", Hindrance.GATES, ("door@1",))),
+            "door@1 needs a robot with 'push'; a has it, but it cannot enter that region alone: "
+            "'at' can say where else it acts",
+        ),
+        (
             lacks(Helper("a", Hindrance.OUT_OF_SERVICE)),
             "door@1 needs a robot with 'push'; a has it, but it is out of service",
         ),
