@@ -20,7 +20,6 @@ from safenav.audit.rules import (
     obstacles,
     order,
     outcome,
-    passing,
     plans,
     proofs,
     requests,
@@ -32,7 +31,7 @@ from safenav.audit.situation import Situation
 
 _MODULES = (
     *(order, deadlines, batteries, motion, beliefs, obstacles, requests, stack, objectives),
-    *(synthesis, passing, changes, plans, outcome, proofs, live),
+    *(synthesis, changes, plans, outcome, proofs, live),
 )
 RULES: tuple[type[Rule], ...] = tuple(
     rule

@@ -5,23 +5,34 @@ Graph search comes first; the game decides the rest."""
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from dataclasses import replace
 
 from safenav.errors import SafenavError
-from safenav.explain.assumption import helpful_assumptions
 from safenav.explain.core import find_core
 from safenav.explain.diagnosis import diagnose, held_ways
-from safenav.explain.explanation import Core, Explanation, NoStrategyCause, Witness, WitnessEnd
+from safenav.explain.explanation import (
+    Core,
+    Explanation,
+    NoStrategyCause,
+    Repair,
+    RepairKind,
+    Witness,
+    WitnessEnd,
+)
 from safenav.explain.realizability import Questions
 from safenav.explain.repair import Judge, RepairProblem, find_repairs
 from safenav.explain.witness import confinement, play_out
-from safenav.scenario.model import Scenario
+from safenav.outcome import Verdict
+from safenav.scenario.model import Scenario, Tracking
 from safenav.scenario.objective import Ltl
 from safenav.spec.compile import compile_task
-from safenav.spec.specification import Section, Specification
+from safenav.spec.movement import headings, one_of
+from safenav.spec.other_robots.nearby import busy
+from safenav.spec.specification import Constraint, Origin, Section, Specification
 from safenav.spec.task import Task
 from safenav.synthesis.slugs import Synthesizer
-from safenav.world.map import RegionMap
+from safenav.world.map import Region, RegionMap
 
 REPAIR_SECONDS = 2.0
 
@@ -86,3 +97,60 @@ def _cause(core: Core, witness: Witness | None, task: Task) -> NoStrategyCause:
     if isinstance(task.objective, Ltl) and all(item in own for item in items):
         return NoStrategyCause.CONTRADICTION
     return NoStrategyCause.FORBIDDEN_WAY
+
+
+def helpful_assumptions(
+    spec: Specification, task: Task, world: RegionMap, ask: Questions
+) -> Iterator[Repair]:
+    """Yield the weakest of the tried assumptions on the other robots that makes it realizable."""
+    if not task.endangered:
+        return
+    for words, constraints in _promises(task, world):
+        variant = Specification(
+            spec.robot, spec.title, spec.variables, (*spec.constraints, *constraints)
+        )
+        if ask.verdict(variant) is Verdict.REALIZABLE:
+            yield Repair(RepairKind.ASSUMPTION, ((f"robots.{task.robot.name}", words),))
+            return
+
+
+def _promises(task: Task, world: RegionMap) -> Iterator[tuple[str, list[Constraint]]]:
+    """Yield assumptions in words and as constraints, from the weakest to the strongest."""
+    names = " and ".join(other.name for other in task.observed if other.danger)
+    me = task.robot.name
+    regions = frozenset().union(*task.targets)
+    if regions:
+        words = f"{names} never next to {me} while it is at one of its targets"
+        yield words, list(_keeps_clear(task, world, regions))
+        if task.tracking is not Tracking.NEARBY:
+            words = f"{names} never in a target of {me}, nor next to one"
+            around = regions | {n for r in regions for n in world.neighbours(r)}
+            yield words, list(_stays_out(task, around))
+    yield f"{names} never next to {me}", list(_keeps_clear(task, world, None))
+
+
+def _keeps_clear(
+    task: Task, world: RegionMap, regions: frozenset[Region] | None
+) -> Iterator[Constraint]:
+    """Require that no robot comes next to the robot (while it is in one of the regions)."""
+    origin = Origin(task.item, "an assumption about the other robots")
+    places = world.free if regions is None else sorted(regions)
+    if task.tracking is Tracking.NEARBY:
+        clear = " & ".join(f"!{busy(heading)}'" for heading in headings(world))
+        formula = clear if regions is None else f"{one_of('region', places)} -> {clear}"
+        yield Constraint(Section.ENV_TRANS, formula, origin)
+        return
+    for other in task.observed:
+        if other.danger:
+            for region in places:
+                beside = one_of(other.variable, world.neighbours(region), "'")
+                formula = f"region = {region} -> !({beside})"
+                yield Constraint(Section.ENV_TRANS, formula, origin)
+
+
+def _stays_out(task: Task, regions: frozenset[Region]) -> Iterator[Constraint]:
+    origin = Origin(task.item, "an assumption about the other robots")
+    for other in task.observed:
+        if other.danger:
+            formula = f"!({one_of(other.variable, regions, chr(39))})"
+            yield Constraint(Section.ENV_TRANS, formula, origin)

@@ -23,36 +23,29 @@ class ForbiddenMove:
     obstacle: Obstacle
 
 
-@dataclass(frozen=True)
-class Characterization:
-    """Checks moves against the world and the team's knowledge of it."""
-
-    world: Commands
-    team: TeamState
-
-    def check(self, robot: Robot, pose: Pose, target: Region) -> ForbiddenMove | None:
-        """Return the violation of knowledge or observation by moving from ``pose`` to ``target``,
-        or None. A known obstacle stays closed until an event opens it, whatever a sensor finds
-        now."""
-        if target == pose.region:
-            return None
-        knowledge = self.team.knowledge
-        obstacle = knowledge.closing(target, robot)
+def characterize(
+    world: Commands, team: TeamState, robot: Robot, pose: Pose, target: Region
+) -> ForbiddenMove | None:
+    """Return the violation of knowledge or observation by moving from ``pose`` to ``target``, or
+    None. A known obstacle stays closed until an event opens it, whatever a sensor finds now."""
+    if target == pose.region:
+        return None
+    obstacle = team.knowledge.closing(target, robot)
+    if obstacle is None:
+        obstacle = world.sense(robot, target)
         if obstacle is None:
-            obstacle = self.world.sense(robot, target)
-            if obstacle is None:
-                return None
-            if not self._stops(obstacle, robot):
-                if self.team.live:  # in lockstep all sensors show the same
-                    knowledge.sight(obstacle)
-                return None
-        return ForbiddenMove(robot, pose.region, target, obstacle)
+            return None
+        if not _stops(team, obstacle, robot):
+            if team.live:  # in lockstep all sensors show the same
+                team.knowledge.sight(obstacle)
+            return None
+    return ForbiddenMove(robot, pose.region, target, obstacle)
 
-    def _stops(self, obstacle: Obstacle, robot: Robot) -> bool:
-        """Whether a robot must not enter an obstacle that it notices: the regions that one sweeps
-        have to be reserved first, so the team has to know of it."""
-        knowledge = self.team.knowledge
-        if knowledge.closed_to(obstacle, robot):
-            return True
-        sweeps = bool(obstacle.swept(self.team.scenario.map))
-        return sweeps and obstacle.blocks(robot) and not knowledge.knows(obstacle)
+
+def _stops(team: TeamState, obstacle: Obstacle, robot: Robot) -> bool:
+    """Whether a robot must not enter an obstacle that it notices: the regions that one sweeps have
+    to be reserved first, so the team has to know of it."""
+    if team.knowledge.closed_to(obstacle, robot):
+        return True
+    sweeps = bool(obstacle.swept(team.scenario.map))
+    return sweeps and obstacle.blocks(robot) and not team.knowledge.knows(obstacle)

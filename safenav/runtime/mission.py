@@ -26,7 +26,6 @@ from safenav.runtime.coordination.strategy_search import StrategySearch, TaskRes
 from safenav.runtime.deadlines.ledger import Deadlines
 from safenav.runtime.energy.batteries import Batteries
 from safenav.runtime.interventions import Intervention, Interventions
-from safenav.runtime.live_limits import refuse_if_unsafe
 from safenav.runtime.passes import Passes
 from safenav.runtime.protocol import BlockingWorld, World, WorldEvent
 from safenav.runtime.simulation import LiveSimulation
@@ -36,6 +35,7 @@ from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.turn import Turns
 from safenav.runtime.world import SimulatedWorld
 from safenav.scenario.model import Clock, Scenario, Tracking
+from safenav.scenario.reading.promises import in_seconds
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.request import Listener as SynthesisListener
@@ -364,3 +364,23 @@ def default_synthesizer(
         controllers=scenario.controllers,
         states=limits.states,
     )
+
+
+def refuse_if_unsafe(scenario: Scenario) -> None:
+    """Raises UsageError, with the robot and the reason, if a strategy of the scenario assumes how
+    far other robots move between two of its looks."""
+    if scenario.promises:
+        raise UsageError(
+            "a live run cannot keep promises in ticks: a tick has no length there; use "
+            f"'clock: lockstep', or {in_seconds(scenario)}"
+        )
+    for robot in scenario.robots:
+        others = [o.name for o in scenario.robots if o is not robot and scenario.conflict(robot, o)]
+        if robot.tracking is Tracking.NEARBY or not others:
+            continue
+        moves = f"{others[0]} moves" if len(others) == 1 else f"{' and '.join(others)} move"
+        raise UsageError(
+            f"{robot.name} has 'tracking: {robot.tracking.value}': its strategy assumes that "
+            f"{moves} at most one region between two of its looks, which a "
+            "live run does not keep; use 'clock: lockstep' or 'tracking: nearby'"
+        )

@@ -11,7 +11,7 @@ from dataclasses import replace
 from safenav.dataclass import dataclass
 from safenav.outcome import Outcome
 from safenav.runtime.belief_recorder import BeliefRecorder
-from safenav.runtime.characterization import Characterization, ForbiddenMove
+from safenav.runtime.characterization import ForbiddenMove, characterize
 from safenav.runtime.commands import Commands
 from safenav.runtime.coordination.assignable_goals import signal
 from safenav.runtime.coordination.events import (
@@ -60,7 +60,6 @@ class Turns:
 
     def __post_init__(self) -> None:
         self.monitors = Monitors(self.state)
-        self.characterization = Characterization(self.world, self.state)
         self.sightings = BeliefRecorder(self.state)
         self.tell = MoveRecorder(self.state, self.sightings)
 
@@ -82,6 +81,9 @@ class Turns:
             yield from self._stand_still(robot, HoldReason.HELD)
         else:
             yield from self._follow_strategy(robot)
+
+    def _violation(self, robot: RobotState, target: Region) -> ForbiddenMove | None:
+        return characterize(self.world, self.state, robot.robot, robot.pose, target)
 
     def goes_on(self, robot: RobotState) -> bool:
         """Whether a robot pursues its own objective while the team waits for an operator: it can
@@ -140,7 +142,7 @@ class Turns:
         if self.traffic.wanted is not None:  # a plan is due: nobody begins another step
             lost, silent, proposal = False, False, planner.held_back(robot.pose, observed)
             by = MovedBy.STRATEGY if proposal.answers else MovedBy.STAY
-        violation = self.characterization.check(robot.robot, robot.pose, proposal.pose.region)
+        violation = self._violation(robot, proposal.pose.region)
         if violation is not None and self.state.waiting is not None:
             yield from self._move(robot, robot.pose, {}, MovedBy.STAY, why=HoldReason.OPERATOR)
             return
@@ -209,7 +211,7 @@ class Turns:
             pose = None
         violation = None
         if pose is not None:
-            violation = self.characterization.check(robot.robot, robot.pose, pose.region)
+            violation = self._violation(robot, pose.region)
             if violation is not None:
                 self._encounter(robot, violation)
         if violation is not None:
@@ -506,7 +508,7 @@ class Turns:
         safe = next(
             option
             for option in options
-            if self.characterization.check(robot.robot, robot.pose, option.pose.region) is None
+            if self._violation(robot, option.pose.region) is None
             and self._may_move(robot, option.pose)
         )
         node = safe.node if safe.pose != robot.pose else None
@@ -526,7 +528,7 @@ class Turns:
                 answer is not None
                 and answer.pose.region != refused.pose.region
                 and answer.pose.region not in self.state.taken(robot.robot)
-                and self.characterization.check(robot.robot, robot.pose, answer.pose.region) is None
+                and self._violation(robot, answer.pose.region) is None
                 and self._may_move(robot, answer.pose)
             ):
                 return replace(answer, shown=shown)

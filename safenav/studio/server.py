@@ -14,6 +14,9 @@ import socket
 import webbrowser
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
+from functools import cache
+from html import escape
+from importlib.resources import files
 from pathlib import PurePath
 from typing import Any
 
@@ -21,7 +24,6 @@ from aiohttp import WSMsgType, web
 
 from safenav.errors import SafenavError, UsageError
 from safenav.studio.guard import APART, HEADERS, UPLOAD, Guard
-from safenav.studio.page import FILES, asset, page
 from safenav.studio.session import Studio
 from safenav.studio.shelf import ReplaceError
 
@@ -222,3 +224,35 @@ def _allow_many_connections() -> None:
     if soft != resource.RLIM_INFINITY and soft < wanted:
         with suppress(ValueError, OSError):
             resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
+
+
+FILES = {"studio.js": "text/javascript", "studio.css": "text/css"}
+
+_PAGE = """\
+<!doctype html>
+<html lang="en" data-theme="auto">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="generator" content="safenav">
+<link rel="icon" href="data:,">
+<link rel="stylesheet" href="studio.css">
+<title>{title}</title>
+</head>
+<body>
+<div id="app"><noscript>The studio needs JavaScript.</noscript></div>
+<script src="studio.js"></script>
+</body>
+</html>
+"""
+
+
+def page(title: str) -> str:
+    """The document that loads everything else."""
+    return _PAGE.format(title=escape(title))
+
+
+@cache
+def asset(name: str) -> str:
+    """A file of the page."""
+    return files("safenav.studio").joinpath("assets", name).read_text(encoding="utf-8")

@@ -37,13 +37,12 @@ def start_live(
     seed: int | None = None,
     trace: Path | None = None,
     clock: str | None = None,
-    browser: bool = True,
 ) -> None:
     """Serve the run of a scenario, without the editor, until Ctrl-C. Raises UsageError."""
     require_extra()
     from safenav.studio.session import Studio
 
-    _serve(lambda: Studio.of_run(scenario, seed, trace, clock), None, browser, False)
+    _serve(lambda: Studio.of_run(scenario, seed, trace, clock), None, True, False)
 
 
 def require_extra() -> None:

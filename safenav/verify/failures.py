@@ -74,8 +74,8 @@ class Verification:
         return not self.failures
 
 
-def _arrows(nodes: tuple[int, ...], most: int = 40) -> str:
+def _arrows(nodes: tuple[int, ...]) -> str:
     shown = [str(node) for node in nodes]
-    if len(shown) > most:
-        shown[most // 2 : -most // 2] = ["..."]
+    if len(shown) > 40:
+        shown[20:-20] = ["..."]
     return " -> ".join(shown)

@@ -13,7 +13,7 @@ import pytest
 
 import warm
 from live.campaign import play
-from safenav.runtime.characterization import Characterization
+from safenav.runtime import turn
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.traffic.execution import Execution
 from safenav.scenario.model import Robot
@@ -74,7 +74,7 @@ def orders_of_plans_ignored(patch: pytest.MonkeyPatch) -> None:
 
 
 def nothing_characterized(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(Characterization, "check", lambda *_: None)
+    patch.setattr(turn, "characterize", lambda *_: None)
 
 
 def swept_regions_not_reserved(patch: pytest.MonkeyPatch) -> None:

@@ -30,9 +30,8 @@ from safenav.runtime.protocol import (
 )
 from safenav.runtime.simulation import LiveSimulation
 from safenav.runtime.termination import Conclusion, RunEnded
-from safenav.runtime.traffic.execution import schedule
+from safenav.runtime.traffic.execution import schedule, still, with_steps_under_way
 from safenav.runtime.traffic.joint import Joint
-from safenav.runtime.traffic.live import still, with_steps_under_way
 from safenav.runtime.traffic.planning import Traffic
 from safenav.scenario.model import Clock, FailedMoves, Failures, Obstacle, Robot, Scenario
 from safenav.scenario.reading.catalogue import built_in

@@ -10,8 +10,10 @@ from safenav.audit.deriving import pose_of, team_of
 from safenav.audit.formulas import rules_of
 from safenav.audit.lines import Line, proof_of
 from safenav.audit.progress import ENDS
-from safenav.audit.proofs.case import case_of
-from safenav.audit.proofs.judging import never_resolved_problems, problems_of
+from safenav.audit.proofs.case import Case, case_of
+from safenav.audit.proofs.closure import closure_problems
+from safenav.audit.proofs.joint import joint_problems
+from safenav.audit.proofs.tree import tree_problems
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation, Status
 from safenav.audit.team import Team, TooManyError
@@ -125,3 +127,33 @@ def _continues(name: str, now: Situation, team: Team, memory: Mapping[str, int] 
             live = formulas.live(team.reach(name, here, ()), team.members[name].steps)
             return (pose_of(name, now), formulas.valuations.index(values)) in live
     return team.goes_on(name, here, ())
+
+
+def problems_of(proof: Mapping[str, Any], case: Case) -> Iterator[str]:
+    """Yield why this proof does not show that nothing can be completed in that case."""
+    problems = {"closure": _all_lame, "tree": tree_problems, "joint": joint_problems}
+    if proof.get("kind") not in problems:
+        yield f"unknown kind of proof: {proof.get('kind')!r}"
+    else:
+        yield from _read(problems[proof["kind"]](proof, case))
+
+
+def never_resolved_problems(proof: Mapping[str, Any], case: Case, obstacle: str) -> Iterator[str]:
+    """Yield why this proof does not show that an obstacle can never be resolved."""
+    if proof.get("kind") != "closure":
+        yield f"only a closure proves that {obstacle} can never be resolved"
+        return
+    if obstacle not in proof.get("never", ()):
+        yield f"{obstacle} is not among the obstacles that are never resolved"
+    yield from _read(closure_problems(proof, case, lame=False))
+
+
+def _all_lame(proof: Mapping[str, Any], case: Case) -> Iterator[str]:
+    return closure_problems(proof, case, lame=True)
+
+
+def _read(problems: Iterator[str]) -> Iterator[str]:
+    try:
+        yield from problems
+    except (AttributeError, LookupError, TypeError, ValueError) as error:
+        yield f"the proof cannot be read: {error!r}"

@@ -54,15 +54,11 @@ def number_size(cell: float) -> float | None:
 
 
 def draw_numbers(
-    page: SvgWriter,
-    world: RegionMap,
-    cell: float,
-    fill: str = "#8A919C",
-    names: Sequence[PlacedName] = (),
+    page: SvgWriter, world: RegionMap, cell: float, names: Sequence[PlacedName]
 ) -> None:
     """Draw the number of each free region in its corner, except those below ``names``."""
     size = number_size(cell) or _LEGIBLE
-    page.open_group(font_size=number(size), fill=fill)
+    page.open_group(font_size=number(size), fill="#8A919C")
     for region in world.free:
         row, col = world.position(region)
         x, y = (col + 0.07) * cell, row * cell + 0.03 * cell + size

@@ -5,7 +5,10 @@ radian, column by column as differences: a minute of a walker takes about ten ki
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import struct
+import zlib
+from base64 import b64encode
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -22,7 +25,6 @@ from safenav.motion.file.records import (
     Reserve,
     Segment,
 )
-from safenav.report.view3d.packing import packed
 
 RATE = 20
 """Samples per second."""
@@ -167,3 +169,19 @@ def _reserved(motion: Motion) -> Iterator[tuple[str, int, float, float]]:
 
 def _short(seconds: float) -> float:
     return round(seconds, 3)
+
+
+def packed(columns: Iterable[Sequence[float]]) -> str:
+    """Return all columns one after the other; the first value of each is absolute, the others are
+    differences. A difference of less than 128 thousandths takes one byte, any other five."""
+    found = bytearray()
+    for column in columns:
+        before = 0
+        for value in column:
+            now = round(value * 1000)
+            step = now - before
+            found += (
+                struct.pack("<b", step) if -128 < step < 128 else struct.pack("<bi", -128, step)
+            )
+            before = now
+    return b64encode(zlib.compress(bytes(found), 9)).decode()

@@ -27,17 +27,24 @@ from safenav.runtime.traffic.answers import Answer, Exhausted, Found, Spent
 from safenav.runtime.traffic.budgets import LOOKS_FOR_FEW, MOST_FAILURES, ROUNDS_FIRST
 from safenav.runtime.traffic.continuation_plans import Certificates
 from safenav.runtime.traffic.deadlock import deadlock_of_few, deadlocked
-from safenav.runtime.traffic.execution import Execution, Schedule, dues_of, schedule
-from safenav.runtime.traffic.hurry import quickest
+from safenav.runtime.traffic.execution import (
+    Execution,
+    Schedule,
+    dues_of,
+    schedule,
+    still,
+    still_needed,
+    with_steps_under_way,
+)
 from safenav.runtime.traffic.joint import Count, Course, Joint, has_met
 from safenav.runtime.traffic.joint_plan import Search
-from safenav.runtime.traffic.live import still, still_needed, with_steps_under_way
 from safenav.runtime.traffic.local import local_plan
 from safenav.runtime.traffic.remembering import plain_poses, remembering
 from safenav.runtime.traffic.searches import Searches
 from safenav.runtime.traffic.shortening import shortened
 from safenav.runtime.traffic.starvation import Watch
 from safenav.runtime.traffic.thinking import Thinking, Unknown
+from safenav.runtime.traffic.timed import quickest
 from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace
 from safenav.world.moves import Pose

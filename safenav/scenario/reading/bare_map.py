@@ -71,12 +71,9 @@ def map_lines(path: Path, division: Division, folder: Path) -> list[str]:
     return [f"{form}: {quoted}", *division.keys]
 
 
-def load_map(
-    path: Path, division: Division, reach: ReadableFolder | None = None, ask: str = _ASK
-) -> RegionMap:
-    """The regions of a map file. ``reach``: which further files it may name. ``ask``: the
-    hint for a map that nobody said how to divide. Raises InputError with everything that is
-    wrong."""
+def load_map(path: Path, division: Division, reach: ReadableFolder | None = None) -> RegionMap:
+    """The regions of a map file. ``reach``: which further files it may name. Raises InputError with
+    everything that is wrong."""
     if not path.is_file():
         raise InputError([Diagnostic(str(path), 0, 0, "no such file", "check the path")])
     folder = Path.cwd()
@@ -85,12 +82,12 @@ def load_map(
     document = parsed(text, findings)
     assert document is not None, "the lines are YAML"
     world = read_map(document.root, [text], folder, findings).world
-    _tell_whole_file(findings, division, ask)
+    _tell_whole_file(findings, division)
     assert world is not None, "else it was reported"
     return world
 
 
-def _tell_whole_file(findings: Findings, division: Division, ask: str) -> None:
+def _tell_whole_file(findings: Findings, division: Division) -> None:
     """Raise what was found. Places in the generated text mean nothing to users; hints name
     options instead of keys."""
     try:
@@ -100,7 +97,7 @@ def _tell_whole_file(findings: Findings, division: Division, ask: str) -> None:
             replace(d, line=0, column=0, source="") if d.file == findings.file else d
             for d in error.diagnostics
         ]
-        if division == Division() and (ask != _ASK or form_of(Path(findings.file)) != "image"):
-            made = [replace(d, hint=ask) for d in made]
+        if division == Division() and form_of(Path(findings.file)) != "image":
+            made = [replace(d, hint=_ASK) for d in made]
         made = [replace(d, hint=_AS_OPTIONS.sub(r"--\1 \2", d.hint)) for d in made]
         raise InputError(made) from None

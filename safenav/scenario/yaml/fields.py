@@ -137,11 +137,9 @@ def integer(
     return value
 
 
-def positive(
-    node: Node | None, what: str, findings: Findings, expected: str = "a number"
-) -> float | None:
+def positive(node: Node | None, what: str, findings: Findings) -> float | None:
     """A finite number above zero."""
-    value = finite(node, what, findings, expected)
+    value = finite(node, what, findings)
     if value is not None and node is not None and value <= 0:
         findings.add(node, f"{what} is {value:g}, and must be more than 0")
         return None

@@ -11,7 +11,7 @@ import pytest
 
 from safenav.audit.language import HEADINGS, Pose
 from safenav.audit.proofs.case import Case, Wish
-from safenav.audit.proofs.judging import problems_of
+from safenav.audit.rules.proofs import problems_of
 from safenav.audit.team import Member, Need, OpenObstacle, Team, TooManyError
 
 # A corridor of regions 1 to 5; nobody may enter 0 or 6.

@@ -11,9 +11,8 @@ from collections.abc import Iterator
 from runtime.coordination.floors import Bot, Floor
 from runtime.traffic.test_joint_plan import search
 from safenav.runtime.traffic.answers import Found
-from safenav.runtime.traffic.execution import Execution, Schedule, schedule
+from safenav.runtime.traffic.execution import Execution, Schedule, schedule, still_needed
 from safenav.runtime.traffic.joint import Course, Joint
-from safenav.runtime.traffic.live import still_needed
 
 DEAD_END = ["#######", "#.....#", "#..####", "#######"]
 FLOORS = int(os.environ.get("SAFENAV_FUZZ", "8"))

@@ -18,8 +18,7 @@ from safenav.runtime.coordination.problem import (
     Problem,
     Stage,
 )
-from safenav.runtime.traffic.hurry import beside
-from safenav.runtime.traffic.timed import Quickest
+from safenav.runtime.traffic.timed import Quickest, beside
 from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility
 from safenav.world.poses import PoseGraph, bits, region_mask
