@@ -110,6 +110,12 @@ class RobotState:
         return self.robot.name
 
     @property
+    def too_flat(self) -> bool:
+        """Whether its charge does not suffice for a step."""
+        battery = self.robot.model.battery
+        return battery is not None and self.charge is not None and self.charge < battery.move
+
+    @property
     def next_pose(self) -> Pose:
         """The pose of the robot's next decision: where it stands, or where it arrives."""
         return self.pose if self.transit is None else self.transit.pose

@@ -204,7 +204,7 @@ class Turns:
         self._look_around(robot)
         pose = self.traffic.next_pose(robot.name)
         shut = self.state.taken if self.state.live else self.state.swept
-        if pose is not None and pose.region in shut(robot.robot):
+        if pose is not None and (pose.region in shut(robot.robot) or robot.too_flat):
             pose = None
         if pose is not None and not self.monitors.allows_planned(robot, pose):
             yield from self.leave_plan(PlanEndReason.CHANGED)

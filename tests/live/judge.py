@@ -7,7 +7,9 @@ that, and with an exhaustive search from where the log ends.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from campaigns.judge import independent, joint
@@ -16,7 +18,7 @@ from campaigns.judge.replay import rounds_done
 from campaigns.judge.situation import FIRST, Answer, Situation, Stage
 
 Line = Mapping[str, Any]
-RETRIES = 3
+RETRIES, ACTIONS = 3, 2
 
 
 class Walk:
@@ -36,6 +38,8 @@ class Walk:
         self.believed: set[str] = set()
         """Obstacles of which a sensor has told, whether they are there or not."""
         self.failures: dict[str, list[int]] = {name: [] for name in self.robots}
+        self.actions: Counter[tuple[str, str]] = Counter()
+        """Failed actions of a robot on an obstacle."""
         self.out: set[str] = set()
         self.moves, self.stopped, self.over = 0, 0, 0.0
         self.busy = dict.fromkeys(self.robots, 0.0)
@@ -67,6 +71,7 @@ class Walk:
             case "resolved":
                 self.stages.pop(line["obstacle"])
                 self.known.discard(line["obstacle"])
+                self._forgive(lambda _, obstacle: obstacle == line["obstacle"])
                 if not line["open"]:
                     self.walls.add(line["obstacle"])
                 for other, seen in self.visits.items():
@@ -82,6 +87,7 @@ class Walk:
                 self.at[name] = {line["at"]}
                 self.out.discard(name)
                 self.failures[name].clear()
+                self._forgive(lambda robot, _: robot == name)
                 self._apart(line, name)
             case "wrong":
                 self.defects.append(f"{line['t']:.2f} s: no robot can do that: {dict(line)}")
@@ -156,9 +162,14 @@ class Walk:
 
     def _worked(self, line: Line) -> None:
         self.believed -= {n for n, deed in line["found"].items() if deed == "nothing"}
+        failed = [n for n, deed in line["found"].items() if deed == "failed"]
+        self.actions.update((line["robot"], n) for n in failed)
         for obstacle, (index, done) in line["stages"].items():
             if obstacle in self.stages:
                 self.stages[obstacle] = (index, frozenset(done))
+
+    def _forgive(self, which: Callable[[str, str], bool]) -> None:
+        self.actions = Counter({k: n for k, n in self.actions.items() if not which(*k)})
 
     # -- the end -----------------------------------------------------------------------------
 
@@ -177,6 +188,11 @@ class Walk:
             if len(self.at[name]) > 1 and name in self.out:
                 found |= {(r, layer) for r in self.at[name]}
         return found
+
+    def barred(self) -> set[tuple[str, str]]:
+        """Robots with the obstacles on which they have failed so often that they leave them to
+        others."""
+        return {pair for pair, failed in self.actions.items() if failed >= ACTIONS}
 
 
 def verdict(data: Mapping[str, Any], log: Sequence[Line], said: Line, budget: int = 20_000) -> str:
@@ -224,6 +240,7 @@ def _false_statement(data: Mapping[str, Any], walk: Walk, budget: int) -> str:
         shown[f"unknown_{layer}@{region}"] = FIRST
     catalogue = {**(data.get("catalogue") or {}), "obstacles": kinds}
     mission = read_mission({**data, "obstacles": entries, "catalogue": catalogue})
+    mission = _without(mission, walk.barred())
     known = {name: walk.stages[name] for name in walk.known & walk.stages.keys()} | shown
     poses = {name: (min(walk.at[name]), walk.heading[name]) for name in walk.robots}
     begin = Situation(poses, dict.fromkeys(walk.robots, (0, 0)), known, frozenset(walk.walls))
@@ -232,3 +249,18 @@ def _false_statement(data: Mapping[str, Any], walk: Walk, budget: int) -> str:
     if answer is Answer.YES:
         return "it says that an operator is needed, but the mission can be completed"
     return "?" if answer is Answer.OVER_BUDGET else ""
+
+
+def _without(mission: Mission, barred: Collection[tuple[str, str]]) -> Mission:
+    """The mission in which these robots lack the actions of these obstacles."""
+    obstacles, able = dict(mission.obstacles), {r.name: r.capabilities for r in mission.robots}
+    for name in {obstacle for _, obstacle in barred}:
+        it = obstacles[name]
+        own = {need.action: f"{need.action} {name}" for need in it.needs}
+        needs = tuple(replace(need, action=own[need.action]) for need in it.needs)
+        obstacles[name] = replace(it, needs=needs)
+        for robot in mission.robots:
+            if (robot.name, name) not in barred:
+                able[robot.name] |= {own[a] for a in own.keys() & robot.capabilities}
+    robots = tuple(replace(robot, capabilities=able[robot.name]) for robot in mission.robots)
+    return replace(mission, obstacles=obstacles, robots=robots)

@@ -106,6 +106,15 @@ def test_failures_that_nobody_can_explain_count_as_something_in_the_way() -> Non
     assert not verdict(TRAPPED, log, NEEDED)
 
 
+def test_an_obstacle_on_which_its_only_helper_has_failed_stays() -> None:
+    failed = {"log": "acted", "t": 1, "robot": "a", "stages": {}, "found": {"door@7": "failed"}}
+    known = shown(0) | {"obstacle": "door@7"}
+    cart = {**PAIR["catalogue"]["robots"]["cart"], "capabilities": ["push"]}
+    helped = {**TRAPPED, "catalogue": {"robots": {"cart": cart}}}
+    assert verdict(helped, [known, failed], NEEDED)
+    assert not verdict(helped, [known, failed, failed], NEEDED)
+
+
 HINGED = {
     **PAIR,
     "catalogue": {

@@ -23,7 +23,8 @@ class ChargeRule(Rule):
     live, each second without one does. A robot off the chargers that can no longer take a step is
     out of service in that turn, by an obstacle of the type ``flat`` that appears there, if the
     scenario has one; no other is. Its resolution fills the battery. A robot gets to a stop before
-    it has another one, unless the known floor changes; alone, it stays nowhere else (T Batteries).
+    it has another one, unless the known floor changes or another robot stays there; alone, it stays
+    nowhere else (T Batteries).
     """
 
     name = "charge"
@@ -120,8 +121,10 @@ class ChargeRule(Rule):
         if record.reason != "charge" or robot not in self._charge or now.requests:
             return  # it can wait for what was requested
         if before is not None and here not in before.targets[0]:
-            problem = f"{robot} has another stop before it gets to the one to {before}"
-            yield self.broken_by(record, robot, problem)
+            again = record.objective.targets == before.targets  # in another pose there
+            if not again and not _kept_from(robot, before.targets[0], now):
+                problem = f"{robot} has another stop before it gets to the one to {before}"
+                yield self.broken_by(record, robot, problem)
         if record.objective.kind == "hold" and record.objective != now.own[robot]:
             self._stops[robot] = (record.objective, record.line, record.tick)
 
@@ -229,6 +232,18 @@ def _battery(now: Situation, robot: str) -> Line:
     battery = now.header.robots[robot].battery
     assert battery is not None
     return battery
+
+
+def _kept_from(robot: str, regions: frozenset[int], now: Situation) -> bool:
+    """Whether another robot stands in one of the regions and does not leave it as far as its own
+    objective goes: it is out of service, or has its only target there."""
+    return any(
+        here in regions
+        and now.conflict(robot, other)
+        and (other in now.out or all({*target} == {here} for target in now.own[other].targets))
+        for other, here in now.region.items()
+        if other != robot and now.toward[other] is None
+    )
 
 
 def charge_after(now: Situation, move: Line, charge: float) -> float:

@@ -94,7 +94,7 @@ class Batteries:
         if robot.acting is not None:
             return
         on_charger = robot.pose.region in scenario.chargers
-        if robot.charge < battery.move and not on_charger:
+        if robot.too_flat and not on_charger:
             yield from self._runs_flat(robot)
         elif scenario.chargers:
             while (stop := self._stop(robot)) != robot.stop:  # a target may count immediately
@@ -124,8 +124,8 @@ class Batteries:
         return self.team.tick + int(robot.charge - need) // battery.stay
 
     def times(self) -> Iterator[float]:
-        """Live: when a charging robot has what it waits for, and when the charge of one that
-        stands falls to the next whole number."""
+        """Live: when a charging robot has what it waits for (at least a step), and when the charge
+        of one that stands falls to the next whole number."""
         for name, standing in self._stands.items() if self.team.live else ():
             robot = self.team.robots[name]
             battery, charge = robot.robot.model.battery, standing.charge
@@ -133,8 +133,9 @@ class Batteries:
                 continue
             if standing.region not in self.team.scenario.chargers:
                 rate, left = battery.stay, charge - ceil(self._charge_at(robot, self._now()) - 1)
-            elif robot.stop is not None:
-                rate, left = battery.charge, self._wanted(robot) - charge
+            elif robot.stop is not None or robot.too_flat:
+                wanted = self._wanted(robot) if robot.stop is not None else 0
+                rate, left = battery.charge, max(wanted, battery.move) - charge
             else:
                 continue
             if rate:
@@ -208,18 +209,35 @@ class Batteries:
         pose = stops.graph.number(robot.pose)
         turn = robot.own.memory.index % len(stops.targets)
         stop, rivals = robot.stop, self.team.rivals(robot.robot)
+        others = (r for r in rivals if self.team.scenario.conflict(robot.robot, r.robot))
+        kept = stops.graph.poses_on(region_mask(r.pose.region for r in others if self._stays(r)))
         if stop is not None:
             here = stop == robot.pose or (rivals and stop.region == robot.pose.region)
             there = stops.graph.number(stop)
             if not here:
-                if stops.graph.steps_between(1 << pose, 1 << there, stops.allowed) is not None:
+                way = stops.graph.steps_between(1 << pose, 1 << there, stops.allowed)
+                if way is not None and not kept >> there & 1:
                     return stop
             elif robot.charge < stops.wanted(pose, turn):
                 return stop
             elif (stops.targets[turn] & ~stops.chargers) >> there & 1:
                 return None  # its objective begins where it is met
-        place = stops.next(pose, turn, robot.charge)
+        settled = self.team.settled
+        index = next(i for i, name in enumerate(self.team.robots) if name == robot.name)
+        helps = settled is not None and index in settled.found.duties
+        place = stops.next(pose, turn, robot.charge, kept, helps=helps)
         return None if place is None else stops.graph.pose(place)
+
+    def _stays(self, robot: RobotState) -> bool:
+        """Whether a robot does not leave its region, as far as its own objective goes: it is out of
+        service, or has its only target there."""
+        objective, here = robot.own.objective, robot.pose.region
+        if robot.transit is not None:
+            return False
+        if not robot.active:
+            return True
+        targets = () if isinstance(objective, Ltl) else targets_of(objective)
+        return robot.stop is None and bool(targets) and all(target == {here} for target in targets)
 
     def _moved(self, move: records.Move) -> None:
         robot = self.team.robots[move.robot]

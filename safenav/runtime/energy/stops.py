@@ -35,17 +35,21 @@ class Stops:
         """The least charge with which it can continue from there, target ``turn`` being next."""
         return self.needs[turn].get(pose, NEVER)
 
-    def next(self, pose: int, turn: int, charge: float) -> int | None:
+    def next(
+        self, pose: int, turn: int, charge: float, kept: Mask = 0, *, helps: bool = False
+    ) -> int | None:
         """The pose to go to next: of the target, if a strategy for all of them could take too much
         charge for what comes after it, or of a charger, or one from which to enter it; None if the
-        charge suffices for such a strategy, or if nothing helps but to charge where it is."""
+        charge suffices for such a strategy, or if nothing helps but to charge where it is.
+        ``kept``: the poses in regions that others do not leave, to be chosen last; ``helps``: its
+        strategy is not for these targets alone."""
         takes = self._takes(pose, turn)
         met, charges = self.targets[turn] >> pose & 1, self.chargers >> pose & 1
-        direct = charges and not met and not self._shortest  # it could return repeatedly
+        direct = charges and not (met or helps or self._shortest)  # it could return repeatedly
         enough = self._nearest(pose, turn, takes) <= charge and self._safe(pose, turn, charge)
         if enough and not direct:
             return None
-        place = min(takes, key=lambda at: (takes[at], at), default=None)
+        place = min(takes, key=lambda at: (kept >> at & 1, takes[at], at), default=None)
         if place is not None and takes[place] <= charge:
             return self._entry(pose, place)
         hops = self._hop(turn)
@@ -54,7 +58,7 @@ class Stops:
             for at in bits(self.chargers)
             if self.steps(pose, at) * self.battery.move <= charge and self.need(at, turn) == 0
         ]
-        order = {at: (hops.get(at, NEVER), self.steps(pose, at), at) for at in able}
+        order = {at: (kept >> at & 1, hops.get(at, NEVER), self.steps(pose, at), at) for at in able}
         place = min(order, key=lambda at: order[at], default=None)
         if place is None:
             return pose if self.chargers >> pose & 1 and charge < self.battery.capacity else None

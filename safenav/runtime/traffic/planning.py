@@ -386,6 +386,9 @@ class Traffic:
         states = self._cut(course, start, answer.states, helping)
         states = self._straightened(plain, states) if helping else states
         counts = self._searches.counts(floor, course.rounds)
+        charges = self._charges(self.state.robots[self._starved])
+        if charges and not self._leg_done(course, start, states[-1], helping):
+            states = self._leg(floor, course, start) or states
         if self._changes_nothing(plain, states, counts):
             states = self._leg(floor, course, start) or states
         self._begin(floor, states, counts, reason)
@@ -491,8 +494,11 @@ class Traffic:
         return not helping and self._each_has_counted(course, start, state)
 
     def _each_has_counted(self, course: Course, start: Joint, state: Joint) -> bool:
-        """Whether each robot with goal poses has reached them once."""
+        """Whether each robot with goal poses has reached them once; of those that go to a charger
+        only the one that starves."""
         for index, robot in enumerate(self.state.robots.values()):
+            if self._charges(robot) and not self._at_stop(course, state, index, robot):
+                return False
             if robot.assignment.role is not Role.OWN or not robot.active:
                 continue
             if course.is_done(index, start.counts[index]) or index in self._cut_off:
@@ -500,6 +506,15 @@ class Traffic:
             if state.counts[index] == start.counts[index]:
                 return False
         return True
+
+    def _charges(self, robot: RobotState) -> bool:
+        """Whether it is the robot that starves, on its way to a charger."""
+        starves = robot.name == self._starved and robot.active
+        return starves and robot.assignment.role is Role.CHARGES
+
+    def _at_stop(self, course: Course, state: Joint, index: int, robot: RobotState) -> bool:
+        pose = plain_poses(course.problem, state.poses)[index]
+        return bool(robot.assignment.goal >> pose & 1)
 
     def _cut(
         self, course: Course, start: Joint, states: Sequence[Joint], helping: bool

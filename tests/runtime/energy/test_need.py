@@ -118,3 +118,13 @@ def test_stops_never_run_empty_and_come_to_an_end(seed: int) -> None:
         if met == 3 * len(asked.targets):
             return
     raise AssertionError("it does not come to an end")
+
+
+@pytest.mark.parametrize(("kept", "stop"), [((), 9), ((9,), 13), ((13,), 9), ((9, 13), 9)])
+def test_a_charger_that_others_do_not_leave_is_chosen_last(
+    kept: tuple[int, ...], stop: int
+) -> None:
+    graph = PoseGraph(RegionMap.from_grid(["########", "#......#", "########"]), Mobility.FREE)
+    chargers, battery = 1 << 9 | 1 << 13, Battery(9, 1, 0, 1, 0)
+    lane = Stops(graph, (1 << 14,), graph.everywhere, chargers, battery)
+    assert lane.next(11, 0, 2, sum(1 << region for region in kept)) == stop
