@@ -6,7 +6,7 @@ Each robot goes to its next place by the fastest steps that the obstacles still 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from safenav.audit.bound import NEVER, Bound
 from safenav.audit.lines import Line
@@ -39,8 +39,12 @@ def impossible(
             if not able or (need.same and robot not in group[act.obstacle]):
                 yield f"{robot} cannot meet need {act.need} of {act.obstacle}"
                 return
-            ticks, _ = bound.ticks(robot, seeds[robot])
             own = bound.names.index(robot)
+            if _leaves(robot, place, now) and act.at <= bound.until[robot]:
+                turns.append(bound.leaving(robot, need, since[act.obstacle]))
+                if turns[-1] < NEVER:
+                    continue
+            ticks, _ = bound.ticks(robot, seeds[robot])
             came[robot] = ticks.get(tuple(place), NEVER)
             if place[0] not in need.regions or came[robot] > act.at:
                 yield f"{robot} cannot act on {act.obstacle} from {place[0]} in tick {act.at}"
@@ -51,18 +55,25 @@ def impossible(
         turn = min(mine)
         if not need.together:
             turn += count * (act.at - turn // count)
-        if turn // count != act.at or turn < there or turn < last:
+        gone = any(
+            turn >= bound.until[robot] * count + bound.names.index(robot)
+            for robot in act.robots.keys() - came.keys()
+        )
+        if turn // count != act.at or turn < there or turn < last or gone:
             yield f"{act.obstacle} is not reached in tick {act.at} and in this order"
             return
         last = turn
-        for robot, place in act.robots.items():
-            ready = (turn - bound.names.index(robot)) // count
-            if ready > came[robot] and bound.takes(robot) > 1 and not need.together:
-                ready -= 1  # it sets out in the turn in which it acts
-            seeds[robot] = {tuple(place): max(ready, came[robot])}
+        for robot, tick in came.items():
+            seeds[robot] = {tuple(act.robots[robot]): max(bound.sets_out(robot, turn), tick)}
         done[act.obstacle] |= {*act.robots}
         if need.together or len(done[act.obstacle]) >= need.robots:
             bound.met[act.obstacle][act.need] = turn
             group[act.obstacle] = {*act.robots} if need.together else done[act.obstacle]
             stage[act.obstacle] += 1
             done[act.obstacle], since[act.obstacle] = set(), turn
+
+
+def _leaves(robot: str, place: Iterable[object], now: Situation) -> bool:
+    """Whether a robot in transit set out from a place."""
+    heading = now.heading[robot] if now.has_heading(robot) else None
+    return now.toward[robot] is not None and tuple(place) == (now.region[robot], heading)

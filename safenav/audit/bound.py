@@ -6,7 +6,7 @@ in which its needs could all be met (docs/deadlines.md). Turn ``tick * n + i`` i
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from heapq import heappop, heappush
 
 from safenav.audit.deriving import pose_of
@@ -36,10 +36,14 @@ class Bound:
         self.now, self.names, self._slow = now, [*now.header.robots], slow
         self.turn = tick * len(self.names) + had - 1
         self.start: dict[str, tuple[Pose, int]] = {}
+        self.until: dict[str, int] = {}  # the latest tick in which those in transit arrive
         for index, name in enumerate(self.names):
             ready = tick if index < had else tick - 1
             if now.toward[name] is not None:
-                ready = max(ready + 1, begun.get(name, tick) + self.takes(name) - 1)
+                since, timing = begun.get(name, tick), now.header.robots[name].timing
+                most = 1 if timing is None else timing.most
+                self.until[name] = max(ready + 1, since + most - 1)
+                ready = max(ready + 1, since + self.takes(name) - 1)
             self.start[name] = (pose_of(name, now), ready)
         stays = (Status.UNTRAVERSABLE, Status.GIVEN_UP)
         self.sealed = {
@@ -97,6 +101,20 @@ class Bound:
             return 1
         return timing.most if self._slow else timing.least
 
+    def sets_out(self, robot: str, turn: int) -> int:
+        """The tick after which a robot can set out and still be, in that turn, where it was: it
+        is there until it arrives."""
+        return (turn - self.names.index(robot)) // len(self.names) + 1 - self.takes(robot)
+
+    def leaving(self, robot: str, need: Line, since: int) -> int:
+        """The first turn from ``since`` on in which a robot in transit can have its part in a need
+        where it set out; NEVER if there is none."""
+        if self.now.toward[robot] is None or self.now.region[robot] not in need.regions:
+            return NEVER
+        own, count = self.names.index(robot), len(self.names)
+        turn = since if need.together else since + (own - since) % count
+        return turn if turn < self.until[robot] * count + own else NEVER
+
     def _closed_until(self, robot: str, region: int) -> int:
         """The turn after which a robot may enter a region; -1: now."""
         after = -1
@@ -111,8 +129,9 @@ class Bound:
                 after = max(after, met[last - 1])
         return after
 
-    def ticks(self, robot: str, seeds: Ticks) -> tuple[Ticks, Ticks]:
-        """The earliest tick at whose end a robot is in each pose; in which a step ends there."""
+    def ticks(self, robot: str, seeds: Ticks, ends_in: Collection[int] = ()) -> tuple[Ticks, Ticks]:
+        """The earliest tick at whose end a robot is in each pose; in which a step ends there.
+        ``ends_in``: regions through which no path leads, only into them."""
         own, takes = self.names.index(robot), self.takes(robot)
         mobility = self.now.header.robots[robot].mobility
         best, stepped = dict(seeds), Ticks()
@@ -130,7 +149,7 @@ class Bound:
                 begins = max(tick + 1, (after - own) // len(self.names) + 1)
                 ends = begins + takes - 1
                 stepped[there] = min(stepped.get(there, NEVER), ends)
-                if ends < best.get(there, NEVER):
+                if ends < best.get(there, NEVER) and there[0] not in ends_in:
                     best[there] = ends
                     heappush(queue, (ends, str(there), there))
         return best, stepped
@@ -158,19 +177,20 @@ class Bound:
                 if need.same and number > stage:
                     if name not in former:
                         continue
-                    # from its own next turn on; a step of several ticks begins as it acts
-                    since = (before - index) // count - (self.takes(name) > 1)
+                    since = self.sets_out(name, before)
                     places = needs[number - 1].regions
                     took_part = number - 1 == stage and name in now.done[obstacle.name]
-                    if not took_part or needs[stage].together:
+                    took_part = took_part and not needs[stage].together
+                    if not took_part and self.leaving(name, needs[number - 1], before) >= NEVER:
                         had = former[name].items()
                         seeds = {p: max(t, since) for p, t in had if p[0] in places}
                 fields[name] = self.ticks(name, seeds)[0]
                 there = [t for p, t in fields[name].items() if p[0] in need.regions]
-                if there:
-                    turn = max(min(there) * count + index, before)
-                    if not need.together:
-                        turn += (index - turn) % count
+                turn = max(min(there) * count + index, before) if there else NEVER
+                if there and not need.together:
+                    turn += (index - turn) % count
+                turn = min(turn, self.leaving(name, need, before))
+                if turn < NEVER:
                     arrivals.append(turn)
             had_part = 0 if need.together or number > stage else len(now.done[obstacle.name])
             missing = need.robots - had_part
@@ -205,8 +225,12 @@ def least_within(now: Situation, robot: str) -> int | None:
 
     def way(seeds: Ticks) -> Ticks:
         for goal in targets:
-            ticks, stepped = bound.ticks(robot, seeds)
-            seeds = {p: min(stepped.get(p, NEVER), t + 1) for p, t in ticks.items() if p[0] in goal}
+            stayed, stepped = bound.ticks(robot, seeds, goal)
+            seeds = {
+                pose: min(stepped.get(pose, NEVER), stayed.get(pose, NEVER) + 1)
+                for pose in stayed.keys() | stepped.keys()
+                if pose[0] in goal
+            }
         return seeds
 
     first, rounds = way(dict([bound.start[robot]])), dict[Pose, Ticks]()

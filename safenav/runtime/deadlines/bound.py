@@ -18,7 +18,8 @@ NEVER = 1 << 40
 @dataclass(frozen=True, eq=False)
 class BoundRobot:
     """A robot at a moment: in ``pose`` from the end of tick ``ready`` on; ``ticks``: of its fastest
-    step. ``walls``: the poses that are closed to it permanently; ``arrives``: it is in transit."""
+    step. ``walls``: the poses that are closed to it permanently. ``leaves``: in transit, where it
+    set out; it acts there until it arrives, in tick ``until`` at the latest."""
 
     graph: PoseGraph
     pose: int
@@ -26,7 +27,8 @@ class BoundRobot:
     ticks: int
     capabilities: frozenset[str]
     walls: Mask = 0
-    arrives: bool = False
+    leaves: int | None = None
+    until: int = 0
 
 
 @dataclass(frozen=True)
@@ -112,6 +114,17 @@ def tick_of(turn: int, count: int) -> int | None:
     return None if turn >= NEVER else turn // count
 
 
+def own_turn(turn: int, robot: int, count: int) -> int:
+    """The first turn of a robot from that one on."""
+    return turn + (robot - turn) % count
+
+
+def still(turn: int, robot: int, count: int, ticks: int) -> int:
+    """The tick after which a robot may set out, and yet be in a turn where it was: until it has
+    arrived elsewhere, it acts there, and others may count it in."""
+    return (turn - robot) // count + 1 - ticks
+
+
 class Spread:
     """The poses of a robot by tick, obstacles being open from their ``times`` on."""
 
@@ -175,6 +188,15 @@ class Spread:
             if go < first:
                 closed |= poses
         return closed
+
+    def leaving(self, part: BoundNeed, since: int) -> int:
+        """The first turn from ``since`` on in which it can have its part in a need where it set
+        out, before it arrives; NEVER if there is none."""
+        walker = self.walker
+        if walker.leaves is None or not part.regions >> walker.leaves % walker.graph.size & 1:
+            return NEVER
+        turn = since if part.together else own_turn(since, self._robot, self._count)
+        return turn if turn < walker.until * self._count + self._robot else NEVER
 
     def start(self) -> dict[int, Mask]:
         return {self.walker.ready: 1 << self.walker.pose}
@@ -247,12 +269,11 @@ def _needs(moment: BoundMoment, one: BoundObstacle, spreads: Sequence[Spread]) -
             if part.same and number > one.stage:
                 if robot not in previous:
                     continue
-                # Its next step may begin in that tick if its turn is yet to come, or if it takes
-                # several ticks: who begins such a step acts where it was.
-                since = (before - robot) // moment.count - (walker.ticks > 1)
+                since = still(before, robot, moment.count, walker.ticks)
                 goal = walker.graph.poses_on(one.parts[number - 1].regions)
                 had = previous[robot].on(goal, since)
-                if number - 1 == one.stage and robot in one.done:
+                took_part = number - 1 == one.stage and robot in one.done
+                if took_part or spread.leaving(one.parts[number - 1], before) < NEVER:
                     had = spread.start()
                 if not had:
                     continue
@@ -260,11 +281,13 @@ def _needs(moment: BoundMoment, one: BoundObstacle, spreads: Sequence[Spread]) -
             else:
                 field = spread.field(spread.start())
             fields[robot] = field
-            tick = field.contact(walker.graph.poses_on(part.regions))
+            tick, turn = field.contact(walker.graph.poses_on(part.regions)), NEVER
             if tick < NEVER:
                 turn = max(tick * moment.count + robot, before)
                 if not part.together:
-                    turn = -(-(turn - robot) // moment.count) * moment.count + robot
+                    turn = own_turn(turn, robot, moment.count)
+            turn = min(turn, spread.leaving(part, before))
+            if turn < NEVER:
                 turns.append(turn)
         if number == one.stage and one.done and number + 1 < len(one.parts):
             for robot in one.done:
@@ -282,7 +305,7 @@ def rounds_done(moment: BoundMoment, robot: int, times: Times, goals: Iterable[M
     turn of its own; NEVER if it cannot."""
     spread = Spread(moment, robot, times)
     seeds, walker = spread.start(), spread.walker
-    arrives = walker.arrives
+    arrives = walker.leaves is not None
     for goal in goals:
         field = spread.field(seeds)
         met = spread.counted(field, goal)

@@ -19,13 +19,15 @@ from safenav.world.poses import Mask
 class Dues:
     """The deadlines. ``by``: the tick of each obstacle (by number); ``mission``: whether the
     mission is, too; ``now``: the last turn that is over; ``ready``: the tick at whose end each
-    robot is where it stands, or arrives. ``suspected``: for each robot the regions in which there
-    may be an obstacle that it must keep out of (none: nothing is suspected)."""
+    robot is where it stands, or arrives; ``leaves``: where those in transit by steps of a fixed
+    length set out. ``suspected``: for each robot the regions in which there may be an obstacle
+    that it must keep out of (none: nothing is suspected)."""
 
     by: Mapping[int, int]
     mission: bool
     now: int
     ready: Sequence[int]
+    leaves: Sequence[int | None]
     suspected: Sequence[Mask] = ()
 
 
@@ -138,8 +140,12 @@ def moment_on(floor: Floor, dues: Dues) -> BoundMoment:
             member.ticks,
             member.capabilities,
             member.graph.everywhere & ~member.floor,
+            leaves,
+            ready,
         )
-        for member, pose, ready in zip(problem.members, floor.poses, dues.ready, strict=True)
+        for member, pose, ready, leaves in zip(
+            problem.members, floor.poses, dues.ready, dues.leaves, strict=True
+        )
     )
     opens = tuple(
         BoundObstacle(
@@ -168,8 +174,8 @@ def after(floor: Floor, acts: Acts) -> tuple[tuple[int, ...], Stages]:
     """Where the robots are, and how far each obstacle is, after some acts."""
     poses, stages = list(floor.poses), floor.stages
     for act in acts:
-        for robot, pose in zip(act.group, act.poses, strict=True):
-            poses[robot] = pose
+        for robot, pose, came in zip(act.group, act.poses, act.came, strict=True):
+            poses[robot] = poses[robot] if came is None else pose
         stage, need = stages[act.gate], floor.problem.next_need(act.gate, stages)
         done = stage.done.union(act.group)
         if need.together or len(done) >= need.robots:

@@ -147,15 +147,18 @@ class Deadlines:
         mission = self._open.get(MISSION)
         if not by and (mission is None or not floor.gates):
             return None
-        ready = []
+        ready, leaves = [], list[int | None]()
         for index, (name, robot) in enumerate(self.team.robots.items()):
-            since = tick - (index >= self._had)
+            since, left, timing = tick - (index >= self._had), None, robot.robot.model.timing
             if robot.transit is not None:
-                most = robot.robot.model.timing.most
+                most = timing.most
+                if timing.least == most:
+                    left = floor.problem.members[index].graph.number(robot.pose)
                 since = max(since + 1, self._begun.get(name, tick) + most - 1)
             ready.append(since)
+            leaves.append(left)
         now = tick * len(ready) + self._had - 1
-        return Dues(by, mission is not None, now, ready, self._suspected())
+        return Dues(by, mission is not None, now, ready, leaves, self._suspected())
 
     def _suspected(self) -> list[Mask]:
         """The regions that each robot may have to keep out of: of suspects that no robot has met,

@@ -75,10 +75,13 @@ def goals_left(team: TeamState, robot: RobotState, rounds: int | None = None) ->
 def _walker(team: TeamState, robot: RobotState, ready: int, begun: Mapping[str, int]) -> BoundRobot:
     model = robot.robot.model
     graph = plain_graph(team.scenario.map, model.mobility)
-    pose, least, arrives = robot.pose, model.timing.least, False
+    least, leaves, until = model.timing.least, None, 0
+    pose = robot.pose
     if robot.transit is not None:
-        pose, arrives = robot.transit.pose, True
-        ready = max(ready + 1, begun.get(robot.name, team.tick) + least - 1)
+        pose, leaves = robot.transit.pose, graph.number(robot.pose)
+        since = begun.get(robot.name, team.tick)
+        until = max(ready + 1, since + model.timing.most - 1)
+        ready = max(ready + 1, since + least - 1)
     closed = region_mask(
         obstacle.region
         for obstacle, _ in team.knowledge.joined.values()
@@ -86,7 +89,8 @@ def _walker(team: TeamState, robot: RobotState, ready: int, begun: Mapping[str, 
     )
     number = graph.number(pose)
     walls = graph.poses_on(closed)
-    return BoundRobot(graph, number, ready, least, robot.robot.capabilities, walls, arrives)
+    skills = robot.robot.capabilities
+    return BoundRobot(graph, number, ready, least, skills, walls, leaves, until)
 
 
 def _parts(team: TeamState, obstacle: Obstacle) -> tuple[BoundNeed, ...]:

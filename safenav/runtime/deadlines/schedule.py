@@ -21,6 +21,8 @@ from safenav.runtime.deadlines.bound import (
     Spread,
     earliest,
     known,
+    own_turn,
+    still,
 )
 
 BUDGET = 300
@@ -30,17 +32,27 @@ BUDGET = 300
 @dataclass(frozen=True)
 class TimedAct:
     """``group`` does its part in a need of an open obstacle, in a turn, each robot in its pose;
-    ``came``: the tick at whose end it is there."""
+    ``came``: the tick at whose end it is there (None: it is leaving that pose, and not elsewhere
+    before that turn is over)."""
 
     turn: int
     gate: int
     need: int
     group: tuple[int, ...]
     poses: tuple[int, ...]
-    came: tuple[int, ...]
+    came: tuple[int | None, ...]
 
 
 Acts = tuple[TimedAct, ...]
+
+
+@dataclass(frozen=True)
+class Spot:
+    """A pose in which a robot can act from a turn on; ``came`` as in ``TimedAct``."""
+
+    pose: int
+    came: int | None
+    turn: int
 
 
 @dataclass(eq=False)
@@ -108,48 +120,63 @@ class Scheduler:
                 continue
             part, since = one.parts[one.stage], _since(moment, gate)
             out = one.done | (self.barred[gate] if self.barred else frozenset())
-            spots: dict[int, list[tuple[int, int]]] = {}  # (turn of arrival, pose)
+            spots: dict[int, list[Spot]] = {}
             for robot, walker in enumerate(moment.walkers):
                 if robot in out or not part.actions <= walker.capabilities:
                     continue
                 if part.same and robot not in one.group:
                     continue
                 goal, n = walker.graph.poses_on(part.regions), moment.count
-                spots[robot] = [(t * n + robot, pose) for pose, t in fields[robot].arrivals(goal)]
+                found = fields[robot].arrivals(goal)
+                spots[robot] = [Spot(pose, tick, tick * n + robot) for pose, tick in found]
+                if walker.leaves is not None and spreads[robot].leaving(part, since) < NEVER:
+                    spots[robot].insert(0, Spot(walker.leaves, None, since))
             if part.together:
                 yield from self._together(moment, gate, spots)
                 continue
-            for robot, found in spots.items():
+            for robot, places in spots.items():
                 acts = [
                     TimedAct(
-                        _own(moment, robot, max(turn, since)),
+                        own_turn(max(spot.turn, since), robot, moment.count),
                         gate,
                         one.stage,
                         (robot,),
-                        (pose,),
-                        (turn // moment.count,),
+                        (spot.pose,),
+                        (spot.came,),
                     )
-                    for turn, pose in found
+                    for spot in places
                 ]
                 yield from acts[:1] if self._idle_after(moment, robot, gate) else acts
 
     def _together(
-        self, moment: BoundMoment, gate: int, spots: Mapping[int, list[tuple[int, int]]]
+        self, moment: BoundMoment, gate: int, spots: Mapping[int, list[Spot]]
     ) -> Iterator[TimedAct]:
         one, since = moment.opens[gate], _since(moment, gate)
-        for group in combinations(spots, one.parts[one.stage].robots):
+        fewest = one.parts[one.stage].robots
+        then = one.parts[one.stage + 1 : one.stage + 2]
+        # All that are there meet it; who of them meets the next one is a choice.
+        most = len(spots) if then and then[0].same else fewest
+        sizes = range(fewest, most + 1)
+        for group in (group for size in sizes for group in combinations(spots, size)):
             found = []
             for places in product(*(spots[robot] for robot in group)):
                 at = [
-                    (robot, pose % moment.walkers[robot].graph.size)
-                    for robot, (_, pose) in zip(group, places, strict=True)
+                    (robot, spot.pose % moment.walkers[robot].graph.size)
+                    for robot, spot in zip(group, places, strict=True)
                 ]
                 if any(b in self.conflicts[a] and p == q for (a, p), (b, q) in combinations(at, 2)):
                     continue
-                there = max(since, *(turn for turn, _ in places))
-                turn = min(_own(moment, robot, there) for robot in group)
-                poses, came = [p for _, p in places], [t // moment.count for t, _ in places]
-                found.append(TimedAct(turn, gate, one.stage, group, tuple(poses), tuple(came)))
+                there = max(since, *(spot.turn for spot in places))
+                turn = min(own_turn(there, robot, moment.count) for robot in group)
+                until = [
+                    moment.walkers[robot].until * moment.count + robot
+                    for robot, spot in zip(group, places, strict=True)
+                    if spot.came is None
+                ]
+                if any(turn >= arrival for arrival in until):
+                    continue
+                poses, came = tuple(s.pose for s in places), tuple(s.came for s in places)
+                found.append(TimedAct(turn, gate, one.stage, group, poses, came))
             found.sort(key=lambda act: act.turn)
             yield from found[:1] if all(self._idle_after(moment, i, gate) for i in group) else found
 
@@ -169,15 +196,10 @@ def possible(moment: BoundMoment, acts: Acts) -> bool:
     for act in acts:
         for robot, pose, came in zip(act.group, act.poses, act.came, strict=True):
             spread = Spread(moment, robot, known(moment))
-            if spread.field(spread.start()).contact(1 << pose) > came:
+            if came is not None and spread.field(spread.start()).contact(1 << pose) > came:
                 return False
         moment = _after(moment, act)
     return True
-
-
-def _own(moment: BoundMoment, robot: int, turn: int) -> int:
-    """The first turn of a robot from that one on."""
-    return turn + (robot - turn) % moment.count
 
 
 def _since(moment: BoundMoment, gate: int) -> int:
@@ -187,16 +209,15 @@ def _since(moment: BoundMoment, gate: int) -> int:
 
 
 def _after(moment: BoundMoment, act: TimedAct) -> BoundMoment:
-    """The moment after an act. Who begins a step of several ticks still acts where it was."""
+    """The moment after an act; a robot may have set out by then, and arrives later."""
     walkers, opens, count = list(moment.walkers), list(moment.opens), moment.count
     one = opens[act.gate]
     part = one.parts[one.stage]
     for robot, pose, came in zip(act.group, act.poses, act.came, strict=True):
-        ready = (act.turn - robot) // count
-        if ready > came and walkers[robot].ticks > 1 and not part.together:
-            ready -= 1
-        ready = max(came, ready)
-        walkers[robot] = replace(walkers[robot], pose=pose, ready=ready, arrives=False)
+        if came is None:
+            continue
+        ready = max(came, still(act.turn, robot, count, walkers[robot].ticks))
+        walkers[robot] = replace(walkers[robot], pose=pose, ready=ready, leaves=None)
     done = one.done | frozenset(act.group)
     if part.together or len(done) >= part.robots:
         group, met = frozenset(act.group) if part.together else done, (*one.met, act.turn)

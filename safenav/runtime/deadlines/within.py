@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from safenav.dataclass import dataclass
-from safenav.world.poses import FAR, Mask, PoseGraph, bits
+from safenav.world.poses import FAR, Mask, PoseGraph, bits, region_mask
 
 Costs = Mapping[int, int]
 """The steps to each pose."""
@@ -84,12 +84,12 @@ def next_places(walk: Walk, most: int) -> tuple[Mask, ...] | None:
 
 
 def _widened(walk: Walk, narrow: tuple[Mask, ...]) -> tuple[Mask, ...]:
-    """The same places, and all that are farther on their legs from where the robot starts."""
+    """The same places, and all in which shortest legs from where the robot starts do not end."""
     found, at = list(narrow), walk.start
     for index in range(walk.first, len(narrow)):
         (leg,) = _meet(replace(walk, places=narrow), {at: 0}, index).values()
-        for pose, ticks in _meet(walk, {at: 0}, index).items():
-            found[index] |= (1 << pose) if ticks > leg else 0
+        near = [pose for pose, ticks in _meet(walk, {at: 0}, index).items() if ticks <= leg]
+        found[index] |= (walk.places or walk.targets)[index] & ~region_mask(near)
         at = narrow[index].bit_length() - 1
     return tuple(found)
 
@@ -145,7 +145,7 @@ def _leg(walk: Walk, at: Costs, first: int) -> Costs:
 
 def _meet(walk: Walk, at: Costs, index: int) -> dict[int, int]:
     """The ticks to each pose of a target, met in a later tick than the one before it: by steps, or
-    by a tick's stay."""
+    by a tick's stay. A target is met where it is entered first: no path leads through it."""
     if not at:
         return {}
     graph, goal, allowed = walk.graph, walk.targets[index] & walk.allowed, walk.allowed
@@ -170,7 +170,7 @@ def _meet(walk: Walk, at: Costs, index: int) -> dict[int, int]:
         step = graph.forward(frontier) & allowed
         for pose in bits(step & goal):
             found[pose] = min(found.get(pose, FAR), cost + walk.ticks)
-        step &= ~seen
+        step &= ~seen & ~goal
         if step:
             waiting[cost + walk.ticks] = waiting.get(cost + walk.ticks, 0) | step
     return found

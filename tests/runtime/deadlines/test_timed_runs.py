@@ -139,6 +139,34 @@ until: {rounds: 1}
 """
 
 
+LEAVING = """
+safenav: 1
+map:
+  grid: ["#######", "#.....#", "#######"]
+catalogue:
+  robots:
+    slow: {mobility: free, layer: ground, capabilities: [fetch], timing: 3}
+    bird: {mobility: free, layer: air, capabilities: []}
+  obstacles:
+    parcel: {action: fetch, blocks: []}
+robots:
+  b: {model: bird, start: [1, 1], objective: {hold: [1, 1]}}
+  a: {model: slow, start: [1, 2], objective: {visit: [[1, 5], [1, 2]]}}
+orders:
+  - {at: 2, type: parcel, region: [1, 2], resolve_within: 0}
+until: {rounds: 1}
+"""
+
+
+def test_nothing_is_lost_that_a_robot_does_where_it_sets_out(run: Runner) -> None:
+    """It begins its step in tick 1, arrives in tick 3, and acts in between."""
+    played = run(LEAVING)
+    verdicts = [(line["verdict"], line["tick"]) for line in played.all("deadline")]
+    assert verdicts == [("set", 2), ("kept", 2)]
+    assert played.all("acts")[0]["beyond"] == []
+    assert played.one("resolved", obstacle="parcel@9")["tick"] == 2
+
+
 def test_the_checker_of_a_bundle_computes_the_bound_again(tmp_path: Path) -> None:
     (tmp_path / "late.yaml").write_text(LOST)
     bundle_of_run(tmp_path / "late.yaml", tmp_path / "bundle")

@@ -1,0 +1,244 @@
+// Every behaviour of a small team, turn after turn: the earliest turn in which each obstacle is
+// resolved, and whether all can be resolved by given turns. Plain breadth-first search over joint
+// states, without a bound, a plan or a path: nothing that the product does.
+//
+// A robot in its turn stays, begins a step to a side, or is on its way; a step of d ticks that it
+// begins in tick t ends in its turn of tick t + d - 1. Until then it is where it set out. In each
+// turn, at its end, a robot does all that it can where it is. With conflicts, two robots that
+// conflict are never in one region, and one on its way is in both of its regions.
+//
+// One question a line, as numbers (every_behaviour.py writes them); one answer a line:
+// "states kept turn..." with -1 for never; kept is 1 if all dues can be met.
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <vector>
+
+namespace {
+
+int rows, cols, count, gates, begin, conflicts;
+long most;
+std::vector<char> wall;
+
+struct Robot {
+  int heading, ticks, region, face, to, facing, left;
+  unsigned skills, foes;
+} robots[8];
+
+struct Need {
+  unsigned skills;
+  int robots, together, same;
+  std::vector<char> where;
+};
+
+struct Gate {
+  int region, due, stage;
+  unsigned done, group;
+  std::vector<Need> needs;
+  std::vector<unsigned> closed;
+} all[8];
+
+// Bytes: of each robot region, face, region and face that it goes to, ticks that are left; of each
+// obstacle stage, who has done a part, who met the need before.
+struct State {
+  uint8_t at[48];
+};
+int used;
+
+uint8_t *robot(State &s, int i) { return s.at + 5 * i; }
+uint8_t *gate(State &s, int g) { return s.at + 5 * count + 3 * g; }
+
+struct Seen {  // open addressing
+  std::vector<State> table;
+  std::vector<char> full;
+  size_t size = 0;
+  Seen() : table(1024), full(1024, 0) {}
+  static uint64_t hash(const State &s) {
+    uint64_t h = 1469598103934665603ull;
+    for (int i = 0; i < used; i++) h = (h ^ s.at[i]) * 1099511628211ull;
+    return h ^ (h >> 29);
+  }
+  bool add(const State &s) {
+    if (2 * size >= table.size()) {
+      Seen larger;
+      larger.table.resize(4 * table.size());
+      larger.full.assign(4 * table.size(), 0);
+      for (size_t k = 0; k < table.size(); k++)
+        if (full[k]) larger.add(table[k]);
+      *this = static_cast<Seen &&>(larger);
+    }
+    size_t mask = table.size() - 1, k = hash(s) & mask;
+    while (full[k]) {
+      if (!memcmp(table[k].at, s.at, used)) return false;
+      k = (k + 1) & mask;
+    }
+    table[k] = s, full[k] = 1, size++;
+    return true;
+  }
+};
+
+std::vector<int> first;  // the turn of each obstacle, or -1
+
+void act(State &s, int i) {
+  for (int g = 0; g < gates; g++) {
+    uint8_t *now = gate(s, g);
+    while (now[0] < all[g].needs.size()) {
+      const Need &need = all[g].needs[now[0]];
+      auto there = [&](int j) {
+        return (need.skills & ~robots[j].skills) == 0 && need.where[robot(s, j)[0]] &&
+               (!need.same || (now[2] >> j & 1));
+      };
+      if (!there(i)) break;
+      unsigned had = now[1] | 1u << i;
+      if (need.together) {
+        had = 0;
+        for (int j = 0; j < count; j++)
+          if (there(j)) had |= 1u << j;
+      }
+      if (__builtin_popcount(had) < need.robots) {
+        if (!need.together) now[1] = had;
+        break;
+      }
+      now[0]++, now[1] = 0, now[2] = had;
+    }
+  }
+}
+
+int number() {
+  int found;
+  if (scanf("%d", &found) != 1) exit(0);
+  return found;
+}
+
+void read() {
+  rows = number(), cols = number();
+  wall.assign(rows * cols, 0);
+  for (char &w : wall) w = number();
+  count = number(), gates = number(), begin = number(), conflicts = number(), most = number();
+  for (int i = 0; i < count; i++) {
+    Robot &r = robots[i];
+    r.heading = number(), r.ticks = number(), r.region = number(), r.face = number();
+    r.to = number(), r.facing = number(), r.left = number();
+    r.skills = number(), r.foes = number();
+  }
+  for (int g = 0; g < gates; g++) {
+    Gate &one = all[g];
+    one.region = number(), one.due = number(), one.stage = number();
+    one.done = number(), one.group = number();
+    one.needs.assign(number(), {});
+    one.closed.clear();
+    for (Need &need : one.needs) {
+      one.closed.push_back(number());
+      need.skills = number(), need.robots = number();
+      need.together = number(), need.same = number();
+      need.where.assign(rows * cols, 0);
+      for (int k = number(); k > 0; k--) need.where[number()] = 1;
+    }
+  }
+  used = 5 * count + 3 * gates;
+}
+
+bool may_enter(State &s, int i, int region) {
+  if (wall[region]) return false;
+  for (int g = 0; g < gates; g++) {
+    unsigned stage = gate(s, g)[0];
+    if (all[g].region == region && stage < all[g].needs.size() && (all[g].closed[stage] >> i & 1))
+      return false;
+  }
+  for (int j = 0; conflicts && j < count; j++)
+    if (j != i && (robots[i].foes >> j & 1)) {
+      const uint8_t *other = robot(s, j);
+      if (other[0] == region || (other[4] && other[2] == region)) return false;
+    }
+  return true;
+}
+
+// The states after the turn of robot i, into next; drops those that miss a due turn.
+void turn(State s, int i, int now, Seen &seen, std::vector<State> &next) {
+  bool was[8];
+  for (int g = 0; g < gates; g++) was[g] = gate(s, g)[0] == all[g].needs.size();
+  auto put = [&](State t) {
+    act(t, i);
+    for (int g = 0; g < gates; g++) {
+      bool over = gate(t, g)[0] == all[g].needs.size();
+      if (over && first[g] < 0) first[g] = now;
+      if (all[g].due >= 0 && now >= all[g].due && !(over && (was[g] || now == all[g].due))) return;
+    }
+    if (seen.add(t)) next.push_back(t);
+  };
+  uint8_t *const me = robot(s, i);
+  if (me[4]) {
+    if (--me[4] == 0) me[0] = me[2], me[1] = me[3], me[2] = me[3] = 0;
+    put(s);
+    return;
+  }
+  put(s);
+  for (int side = 0; side < 4; side++) {
+    if (robots[i].heading && side == (me[1] + 2) % 4) continue;
+    int row = me[0] / cols + (side == 2) - (side == 0);
+    int col = me[0] % cols + (side == 1) - (side == 3);
+    if (row < 0 || col < 0 || row >= rows || col >= cols) continue;
+    int region = row * cols + col, face = robots[i].heading ? side : 0;
+    if (!may_enter(s, i, region)) continue;
+    State t = s;
+    uint8_t *mine = robot(t, i);
+    if (robots[i].ticks == 1)
+      mine[0] = region, mine[1] = face;
+    else
+      mine[2] = region, mine[3] = face, mine[4] = robots[i].ticks - 1;
+    put(t);
+  }
+}
+
+void answer() {
+  State start;
+  memset(&start, 0, sizeof start);
+  for (int i = 0; i < count; i++) {
+    const Robot &r = robots[i];
+    const int as[] = {r.region, r.face, r.left ? r.to : 0, r.left ? r.facing : 0, r.left};
+    for (int k = 0; k < 5; k++) robot(start, i)[k] = as[k];
+  }
+  first.assign(gates, -1);
+  bool dues = false;
+  for (int g = 0; g < gates; g++) {
+    gate(start, g)[0] = all[g].stage, gate(start, g)[1] = all[g].done;
+    gate(start, g)[2] = all[g].group;
+    dues |= all[g].due >= 0;
+  }
+  std::vector<Seen> seen(count);
+  std::vector<State> states{start}, next;
+  long total = 0;
+  bool kept = false;
+  // A state that was reached before, after a turn of the same robot, is no news: what follows from
+  // it came earlier then.
+  for (int now = begin; !states.empty() && total < most; now++) {
+    next.clear();
+    for (const State &s : states) turn(s, now % count, now, seen[now % count], next);
+    total += next.size();
+    states.swap(next);
+    bool over = true;
+    for (int g = 0; g < gates; g++) over &= first[g] >= 0;
+    if (over && !dues) break;
+    for (State &s : states) {
+      bool done = dues;
+      for (int g = 0; g < gates; g++)
+        done &= all[g].due < 0 || gate(s, g)[0] == all[g].needs.size();
+      kept |= done;
+    }
+    if (kept) break;
+  }
+  printf("%ld %d", total < most ? total : -1, int(kept || !dues));
+  for (int turn_ : first) printf(" %d", turn_);
+  printf("\n");
+  fflush(stdout);
+}
+
+}  // namespace
+
+int main() {
+  while (true) {
+    read();
+    answer();
+  }
+}

@@ -1,0 +1,94 @@
+"""Every behaviour of a small team, by a program that shares nothing with the product: it is
+compiled once from ``every_behaviour.cpp``, and answers questions that are written as numbers."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+from tempfile import gettempdir
+
+from safenav.runtime.deadlines.bound import BoundMoment
+
+SOURCE = Path(__file__).with_suffix(".cpp")
+MOST = 30_000_000
+"""States of one question; what takes more stays without an answer."""
+
+
+@dataclass(frozen=True)
+class Truth:
+    """``turns``: in which each obstacle can be resolved at the earliest (None: never); ``kept``:
+    whether all can be resolved by their due turns."""
+
+    turns: tuple[int | None, ...]
+    kept: bool
+
+
+def every_behaviour(
+    moment: BoundMoment,
+    due: Mapping[int, int] | None = None,
+    foes: Sequence[frozenset[int]] | None = None,
+) -> Truth | None:
+    """What the team of ``moment`` can do; ``due``: turns by obstacle; ``foes``: the robots that
+    never share a region with each (None: no collisions). None: too many states."""
+    talk = _program()
+    assert talk.stdin is not None
+    assert talk.stdout is not None
+    talk.stdin.write(" ".join(map(str, _numbers(moment, due or {}, foes))) + "\n")
+    talk.stdin.flush()
+    states, kept, *turns = map(int, talk.stdout.readline().split())
+    if states < 0:
+        return None
+    return Truth(tuple(None if turn < 0 else turn for turn in turns), bool(kept))
+
+
+@cache
+def _program() -> subprocess.Popen[str]:
+    source = SOURCE.read_bytes()
+    built = Path(gettempdir()) / f"every_behaviour_{os.getuid()}_{sha256(source).hexdigest()[:16]}"
+    if not built.exists():
+        mine = built.with_name(f"{built.name}.{os.getpid()}")
+        compiler = os.environ.get("CXX", "c++")
+        subprocess.run([compiler, "-O2", "-o", str(mine), str(SOURCE)], check=True)
+        mine.replace(built)
+    return subprocess.Popen([built], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+
+def _numbers(
+    moment: BoundMoment, due: Mapping[int, int], foes: Sequence[frozenset[int]] | None
+) -> list[int]:
+    skills = sorted(
+        {action for one in moment.opens for part in one.parts for action in part.actions}
+    )
+
+    def able(actions: frozenset[str]) -> int:
+        return sum(1 << k for k, action in enumerate(skills) if action in actions)
+
+    def team(members: frozenset[int]) -> int:
+        return sum(1 << i for i in members)
+
+    world = moment.walkers[0].graph.world
+    begin = moment.now + 1
+    found = [world.rows, world.cols, *(int(r in world.walls) for r in range(world.size))]
+    found += [moment.count, len(moment.opens), begin, int(foes is not None), MOST]
+    for i, walker in enumerate(moment.walkers):
+        here = walker.pose if walker.leaves is None else walker.leaves
+        base = begin // moment.count - (begin % moment.count <= i)
+        left = 0 if walker.leaves is None else walker.ready - base
+        found += [int(walker.graph.blocks > 1), walker.ticks]
+        for pose in (here, walker.pose):
+            face, region = divmod(pose, world.size)
+            found += [region, face]
+        found += [left, able(walker.capabilities), team(foes[i] if foes else frozenset())]
+    for gate, one in enumerate(moment.opens):
+        found += [one.region, due.get(gate, -1), one.stage, team(one.done), team(one.group)]
+        found.append(len(one.parts))
+        for part, closed in zip(one.parts, one.closed, strict=True):
+            where = [region for region in range(world.size) if part.regions >> region & 1]
+            found += [team(closed), able(part.actions), part.robots]
+            found += [int(part.together), int(part.same), len(where), *where]
+    return found

@@ -1,0 +1,197 @@
+"""Random moments of small teams: what lower bounds and searches are asked about."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from random import Random
+
+from safenav.runtime.deadlines.bound import BoundMoment, BoundNeed, BoundObstacle, BoundRobot
+from safenav.world.map import RegionMap
+from safenav.world.moves import Mobility
+from safenav.world.poses import PoseGraph, bits, region_mask
+
+Foes = tuple[frozenset[int], ...]
+
+FUZZ = int(os.environ.get("SAFENAV_FUZZ", "0"))
+BATCHES, IN_BATCH = (FUZZ // 50 or 1, 100) if FUZZ else (1, 40)
+"""``SAFENAV_FUZZ=5000`` asks about 10,000 moments: of 19,000 times and 8,000 choices of dues."""
+
+
+def batch(number: int) -> Iterator[Instance]:
+    """Some of the random moments, none of them in two batches."""
+    return map(instance, range(number * IN_BATCH, (number + 1) * IN_BATCH))
+
+
+@dataclass(frozen=True)
+class Instance:
+    """``foes``: the robots that never share a region with each. ``same``: some need is to be met
+    by the robots of the need before."""
+
+    moment: BoundMoment
+    foes: Foes
+
+    @property
+    def apart(self) -> Foes:
+        """No robot is in the way of another."""
+        return (frozenset(),) * self.moment.count
+
+    @property
+    def same(self) -> bool:
+        return any(part.same for one in self.moment.opens for part in one.parts)
+
+
+def instance(seed: int) -> Instance:
+    """One to three robots and obstacles, in the middle of a run: some robots have had their turns
+    of the present tick, some are on their way, some needs are met."""
+    random = Random(f"deadlines {seed}")
+    world = _map(random)
+    size, count = world.size, random.choice((1, 2, 2, 2, 3, 3))
+    begun = random.choice((0, 0, random.randrange(count)))  # have had their turns of this tick
+    slow, under_way = random.random() < 0.6, random.random() < 0.5
+    floors = [random.choice((0, 0, 1)) for _ in range(count)]
+    taken: list[set[int]] = [set() for _ in range(count)]
+    walkers: list[BoundRobot] = []
+    for i in range(count):
+        turns = Mobility.HEADING if random.random() < 0.3 else Mobility.FREE
+        graph = PoseGraph(world, turns)
+        ticks = random.choice((1, 1, 2, 3)) if slow else 1
+        skills = frozenset(action for action in "ab" if random.random() < 0.75)
+        used = set().union(*(taken[j] for j in range(i) if floors[j] == floors[i]))
+        free = [pose for pose in bits(graph.everywhere) if pose % size not in used]
+        pose, leaves, ready = random.choice(free), None, int(i < begun)
+        sides = [step for step in graph.steps(pose) if step % size not in used]
+        if ticks > 1 and under_way and sides:
+            leaves, pose = pose, random.choice(sides)
+            ready += random.randint(1, ticks - 1)
+            taken[i].add(leaves % size)
+        taken[i].add(pose % size)
+        walkers.append(BoundRobot(graph, pose, ready, ticks, skills, 0, leaves, ready))
+    opens = [
+        _obstacle(random, world, walkers, used=set().union(*taken))
+        for _ in range(random.choice((1, 2, 2, 3) if count < 3 or not slow else (1, 2, 2)))
+    ]
+    foes = tuple(
+        frozenset(j for j in range(count) if j != i and floors[j] == floors[i])
+        for i in range(count)
+    )
+    return Instance(BoundMoment(tuple(walkers), tuple(opens), count + begun - 1), foes)
+
+
+def _map(random: Random) -> RegionMap:
+    while True:
+        rows, cols = random.choice(((2, 3), (2, 4), (2, 5), (3, 3), (3, 4)))
+        wall = "#" * (cols + 2)
+        inside = [
+            "".join("#" if random.random() < 0.15 else "." for _ in range(cols))
+            for _ in range(rows)
+        ]
+        world = RegionMap.from_grid([wall, *(f"#{row}#" for row in inside), wall])
+        if len(world.free) > 5:
+            return world
+
+
+def _obstacle(
+    random: Random, world: RegionMap, walkers: list[BoundRobot], used: set[int]
+) -> BoundObstacle:
+    free, count = sorted(world.free), len(walkers)
+    parts: list[BoundNeed] = []
+    for k in range(random.choice((1, 1, 2))):
+        same = k > 0 and random.random() < 0.3
+        robots = parts[-1].robots if same else random.choice((1, 1, 2))
+        where = region_mask(random.sample(free, random.choice((1, 2, 2))))
+        together = robots > 1 and random.random() < 0.5
+        action = frozenset(random.choice("ab"))
+        parts.append(BoundNeed(action, where, robots, together, same))
+    stage = random.choice((0, 0, 0, len(parts) - 1))
+    able = [
+        [i for i, walker in enumerate(walkers) if part.actions <= walker.capabilities]
+        for part in parts
+    ]
+    group = frozenset[int]()
+    if stage:
+        most = min(parts[stage - 1].robots, len(able[stage - 1]))
+        group = frozenset(random.sample(able[stage - 1], most))
+    done = frozenset[int]()
+    part = parts[stage]
+    mine = [i for i in able[stage] if not part.same or i in group]
+    if part.robots > 1 and not part.together and mine and random.random() < 0.3:
+        done = frozenset([random.choice(mine)])
+    stopped = frozenset(i for i in range(count) if random.random() < 0.7)
+    enters = bool(parts[-1].robots == 1)  # who can meet the last need there opens it by entering
+    places = [region for region in free if region not in used] or free
+    region = random.choice(places)
+    last = stopped
+    if enters and parts[-1].regions >> region & 1:
+        last = stopped - {
+            i for i, walker in enumerate(walkers) if parts[-1].actions <= walker.capabilities
+        }
+    closed = (*[stopped] * (len(parts) - 1), last)
+    return BoundObstacle(region, tuple(parts), closed, stage, done, group)
+
+
+SlowTeam = tuple[BoundMoment, list[int], dict[int, int]]
+
+
+def slow_teams() -> dict[str, SlowTeam]:
+    """Moments in a corridor of regions 8 to 12, by name, each with the turns in which its obstacles
+    are resolved at the earliest, and turns by which all can be. Robot 0 takes three ticks for a
+    step, robot 1 one; until a robot has arrived, it acts where it set out."""
+    together = (2, True, False)
+    return {
+        "it leaves before its partner comes": (
+            _corridor([9, 12], [[("a", [9, 10], together)], [("c", [10], ALONE)]]),
+            [5, 6],
+            {0: 5, 1: 6},
+        ),
+        "it leaves before the need before is met": (
+            _corridor([9, 10], [[("b", [12], ALONE), ("a", [9], ALONE)], [("c", [10], ALONE)]]),
+            [6, 6],
+            {0: 6, 1: 8},
+        ),
+        "it is on its way when it is asked": (
+            _corridor([9, 12], [[("c", [9], ALONE)], [("c", [10], ALONE)]], toward=10),
+            [4, 6],
+            {0: 4, 1: 6},
+        ),
+        "its partner comes while it is on its way": (
+            _corridor([9, 12], [[("a", [9, 10], together)]], toward=10),
+            [5],
+            {0: 5},
+        ),
+        "it goes on to the next need of the same robots": (
+            _corridor([9, 10], [[("a", [9, 12], together), ("a", [10, 12], (2, False, True))]]),
+            [6],
+            {0: 6},
+        ),
+    }
+
+
+ALONE = (1, False, False)
+"""How many robots meet a need, whether together, and whether those of the need before."""
+Part = tuple[str, list[int], tuple[int, bool, bool]]
+
+
+def _corridor(
+    starts: list[int], obstacles: list[list[Part]], toward: int | None = None
+) -> BoundMoment:
+    """Two robots that have had their turns of tick 0; ``toward``: robot 0 has begun a step in tick
+    1, its last turn."""
+    graph = PoseGraph(RegionMap.from_grid(["#######", "#.....#", "#######"]), Mobility.FREE)
+    first, second = starts
+    walkers = [
+        BoundRobot(graph, first, 0, 3, frozenset("ac")),
+        BoundRobot(graph, second, 0, 1, frozenset("ab")),
+    ]
+    if toward is not None:
+        walkers[0] = BoundRobot(graph, toward, 3, 3, frozenset("ac"), 0, first, 3)
+    opens = tuple(
+        BoundObstacle(
+            number,
+            tuple(BoundNeed(frozenset(a), region_mask(at), *how) for a, at, how in parts),
+            (frozenset[int](),) * len(parts),
+        )
+        for number, parts in enumerate(obstacles)
+    )
+    return BoundMoment(tuple(walkers), opens, 1 if toward is None else 2)
