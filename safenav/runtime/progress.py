@@ -113,6 +113,18 @@ class Progress:
         # In turn a target may count again in a round that restarted with the other one.
         return list(met if self._in_turn else fresh)
 
+    def met_by_staying(
+        self, region: Region, before: Mapping[str, int], after: Mapping[str, int]
+    ) -> bool:
+        """Whether every goal is met, turn for turn, by a robot that stays in ``region`` though it
+        need not; values as ``arrive`` has them."""
+        if self._pursuit is not None:
+            free = not self._pursuit.settles
+            return free and all(region in target for target in self._pursuit.listed())
+        assert isinstance(self.objective, Ltl)
+        goals = map(_holds, self.objective.liveness)
+        return bool(after) and all(goal(before, after) for goal in goals)
+
     def counted(self, goals: Sequence[int]) -> list[tuple[int, int]]:
         """Return the goals just met simultaneously, each with the rounds completed after it: the
         last of them completes one, if any does."""

@@ -191,13 +191,35 @@ def test_a_spent_search_says_who_is_out_of_service(
 
 
 @pytest.mark.parametrize("rounds", [1, 3])
-def test_goals_that_are_met_where_a_robot_stands_take_no_time(rounds: int, tmp_path: Path) -> None:
-    """Its strategy changes between two nodes there for ever; the others go on meanwhile."""
-    text = RING.replace("{visit: [[1, 5], [1, 1]]}", "{visit: [[1, 1], [1, 1]]}")
+@pytest.mark.parametrize(
+    "objective",
+    [
+        "{visit: [[1, 1], [1, 1]]}",
+        "{visit: [[1, 1]]}",
+        "{cover: [{any: [[1, 1], [1, 2]]}, [1, 1]]}",
+        '{ltl: {liveness: ["region = 8"]}}',
+    ],
+)
+def test_goals_that_are_met_where_a_robot_stands_take_no_time(
+    rounds: int, objective: str, tmp_path: Path
+) -> None:
+    """Its strategy changes between two nodes there for ever; the others go on meanwhile. The trace
+    does not grow with the passes: once it has its rounds, nothing more is counted there."""
+    text = RING.replace("{visit: [[1, 5], [1, 1]]}", objective)
     text = text.replace("rounds: 1", f"rounds: {rounds}")
     result, lines = played(tmp_path, lambda _, event: [event], text)
     assert result.outcome == "completed" and result.rounds["b"] == rounds
-    assert of(lines, "goal", robot="a", t=0.0) and not of(lines, "depart", robot="a")
+    goals = of(lines, "goal", robot="a")
+    assert of(goals, "goal", t=0.0) and not of(lines, "depart", robot="a")
+    resolved = len(of(lines, "resolved"))  # then rounds restart
+    targets = 2 if "], " in objective else 1
+    assert result.rounds["a"] == rounds
+    assert len(goals) <= targets * (rounds + 1) * (1 + resolved) < result.ticks
+    path = tmp_path / "trace.jsonl"
+    assert check_trace(path).findings == ()
+    lines[-1]["rounds"]["a"] += 1
+    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    assert "rounds" in {finding.rule for finding in check_trace(path).findings}
 
 
 def test_without_faults(tmp_path: Path) -> None:

@@ -91,7 +91,9 @@ class PatrolRule(Rule):
 
 
 class MissedGoalRule(Rule):
-    """A robot that reaches the target it has to meet next has a goal line (T)."""
+    """A robot that reaches the target it has to meet next has a goal line (T). Live, one that stays
+    in all its targets has met them often enough after the rounds of ``until`` (after one round, if
+    the objective is not its own): passes take no time."""
 
     name = "missed-goal"
 
@@ -107,6 +109,10 @@ class MissedGoalRule(Rule):
         crosses = progress.objective.kind == "patrol" and not _by_strategy(turn)
         if progress.awaited is None and (now.alternates(robot) or crosses):
             return  # which target is next is not known yet
+        if now.live and _stays_in_all(progress.objective, turn.origin, here):
+            own = progress.objective == now.own[robot]
+            if (progress.last_round or 0) >= (now.header.until.rounds if own else 1):
+                return
         for index, target in enumerate(progress.objective.targets):
             if here in target and index not in met and _is_due(progress, index, turn.origin):
                 problem = (
@@ -266,6 +272,12 @@ def _is_due(progress: Progress, index: int, origin: int | None) -> bool:
             return progress.fresh and came and index not in progress.covered
         case _:
             return False
+
+
+def _stays_in_all(objective: Objective, origin: int | None, here: int) -> bool:
+    """Return whether a robot that may leave its targets stays in a region of all of them."""
+    stays = origin == here and objective.kind not in ("hold", *ENDS)
+    return stays and all(here in target for target in objective.targets)
 
 
 def _steady(turn: Turn, now: Situation) -> Progress | None:
