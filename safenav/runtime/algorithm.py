@@ -75,6 +75,7 @@ class Algorithm:
         self._owed: Unsettled | None = None
         self._together = False
         self._astray: list[Astray] = []
+        self._paying = False
 
     def begin(self) -> None:
         """Synthesize the first controllers. The team has its initial objectives, and no requests
@@ -105,7 +106,11 @@ class Algorithm:
                     self._owe(event, decision)
                     break
                 event = self.apply(decision, results)
-        if not self.team.owed and not self._astray:
+        self._forget()
+
+    def _forget(self) -> None:
+        """Forget the strategies that have come, once no decision waits for any."""
+        if not (self.team.owed or self._astray or self._paying):
             self.search.forget()
 
     def _owe(self, event: Event, decision: Decision) -> None:
@@ -125,16 +130,21 @@ class Algorithm:
         for robot in self.team.robots.values():
             robot.held = None
         self.team.changes += 1
-        self.settle([owed] if owed is not None else [])
-        for event in astray:
-            robot = self.team.robots[event.robot]
-            planner = robot.planner
-            if planner is None or planner.node is not None or robot.transit is not None:
-                continue
-            if self._owed is not None:
-                continue
-            if not self.strategies.relocate(robot):
-                self.settle([event])
+        self._paying = True
+        try:
+            self.settle([owed] if owed is not None else [])
+            for event in astray:
+                robot = self.team.robots[event.robot]
+                planner = robot.planner
+                if planner is None or planner.node is not None or robot.transit is not None:
+                    continue
+                if self._owed is not None:
+                    continue
+                if not self.strategies.relocate(robot):
+                    self.settle([event])
+        finally:
+            self._paying = False
+        self._forget()
 
     def apply(self, decision: Decision, results: Mapping[str, TaskResult]) -> Event | None:
         """Put a decision in force if there is a strategy for every task, else what follows from

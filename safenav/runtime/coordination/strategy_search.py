@@ -98,7 +98,8 @@ class StrategySearch:
 
     def fresh(self) -> bool:
         """Whether all results that were not there yet have come since the last call."""
-        come, self._awaited = self._awaited and not self.pending, self.pending
+        pending = self.pending  # once: a synthesis may end at any moment
+        come, self._awaited = self._awaited and not pending, pending
         return come
 
     @property
