@@ -139,7 +139,7 @@ class Turns:
         silent = silent and not planner.behind
         proposal = answer or Proposal(robot.pose, None)
         by = MovedBy.STRATEGY if answer is not None else MovedBy.STAY
-        if self.traffic.wanted is not None:  # a plan is due: nobody begins another step
+        if self.traffic.holds(robot.name):  # a plan is due: it begins no other step
             lost, silent, proposal = False, False, planner.held_back(robot.pose, observed)
             by = MovedBy.STRATEGY if proposal.answers else MovedBy.STAY
         violation = self._violation(robot, proposal.pose.region)
@@ -194,7 +194,7 @@ class Turns:
             frozenset(busy),
             frozenset(side for side in sides if ahead >> side & 1),
             tuple(self.state.inputs.values()),
-            self.traffic.wanted,
+            self.traffic.holds(robot.name),
             self.state.owed,
         )
 
@@ -279,11 +279,13 @@ class Turns:
         """Begin a step; one that is over when the command returns ends immediately."""
         if self.state.live and pose == robot.pose:
             self.tell.stays(robot, by, why, shown)
-            progress = robot.progress
-            self._count(robot, progress, *self._values_around(robot, pose, before))
+            values = self._values_around(robot, pose, before)
+            if not self._has_counted(robot, *values):
+                self._count(robot, robot.progress, *values)
             return
         robot.transit = Transit(pose, by is MovedBy.PLAN, before)
         robot.stood.clear()
+        self.traffic.set_out()
         event = self.world.start(robot.robot, robot.pose, pose)
         if event is not None and not self.state.live:
             yield from self._arrive(robot, robot.transit, event, by, shown)
@@ -367,6 +369,15 @@ class Turns:
                     records.Goal(self.state.tick, robot.name, goal, robot.pose.region, rounds)
                 )
         self.state.changes += min(robot.own.rounds, wanted) != done
+
+    def _has_counted(
+        self, robot: RobotState, before: Mapping[str, int], after: Mapping[str, int]
+    ) -> bool:
+        """Live: whether a robot that stays where it meets all its goals has met them as often as is
+        wanted. A pass takes no time: counting each of them would fill the trace."""
+        wanted = self.state.scenario.until.rounds if robot.progress is robot.own else 1
+        enough = robot.begun and robot.progress.rounds >= wanted
+        return enough and robot.progress.met_by_staying(robot.pose.region, before, after)
 
     def _setback(
         self, robot: RobotState, start: Pose, pose: Pose, event: Ended

@@ -39,6 +39,7 @@ from safenav.runtime.traffic.execution import (
 from safenav.runtime.traffic.joint import Count, Course, Joint, has_met
 from safenav.runtime.traffic.joint_plan import Search
 from safenav.runtime.traffic.local import local_plan
+from safenav.runtime.traffic.meanwhile import Pending, free_to_go_on
 from safenav.runtime.traffic.remembering import plain_poses, remembering
 from safenav.runtime.traffic.searches import Searches
 from safenav.runtime.traffic.shortening import shortened
@@ -72,6 +73,8 @@ class Traffic:
     _hurried: Settlement | None = None
     _followed: Settlement | None = None
     _urgent: int | None = None
+    _pending: Pending | None = None
+    _all_wait: bool = False
 
     def __post_init__(self) -> None:
         robots = self.state.scenario.robots
@@ -140,6 +143,18 @@ class Traffic:
         ``ahead`` is closed to it, and each move that it may not undo must be ``certified``."""
         index = self.state.last_settled.floor.index(name)
         return self.execution is not None and self.execution.done(index)
+
+    def holds(self, name: str) -> bool:
+        """Whether a robot stays where it is until a plan is there: one that is wanted, and is not
+        to begin where the robot could not return to alone."""
+        if self.wanted is None:
+            return False
+        return self._pending is None or not self._pending.may_go_on(name)
+
+    def set_out(self) -> None:
+        """A robot has set out on a step."""
+        if self._pending is not None:
+            self._pending.set_out(self._searches.floor().poses)
 
     def only_out(self, robots: Sequence[RobotState]) -> bool:
         """Whether each of some robots is out of service, or cut off by one that is."""
@@ -237,7 +252,7 @@ class Traffic:
     ) -> None:
         """End the plan: it is finished, or something was learnt. ``nodes``: each robot's next
         strategy node."""
-        self.wanted = None
+        self.wanted = self._pending = None
         if self.execution is not None:
             self.execution = None
             self.state.changes += 1
@@ -347,16 +362,28 @@ class Traffic:
 
     def _plan(self, reason: str) -> None:
         """Make a plan and begin it. Raises RunEnded with the proof if there is none."""
-        plain = self._searches.floor()
-        floor = self._searches.aimed(plain)
+        here = self._searches.floor()
         helping = any(r.assignment.role is Role.HELPS for r in self.state.robots.values())
+        pending = self._search_from(here)
+        plain = pending.floor
+        floor = self._searches.aimed(plain)
         try:
-            moment = self._moment(plain) if self.thinking.background else None
-            floor, course, start, answer = self.thinking.ask(
-                moment, lambda: self._sought(plain, floor, helping)
+            course_of = self.thinking.ask(
+                pending.moment, lambda: self._sought(plain, floor, helping)
             )
+            floor, course, start, answer = course_of
         except Unknown:
-            self.wanted = reason  # nobody begins another step meanwhile
+            self.wanted, self._pending = reason, pending
+            return
+        except RunEnded:
+            self.stop.check()
+            if not pending.moved:
+                raise
+            self._search_again(reason)  # a proof is of where the robots are
+            return
+        self._pending, self._all_wait = None, False
+        if isinstance(answer, Exhausted) and pending.moved:
+            self._search_again(reason)
             return
         if self.state.live and start.stages != floor.stages:
             return  # a robot is about to resolve something: that changes what is possible
@@ -383,21 +410,37 @@ class Traffic:
         self._failures = 0
         if self._turning:
             self._certificates.keep(course, answer.states)
-        states = self._cut(course, start, answer.states, helping)
-        states = self._straightened(plain, states) if helping else states
         counts = self._searches.counts(floor, course.rounds)
+        cut = self._cut(course, start, answer.states, helping)
+        states = pending.from_here(course, counts, cut)
+        if states is None:
+            self._search_again(reason)
+            return
+        states = self._straightened(here, states) if helping else states
         charges = self._charges(self.state.robots[self._starved])
-        if charges and not self._leg_done(course, start, states[-1], helping):
-            states = self._leg(floor, course, start) or states
-        if self._changes_nothing(plain, states, counts):
-            states = self._leg(floor, course, start) or states
+        short = charges and not self._leg_done(course, start, states[-1], helping)
+        if short or self._changes_nothing(here, states, counts):
+            leg = self._leg(floor, course, start)
+            states = (leg and pending.from_here(course, counts, leg)) or states
         self._begin(floor, states, counts, reason)
 
-    def _moment(self, floor: Floor) -> Hashable:
-        """All that a search from here depends on."""
-        counts = self._searches.counts(floor, self._searches.course(floor).rounds)
-        team = tuple((r.active, r.assignment, r.own.rounds) for r in self.state.robots.values())
-        return floor.poses, floor.stages, counts, id(self.state.last_settled.found), repr(team)
+    def _search_from(self, here: Floor) -> Pending:
+        """The search that is under way, if it is of use from here; else one that begins here."""
+        if not self.thinking.background:
+            return Pending(here, None, None, [here.poses])
+        robots = self.state.robots.values()
+        each = tuple((r.active, r.assignment) for r in robots)
+        team = here.stages, id(self.state.last_settled.found), repr(each)
+        if self._pending is not None and self._pending.serves(here, team):
+            return self._pending
+        counts = self._searches.counts(here, self._searches.course(here).rounds)
+        moment = here.poses, counts, team, self._all_wait
+        free = () if self._all_wait else free_to_go_on(here, robots)
+        return Pending(here, moment, team, [here.poses], free)
+
+    def _search_again(self, reason: str) -> None:
+        """Search for a plan from here while all robots stand."""
+        self.wanted, self._pending, self._all_wait = reason, None, True
 
     def _sought(
         self, plain: Floor, floor: Floor, helping: bool

@@ -18,12 +18,45 @@ from safenav.runtime.termination import RunEnded, Stop
 from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.traffic.thinking import Thinking, Unknown
 from safenav.scenario.model import Clock, Obstacle, Robot
-from safenav.scenario.reading.loader import load_scenario
+from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.spec.specification import Specification
+from safenav.synthesis.slugs import Synthesizer
+from safenav.trace import records
 from safenav.trace.writing import TraceWriter
 from safenav.world.map import Region
 from safenav.world.moves import Pose
 
 SCENARIO = Path(__file__).parents[3] / "scenarios" / "corridor_swap.yaml"
+
+
+BESIDE = """
+safenav: 1
+name: two in a corridor, a third one in the room beside it
+map: {grid: ["#########", "#.......#", "#.#####.#", "#...#...#", "#...#...#", "#########"]}
+catalogue: {robots: {cart: {mobility: free, layer: ground, capabilities: []}}}
+robots:
+  a: {model: cart, start: [1, 1], objective: {visit: [[1, 7], [1, 1]]}}
+  b: {model: cart, start: [1, 7], objective: {visit: [[1, 1], [1, 7]]}}
+  c: {model: cart, start: [4, 1], objective: {visit: [[4, 3], [4, 1]]}}
+until: {rounds: 2}
+clock: live
+"""
+
+
+CROWDED = """
+safenav: 1
+name: five on a narrow floor, who get new strategies after plans
+map: {grid: ["###########", "#....#....#", "#.........#", "###########"]}
+catalogue: {robots: {cart: {mobility: free, layer: ground, capabilities: []}}}
+robots:
+  a: {model: cart, start: [2, 1], objective: {visit: [[2, 8], [2, 1]]}}
+  b: {model: cart, start: [2, 2], objective: {visit: [[2, 8], [2, 3], [1, 2]]}}
+  c: {model: cart, start: [2, 6], objective: {cover: [[2, 6]]}}
+  d: {model: cart, start: [2, 7], objective: {cover: [[2, 6], [2, 2]]}}
+  e: {model: cart, start: [2, 3], objective: {cover: [[2, 2]]}}
+until: {rounds: 1}
+clock: live
+"""
 
 
 class Wall:
@@ -105,6 +138,26 @@ def test_the_world_is_heard_while_a_plan_is_searched(
     assert check_trace(path).findings == ()
 
 
+def test_robots_that_can_undo_their_steps_go_on_while_a_plan_is_searched(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The plan begins where they were: they go back, or it is shortened to a way from where they
+    are."""
+    searched, path = slow(monkeypatch, 0.15), tmp_path / "trace.jsonl"
+    meanwhile: list[str] = []
+    with TraceWriter(path) as writer:
+        run = Mission(load_scenario_text(BESIDE), world=Wall(), listeners=[writer])
+
+        def note(record: records.Record) -> None:
+            if isinstance(record, records.Depart) and run._traffic.wanted is not None:
+                meanwhile.append(record.robot)
+
+        run.state.listeners = (*run.state.listeners, note)
+        assert run.run().outcome is Outcome.COMPLETED
+    assert searched and meanwhile.count("c") >= 2
+    assert check_trace(path).findings == ()
+
+
 def test_a_run_that_is_stopped_abandons_its_search(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -117,6 +170,29 @@ def test_a_run_that_is_stopped_abandons_its_search(
         begun = time.monotonic()
         run.give_up()
     assert time.monotonic() - begun < 10
+
+
+def test_robots_off_their_strategies_get_those_that_come_later(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A strategy that was waited for is used, not forgotten and asked for again."""
+    usual, asked = Synthesizer.synthesize_all, list[str]()
+
+    def late(synthesizer: Synthesizer, specs: Sequence[Specification], **options: object) -> object:
+        if threading.current_thread() is not threading.main_thread():
+            asked.extend(spec.to_structuredslugs() for spec in specs)
+            time.sleep(0.02)
+        return usual(synthesizer, specs, **options)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(Synthesizer, "synthesize_all", late)
+    path = tmp_path / "trace.jsonl"
+    with TraceWriter(path) as writer:
+        run = Mission(load_scenario_text(CROWDED), world=Wall(), listeners=[writer])
+        run.start()
+        while run.result is None and len(asked) < 100:
+            run.step()
+    assert run.result is not None and run.result.outcome is Outcome.COMPLETED
+    assert asked and check_trace(path).findings == ()
 
 
 def asked(thinking: Thinking, moment: object, search: Callable[[], object]) -> object:

@@ -1,0 +1,82 @@
+"""Steps that robots take while a joint plan is searched, where they can undo each of them alone.
+
+A plan begins where the robots were when its search began. Steps since then, undone last one first,
+lead back there: what was free for a robot's step is free for the step back. So they precede the
+plan, which is shortened as a whole before it is executed (docs/coordination.md, A live run).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Hashable, Sequence
+
+from safenav.dataclass import dataclass
+from safenav.runtime.coordination.problem import Floor
+from safenav.runtime.team import RobotState
+from safenav.runtime.traffic.joint import Count, Course, Joint
+from safenav.runtime.traffic.remembering import remembering
+from safenav.scenario.objective import formulas_in
+
+LONGEST = 60
+"""Steps after which the robots wait for the answer."""
+
+
+@dataclass
+class Pending:
+    """A search that is not over. ``floor``: where it begins; ``moment``: all that it depends on;
+    ``team``: that part of it which no step changes; ``poses``: the joint poses since then, one step
+    of one robot after the other; ``free``: the robots that may take such steps."""
+
+    floor: Floor
+    moment: Hashable
+    team: Hashable
+    poses: list[tuple[int, ...]]
+    free: Collection[str] = ()
+
+    @property
+    def moved(self) -> bool:
+        """Whether a robot has set out since the search began."""
+        return len(self.poses) > 1
+
+    def serves(self, floor: Floor, team: Hashable) -> bool:
+        """Whether the answer will be of use from here."""
+        return self.team == team and self.poses[-1] == floor.poses
+
+    def may_go_on(self, name: str) -> bool:
+        """Whether a robot may take another step."""
+        return name in self.free and len(self.poses) <= LONGEST
+
+    def set_out(self, poses: tuple[int, ...]) -> None:
+        """A robot has set out: ``poses`` are where all will be."""
+        if poses != self.poses[-1]:
+            self.poses.append(poses)
+
+    def from_here(
+        self, course: Course, counts: Sequence[Count], states: Sequence[Joint]
+    ) -> list[Joint] | None:
+        """A plan that was found, from where the robots are now; None if it leads elsewhere by now.
+        ``counts``: the goals that each has met by now."""
+        if not self.moved:
+            return list(states)
+        back = [*reversed(self.poses), *(state.poses for state in states[1:])]
+        found = [course.begun(back[0], tuple(counts), states[0].stages)]
+        for poses in back[1:]:
+            found.append(course.moved(found[-1], poses, range(len(poses))))
+        ways = zip(found[: len(self.poses)], reversed(self.poses), strict=True)
+        undone = all(state.stages == states[0].stages for state, _ in ways)
+        return found if undone and found[-1].stages == states[-1].stages else None
+
+
+def free_to_go_on(floor: Floor, robots: Collection[RobotState]) -> frozenset[str]:
+    """The robots whose steps can be undone whatever they remember, carry or owe: without headings,
+    formulas and batteries."""
+    problem = floor.problem
+    if remembering(problem) or problem.sweeping:
+        return frozenset()
+    return frozenset(
+        robot.name
+        for robot, member in zip(robots, problem.members, strict=True)
+        if not member.turns
+        and formulas_in(robot.robot.objective) is None
+        and formulas_in(robot.assignment.objective) is None
+        and robot.charge is None
+    )
