@@ -368,10 +368,9 @@ class Traffic:
         plain = pending.floor
         floor = self._searches.aimed(plain)
         try:
-            course_of = self.thinking.ask(
+            floor, course, start, answer = self.thinking.ask(
                 pending.moment, lambda: self._sought(plain, floor, helping)
             )
-            floor, course, start, answer = course_of
         except Unknown:
             self.wanted, self._pending = reason, pending
             return
