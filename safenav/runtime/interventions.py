@@ -299,7 +299,7 @@ class Interventions:
                     self.world.take_away(name)  # the world reports it
                 else:
                     self.turns.world.cleared(obstacle)
-                    yield from self.turns.gone(obstacle)
+                    yield from self.turns.actions.gone(obstacle)
             case MarkPermanent(name):
                 yield from self.turns.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
                 yield ObstacleSealed(self._met(name))
@@ -320,7 +320,7 @@ class Interventions:
         known += [obstacle for obstacle, _ in knowledge.joined.values()]
         for obstacle in known:
             if obstacle.type.name == f"lost_{robot.name}":
-                yield from self.turns.gone(obstacle)
+                yield from self.turns.actions.gone(obstacle)
         if robot.active:
             yield Unsettled(vocabulary.Reason.SERVICE)
         yield from self.turns.serve(robot, active=True, cause=_USER)

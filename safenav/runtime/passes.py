@@ -85,7 +85,7 @@ class Passes(Algorithm):
             self._guarded(self._unless_still)
 
     def _settle_gone(self, obstacle: Obstacle) -> None:
-        self.settle(self.turns.gone(obstacle))
+        self.settle(self.turns.actions.gone(obstacle))
 
     def _plan(self) -> None:
         """Finish the joint plan, or begin one that is due."""

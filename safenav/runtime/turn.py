@@ -5,11 +5,13 @@ The order of what happens here is the order of lines in a trace (docs/trace.md).
 
 from __future__ import annotations
 
-from collections.abc import Collection, Generator, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 from safenav.dataclass import dataclass
 from safenav.outcome import Outcome
+from safenav.runtime.actions import Actions
 from safenav.runtime.belief_recorder import BeliefRecorder
 from safenav.runtime.characterization import ForbiddenMove, characterize
 from safenav.runtime.commands import Commands
@@ -18,9 +20,7 @@ from safenav.runtime.coordination.events import (
     Astray,
     Event,
     HelpRequested,
-    ObstacleChanged,
     ObstacleEncountered,
-    ObstaclesResolved,
     Unsettled,
 )
 from safenav.runtime.coordination.strategies import Strategies
@@ -30,11 +30,10 @@ from safenav.runtime.monitor import Monitors
 from safenav.runtime.move_recorder import MoveRecorder
 from safenav.runtime.navigation import Planner, Proposal
 from safenav.runtime.progress import Progress
-from safenav.runtime.protocol import Acted, Arrived, Blocked, Elsewhere, Ended, Failed, Lost
+from safenav.runtime.protocol import Arrived, Blocked, Elsewhere, Ended, Failed, Lost
 from safenav.runtime.team import RobotState, Role, TeamState, Transit
 from safenav.runtime.termination import Conclusion
 from safenav.runtime.traffic.planning import Traffic
-from safenav.runtime.world import Change
 from safenav.scenario.guarantees import guarantees_of, values_of
 from safenav.scenario.model import Obstacle, Tracking
 from safenav.scenario.objective import Ltl
@@ -43,7 +42,7 @@ from safenav.spec.other_robots.tracking import Sightings, observe
 from safenav.spec.specification import Constraint
 from safenav.spec.task import Task
 from safenav.trace import records, vocabulary
-from safenav.trace.vocabulary import ActResult, ChangeCause, HoldReason, MovedBy, PlanEndReason
+from safenav.trace.vocabulary import ChangeCause, HoldReason, MovedBy, PlanEndReason
 from safenav.world.map import Region
 from safenav.world.moves import Pose
 from safenav.world.poses import region_mask
@@ -62,12 +61,14 @@ class Turns:
         self.monitors = Monitors(self.state)
         self.sightings = BeliefRecorder(self.state)
         self.tell = MoveRecorder(self.state, self.sightings)
+        leave_plan = partial(self.leave_plan, settling=True)
+        self.actions = Actions(self.state, self.world, self.tell, leave_plan, self._stand_still)
 
     def step(self, robot: RobotState) -> Iterator[Event]:
         """One turn: its events as they happen, each to be settled before the turn continues."""
         if robot.transit is not None:
             yield from self._travel(robot, robot.transit)
-        elif self.state.live and (yield from self._acts(robot)):
+        elif self.state.live and (yield from self.actions.acts(robot)):
             return
         elif not robot.active:
             yield from self._stand_still(robot, HoldReason.SERVICE)
@@ -77,7 +78,7 @@ class Turns:
             yield from self._stand_still(robot, robot.held)
         elif self.traffic.active and not self._released(robot):
             yield from self._follow_plan(robot)
-        elif self.state.live and self._waits_to_sweep(robot):
+        elif self.state.live and self.actions.waits_to_sweep(robot):
             yield from self._stand_still(robot, HoldReason.HELD)
         else:
             yield from self._follow_strategy(robot)
@@ -260,7 +261,7 @@ class Turns:
         if event is None:
             self.tell.begun(robot, None)
             if not self.state.live:
-                yield from self._act(robot)
+                yield from self.actions.act(robot)
             return
         by = MovedBy.PLAN if transit.planned else None
         yield from self._arrive(robot, transit, event, by)
@@ -294,7 +295,7 @@ class Turns:
         self.state.changes += 1
         self.tell.begun(robot, by, shown, number, self.world.expected(robot.robot))
         if not self.state.live:
-            yield from self._act(robot)
+            yield from self.actions.act(robot)
         elif event is not None:
             yield from self._arrive(robot, robot.transit, event, by)
 
@@ -324,7 +325,7 @@ class Turns:
         before, after = self._values_around(robot, start, transit.before, strayed=strayed)
         robot.arriving = transit.planned
         if not self.state.live:
-            yield from self._act(robot)
+            yield from self.actions.act(robot)
         robot.arriving, robot.asked = False, False
         self._count(robot, progress, before, after, strayed=strayed)
         if reaction is not None:
@@ -584,156 +585,6 @@ class Turns:
             f"{f' ({rules})' if rules else ''}, which has no strategy from here",
         )
         yield Astray(robot.name, vocabulary.Reason.BLOCKED, end)
-
-    def _act(self, robot: RobotState) -> Iterator[Event]:
-        """Let the robot perform its actions where it stands; changes are decided immediately."""
-        if not self.world.simulated and self._must_not_sweep(robot):
-            return  # such a world would do all that it can
-        event = self.world.act(robot.robot, robot.pose, self.state.may_sweep(robot.robot))
-        assert event is not None, "actions take no time in lockstep"
-        yield from self._resolve(robot, event)
-
-    def _must_not_sweep(self, robot: RobotState) -> list[str]:
-        """The obstacles that a robot would resolve where it stands, but for other robots where
-        they sweep."""
-        knowledge, clear = self.state.knowledge, self.state.may_sweep(robot.robot)
-        reach = knowledge.within_reach(robot.robot, self.state.regions(), knowledge.pending)
-        swept = [o for o, _ in reach if o.swept(self.state.scenario.map)]
-        return [obstacle.name for obstacle in swept if obstacle not in clear]
-
-    def _waits_to_sweep(self, robot: RobotState) -> bool:
-        """Whether a helper stands where it is to act, and others still where that sweeps."""
-        return robot.assignment.obstacle in self._must_not_sweep(robot)
-
-    def _resolve(
-        self, robot: RobotState, event: Acted, only: Collection[str] | None = None
-    ) -> Iterator[Event]:
-        """Take in what an action has resolved, and which other needs were met by it (``only``: of
-        these obstacles)."""
-        state = self.state
-        sweeping = [obstacle.name for obstacle in state.may_sweep(robot.robot)]
-        further, met = state.knowledge.perform(robot.robot, state.regions(), sweeping, only)
-        resolved = []
-        for obstacle, result in event.found:
-            state.introduce(obstacle)
-            state.failures.gone(obstacle.name, self.world.now())
-            open_ = result is ActResult.DONE
-            resolved.append(
-                (obstacle, open_ if obstacle.type.has_truth else None if open_ else False)
-            )
-        gone = {obstacle.name for obstacle, _ in resolved}
-        for one in met:
-            if not one.last or one.obstacle.name in gone:  # else the world has it that it failed
-                self.tell.met(robot, one)
-        if resolved:
-            yield from self.leave_plan(PlanEndReason.CHANGED, settling=True)
-            yield ObstaclesResolved(robot.robot, tuple(resolved))
-        elif further:
-            yield from self.leave_plan(PlanEndReason.CHANGED, settling=True)
-            yield Unsettled(vocabulary.Reason.REQUEST)
-
-    def _acts(self, robot: RobotState) -> Generator[Event, None, bool]:
-        """Live: let an idle robot act before it leaves; whether its turn is used up by that."""
-        state, name = self.state, robot.name
-        if robot.acting is None:
-            if not robot.active or robot.held is not None or not robot.robot.capabilities:
-                return False
-            obstacles, group = self._within_reach(robot)
-            if robot.asked and not obstacles:
-                return False
-            robot.asked = True
-            event = self._answered(self.world.act(robot.robot, robot.pose, obstacles), obstacles)
-            if event is not None and not event.found:
-                yield from self._resolve(robot, event)
-                return False
-            command = self.world.number(name) if event is None else event.command or 0
-            if event is None:
-                robot.acts_on = tuple(obstacles)
-                for member in group:
-                    state.robots[member].acting = name
-            names = tuple(obstacle.name for obstacle in obstacles)
-            state.emit(records.Act(state.tick, command, name, group, names))
-            yield from self._stand_still(robot, HoldReason.ACTING)
-            state.changes += 1
-        else:
-            event = self.world.acted(robot.robot) if robot.acting == name else None
-            event = self._answered(event, robot.acts_on)
-            yield from self._stand_still(robot, HoldReason.ACTING)
-        if event is not None:
-            for other in state.robots.values():
-                other.acting = None if other.acting == name else other.acting
-            results = {obstacle.name: result for obstacle, result in event.found}
-            barred = tuple(
-                obstacle
-                for obstacle, result in results.items()
-                if result is ActResult.FAILED
-                and state.failures.action_failed(state.scenario.failures, name, obstacle)
-            )
-            number = event.command or 0
-            state.emit(records.ActionEnd(state.tick, number, name, results, barred or None))
-            robot.asked = not event.found  # else there may be more to do
-            state.changes += 1
-            yield from self._acted(robot, event, barred=bool(barred))
-        return True
-
-    def _answered(self, event: Acted | None, obstacles: Sequence[Obstacle]) -> Acted | None:
-        """The results of an action; one on an obstacle for the last need of which nothing is
-        reported has failed."""
-        if event is None:
-            return None
-        told = {obstacle.name for obstacle, _ in event.found}
-        missing = [
-            (obstacle, ActResult.FAILED)
-            for obstacle in obstacles
-            if obstacle.name not in told
-            and self.state.knowledge.need_of(obstacle) == len(obstacle.needs) - 1
-            and obstacle.needs[-1].robots == 1
-        ]
-        return replace(event, found=(*event.found, *missing))
-
-    def _within_reach(self, robot: RobotState) -> tuple[list[Obstacle], tuple[str, ...]]:
-        """The pending obstacles on which a robot can act where it stands, and who takes part."""
-        state, group = self.state, {robot.name}
-        idle = {
-            name: other.pose.region
-            for name, other in state.robots.items()
-            if other.transit is None and other.acting is None and other.active
-        }
-        found, sweeping = [], [obstacle.name for obstacle in state.may_sweep(robot.robot)]
-        for obstacle, robots in state.knowledge.within_reach(robot.robot, idle, sweeping):
-            if (robot.name, obstacle.name) not in state.failures.barred:
-                found.append(obstacle)
-                group |= set(robots)
-        return found, tuple(name for name in state.robots if name in group)
-
-    def _acted(self, robot: RobotState, event: Acted, *, barred: bool) -> Iterator[Event]:
-        """Take in the results of an action. ``barred``: the robot leaves an obstacle to others."""
-        for obstacle, result in event.found:
-            if result is ActResult.NOTHING:
-                yield from self.gone(obstacle)
-        gone = [o for o in robot.acts_on if not self.state.knowledge.knows(o)]  # meanwhile
-        done = [
-            pair
-            for pair in event.found
-            if pair[1] in (ActResult.DONE, ActResult.UNTRAVERSABLE) and pair[0] not in gone
-        ]
-        if barred:
-            yield from self.leave_plan(PlanEndReason.CHANGED, settling=True)
-            yield Unsettled(vocabulary.Reason.REQUEST)
-        # An action that fails has the reported effects only. One that finds nothing where it was
-        # directed has still met the other needs that are met where the robots stand.
-        failed = any(result is ActResult.FAILED for _, result in event.found)
-        if done or not failed:
-            only = {obstacle.name for obstacle, _ in done} if failed else None
-            yield from self._resolve(robot, replace(event, found=tuple(done)), only)
-
-    def gone(self, obstacle: Obstacle) -> Iterator[Event]:
-        """An obstacle that the team knows has disappeared."""
-        self.state.failures.gone(obstacle.name, self.world.now())
-        self.state.knowledge.sighted.pop(obstacle.name, None)
-        if self.state.knowledge.knows(obstacle):
-            yield from self.leave_plan(PlanEndReason.CHANGED, settling=True)
-            yield ObstacleChanged(Change(obstacle, appeared=False))
 
     def _step_off(self, robot: RobotState, start: Pose) -> tuple[dict[str, int], dict[str, int]]:
         """The variables of formulas around a step that was not their strategy's: poses, and what

@@ -1,0 +1,184 @@
+"""Actions of robots on obstacles, and their results: resolved, gone, failed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Generator, Iterator, Sequence
+from dataclasses import replace
+
+from safenav.dataclass import dataclass
+from safenav.runtime.commands import Commands
+from safenav.runtime.coordination.events import (
+    Event,
+    ObstacleChanged,
+    ObstaclesResolved,
+    Unsettled,
+)
+from safenav.runtime.move_recorder import MoveRecorder
+from safenav.runtime.protocol import Acted
+from safenav.runtime.team import RobotState, TeamState
+from safenav.runtime.world import Change
+from safenav.scenario.model import Obstacle
+from safenav.trace import records, vocabulary
+from safenav.trace.vocabulary import ActResult, HoldReason, PlanEndReason
+
+
+@dataclass
+class Actions:
+    """Carries out actions in a world. ``leave_plan`` ends the joint plan, as a decision follows;
+    ``stand_still`` is the turn of a robot that stays."""
+
+    state: TeamState
+    world: Commands
+    tell: MoveRecorder
+    leave_plan: Callable[[PlanEndReason], Iterator[Event]]
+    stand_still: Callable[[RobotState, HoldReason], Iterator[Event]]
+
+    def act(self, robot: RobotState) -> Iterator[Event]:
+        """Let the robot perform its actions where it stands; changes are decided immediately."""
+        if not self.world.simulated and self._must_not_sweep(robot):
+            return  # such a world would do all that it can
+        event = self.world.act(robot.robot, robot.pose, self.state.may_sweep(robot.robot))
+        assert event is not None, "actions take no time in lockstep"
+        yield from self._resolve(robot, event)
+
+    def waits_to_sweep(self, robot: RobotState) -> bool:
+        """Whether a helper stands where it is to act, and others still where that sweeps."""
+        return robot.assignment.obstacle in self._must_not_sweep(robot)
+
+    def acts(self, robot: RobotState) -> Generator[Event, None, bool]:
+        """Live: let an idle robot act before it leaves; whether its turn is used up by that."""
+        state, name = self.state, robot.name
+        if robot.acting is None:
+            if not robot.active or robot.held is not None or not robot.robot.capabilities:
+                return False
+            obstacles, group = self._within_reach(robot)
+            if robot.asked and not obstacles:
+                return False
+            robot.asked = True
+            event = self._answered(self.world.act(robot.robot, robot.pose, obstacles), obstacles)
+            if event is not None and not event.found:
+                yield from self._resolve(robot, event)
+                return False
+            command = self.world.number(name) if event is None else event.command or 0
+            if event is None:
+                robot.acts_on = tuple(obstacles)
+                for member in group:
+                    state.robots[member].acting = name
+            names = tuple(obstacle.name for obstacle in obstacles)
+            state.emit(records.Act(state.tick, command, name, group, names))
+            yield from self.stand_still(robot, HoldReason.ACTING)
+            state.changes += 1
+        else:
+            event = self.world.acted(robot.robot) if robot.acting == name else None
+            event = self._answered(event, robot.acts_on)
+            yield from self.stand_still(robot, HoldReason.ACTING)
+        if event is not None:
+            for other in state.robots.values():
+                other.acting = None if other.acting == name else other.acting
+            results = {obstacle.name: result for obstacle, result in event.found}
+            barred = tuple(
+                obstacle
+                for obstacle, result in results.items()
+                if result is ActResult.FAILED
+                and state.failures.action_failed(state.scenario.failures, name, obstacle)
+            )
+            number = event.command or 0
+            state.emit(records.ActionEnd(state.tick, number, name, results, barred or None))
+            robot.asked = not event.found  # else there may be more to do
+            state.changes += 1
+            yield from self._acted(robot, event, barred=bool(barred))
+        return True
+
+    def gone(self, obstacle: Obstacle) -> Iterator[Event]:
+        """An obstacle that the team knows has disappeared."""
+        self.state.failures.gone(obstacle.name, self.world.now())
+        self.state.knowledge.sighted.pop(obstacle.name, None)
+        if self.state.knowledge.knows(obstacle):
+            yield from self.leave_plan(PlanEndReason.CHANGED)
+            yield ObstacleChanged(Change(obstacle, appeared=False))
+
+    def _must_not_sweep(self, robot: RobotState) -> list[str]:
+        """The obstacles that a robot would resolve where it stands, but for other robots where
+        they sweep."""
+        knowledge, clear = self.state.knowledge, self.state.may_sweep(robot.robot)
+        reach = knowledge.within_reach(robot.robot, self.state.regions(), knowledge.pending)
+        swept = [o for o, _ in reach if o.swept(self.state.scenario.map)]
+        return [obstacle.name for obstacle in swept if obstacle not in clear]
+
+    def _resolve(
+        self, robot: RobotState, event: Acted, only: Collection[str] | None = None
+    ) -> Iterator[Event]:
+        """Take in what an action has resolved, and which other needs were met by it (``only``: of
+        these obstacles)."""
+        state = self.state
+        sweeping = [obstacle.name for obstacle in state.may_sweep(robot.robot)]
+        further, met = state.knowledge.perform(robot.robot, state.regions(), sweeping, only)
+        resolved = []
+        for obstacle, result in event.found:
+            state.introduce(obstacle)
+            state.failures.gone(obstacle.name, self.world.now())
+            open_ = result is ActResult.DONE
+            resolved.append(
+                (obstacle, open_ if obstacle.type.has_truth else None if open_ else False)
+            )
+        gone = {obstacle.name for obstacle, _ in resolved}
+        for one in met:
+            if not one.last or one.obstacle.name in gone:  # else the world has it that it failed
+                self.tell.met(robot, one)
+        if resolved:
+            yield from self.leave_plan(PlanEndReason.CHANGED)
+            yield ObstaclesResolved(robot.robot, tuple(resolved))
+        elif further:
+            yield from self.leave_plan(PlanEndReason.CHANGED)
+            yield Unsettled(vocabulary.Reason.REQUEST)
+
+    def _answered(self, event: Acted | None, obstacles: Sequence[Obstacle]) -> Acted | None:
+        """The results of an action; one on an obstacle for the last need of which nothing is
+        reported has failed."""
+        if event is None:
+            return None
+        told = {obstacle.name for obstacle, _ in event.found}
+        missing = [
+            (obstacle, ActResult.FAILED)
+            for obstacle in obstacles
+            if obstacle.name not in told
+            and self.state.knowledge.need_of(obstacle) == len(obstacle.needs) - 1
+            and obstacle.needs[-1].robots == 1
+        ]
+        return replace(event, found=(*event.found, *missing))
+
+    def _within_reach(self, robot: RobotState) -> tuple[list[Obstacle], tuple[str, ...]]:
+        """The pending obstacles on which a robot can act where it stands, and who takes part."""
+        state, group = self.state, {robot.name}
+        idle = {
+            name: other.pose.region
+            for name, other in state.robots.items()
+            if other.transit is None and other.acting is None and other.active
+        }
+        found, sweeping = [], [obstacle.name for obstacle in state.may_sweep(robot.robot)]
+        for obstacle, robots in state.knowledge.within_reach(robot.robot, idle, sweeping):
+            if (robot.name, obstacle.name) not in state.failures.barred:
+                found.append(obstacle)
+                group |= set(robots)
+        return found, tuple(name for name in state.robots if name in group)
+
+    def _acted(self, robot: RobotState, event: Acted, *, barred: bool) -> Iterator[Event]:
+        """Take in the results of an action. ``barred``: the robot leaves an obstacle to others."""
+        for obstacle, result in event.found:
+            if result is ActResult.NOTHING:
+                yield from self.gone(obstacle)
+        gone = [o for o in robot.acts_on if not self.state.knowledge.knows(o)]  # meanwhile
+        done = [
+            pair
+            for pair in event.found
+            if pair[1] in (ActResult.DONE, ActResult.UNTRAVERSABLE) and pair[0] not in gone
+        ]
+        if barred:
+            yield from self.leave_plan(PlanEndReason.CHANGED)
+            yield Unsettled(vocabulary.Reason.REQUEST)
+        # An action that fails has the reported effects only. One that finds nothing where it was
+        # directed has still met the other needs that are met where the robots stand.
+        failed = any(result is ActResult.FAILED for _, result in event.found)
+        if done or not failed:
+            only = {obstacle.name for obstacle, _ in done} if failed else None
+            yield from self._resolve(robot, replace(event, found=tuple(done)), only)
