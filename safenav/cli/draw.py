@@ -14,7 +14,7 @@ from safenav.errors import ExitCode, UsageError
 
 if TYPE_CHECKING:
     from safenav.scenario.model import Scenario
-    from safenav.scenario.reading.bare_map import Division
+    from safenav.scenario.reading.maps.bare_map import Division
 
 EPILOG = """\b
 Examples:
@@ -54,7 +54,7 @@ def command(
     obstacles. Without -o as text on the terminal. SCENARIO may be a map file alone."""
     from safenav.report.picture.scenario import scenario_text, scene_of, sight_of
     from safenav.report.replay.perception import shading_lines
-    from safenav.scenario.reading.bare_map import Division
+    from safenav.scenario.reading.maps.bare_map import Division
 
     plan = _plan(scenario, Division(rows, cols, side, share))
     for note in plan.map.notes:
@@ -88,8 +88,8 @@ def command(
 def _plan(path: Path, division: Division) -> Scenario:
     """The scenario, or one without robots around a map file."""
     from safenav.scenario.model import Scenario
-    from safenav.scenario.reading.bare_map import Division, form_of, load_map
     from safenav.scenario.reading.loader import load_scenario
+    from safenav.scenario.reading.maps.bare_map import Division, form_of, load_map
 
     if form_of(path) is not None:
         return Scenario(path.name, load_map(path, division), ())

@@ -13,7 +13,7 @@ from safenav.errors import ExitCode, UsageError
 from safenav.scenario.template import DEFAULT, TEMPLATES, template_text, write_text
 
 if TYPE_CHECKING:
-    from safenav.scenario.reading.bare_map import Division
+    from safenav.scenario.reading.maps.bare_map import Division
 
 EPILOG = "\n".join(
     [
@@ -79,7 +79,7 @@ def command(
         return _new_fleet(file or Path("fleet.yaml"), fleet, force)
     file = file or Path("scenario.yaml")
     if map_file is not None:
-        from safenav.scenario.reading.bare_map import Division
+        from safenav.scenario.reading.maps.bare_map import Division
 
         text = _on_map(map_file, file, Division(rows, cols, side, share))
         about = f"two robots on {map_file}"
@@ -118,7 +118,7 @@ def _new_fleet(file: Path, scenario: Path, force: bool) -> int:
 
 def _on_map(map_file: Path, file: Path, division: Division) -> str:
     from safenav.scenario.beginning import scenario_on
-    from safenav.scenario.reading.bare_map import load_map, map_lines
+    from safenav.scenario.reading.maps.bare_map import load_map, map_lines
 
     world = load_map(map_file, division)
     for note in world.notes:

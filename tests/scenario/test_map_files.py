@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from safenav.errors import Diagnostic, InputError
-from safenav.scenario.reading import map as map_reader
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.scenario.reading.maps import map as map_reader
 from safenav.world.files.flaws import MapFileError
 from safenav.world.files.image import read_image
 from safenav.world.files.movingai import read_movingai

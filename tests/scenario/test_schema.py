@@ -17,11 +17,11 @@ from safenav.scenario.reading import areas as area_reader
 from safenav.scenario.reading import catalogue, loader
 from safenav.scenario.reading import changes as change_reader
 from safenav.scenario.reading import expectation as expectation_reader
-from safenav.scenario.reading import map as map_reader
 from safenav.scenario.reading import objective as objective_reader
 from safenav.scenario.reading import obstacles as obstacle_reader
 from safenav.scenario.reading import partition as partition_reader
 from safenav.scenario.reading import robots as robot_reader
+from safenav.scenario.reading.maps import map as map_reader
 from safenav.scenario.schema import schema_text
 from safenav.scenario.yaml.document import DocumentError, Mapping, Node, Scalar, read_document
 from safenav.world.map import Heading

@@ -35,7 +35,7 @@ from safenav.scenario.reading.catalogue import RESOLVE_WITHIN, built_in, extende
 from safenav.scenario.reading.changes import ChangeReader
 from safenav.scenario.reading.expectation import ExpectationReader
 from safenav.scenario.reading.inputs import read_inputs
-from safenav.scenario.reading.map import read_map
+from safenav.scenario.reading.maps.map import read_map
 from safenav.scenario.reading.never_together import read_never_together
 from safenav.scenario.reading.obstacles import read_obstacles, read_orders, read_suspects
 from safenav.scenario.reading.partition import read_partition

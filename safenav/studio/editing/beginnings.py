@@ -7,7 +7,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from safenav.errors import InputError, UsageError
-from safenav.scenario.reading.bare_map import Division, load_map
+from safenav.scenario.reading.maps.bare_map import Division, load_map
 from safenav.scenario.template import TEMPLATES, template_text
 from safenav.scenario.yaml.findings import ReadableFolder
 from safenav.studio.editing.round_trip import changed

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from safenav.errors import InputError, UsageError
-from safenav.scenario.reading.bare_map import form_of
-from safenav.scenario.reading.image_map import DEFAULT_THRESHOLD, FREE, WALL
+from safenav.scenario.reading.maps.bare_map import form_of
+from safenav.scenario.reading.maps.image_map import DEFAULT_THRESHOLD, FREE, WALL
+from safenav.scenario.reading.maps.ros_map import read_ros_file
 from safenav.scenario.reading.naming import NAME
-from safenav.scenario.reading.ros_map import read_ros_file
 from safenav.scenario.yaml.findings import Findings, ReadableFolder
 from safenav.world.files.flaws import MapFileError
 from safenav.world.files.image import Colour, Image, dark, meanings, read_image

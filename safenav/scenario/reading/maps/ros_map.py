@@ -7,15 +7,15 @@ from fractions import Fraction
 from math import ceil
 from pathlib import Path
 
-from safenav.scenario.reading.grid import too_large
-from safenav.scenario.reading.map_file import (
+from safenav.scenario.reading.maps.grid import too_large
+from safenav.scenario.reading.maps.map_file import (
     read_count,
     read_named,
     read_pixels,
     read_share,
     with_walls,
 )
-from safenav.scenario.reading.origin import read_origin
+from safenav.scenario.reading.maps.origin import read_origin
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar
 from safenav.scenario.yaml.findings import Findings

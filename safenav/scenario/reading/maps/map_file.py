@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from safenav.dataclass import dataclass
-from safenav.scenario.reading.grid import too_large
+from safenav.scenario.reading.maps.grid import too_large
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Place
 from safenav.scenario.yaml.findings import Findings

@@ -8,9 +8,9 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from safenav.extras import install_command
-from safenav.scenario.reading.grid import read_grid
+from safenav.scenario.reading.maps.grid import read_grid
+from safenav.scenario.reading.maps.origin import read_origin
 from safenav.scenario.reading.naming import NAME
-from safenav.scenario.reading.origin import read_origin
 from safenav.scenario.reading.regions import RegionReader
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped
@@ -84,15 +84,15 @@ def _read_form(
         return None
     # Map files are read by modules of their own: numpy takes longer than a whole scenario.
     if form == "ros":
-        from safenav.scenario.reading.ros_map import read_ros
+        from safenav.scenario.reading.maps.ros_map import read_ros
 
         return read_ros(node, fields, folder, findings)
     frame = _frame(fields, findings)
     if form == "grid":
         world = read_grid(node, source, findings)
     else:
-        from safenav.scenario.reading.image_map import read_image_map
-        from safenav.scenario.reading.map_file import read_movingai_map
+        from safenav.scenario.reading.maps.image_map import read_image_map
+        from safenav.scenario.reading.maps.map_file import read_movingai_map
 
         reader = read_image_map if form == "image" else read_movingai_map
         world = reader(node, fields, folder, findings)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from safenav.dataclass import dataclass
 from safenav.errors import Diagnostic, InputError
-from safenav.scenario.reading.map import read_map
+from safenav.scenario.reading.maps.map import read_map
 from safenav.scenario.yaml.findings import Findings, ReadableFolder
 from safenav.scenario.yaml.source import parsed, read_source
 from safenav.world.map import RegionMap

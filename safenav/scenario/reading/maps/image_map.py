@@ -12,7 +12,7 @@ from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 
-from safenav.scenario.reading.map_file import read_count, read_pixels, read_share, with_walls
+from safenav.scenario.reading.maps.map_file import read_count, read_pixels, read_share, with_walls
 from safenav.scenario.reading.naming import NAME
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, clipped
