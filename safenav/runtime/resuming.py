@@ -2,7 +2,10 @@
 
 Robots begin where the trace leaves them (one that was under way: where it set out), with the
 target whose turn it was. Obstacles that were resolved or disappeared are left out, as are the
-met needs of others; robots out of service stay so. The team encounters again what it had met.
+met needs of others; robots out of service stay so. The team encounters again what it had met, and
+what turned out untraversable still is. Needs that the same robots were to meet start over: the
+rest does not know who those were. The memory of formulas also starts over. A robot begins with the
+charge that it has; one whose battery is empty asks for help again.
 """
 
 from __future__ import annotations
@@ -12,6 +15,7 @@ from dataclasses import field, replace
 
 from safenav.dataclass import dataclass
 from safenav.errors import UsageError
+from safenav.runtime.energy.traced import TracedCharges
 from safenav.scenario.model import (
     Clock,
     Coordination,
@@ -28,12 +32,14 @@ from safenav.scenario.model import (
     Timing,
     Tracking,
     Until,
+    name_parts,
 )
 from safenav.scenario.objective import Cover, Ltl, targets_of, with_targets
 from safenav.scenario.reading.catalogue import built_in
 from safenav.trace import records, setting, vocabulary
 from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.trace import Trace
+from safenav.trace.vocabulary import ChangeCause, Reason
 from safenav.trace.wording import objective_of
 from safenav.world.frame import Frame
 from safenav.world.map import Heading, RegionMap
@@ -56,6 +62,8 @@ class _State:
     rounds: dict[str, int] = field(default_factory=dict)
     out: set[str] = field(default_factory=set)
     gone: set[str] = field(default_factory=set)
+    appeared: set[str] = field(default_factory=set)
+    truths: dict[str, bool | None] = field(default_factory=dict)
     met: dict[str, int] = field(default_factory=dict)
     time: float = 0.0
 
@@ -73,6 +81,8 @@ class _State:
                 self.objectives |= record.objectives
             case records.Told():
                 self.objectives[record.robot] = record.objective
+            case records.Synthesis() if record.reason is Reason.CHARGE:
+                self.objectives[record.robot] = record.objective  # a stop is not its own
             case records.NewObjective():
                 if record.at_once:
                     self.objectives[record.robot] = record.objective
@@ -82,16 +92,20 @@ class _State:
                 self.turns[record.robot] = record.goal + 1
                 self.rounds[record.robot] = record.round
             case records.Resolved():
-                self.gone.add(record.obstacle)
+                if record.traversable is not False:
+                    self.gone.add(record.obstacle)
                 self.rounds.clear()
+            case records.Truth():
+                self.truths[record.obstacle] = record.traversable
             case records.Gone():
                 self.gone.add(record.obstacle)
             case records.Appeared():
                 self.gone.discard(record.obstacle)
+                self.appeared.add(record.obstacle)
                 self.met.pop(record.obstacle, None)
             case records.Met():
                 self.met[record.obstacle] = record.need + 1
-            case records.Service():
+            case records.Service() if record.cause is not ChangeCause.BATTERY:
                 (self.out.discard if record.active else self.out.add)(record.robot)
             case _:
                 pass
@@ -104,7 +118,10 @@ def resumed(trace: Trace, scenario: Scenario | None = None) -> Scenario:
     if outcome is not None and outcome.outcome.value in ENDED:
         raise UsageError(f"nothing to resume: the run ended ({outcome.outcome.value})")
     header = trace.header.scenario
-    base = scenario or _scenario(header, live=trace.header.clock is not None)
+    clock = Clock.LOCKSTEP if trace.header.clock is None else Clock.LIVE
+    base = (
+        replace(scenario, clock=clock, seed=header.seed) if scenario else _scenario(header, clock)
+    )
     robots = header.robots
     if {robot.name for robot in base.robots} != {*robots}:
         raise UsageError("the scenario is another one: it has other robots than the trace")
@@ -113,12 +130,14 @@ def resumed(trace: Trace, scenario: Scenario | None = None) -> Scenario:
         {name: robot.objective for name, robot in robots.items()},
         {name: robot.objective for name, robot in robots.items()},
     )
+    charges = TracedCharges(trace.header)
     for record in trace.records:
         state.take(record)
+        charges.take(record)
     return replace(
         base,
-        robots=tuple(_robot(robot, state) for robot in base.robots),
-        obstacles=tuple(_obstacles(base.obstacles, trace, state)),
+        robots=tuple(_robot(robot, state, charges) for robot in base.robots),
+        obstacles=tuple(_obstacles(base.obstacles, trace, state, {*charges.flat})),
         until=Until(
             max(1, base.until.rounds - min(map(state.rounds.get, robots, [0] * len(robots))))
         ),
@@ -126,9 +145,9 @@ def resumed(trace: Trace, scenario: Scenario | None = None) -> Scenario:
     )
 
 
-def _robot(robot: Robot, state: _State) -> Robot:
+def _robot(robot: Robot, state: _State, charges: TracedCharges) -> Robot:
     told = objective_of(state.own[robot.name])
-    objective = robot.objective if told is None else told
+    objective = robot.objective if told is None or isinstance(told, Ltl) else told
     if not isinstance(objective, Ltl | Cover):
         targets = targets_of(objective)
         turn = state.turns.get(robot.name, 0)
@@ -137,27 +156,49 @@ def _robot(robot: Robot, state: _State) -> Robot:
         else:
             turn %= len(targets)
             objective = with_targets(objective, (*targets[turn:], *targets[:turn]))
-    return replace(robot, start=state.poses[robot.name], objective=objective)
+    model, charge = robot.model, charges.now(robot.name)
+    if model.battery is not None and charge is not None:
+        model = replace(model, battery=replace(model.battery, start=charge))
+    return replace(robot, model=model, start=state.poses[robot.name], objective=objective)
 
 
-def _obstacles(listed: Iterable[Obstacle], trace: Trace, state: _State) -> Iterable[Obstacle]:
+def _obstacles(
+    listed: Iterable[Obstacle], trace: Trace, state: _State, flat: set[str]
+) -> Iterable[Obstacle]:
     found = {r.obstacle.name for r in trace.records if isinstance(r, records.Discovered)}
     known = {o.name for o in listed}
     later = [_made_obstacle(trace.obstacles[name]) for name in sorted(found - known)]
+    truths = {(o.name, o.from_): o.traversable for o in trace.header.scenario.obstacles}
     for obstacle in (*listed, *later):
-        if obstacle.name in state.gone:
+        to_come = obstacle.appears is not None and (
+            obstacle.appears > state.time or obstacle.name not in state.appeared
+        )
+        if (obstacle.name in state.gone and not to_come) or obstacle.name in flat:
             continue
-        met = state.met.get(obstacle.name, 0)
-        kind = obstacle.type
-        if 0 < met < len(kind.needs):
-            kind = replace(kind, listed=kind.needs[met:])
-        times = [
-            None if t is None or t <= state.time else max(1, round(t - state.time))
-            for t in (obstacle.appears, obstacle.goes)
-        ]
-        over = obstacle.goes is not None and times[1] is None
-        if not over:
-            yield replace(obstacle, type=kind, appears=times[0], goes=times[1])
+        if obstacle.goes is not None and obstacle.goes <= state.time:
+            continue
+        truth = truths.get((obstacle.name, obstacle.appears), obstacle.traversable)
+        met = 0 if to_come else state.met.get(obstacle.name, 0)
+        yield replace(
+            obstacle,
+            type=_left(obstacle.type, met),
+            traversable=truth if to_come else state.truths.get(obstacle.name, truth),
+            # an order needs a tick at which it comes
+            appears=_later(obstacle.appears, state) if to_come or obstacle.ordered else None,
+            goes=_later(obstacle.goes, state),
+        )
+
+
+def _left(kind: ObstacleType, met: int) -> ObstacleType:
+    """A type without the needs that were met."""
+    while 0 < met < len(kind.needs) and kind.needs[met].same:
+        met -= 1
+    return replace(kind, listed=kind.needs[met:]) if 0 < met < len(kind.needs) else kind
+
+
+def _later(time: int | None, state: _State) -> int | None:
+    """A tick of the run in those of the rest."""
+    return None if time is None else max(1, round(time - state.time))
 
 
 def _changes(base: Scenario, state: _State) -> Iterable[RobotChange]:
@@ -165,10 +206,10 @@ def _changes(base: Scenario, state: _State) -> Iterable[RobotChange]:
         yield RobotChange(1, name, active=False)
     for change in base.changes:
         if change.at > state.time:
-            yield replace(change, at=max(1, round(change.at - state.time)))
+            yield replace(change, at=_later(change.at, state) or 1)
 
 
-def _scenario(header: setting.ScenarioHeader, *, live: bool) -> Scenario:
+def _scenario(header: setting.ScenarioHeader, clock: Clock) -> Scenario:
     """The scenario of a header."""
     missing = [key for key in UNREAD if getattr(header, key)]
     if any(robot.battery or robot.when for robot in header.robots.values()):
@@ -191,7 +232,7 @@ def _scenario(header: setting.ScenarioHeader, *, live: bool) -> Scenario:
         header.seed,
         Coordination(header.coordination),
         catalogue=built_in(),
-        clock=Clock.LIVE if live else Clock.LOCKSTEP,
+        clock=clock,
         order=RequestOrder(header.order),
         never_together=tuple(
             Exclusion(frozenset(e.robots), frozenset(e.regions))
@@ -243,7 +284,10 @@ def _made_obstacle(told: setting.ObstacleHeader) -> Obstacle:
     )
     times = told.from_, told.until, told.resolve_within
     swept = None if told.sweeps is None else frozenset(told.sweeps)
-    return Obstacle(kind, told.region, told.traversable, *times, sweeps=swept)
+    _, _, number = name_parts(told.name)
+    return Obstacle(
+        kind, told.region, told.traversable, *times, bool(told.ordered), number, sweeps=swept
+    )
 
 
 def _pose(region: int, heading: vocabulary.Heading | None) -> Pose:

@@ -51,12 +51,16 @@ def objective_of(told: TracedObjective) -> Objective | None:
 
 
 def _ltl(spelled: str) -> Ltl:
-    """Only how much there is of each part: no picture shows more."""
+    """The formulas as a header spells them; none where it does not."""
     try:
         parts = json.loads(spelled)
-        safety, liveness = (tuple(map(str, parts.get(k, ()))) for k in ("safety", "liveness"))
-        return Ltl(safety=safety, liveness=liveness)
-    except (ValueError, TypeError, AttributeError):
+        init, safety, live = (
+            tuple(map(str, parts.get(key, ()))) for key in ("init", "safety", "liveness")
+        )
+        memory = parts.get("memory", {}).items()
+        ranges = {str(k): None if v == "bool" else (int(v[0]), int(v[1])) for k, v in memory}
+        return Ltl(init, safety, live, ranges)
+    except (ValueError, TypeError, AttributeError, IndexError, KeyError):
         return Ltl()
 
 

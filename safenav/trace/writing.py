@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import stat
 from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
@@ -25,7 +27,8 @@ def as_data(record: Record) -> dict[str, Any]:
 
 
 class TraceWriter:
-    """A listener that appends each record to a file and flushes it.
+    """A listener that appends each record to a file and flushes it. The first record replaces what
+    the file held; a run that is refused before leaves it as it was.
 
     Raises UsageError when the file cannot be opened or written: a run whose trace is lost must
     not continue.
@@ -33,17 +36,25 @@ class TraceWriter:
 
     def __init__(self, path: Path) -> None:
         self._path = path
+        self._begun = False
+        self._made = not path.exists()
         try:
-            self._file: IO[str] = path.open("w", encoding="utf-8")
+            self._file: IO[str] = path.open("a", encoding="utf-8")
         except OSError as error:
             raise self._failure(error) from error
 
     def __call__(self, record: Record) -> None:
         try:
+            if not self._begun and self._is_regular():
+                self._file.truncate(0)
+            self._begun = True
             self._file.write(json.dumps(as_data(record), separators=(",", ":")) + "\n")
             self._file.flush()
         except OSError as error:
             raise self._failure(error) from error
+
+    def _is_regular(self) -> bool:
+        return stat.S_ISREG(os.fstat(self._file.fileno()).st_mode)
 
     def _failure(self, error: OSError) -> UsageError:
         return UsageError(f"cannot write the trace {self._path}: {error.strerror}")
@@ -59,6 +70,8 @@ class TraceWriter:
     ) -> None:
         try:
             self._file.close()
+            if self._made and not self._begun:
+                self._path.unlink(missing_ok=True)
         except OSError as failure:
             if kind is None:
                 raise self._failure(failure) from failure

@@ -16,6 +16,7 @@ from safenav.outcome import Outcome
 from safenav.runtime.mission import Mission
 from safenav.runtime.resuming import resumed
 from safenav.scenario.model import Scenario
+from safenav.scenario.objective import targets_of
 from safenav.scenario.reading.loader import load_scenario
 from safenav.trace.reading import read_trace
 from safenav.trace.writing import TraceWriter
@@ -74,3 +75,124 @@ def test_a_finished_run_is_not_resumed(tmp_path: Path) -> None:
     resume = [SAFENAV, "resume", path, "--trace", rest, "--no-map"]
     assert subprocess.run(resume, capture_output=True, check=False).returncode == 0
     assert json.loads(rest.read_text().splitlines()[-1])["outcome"] == "completed"
+
+
+ORDERS = """
+safenav: 1
+map: {grid: [".......", "......."]}
+catalogue:
+  robots: {arm: {mobility: free, layer: ground, capabilities: [take, put]}}
+  obstacles:
+    load: {needs: [{action: take, at: [0]}, {action: put, at: [13], same: true}], blocks: []}
+robots: {a: {model: arm, start: 3, objective: {visit: [6, 7]}}}
+orders: [{at: 2, type: load, region: 13}, {at: 2, type: load, region: 13}]
+until: {rounds: 1}
+"""
+COMES_BACK = """
+safenav: 1
+map: {grid: [".....", "....."]}
+robots:
+  d: {model: digit, start: 0, heading: east, objective: {visit: [4, 5]}}
+  q: {model: quadcopter, start: 9, objective: {visit: [0, 9]}}
+obstacles: [{type: door, region: 2, until: 6}, {type: door, region: 2, from: 8}]
+"""
+MEMORY = """
+safenav: 1
+map: {grid: ["...", "..."]}
+robots:
+  q:
+    model: quadcopter
+    start: 0
+    objective:
+      ltl:
+        memory: {n: [0, 2], seen: bool}
+        init: n = 0
+        safety: ["n' = n | region = 5 & n < 2 & n' = n + 1 | n = 2 & n' = 0", "seen' -> seen'"]
+        liveness: [n = 2, region = 2]
+"""
+BATTERY = """
+safenav: 1
+map: {grid: ["......."]}
+catalogue:
+  robots: {cart: {mobility: free, layer: ground, battery: {capacity: 12, charge: 3, start: 0}}}
+robots: {c: {model: cart, start: 0, objective: {visit: [6, 0]}}}
+chargers: [0]
+until: {rounds: 1}
+"""
+CLOSED = """
+safenav: 1
+map: {grid: [".....", ".#.#.", "....."]}
+robots:
+  q: {model: quadcopter, start: 4, objective: {hold: 4}}
+  r: {model: husky, start: 0, objective: {visit: [4, 0]}}
+obstacles:
+  - {type: uncertainty, region: 2, traversable: {probability: 0.01}}
+  - {type: uncertainty, region: 7, traversable: {probability: 0.99}}
+"""
+
+
+@pytest.mark.parametrize(
+    "text",
+    [ORDERS, COMES_BACK, MEMORY, BATTERY, CLOSED],
+    ids=["orders", "back", "memory", "charge", "closed"],
+)
+def test_a_run_continues_from_each_of_its_lines(text: str, tmp_path: Path) -> None:
+    source, whole, cut, rest = (tmp_path / part for part in ("s.yaml", "whole", "cut", "rest"))
+    source.write_text(text)
+    scenario = load_scenario(source)
+    assert written(scenario, whole) is Outcome.COMPLETED
+    lines = whole.read_text().splitlines(keepends=True)
+    for end in range(2, len(lines) - 1, 3):
+        cut.write_text("".join(lines[:end]))
+        resume = resumed(read_trace(cut), scenario)
+        assert written(resume, rest) is Outcome.COMPLETED, end
+        audit = check_trace(rest)
+        assert audit.findings == (), (end, *map(str, audit.findings))
+
+
+def cut_after(line_type: str, text: str, tmp_path: Path, index: int = 0) -> tuple[Path, Scenario]:
+    source, whole = tmp_path / "s.yaml", tmp_path / "whole.jsonl"
+    source.write_text(text)
+    scenario = load_scenario(source)
+    written(scenario, whole)
+    lines = whole.read_text().splitlines(keepends=True)
+    end = [i for i, line in enumerate(lines) if json.loads(line)["type"] == line_type][index]
+    whole.write_text("".join(lines[: end + 1]))
+    return whole, scenario
+
+
+def test_what_turned_out_untraversable_stays(tmp_path: Path) -> None:
+    """Nor does the truth of another one change when the first is left out of the draw."""
+    cut, scenario = cut_after("blocked", CLOSED, tmp_path)
+    for given in (None, scenario):
+        left = {o.name: o.traversable for o in resumed(read_trace(cut), given).obstacles}
+        assert left == {"uncertainty@2": False, "uncertainty@7": True}
+
+
+def test_the_same_robot_begins_a_load_anew(tmp_path: Path) -> None:
+    cut, _ = cut_after("met", ORDERS, tmp_path)
+    left = resumed(read_trace(cut)).obstacles
+    assert [(o.name, len(o.needs), o.ordered) for o in left] == [
+        ("load@13", 2, True),
+        ("load@13#2", 2, True),
+    ]
+
+
+def test_a_robot_keeps_its_charge(tmp_path: Path) -> None:
+    """It has charged to 12 and made six steps; its stop at the charger is no target met."""
+    text = BATTERY.replace("objective: {visit: [6, 0]}", "objective: {visit: [6, 5, 0]}")
+    cut, scenario = cut_after("goal", text, tmp_path, index=1)
+    assert targets_of(resumed(read_trace(cut), scenario).robots[0].objective)[0] == frozenset({5})
+    battery = resumed(read_trace(cut), scenario).robots[0].model.battery
+    assert battery is not None
+    assert battery.start == 6
+
+
+def test_a_live_run_stays_live(tmp_path: Path) -> None:
+    source, whole = tmp_path / "s.yaml", tmp_path / "whole.jsonl"
+    source.write_text(CLOSED)
+    run = [SAFENAV, "run", source, "--clock", "live", "--seed", "7", "--trace", whole]
+    subprocess.run(run, capture_output=True, check=True)
+    whole.write_text("".join(whole.read_text().splitlines(keepends=True)[:6]))
+    again = resumed(read_trace(whole), load_scenario(source))
+    assert (again.clock.value, again.seed) == ("live", 7)

@@ -287,7 +287,11 @@ def need(
     target repeatedly, until nothing changes."""
     battery, chargers = _battery(now, robot), now.header.chargers or ()
     targets = now.own[robot].targets
-    targets = targets[-1:] if now.own[robot].kind in ("hold", "once") else targets
+    last, settles = len(targets) - 1, now.own[robot].kind in ("hold", "once")
+
+    def following(turn: int) -> int:
+        return min(turn + 1, last) if settles else (turn + 1) % len(targets)
+
     start = pose_of(robot, now)
 
     def steps(pose: Pose) -> list[Pose]:
@@ -309,10 +313,11 @@ def need(
         while changed:
             changed = False
             for pose in poses:
-                stay = 0 if pose[0] in chargers else battery.stay
+                stay, least = (0, 0) if pose[0] in chargers else (battery.stay, battery.move)
                 ways = [then[q] + battery.move for q in after[pose] if q[0] in target and q in then]
                 ways += [found[q] + battery.move for q in after[pose] if q in found]
-                ways += [then[pose] + stay] if pose[0] in target and pose in then else []
+                if pose[0] in target and pose in then:  # below ``least`` it is out of service
+                    ways.append(max(then[pose] + stay, least))
                 ways = [
                     0 if pose[0] in chargers else way for way in ways if way <= battery.capacity
                 ]
@@ -322,11 +327,11 @@ def need(
         return found
 
     while True:
-        found = [leg(t, needs[(k + 1) % len(targets)]) for k, t in enumerate(targets)]
+        found = [leg(t, needs[following(k)]) for k, t in enumerate(targets)]
         grown = [
             {p: max(n, old[p]) for p, n in new.items() if p in old}
             for new, old in zip(found, needs, strict=True)
         ]
         if grown == needs:
-            return needs[turn % len(needs)].get(start)
+            return needs[min(turn, last) if settles else turn % len(needs)].get(start)
         needs = grown

@@ -249,7 +249,8 @@ class SweptRule(Rule):
         entered = {move.to, move.to if move.toward is None else move.toward} - now.taken_by(robot)
         if obstacle.region in entered and now.resolves_by_entering(name, robot):
             yield from self._free(move, name, {robot}, now)
-        resolving = now.resolving(name) - {robot}
+        # a robot that stands in it unaware does not resolve it: that takes a request
+        resolving = now.resolving(name) - {robot} if name in now.requests else set()
         if entered & {*obstacle.sweeps} and resolving and robot not in now.resolving(name):
             told = f"{robot} is where {name} sweeps, which {_names(resolving)} resolves"
             yield self.broken_by(move, robot, told)

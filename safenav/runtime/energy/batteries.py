@@ -117,7 +117,7 @@ class Batteries:
         if shut is None or behind is None:
             return None
         pose = shut.graph.number(robot.pose)
-        turn = robot.own.memory.index % len(shut.targets)
+        turn = shut.turn(robot.own.memory.index)
         need = behind.need(pose, turn)
         if shut.need(pose, turn) <= robot.charge or need > robot.charge:
             return None
@@ -145,7 +145,7 @@ class Batteries:
         """The charge with which a robot leaves the charger where it stands."""
         stops = self.stops(robot)
         assert stops is not None
-        turn = robot.own.memory.index % len(stops.targets)
+        turn = stops.turn(robot.own.memory.index)
         return stops.wanted(stops.graph.number(robot.pose), turn)
 
     def _now(self) -> float:
@@ -192,11 +192,11 @@ class Batteries:
             return known[1]
         graph = graph_of(robot.robot, self.team.scenario.map)
         masks = tuple(graph.poses_on(region_mask(t)) for t in targets_of(objective))
-        masks = masks[-1:] if objective.settles else masks
         chargers: Mask = graph.poses_on(region_mask(self.team.scenario.chargers))
         allowed = graph.everywhere & ~graph.poses_on(closed)
         shared = bool(self.team.rivals(robot.robot))
-        found = Stops(graph, masks, allowed, chargers & allowed, battery, full=shared)
+        charges, ends = chargers & allowed, objective.settles
+        found = Stops(graph, masks, allowed, charges, battery, full=shared, settles=ends)
         self._known[robot.name] = (key, found)
         return found
 
@@ -207,7 +207,7 @@ class Batteries:
         assert stops is not None
         assert robot.charge is not None
         pose = stops.graph.number(robot.pose)
-        turn = robot.own.memory.index % len(stops.targets)
+        turn = stops.turn(robot.own.memory.index)
         stop, rivals = robot.stop, self.team.rivals(robot.robot)
         others = (r for r in rivals if self.team.scenario.conflict(robot.robot, r.robot))
         kept = stops.graph.poses_on(region_mask(r.pose.region for r in others if self._stays(r)))
@@ -273,6 +273,6 @@ def least_charge(batteries: Batteries, robot: RobotState) -> int | None:
     stops = batteries.stops(robot)
     if stops is None:
         return 0
-    turn = robot.own.memory.index % len(stops.targets)
+    turn = stops.turn(robot.own.memory.index)
     need = stops.need(stops.graph.number(robot.pose), turn)
     return None if need >= NEVER else need

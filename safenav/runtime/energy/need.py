@@ -22,18 +22,30 @@ Needs = tuple[dict[int, int], ...]
 
 
 def needs(
-    graph: PoseGraph, targets: Sequence[Mask], allowed: Mask, chargers: Mask, battery: Battery
+    graph: PoseGraph,
+    targets: Sequence[Mask],
+    allowed: Mask,
+    chargers: Mask,
+    battery: Battery,
+    *,
+    settles: bool = False,
 ) -> Needs:
-    """The needs of a robot that meets ``targets`` in turn inside ``allowed`` poses."""
+    """The needs of a robot that meets ``targets`` in turn inside ``allowed`` poses; one that
+    ``settles`` stays at the last."""
     before: dict[int, list[int]] = {pose: [] for pose in bits(allowed)}
     for pose in before:
         for step in graph.steps(pose):
             if step in before:
                 before[step].append(pose)
+
+    def following(turn: int) -> int:
+        last = len(targets) - 1
+        return turn + 1 if turn < last else last if settles else 0
+
     found: Needs = tuple(dict.fromkeys(before, 0) for _ in targets)
     while True:
         after = tuple(
-            _leg(before, targets[k] & allowed, found[(k + 1) % len(targets)], chargers, battery)
+            _leg(before, targets[k] & allowed, found[following(k)], chargers, battery)
             for k in range(len(targets))
         )
         grown = tuple(
@@ -70,7 +82,10 @@ def _leg(
             continue
         for former in before[pose]:
             offer(former, then[pose] + battery.move)
-        offer(pose, then[pose] + (0 if chargers >> pose & 1 else battery.stay))
+        if chargers >> pose & 1:
+            offer(pose, then[pose])
+        else:  # without charge for a step it is out of service, and meets nothing by staying
+            offer(pose, max(then[pose] + battery.stay, battery.move))
     while queue:
         charge, pose = heappop(queue)
         if charge == best[pose]:

@@ -13,7 +13,8 @@ from safenav.world.poses import FAR, Mask, PoseGraph, bits
 @dataclass(eq=False)
 class Stops:
     """The stops of one robot on one floor. ``targets`` (pose masks) are met in turn; ``full``:
-    it charges to the full, since others can keep it waiting."""
+    it charges to the full, since others can keep it waiting; ``settles``: it stays at the last
+    target."""
 
     graph: PoseGraph
     targets: tuple[Mask, ...]
@@ -21,15 +22,26 @@ class Stops:
     chargers: Mask
     battery: Battery
     full: bool = False
+    settles: bool = False
     _hops: dict[int, dict[int, int]] = field(default_factory=dict)
     _needs: Needs | None = None
 
     @property
     def needs(self) -> Needs:
         if self._needs is None:
-            found = needs(self.graph, self.targets, self.allowed, self.chargers, self.battery)
-            self._needs = found
+            self._needs = needs(
+                self.graph,
+                self.targets,
+                self.allowed,
+                self.chargers,
+                self.battery,
+                settles=self.settles,
+            )
         return self._needs
+
+    def turn(self, index: int) -> int:
+        """The target that is next after so many."""
+        return min(index, len(self.targets) - 1) if self.settles else index % len(self.targets)
 
     def need(self, pose: int, turn: int) -> int:
         """The least charge with which it can continue from there, target ``turn`` being next."""
@@ -107,7 +119,7 @@ class Stops:
         """Whether any step leaves enough charge. A strategy minimizes the steps to the first of its
         targets that it met last, over all others: where these have several poses, the legs between
         are not the shortest."""
-        goal, then = self.targets[turn], (turn + 1) % len(self.targets)
+        goal, then = self.targets[turn], self.turn(turn + 1)
         if goal >> pose & 1 or self._shortest:
             return True
         left = charge - self.battery.move
@@ -127,13 +139,15 @@ class Stops:
         """The same by a tick's stay where it is."""
         if not self.targets[turn] >> pose & 1:
             return NEVER
-        stay = 0 if self.chargers >> pose & 1 else self.battery.stay
-        return self.need(pose, (turn + 1) % len(self.targets)) + stay
+        then = self.need(pose, self.turn(turn + 1))
+        if self.chargers >> pose & 1:
+            return then
+        return max(then + self.battery.stay, self.battery.move)
 
     def _takes(self, pose: int, turn: int) -> dict[int, int]:
         """For each pose of the next target beside the present one the charge for the way, with what
         is needed there."""
-        then, move = (turn + 1) % len(self.targets), self.battery.move
+        then, move = self.turn(turn + 1), self.battery.move
         ways = {at: self.steps(pose, at) for at in bits(self.targets[turn] & self.allowed)}
         return {at: n * move + self.need(at, then) for at, n in ways.items() if 0 < n < FAR}
 

@@ -122,6 +122,7 @@ def stop(seed: int) -> str:
     free = [k for k, cell in enumerate("".join(grid)) if cell == "."]
     random.shuffle(free)
     turns = random.random() < 0.5
+    goals = f"once: {free[5:8]}" if random.random() < 0.3 else f"visit: {free[5:7]}"
     battery = f"{{capacity: {random.randint(8, 24)}, charge: {random.choice((1, 4))}, stay: 0}}"
     chargers = free[: random.randint(1, 3)]
     text = [
@@ -133,7 +134,7 @@ def stop(seed: int) -> str:
         f"           capabilities: [], battery: {battery}}}",
         "robots:",
         f"  cart: {{model: cart, start: {free[4]}, heading: east,",
-        f"         objective: {{visit: {free[5:7]}}}}}",
+        f"         objective: {{{goals}}}}}",
         f"chargers: {chargers}",
         "until: {rounds: 3}",
         "limits: {ticks: 600}",

@@ -7,7 +7,7 @@ from random import Random
 
 import pytest
 
-from safenav.runtime.energy.need import NEVER, needs
+from safenav.runtime.energy.need import NEVER
 from safenav.runtime.energy.stops import Stops
 from safenav.scenario.model import Battery
 from safenav.world.map import RegionMap
@@ -36,12 +36,14 @@ def floor(seed: int) -> Stops | None:
         chargers |= graph.poses_on(1 << region)
     stay = random.choice((0, 0, 1))
     battery = Battery(random.randint(4, 16), random.choice((1, 3, 5)), 0, 1, stay)
-    return Stops(graph, targets, graph.everywhere, chargers, battery, random.random() < 0.5)
+    full, settles = random.random() < 0.5, random.random() < 0.3
+    return Stops(graph, targets, graph.everywhere, chargers, battery, full, settles)
 
 
 def lasting(asked: Stops) -> list[set[State]]:
-    """For each next target the (pose, charge) from which all targets are met again and again: the
-    greatest sets from which a walk leads to the target and into the set of the next one."""
+    """For each next target the (pose, charge) from which all targets are met again and again, or
+    the last one is where it settles: the greatest sets from which a walk leads to the target and
+    into the set of the next one."""
     battery, poses = asked.battery, list(bits(asked.allowed))
     moves: dict[State, list[State]] = {}
     for pose in poses:
@@ -49,14 +51,15 @@ def lasting(asked: Stops) -> list[set[State]]:
             after = [(step, charge - battery.move) for step in asked.graph.steps(pose)]
             if asked.chargers >> pose & 1:
                 after.append((pose, min(battery.capacity, charge + battery.charge)))
-            else:
+            elif charge >= battery.move:  # else it is out of service
                 after.append((pose, charge - battery.stay))
             moves[pose, charge] = [state for state in after if state[1] >= 0]
     found = [set(moves) for _ in asked.targets]
     while True:
         after = []
         for turn, target in enumerate(asked.targets):
-            then, good = found[(turn + 1) % len(found)], set[State]()
+            following = turn + 1 if turn + 1 < len(found) else turn if asked.settles else 0
+            then, good = found[following], set[State]()
             while True:
                 more = {
                     state
@@ -78,7 +81,7 @@ def test_one_number_says_all(seed: int) -> None:
     asked = floor(seed)
     if asked is None:
         return
-    found = needs(asked.graph, asked.targets, asked.allowed, asked.chargers, asked.battery)
+    found = asked.needs
     for turn, good in enumerate(lasting(asked)):
         for pose in bits(asked.allowed):
             charges = [c for c in range(asked.battery.capacity + 1) if (pose, c) in good]
@@ -113,7 +116,7 @@ def test_stops_never_run_empty_and_come_to_an_end(seed: int) -> None:
         if stop is not None and pose != stop:
             continue  # on its way to a stop it counts nothing
         if asked.targets[turn] >> pose & 1:
-            turn, met = (turn + 1) % len(asked.targets), met + 1
+            turn, met = asked.turn(turn + 1), met + 1
             stop = stop if asked.chargers >> pose & 1 else None
         if met == 3 * len(asked.targets):
             return
