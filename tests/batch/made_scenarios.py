@@ -39,7 +39,7 @@ class SlugsLog:
     def pids(self) -> list[int]:
         return [int(line) for line in self.path.read_text().split()] if self.path.exists() else []
 
-    def all_gone(self, seconds: float = 5.0) -> bool:
+    def all_gone(self, seconds: float = 300.0) -> bool:
         """Whether none of its processes lives, waiting for the last to be reaped."""
         end = time.monotonic() + seconds
         while any(_lives(pid) for pid in self.pids):

@@ -55,16 +55,25 @@ def test_a_crash_is_told_and_the_others_are_run() -> None:
     assert "slugs.py" in crashed.detail  # the stack says where it was
 
 
-def test_a_case_that_hangs_is_stopped_with_its_synthesizer(slugs: SlugsLog) -> None:
-    begun = time.monotonic()
+def test_a_case_that_hangs_is_stopped_with_its_synthesizer(
+    slugs: SlugsLog, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Clock:
+        """It stands still but for 1.5 s when the sleeper's synthesizer begins: on a busy machine
+        the others take longer than the limit."""
+
+        @staticmethod
+        def monotonic() -> float:
+            return 1e9 + 1.5 * bool(slugs.pids)
+
+    monkeypatch.setattr("safenav.batch.workers.worker.time", Clock)
     arrived = run([case("sleeper"), case("quick"), case("quick", 1)], jobs=1, seconds=1.0)
-    assert time.monotonic() - begun < 300
     hung = arrived.pop("sleeper-0.yaml").result
     assert set(verdicts(arrived).values()) == {CaseVerdict.PASSED}
     assert hung.verdict is CaseVerdict.HUNG
     assert hung.reasons == ["no end after 1 s; it was stopped"]
     assert "slugs.py" in hung.detail
-    assert 1.0 <= hung.wall_seconds < 300
+    assert hung.wall_seconds == 1.5
     assert slugs.all_gone()
 
 

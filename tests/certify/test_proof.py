@@ -6,6 +6,7 @@ Among the tests the campaigns are short; SAFENAV_PROOF=2000 tries as many others
 from __future__ import annotations
 
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -19,7 +20,7 @@ import pytest
 
 import warm
 from certify.making import Files, files_of, rewrite, shipped
-from certify.proving import COUNT, ROOT, SOURCE, Case, built, disagreements, with_measures
+from certify.proving import COUNT, SOURCE, Case, built, disagreements, with_measures
 from certify.strategy_mutants import KINDS
 from certify.test_bundles import COMPLETED, UNREALIZABLE
 from certify.test_findings import EXACT, bundle_of
@@ -94,45 +95,28 @@ def test_what_shipped_scenarios_claim_is_proved(name: str, program: Path) -> Non
     assert kinds >= wanted | {"apart"}
 
 
-REALIZES = """
-import glob, json, os, sys
-sys.path.insert(0, sys.argv[2])
-import check_strategies as checker
-for path in glob.glob(sys.argv[1] + "/measures/*"):
-    spec, graph = os.path.basename(path)[:-5].split("-")
-    text = open(f"{sys.argv[1]}/specs/{spec}.structuredslugs").read()
-    document = json.load(open(f"{sys.argv[1]}/strategies/{graph}.json"))
-    checker.check_realizes(checker.Strategy(document, text), json.load(open(path)))
-"""
-"""What check.py does for the claims `realizes` of a bundle."""
-
-
-SPENT = """
-import resource, subprocess, sys
-subprocess.run(sys.argv[1:], stdout=subprocess.DEVNULL, check=True)
-used = resource.getrusage(resource.RUSAGE_CHILDREN)
-print(used.ru_utime + used.ru_stime, used.ru_maxrss)
-"""
-"""Runs a command from a small process: Linux counts the memory of who starts one as its own."""
-
-
-def spent(*command: object) -> tuple[float, int]:
-    """Seconds of CPU and the most kilobytes of a program that succeeds."""
-    small = [sys.executable, "-I", "-S", "-c", SPENT, *map(str, command)]
-    done = subprocess.run(small, stdout=subprocess.PIPE, text=True, check=True, timeout=600)
-    seconds, kilobytes = done.stdout.split()
-    return float(seconds), int(kilobytes)
-
-
-@pytest.mark.slow
-def test_a_large_bundle_takes_little_time_and_memory(program: Path, tmp_path: Path) -> None:
+def counted(program: Path, bundle: Path, folder: Path) -> tuple[int, dict[str, int]]:
+    """The edges of a bundle's strategies, and what OCaml's runtime counts while these are checked:
+    words that are allocated and the most that are held. They are the same on every machine."""
     for part in ("specs", "strategies", "measures"):
-        shutil.copytree(shipped("warehouse") / part, tmp_path / part)
-    checkers = ROOT / "safenav" / "certify" / "checker"
-    before, _ = spent(sys.executable, "-c", REALIZES, tmp_path, checkers)
-    seconds, kilobytes = spent(program, tmp_path)
-    assert seconds < 6 * before  # 1.7 times on a quiet machine (docs/proof.md)
-    assert kilobytes < 100_000
+        shutil.copytree(bundle / part, folder / part)
+    nodes = [json.loads(p.read_text())["nodes"] for p in (folder / "strategies").iterdir()]
+    edges = sum(len(node["trans"]) for each in nodes for node in each.values())
+    environment = {**os.environ, "OCAMLRUNPARAM": "v=0x400"}
+    done = subprocess.run([program, folder], capture_output=True, text=True, env=environment)
+    assert {each["verdict"] for each in json.loads(done.stdout)} == {"proved"}
+    told = (line.split(": ") for line in done.stderr.splitlines())
+    return edges, {name: int(float(words)) for name, words in told if words.isdecimal()}
+
+
+def test_a_large_bundle_takes_little_work_and_memory(program: Path, tmp_path: Path) -> None:
+    """The work of an edge hardly depends on the size of its strategy."""
+    small = counted(program, shipped("team_of_six"), tmp_path / "small")
+    large = counted(program, shipped("warehouse"), tmp_path / "large")
+    assert large[0] > 5 * small[0] > 200_000
+    one, other = (found["minor_words"] / edges for edges, found in (small, large))
+    assert other < 2 * one < 2000
+    assert large[1]["top_heap_words"] * 8 < 100_000_000
 
 
 def random_cases(seed: int) -> list[Case]:

@@ -24,7 +24,7 @@ from safenav.fleet.transport import (
     Reported,
     Scanned,
 )
-from safenav.fleet.world import FleetError, FleetWorld
+from safenav.fleet.world import FleetClock, FleetError, FleetWorld
 from safenav.outcome import Outcome
 from safenav.runtime.protocol import WorldEvent
 from safenav.scenario.model import Scenario
@@ -54,7 +54,8 @@ ENDS = {end.value: end for end in GoalEnd}
 
 class Robots:
     """A transport whose robots do what a script says, goal by goal: how the goal ends, and where
-    the robot is then (in regions east of where it began; None: it says nothing more)."""
+    the robot is then (in regions east of where it began; None: it says nothing more). Time passes
+    while somebody waits."""
 
     def __init__(self, side: float = 1.0) -> None:
         self.side = side
@@ -62,11 +63,15 @@ class Robots:
         self.results: list[tuple[ActResult, str]] = []
         self.goals: list[GoalPoint] = []
         self.cancelled: list[str] = []
-        self.stamp = 0.0
+        self.stamp = self.now = 0.0
+        self.clock = FleetClock(lambda: self.now, self.step)
         self.x = {"digit": 1.5, "quad": 1.5}
         self.y = {"digit": 2.5, "quad": 1.5}
         self.post: Callable[[Message], None] = print
         self.closed = False
+
+    def step(self) -> None:
+        self.now += 0.01
 
     def open(self, post: Callable[[Message], None]) -> None:
         self.post = post
@@ -117,7 +122,7 @@ def started(side: float = 1.0, **station: Any) -> tuple[FleetWorld, Robots, Any]
         )
         for name in ("digit", "quad")
     }
-    world = FleetWorld(scenario, stations, robots)
+    world = FleetWorld(scenario, stations, robots, robots.clock)
     world.open()
     return world, robots, scenario
 
@@ -318,11 +323,11 @@ def test_a_robot_that_is_silent_or_begins_elsewhere_is_named() -> None:
     robots = Robots()
     robots.x = {}
     with pytest.raises(FleetError, match=r"no answer in 0\.05 s from /digit/odom, /quad/odom"):
-        FleetWorld(scenario, stations, robots).open(patience=0.05)
+        FleetWorld(scenario, stations, robots, robots.clock).open(patience=0.05)
     robots = Robots()
     robots.x["digit"] = 3.5
     with pytest.raises(FleetError, match=r"digit is in region 10 \(3.50, 2.50 m\).* begin in 8"):
-        FleetWorld(scenario, stations, robots).open()
+        FleetWorld(scenario, stations, robots, robots.clock).open()
 
 
 def test_a_map_without_metres_is_refused() -> None:

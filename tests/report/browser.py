@@ -109,6 +109,11 @@ class Browser:
             actions.key_up(key)
         actions.perform()
 
+    def slow(self) -> None:
+        """Play slowly: a busy machine needs time to ask what the page shows."""
+        Select(self.one(".speed select")).select_by_value("2")
+        self.run("document.activeElement.blur()")  # keys are for the page again
+
     def wait(self, condition: Callable[[], object], seconds: float = 300.0) -> None:
         """Until the condition holds. Asking costs time of the processor, so the longer it takes,
         the longer are the pauses."""

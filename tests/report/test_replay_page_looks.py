@@ -167,7 +167,8 @@ def test_reduced_motion_moves_robots_in_whole_ticks(
         note();
         new MutationObserver(note).observe(robot, {attributes: true});
     """)
+    browser.slow()
     browser.button("Play").click()
-    browser.wait(lambda: browser.tick >= 6)
+    browser.wait(lambda: browser.tick >= 4)
     browser.button("Pause").click()
     assert len(browser.run("return [...window.places]")) <= browser.tick + 1

@@ -69,5 +69,8 @@ def test_keys_step_from_instant_to_instant(browser: Browser, page: Path, replay:
     wanted = [replay.times[1], replay.times[2], replay.times[1], replay.times[-1]]
     assert shown == pytest.approx(wanted, abs=0.051)
     browser.press(Keys.HOME)
+    browser.slow()
     browser.press(" ")
-    browser.wait(lambda: 0.5 < browser.seconds < 20, seconds=60)
+    browser.wait(lambda: browser.seconds > 0.5)
+    browser.press(" ")
+    assert browser.seconds < 20

@@ -107,7 +107,7 @@ def test_it_plays_in_seconds(page: Path, browser: Browser) -> None:
     browser.open(page)
     browser.wait(lambda: browser.all(".stage3d canvas"))
     browser.press(" ")
-    browser.wait(lambda: browser.seconds >= 1, seconds=60)
+    browser.wait(lambda: browser.seconds >= 1)
     browser.press(" ")
 
 
@@ -202,8 +202,8 @@ def test_a_camera_follows_the_story(ward_page: Path, browser: Browser) -> None:
     for tick in (ticks[0], ticks[-1]):
         browser.run("location.hash = arguments[0]", f"#tick={tick}")
         at = round(run["times"][tick], 1)
-        browser.wait(lambda at=at: browser.seconds == at, seconds=30)
-        browser.wait(lambda: browser.run(PICTURE) not in pictures, seconds=30)
+        browser.wait(lambda at=at: browser.seconds == at)
+        browser.wait(lambda: browser.run(PICTURE) not in pictures)
         pictures.append(browser.run(PICTURE))
     assert browser.errors() == []
 
@@ -258,12 +258,12 @@ def test_no_wall_disappears_and_a_disc_shows_its_heading(tmp_path: Path, browser
         middle, corner = browser.run(pixels)
         return bool(max(middle) < 120 < min(corner))
 
-    browser.wait(walled, seconds=60)  # the camera takes a moment; the block is no floor
+    browser.wait(walled)  # the camera takes a moment; the block is no floor
     choose(browser, "0")
     facing = [browser.run(PICTURE)]
     assert "facing east" in browser.one(".robots li").text
     browser.run("location.hash = '#t=50'")
-    browser.wait(lambda: browser.seconds == 50, seconds=30)
+    browser.wait(lambda: browser.seconds == 50)
     facing.append(browser.run(PICTURE))
     assert facing[0] != facing[1]
 

@@ -36,6 +36,27 @@ class Board:
         )
         return int(x), int(y)
 
+    def rest(self) -> None:
+        """Wait until the map has found its place in the window."""
+        self.browser.run(
+            """
+            const place = () => {
+                const box = document.querySelector("svg.floor").getBoundingClientRect();
+                return [box.left, box.top, box.width, box.height].join();
+            };
+            return new Promise((done) => {
+                let before = "", still = 0;
+                const look = () => {
+                    still = place() === before ? still + 1 : 0;
+                    before = place();
+                    if (still === 20) done();
+                    else requestAnimationFrame(look);
+                };
+                look();
+            });
+            """
+        )
+
     def click(self, region: int) -> None:
         self.drag(region)
 

@@ -39,7 +39,7 @@ def test_case_study_1_is_drawn_run_and_undone(board: Board, tmp_path: Path) -> N
     board.choose("Blank map of that size")
     board.until("    #############\n")
     browser.wait(lambda: browser.one("svg.floor .numbers"), MINUTES)
-    time.sleep(0.3)  # the new map finds its place in the window
+    board.rest()
     board.choose("Wall")
     for region in BLANK_WALLS:
         before = board.text

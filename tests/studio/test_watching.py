@@ -49,19 +49,19 @@ def test_a_mission_in_a_world_of_ones_own_is_seen_as_it_happens(browser: Browser
         browser.visit(view.address)
         for _ in range(9):
             mission.step()
-        browser.wait(lambda: browser.tick >= 8, seconds=30)
+        browser.wait(lambda: browser.tick >= 8)
         assert fleet.asked
         assert not browser.all('button[aria-label="Run"], button[aria-label="Pause the run"]')
         browser.press(" ")
-        browser.wait(lambda: "drives the run" in browser.one("body").text, seconds=30)
+        browser.wait(lambda: "drives the run" in browser.one("body").text)
         while mission.result is None:
             mission.step()
         assert mission.result.outcome == "completed"
-        browser.wait(lambda: "completed" in browser.one("header").text, seconds=30)
+        browser.wait(lambda: "completed" in browser.one("header").text)
         ticks = mission.result.ticks
-        browser.wait(lambda: browser.tick == ticks, seconds=30)
+        browser.wait(lambda: browser.tick == ticks)
         browser.press("\ue011")  # Home: back to the first tick
-        browser.wait(lambda: browser.tick == 0, seconds=30)
+        browser.wait(lambda: browser.tick == 0)
         trace = browser.run(
             "const ask = new XMLHttpRequest(); ask.open('GET', 'save/trace', false); ask.send();"
             "return ask.responseText"
@@ -75,8 +75,8 @@ def test_a_page_that_comes_late_gets_the_whole_run(browser: Browser) -> None:
     with LiveView(scenario, browser=False) as view:
         result = Mission(scenario, listeners=[view]).run()
         browser.visit(view.address)
-        browser.wait(lambda: "completed" in browser.one("header").text, seconds=30)
-        browser.wait(lambda: browser.tick == result.ticks, seconds=30)
+        browser.wait(lambda: "completed" in browser.one("header").text)
+        browser.wait(lambda: browser.tick == result.ticks)
         browser.leave()
         view.wait()
 

@@ -31,7 +31,7 @@ def ask(binary: Binary, spec: Specification, seconds: float | None = 20.0) -> Ve
 
 def gone(pid: int) -> bool:
     """Whether a process that is not our child has ended, waiting a moment for init."""
-    for _ in range(100):
+    for _ in range(15_000):
         try:
             if Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z":
                 return True  # killed; its new parent has not looked yet

@@ -29,14 +29,21 @@ def test_several_run_at_once_and_come_back_in_order(
     binary = script(
         NATIVE + f'cat > "{tmp_path}/in.$$"; cd "{tmp_path}"\n'
         "while [ $(ls in.* | wc -l) -lt 2 ]; do sleep 0.01; done\n"
-        "if grep -q '!= 5' in.$$; then verdict=unrealizable; status=10; sleep 0.2\n"
+        "if grep -q '!= 5' in.$$; then verdict=unrealizable; status=10\n"
+        f'  while [ ! -e "{tmp_path}/heard" ]; do sleep 0.01; done\n'
         "else verdict=realizable; status=0; fi\n"
         'echo "RESULT: Specification is $verdict." >&2; exit $status'
     )
-    synthesizer = Synthesizer(binary, seconds=20)
+    synthesizer = Synthesizer(binary, seconds=300)
     heard: list[SynthesisProgress] = []
+
+    def listener(progress: SynthesisProgress) -> None:
+        heard.append(progress)
+        if progress.phase is RequestPhase.FINISHED:
+            (tmp_path / "heard").touch()
+
     results = synthesizer.synthesize_all(
-        [impossible(patrol), patrol], strategy=False, progress=heard.append
+        [impossible(patrol), patrol], strategy=False, progress=listener
     )
     assert [r.verdict for r in results] == [Verdict.UNREALIZABLE, Verdict.REALIZABLE]
     assert [p.phase for p in heard].count(RequestPhase.STARTED) == 2
@@ -45,14 +52,22 @@ def test_several_run_at_once_and_come_back_in_order(
 
 
 def test_a_long_synthesis_reports_that_it_still_runs(
-    script: Script, patrol: Specification, monkeypatch: pytest.MonkeyPatch
+    script: Script, patrol: Specification, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr("safenav.synthesis.jobs._HEARTBEAT_SECONDS", 0.05)
-    heard: list[SynthesisProgress] = []
-    binary = script(NATIVE + "sleep 0.4; echo 'RESULT: Specification is realizable.' >&2")
-    Synthesizer(binary).synthesize_all([patrol], strategy=False, progress=heard.append)
-    running = [p for p in heard if p.phase is RequestPhase.RUNNING]
-    assert len(running) >= 2
+    running: list[SynthesisProgress] = []
+
+    def listener(progress: SynthesisProgress) -> None:
+        if progress.phase is RequestPhase.RUNNING:
+            running.append(progress)
+        if len(running) == 2:
+            (tmp_path / "heard").touch()
+
+    binary = script(
+        NATIVE + f'while [ ! -e "{tmp_path}/heard" ]; do sleep 0.01; done\n'
+        "echo 'RESULT: Specification is realizable.' >&2"
+    )
+    Synthesizer(binary).synthesize_all([patrol], strategy=False, progress=listener)
     assert running[0].robot == "carrier"
     assert 0 < running[0].seconds < running[-1].seconds
 
@@ -106,7 +121,7 @@ def test_a_signal_ends_the_syntheses_before_the_caller_ends(
     )
     wanted = min(2, os.cpu_count() or 1)
     pids: list[str] = []
-    for _ in range(1000):
+    for _ in range(15_000):
         time.sleep(0.02)
         if (tmp_path / "pids").exists():
             pids = (tmp_path / "pids").read_text().split()

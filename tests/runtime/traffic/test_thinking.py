@@ -99,16 +99,14 @@ class Wall:
         return told
 
 
-def slow(patch: pytest.MonkeyPatch, seconds: float) -> list[str]:
-    """Let each search take so long; the names of the threads that have searched."""
+def slow(patch: pytest.MonkeyPatch, over: threading.Event) -> list[str]:
+    """Let searches go on until an event; the names of the threads that have searched."""
     searched, usual = list[str](), Traffic._searched
 
     def late(traffic: Traffic, *about: object) -> object:
         searched.append(threading.current_thread().name)
-        end = time.monotonic() + seconds
-        while time.monotonic() < end:
+        while not over.wait(0.01):
             traffic.thinking.check()
-            time.sleep(0.01)
         return usual(traffic, *about)  # type: ignore[arg-type]
 
     patch.setattr(Traffic, "_searched", late)
@@ -124,7 +122,8 @@ def mission(path: Path) -> tuple[Mission, TraceWriter]:
 def test_the_world_is_heard_while_a_plan_is_searched(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    searched, path = slow(monkeypatch, 0.4), tmp_path / "trace.jsonl"
+    over, path = threading.Event(), tmp_path / "trace.jsonl"
+    searched = slow(monkeypatch, over)
     run, writer = mission(path)
     heard = 0
     with writer:
@@ -132,9 +131,10 @@ def test_the_world_is_heard_while_a_plan_is_searched(
         while run.result is None:
             run.step()
             heard += run._traffic.wanted is not None
+            if heard == 2:
+                over.set()
     assert run.result.outcome is Outcome.COMPLETED
     assert searched and threading.main_thread().name not in searched
-    assert heard >= 2
     assert check_trace(path).findings == ()
 
 
@@ -161,15 +161,14 @@ def test_robots_that_can_undo_their_steps_go_on_while_a_plan_is_searched(
 def test_a_run_that_is_stopped_abandons_its_search(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    searched = slow(monkeypatch, 1000)
+    searched = slow(monkeypatch, threading.Event())
     run, writer = mission(tmp_path / "trace.jsonl")
     with writer:
         run.start()
         while not searched:
             run.step()
-        begun = time.monotonic()
-        run.give_up()
-    assert time.monotonic() - begun < 10
+        run.give_up()  # returns although the search has no end
+    assert run.result is not None and run.result.outcome is Outcome.INTERRUPTED
 
 
 def test_robots_off_their_strategies_get_those_that_come_later(
@@ -197,7 +196,7 @@ def test_robots_off_their_strategies_get_those_that_come_later(
 
 def asked(thinking: Thinking, moment: object, search: Callable[[], object]) -> object:
     """The answer, asked for until it is there."""
-    for _ in range(500):
+    for _ in range(30_000):
         try:
             return thinking.ask(moment, search)  # type: ignore[arg-type]
         except Unknown:
@@ -217,7 +216,7 @@ def test_an_answer_is_for_its_moment() -> None:
 
     with pytest.raises(Unknown):
         thinking.ask("before", endless)
-    assert going.wait(10)
+    assert going.wait(300)
     assert asked(thinking, "now", lambda: "found") == "found"
     assert asked(thinking, "now", lambda: "again") == "again"  # each answer is given once
     thinking.close()
