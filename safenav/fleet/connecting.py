@@ -29,7 +29,7 @@ def fleet_world(
     if fleet.transport is TransportKind.ROS1:
         from safenav.fleet.ros1 import Ros1Transport
 
-        transport = Ros1Transport(fleet.network, stations)
+        transport = Ros1Transport(fleet.network, stations, fleet.inputs)
     elif fleet.transport is TransportKind.PYROBOSIM:
         from safenav.fleet.pyrobosim.transport import PyrobosimTransport
 
@@ -41,5 +41,5 @@ def fleet_world(
             from safenav.fleet.ros2.transport import Ros2Transport
         except ImportError as error:
             raise missing("transport ros2", "cyclonedds", "ros2") from error
-        transport = Ros2Transport(fleet.network, stations)
+        transport = Ros2Transport(fleet.network, stations, fleet.inputs)
     return FleetWorld(scenario, stations, transport, recording=recording)

@@ -26,6 +26,7 @@ KEYS = (
     "network",
     "simulation",
     "pyrobosim",
+    "inputs",
     "defaults",
     "robots",
 )
@@ -141,11 +142,14 @@ class PyrobosimUse:
 
 @dataclass(frozen=True)
 class FleetFile:
+    """``inputs``: the topic (std_msgs/Bool) of each input of the environment that has one."""
+
     transport: TransportKind
     network: Network
     simulation: SimulationUse
     pyrobosim: PyrobosimUse | None
     stations: Mapping[str, Station] = field(hash=False)
+    inputs: Mapping[str, str] = field(default_factory=dict, hash=False)
 
 
 def load_fleet(path: Path, scenario: Scenario) -> FleetFile:
@@ -189,7 +193,29 @@ def _fleet(root: Node, scenario: Scenario, folder: Path, findings: Findings) -> 
         needed = " and ".join(REQUIRED_OF_PYROBOSIM.values())
         findings.add(root, "the key 'pyrobosim' is missing", f"it has {needed}")
     kind = transport or TransportKind.ROS2
-    return FleetFile(kind, network, simulation, pyrobosim, stations)
+    inputs = _inputs(item.get("inputs"), kind, scenario, findings)
+    return FleetFile(kind, network, simulation, pyrobosim, stations, inputs)
+
+
+def _inputs(
+    node: Node | None, transport: TransportKind, scenario: Scenario, findings: Findings
+) -> dict[str, str]:
+    item = read.mapping(node, "'inputs'", findings)
+    if item is None:
+        return {}
+    if transport not in (TransportKind.ROS1, TransportKind.ROS2):
+        hint = "leave out 'inputs'; an operator sets them: 'input NAME on'"
+        findings.add(item, f"the transport {transport} has no topics", hint)
+    names, found = [each.name for each in scenario.inputs], {}
+    for key, value in item.entries:
+        topic = read.text(value, f"the topic of '{key.text}'", findings)
+        if key.text not in names:
+            listed = f"its inputs are {', '.join(names)}" if names else "it has none"
+            said = f"the scenario has no input '{key.text}'"
+            findings.add(key, said, suggestion(key.text, names) or listed)
+        elif topic is not None:
+            found[key.text] = topic
+    return found
 
 
 def _network(node: Node | None, findings: Findings) -> Network:
@@ -351,6 +377,9 @@ def template_text(scenario: Scenario) -> str:
         "  # follow: {topic: reference, tolerance: 0.25}  # references instead of goals",
         "robots:",
     ]
+    if scenario.inputs:
+        topics = ", ".join(f"{each.name}: /{each.name}" for each in scenario.inputs)
+        lines.insert(-1, f"inputs: {{{topics}}}  # topics, std_msgs/Bool")
     seen = next((o.type.name for o in scenario.obstacles), None)
     for robot in scenario.robots:
         acts = ", ".join(f"{action}: {action}" for action in sorted(robot.capabilities))

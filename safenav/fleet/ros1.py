@@ -22,6 +22,7 @@ from safenav.fleet.transport import (
     GoalEnd,
     GoalEnded,
     GoalPoint,
+    InputHeard,
     Message,
     Performed,
     Reported,
@@ -60,12 +61,15 @@ def importable() -> bool:
 class Ros1Transport:
     """A fleet behind one ROS master. A process can have one, once: rospy has one node."""
 
-    def __init__(self, network: Network, stations: Mapping[str, Station]) -> None:
+    def __init__(
+        self, network: Network, stations: Mapping[str, Station], inputs: Mapping[str, str]
+    ) -> None:
         if not importable():
             raise UsageError(
                 f"transport ros1 needs rospy, which is not on PyPI\n    apt install {PACKAGES}"
             )
         self._network = network
+        self._inputs = inputs
         self._stations = stations
         self._post: Callable[[Message], None] = _ignore
         self._drives: dict[str, Any] = {}
@@ -85,6 +89,17 @@ class Ros1Transport:
         rospy.init_node("safenav", anonymous=True, disable_signals=True)
         for name, station in self._stations.items():
             self._join(name, station)
+        self._hear_inputs()
+
+    def _hear_inputs(self) -> None:
+        from std_msgs.msg import Bool
+
+        for name, topic in self._inputs.items():
+
+            def heard(message: Any, name: str = name) -> None:
+                self._post(InputHeard(name, bool(message.data)))
+
+            self._topics.append(self._ros.Subscriber(topic, Bool, heard, queue_size=5))
 
     def _find_master(self) -> None:
         import rosgraph

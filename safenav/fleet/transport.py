@@ -90,7 +90,16 @@ class Reported:
     text: str
 
 
-Message = GoalEnded | Performed | Located | Scanned | Reported
+@dataclass(frozen=True)
+class InputHeard:
+    """An input of the environment, as of now."""
+
+    name: str
+    on: bool
+    robot: str = ""
+
+
+Message = InputHeard | GoalEnded | Performed | Located | Scanned | Reported
 
 
 class Transport(Protocol):

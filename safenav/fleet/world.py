@@ -30,6 +30,7 @@ from safenav.fleet.transport import (
     GoalEnd,
     GoalEnded,
     GoalPoint,
+    InputHeard,
     Located,
     Message,
     Performed,
@@ -119,6 +120,7 @@ class FleetWorld:
         self._untold: dict[str, FleetTask] = {}
         self._progress = FleetProgress(scenario)
         self._strays: dict[str, Obstacle] = {}
+        self._inputs: dict[str, bool] = {}
 
     @staticmethod
     def check(scenario: Scenario) -> Frame:
@@ -184,6 +186,11 @@ class FleetWorld:
             return
         del self._strays[body.robot.name]
         self._events.append(Sensed(self.now(), found, there=False))
+
+    def inputs(self, tick: int) -> Mapping[str, bool]:
+        """The inputs of the environment, as far as they were heard."""
+        del tick
+        return self._inputs
 
     def told(self, record: Record) -> None:
         """Take a line of the trace: a robot sets out when its ``depart`` is written, not before. A
@@ -292,6 +299,9 @@ class FleetWorld:
                 return
 
     def _take(self, message: Message) -> None:
+        if isinstance(message, InputHeard):
+            self._inputs[message.name] = message.on
+            return
         body = self._bodies.get(message.robot)
         if body is None:
             return

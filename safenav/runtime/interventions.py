@@ -139,9 +139,11 @@ class Interventions:
     state: TeamState
     world: SimulatedWorld | None
     turns: Turns
+    sets_inputs: InputWorld | None
     _asked: list[Intervention] = field(default_factory=list)
     _ordered: set[str] = field(default_factory=set)
     _made: int = 0
+    _chosen: dict[str, bool] = field(default_factory=dict)
 
     @property
     def asked(self) -> bool:
@@ -167,7 +169,6 @@ class Interventions:
             case SetInput(name):
                 if name not in self.state.inputs:
                     raise UsageError(f"there is no input '{name}'")
-                self._simulation()
             case MarkResolved(name):
                 self._met(name)
             case MarkPermanent(name):
@@ -213,14 +214,10 @@ class Interventions:
     def _inputs(self) -> Iterator[Event]:
         """Take note of the inputs of this tick; robots get the objectives that they give them."""
         state, state.inputs_before = self.state, self.state.inputs
-        if not state.inputs or not isinstance(self.world, InputWorld):
-            return
-        told = self.world.inputs(int(self.state.time))
-        state.inputs = {name: bool(told.get(name, on)) for name, on in state.inputs.items()}
+        state.inputs = self._told_inputs()
         if state.inputs == state.inputs_before:
             return
-        by_user = getattr(self.world, "set_inputs", {})
-        state.emit(records.Inputs(state.tick, state.inputs, tuple(by_user) or None))
+        state.emit(records.Inputs(state.tick, state.inputs, tuple(self._chosen) or None))
         for robot in state.robots.values():
             on = [name for name, _ in robot.robot.when if state.inputs[name]]
             mode = on[0] if on else None
@@ -233,6 +230,17 @@ class Interventions:
             own = Progress(given, before.memory if mode is None else NO_MEMORY)
             limit = within if mode is None else None
             yield from self._give(robot, given, _INPUT, limit, own)
+
+    def _told_inputs(self) -> dict[str, bool]:
+        """The present value of each input: from the world, or set by a user."""
+        state, world = self.state, self.sets_inputs
+        told = {} if world is None or not state.inputs else world.inputs(int(state.time))
+        told = {**told, **self._chosen}
+        return {name: bool(told.get(name, on)) for name, on in state.inputs.items()}
+
+    def hears_inputs(self) -> bool:
+        """Whether the world has changed an input since the last tick."""
+        return self._told_inputs() != self.state.inputs
 
     @property
     def given_up(self) -> bool:
@@ -292,7 +300,7 @@ class Interventions:
             case Serve(name, active):
                 yield from self.turns.serve(self._robot(name), active=active, cause=_USER)
             case SetInput(name, on):
-                self._simulation().set_inputs[name] = on
+                self._chosen[name] = on
             case MarkResolved(name):
                 obstacle = self._met(name)
                 if self.world is not None and self.world.stands(obstacle):

@@ -33,7 +33,7 @@ from safenav.runtime.team import TeamState
 from safenav.runtime.termination import Conclusion, RunEnded, Stop
 from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.turn import Turns
-from safenav.runtime.world import SimulatedWorld
+from safenav.runtime.world import InputWorld, SimulatedWorld
 from safenav.scenario.model import Clock, Scenario, Tracking
 from safenav.scenario.reading.promises import in_seconds
 from safenav.synthesis.binary import Binary
@@ -116,7 +116,8 @@ class Mission:
         batteries = Batteries(self.state, turns, self._truth)
         self.state.listeners = (*self.state.listeners, batteries)
         self._deadlines.lasts_until = batteries.lasts_until
-        self._interventions = Interventions(self.state, self._truth, turns)
+        told = truth if isinstance(truth, InputWorld) else None
+        self._interventions = Interventions(self.state, self._truth, turns, told)
         self._algorithm = Passes(
             self.state,
             commands,

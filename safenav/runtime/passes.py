@@ -53,6 +53,7 @@ class Passes(Algorithm):
             return  # time stands still until an operator intervenes
         self._come = self.search.fresh() or self._come
         changed = self._changed or self._come or asked or self.traffic.thinking.fresh()
+        changed = changed or (not self.world.simulated and self.interventions.hears_inputs())
         if not self.world.hear(self._due(), changed):
             return  # there is nothing to do yet
         team.tick += 1  # 5

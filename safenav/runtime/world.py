@@ -169,7 +169,6 @@ class SimulatedWorld:
         for obstacle, truth in self._drawn.items():
             self.truths.setdefault(obstacle.name, truth)
         self._brought: set[Obstacle] = set()
-        self.set_inputs: dict[str, bool] = {}
         self._taken_away: set[str] = set()
         self.may_sweep: Collection[str] = ()
 
@@ -203,13 +202,13 @@ class SimulatedWorld:
         return [tick for tick in (*standing, *coming) if tick is not None]
 
     def inputs(self, tick: int) -> dict[str, bool]:
-        """The listed or drawn values of a tick, or those that a user has set."""
+        """The listed or drawn values of a tick."""
         found = {}
         for each in self._scenario.inputs:
             listed = any(first <= tick <= last for first, last in each.spans)
             drawn = random.Random(f"{self._scenario.seed}/{each.name}/{tick}").random()
             found[each.name] = listed or drawn < each.probability
-        return found | self.set_inputs
+        return found
 
     def standing(self) -> dict[Region, Obstacle]:
         """The obstacles that are there now and that robots notice: all but orders."""

@@ -1,7 +1,7 @@
 """``python ros1_robots.py PORT ROBOT...``: robots of a lab as ROS 1 nodes with real action servers.
 
-PORT is the lab's. ``digit+abort`` aborts its third goal, ``digit+die`` never ends its fourth. It
-ends with its standard input.
+PORT is the lab's. ``digit+abort`` aborts its third goal, ``digit+die`` never ends its fourth;
+``digit+alarm`` raises an alarm from its first goal to its second. It ends with its standard input.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import rospy
 from move_base_msgs.msg import MoveBaseAction
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
-from std_msgs.msg import String
+from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger, TriggerResponse
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
@@ -38,6 +38,7 @@ class Robot:
         self.reports = rospy.Publisher(f"/{name}/obstacles", String, queue_size=5)
         for word in ("push", "sense"):
             self.serve(word)
+        self.alarm = rospy.Publisher("/building/alarm", Bool, queue_size=5)
         self.heard = math.inf
         if "follow" in faults:
             topic = f"/{name}/reference"
@@ -102,6 +103,8 @@ class Robot:
         told.pose.pose.orientation.z = math.sin(robot["yaw"] / 2)
         told.pose.pose.orientation.w = math.cos(robot["yaw"] / 2)
         self.odom.publish(told)
+        if "alarm" in self.faults:
+            self.alarm.publish(Bool(self.goals == 1))
         self.ended = robot["end"] or self.ended
         self.acted = robot["acted"] or self.acted
         if robot["goal"] is None:

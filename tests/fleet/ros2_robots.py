@@ -1,8 +1,9 @@
 """``python ros2_robots.py PORT DOMAIN ROBOT...``: robots of a lab as ROS 2 nodes, over loopback.
 
 PORT is the lab's. A robot may have faults: ``digit+doubled`` sends every reply twice, ``+late`` a
-tenth of a second late, ``+abort`` aborts its third goal, ``+die`` never ends its fourth. Written
-from ROS 2's action design and rmw_cyclonedds' names; it ends with its standard input.
+tenth of a second late, ``+abort`` aborts its third goal, ``+die`` never ends its fourth, ``+alarm``
+raises an alarm from its first goal to its second. Written from ROS 2's action design and
+rmw_cyclonedds' names; it ends with its standard input.
 """
 
 from __future__ import annotations
@@ -42,6 +43,7 @@ class Server:
         node.listen(f"rq{action}/send_goalRequest", ros.NavigateRequest, self.sent, SERVICE)
         node.listen(f"rq{action}/get_resultRequest", ros.ResultRequest, self.asked, SERVICE)
         node.listen(f"rq{action}/cancel_goalRequest", ros.CancelRequest, self.cancelled, SERVICE)
+        self.alarm = node.writer("rt/building/alarm", ros.Bool, RELIABLE)
         self.heard = math.inf
         if "follow" in faults:
             node.listen(f"rt{space}/reference", ros.Trajectory, self.followed, RELIABLE)
@@ -122,6 +124,8 @@ class Server:
         pose = ros.PlacedPose(ros.Point(robot["x"], robot["y"], 0.0), turn)
         header = ros.MessageHeader(stamp, "map")
         self.odom.write(ros.Odometry(header, "base_link", ros.PoseWithCovariance(pose)))
+        if "alarm" in self.faults:
+            self.alarm.write(ros.Bool(self.goals == 1))
         if goal is not None:
             told = ros.NavigateFeedback(ros.PoseStamped(header, pose))
             self.feedback.write(ros.FeedbackMessage(ros.UUID(list(goal)), told))

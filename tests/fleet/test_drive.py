@@ -58,6 +58,23 @@ robots:
   digit: {model: jackal, start: [2, 1], objective: {visit: [[2, 2]]}}
 until: {rounds: 1}
 """
+ALARMED = "alarmed"
+HALL = """\
+safenav: 1
+name: hall
+map:
+  grid: ["######", "#....#", "#....#", "######"]
+inputs: {alarm: {}}
+robots:
+  quad: {model: quadcopter, start: [1, 1], objective: {visit: [[1, 2]]}}
+  digit:
+    model: jackal
+    start: [2, 1]
+    objective: {visit: [[2, 2], [2, 4]]}
+    when: {alarm: {hold: [2, 1]}}
+until: {rounds: 1}
+"""
+TEXTS = {STREAMED: YARD, ALARMED: HALL}
 NO_ROS1 = pytest.mark.skipif(
     not ros1.importable(), reason=f"rospy is missing: apt install {ros1.PACKAGES}"
 )
@@ -68,7 +85,7 @@ class Lab:
 
     def __init__(self, case: str, transport: str, folder: Path, faults: dict[str, str]) -> None:
         streams = case == STREAMED
-        text = YARD if streams else (ROOT / "scenarios" / f"{case}.yaml").read_text()
+        text = TEXTS.get(case) or (ROOT / "scenarios" / f"{case}.yaml").read_text()
         obstacles: list[str] = []
         if listed := re.search(r"obstacles:\n((?:  .*\n)+)", text):
             obstacles = re.findall(r"^  - (.*)$", listed[1], re.MULTILINE)
@@ -92,7 +109,9 @@ class Lab:
             "speed": 0.45 * fast,
         }
         follow = "follow: {}, " if transport == "simulation" or streams else ""
-        self.fleet.write_text(FLEET.format(**given).replace("defaults: {", "defaults: {" + follow))
+        inputs = "inputs: {alarm: /building/alarm}\n" if case == ALARMED else ""
+        defaults = "defaults: {" + follow
+        self.fleet.write_text(inputs + FLEET.format(**given).replace("defaults: {", defaults))
         self.processes: list[subprocess.Popen[str]] = []
         self.environment = {
             **os.environ,
@@ -245,6 +264,24 @@ def test_a_case_study_is_driven_without_a_listed_obstacle(lab: Lab) -> None:
         log = lab.physics.log()
         assert set(log["contacts"]) <= {"digit door@47"} and log["closed"] == []
         assert log["moving"] == []
+
+
+CALLED = {"digit": "alarm"}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "lab", labs((ALARMED, "ros1", CALLED), (ALARMED, "ros2", CALLED)), indirect=True
+)
+def test_a_topic_sets_an_input_of_the_environment(lab: Lab) -> None:
+    """Digit has set out, hears the alarm, goes home, and continues when it is over."""
+    done = lab.drive()
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+    lines = lines_of(lab.trace)
+    assert [x["values"] for x in lines if x["type"] == "inputs"] == [{"alarm": v} for v in (1, 0)]
+    given = [x["objective"] for x in lines if x.get("cause") == "input"]
+    assert given == [{"hold": 13}, {"visit": [14, 16]}]
+    assert lines[-1]["outcome"] == "completed" and check_trace(lab.trace).findings == ()
 
 
 @pytest.mark.slow

@@ -87,6 +87,8 @@ MISTAKES = [
     (HEAD + "robots: {digit: {follow: {tolerance: 0}}}\n", "'tolerance' of follow"),
     (HEAD + "defaults: {follow: yes}\n", "'follow' of robot 'quad'"),
     (HEAD + "robots: {digit: {act: [push]}}\n", "'act' of robot 'digit'"),
+    (HEAD + "inputs: {alarm: /alarm}\n", "no input 'alarm'"),
+    (HEAD.replace("ros2", "simulation") + "inputs: {a: /a}\n", "simulation has no topics"),
     (HEAD + "network: {domain: 300}\n", "must be at most 232"),
     (HEAD + "network: {peers: 10.0.0.1}\n", "'peers' of network"),
     ("safenav-fleet: 1\ntransport: pyrobosim\n", "the key 'pyrobosim' is missing"),

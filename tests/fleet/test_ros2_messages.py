@@ -39,6 +39,7 @@ SERVICES = {
 }
 KINDS: dict[str, type[Any]] = {
     "std_msgs/msg/String": ros.String,
+    "std_msgs/msg/Bool": ros.Bool,
     "nav_msgs/msg/Odometry": ros.Odometry,
     "sensor_msgs/msg/LaserScan": ros.LaserScan,
     "trajectory_msgs/msg/MultiDOFJointTrajectory": ros.Trajectory,

@@ -24,6 +24,7 @@ from safenav.outcome import Outcome
 from safenav.runtime.interventions import Give, SetInput
 from safenav.runtime.mission import Mission
 from safenav.runtime.world import SimulatedWorld
+from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Hold
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.writing import TraceWriter
@@ -221,8 +222,12 @@ def test_damaged_traces_are_refused(broken: str, tmp_path: Path) -> None:
     assert "inputs" in {finding.rule for finding in found}
 
 
-class Caller(SimulatedWorld):
+class Caller:
     """A world of a user, who calls in some ticks."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        there = SimulatedWorld(scenario)
+        self.sense, self.move, self.act = there.sense, there.move, there.act
 
     def inputs(self, tick: int) -> dict[str, bool]:
         return {"call": 6 <= tick <= 8, "alarm": False}

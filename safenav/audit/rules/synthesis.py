@@ -109,8 +109,8 @@ class StrategyRule(Rule):
                 yield self.broken_by(record, record.robot, problem)
 
     def _problem(self, robot: str, by: str | None, now: Situation) -> str:
-        if by in ("plan", "stay", "backtrack"):
-            return ""
+        if by in ("plan", "stay", "backtrack") or (now.live and by is None):
+            return ""  # without ``by`` it continues a step, which was judged when it set out
         objective = now.objectives[robot]
         last = self._last.get((robot, objective))
         if last is None:

@@ -75,6 +75,12 @@ class String(IdlStruct, typename="std_msgs::msg::dds_::String_"):
 
 @dataclass
 @idl.final
+class Bool(IdlStruct, typename="std_msgs::msg::dds_::Bool_"):
+    data: bool = False
+
+
+@dataclass
+@idl.final
 class Point(IdlStruct, typename="geometry_msgs::msg::dds_::Point_"):
     """Metres."""
 

@@ -22,6 +22,7 @@ from safenav.fleet.transport import (
     GoalEnd,
     GoalEnded,
     GoalPoint,
+    InputHeard,
     Message,
     Performed,
     Reported,
@@ -201,8 +202,11 @@ class _Robot:
 class Ros2Transport:
     """A fleet on one domain of ROS 2. Use one at a time in a process."""
 
-    def __init__(self, network: Network, stations: Mapping[str, Station]) -> None:
+    def __init__(
+        self, network: Network, stations: Mapping[str, Station], inputs: Mapping[str, str]
+    ) -> None:
         self._network = network
+        self._inputs = inputs
         self._stations = stations
         self._robots: dict[str, _Robot] = {}
         self._node: Participant | None = None
@@ -215,6 +219,12 @@ class Ros2Transport:
             name: _Robot(name, station, self._node, post)
             for name, station in self._stations.items()
         }
+        for name, topic in self._inputs.items():
+
+            def heard(message: ros.Bool, name: str = name) -> None:
+                post(InputHeard(name, bool(message.data)))
+
+            self._node.listen(f"rt/{topic.lstrip('/')}", ros.Bool, heard, RELIABLE)
 
     def missing(self) -> list[str]:
         return [robot.named for robot in self._robots.values() if not robot.connected]
