@@ -158,6 +158,7 @@ class Bound:
         now, count, needs = self.now, len(self.names), obstacle.all_needs
         stage = min(now.stage[obstacle.name], len(needs) - 1)
         turns, before = [self.turn] * stage, self.turn + 1
+        begun = before
         fields: dict[str, Ticks] = {}
         for number in range(stage, len(needs)):
             need, former, fields = needs[number], fields, {}
@@ -177,11 +178,13 @@ class Bound:
                 if need.same and number > stage:
                     if name not in former:
                         continue
-                    since = self.sets_out(name, before)
-                    places = needs[number - 1].regions
+                    # alone it may have had its part, and left, before the others had theirs
+                    earlier, alone = needs[number - 1], not needs[number - 1].together
+                    part_at = begun + (index - begun) % count if alone else before
+                    since, places = self.sets_out(name, part_at), earlier.regions
                     took_part = number - 1 == stage and name in now.done[obstacle.name]
-                    took_part = took_part and not needs[stage].together
-                    if not took_part and self.leaving(name, needs[number - 1], before) >= NEVER:
+                    took_part = took_part and alone
+                    if not took_part and self.leaving(name, earlier, part_at) >= NEVER:
                         had = former[name].items()
                         seeds = {p: max(t, since) for p, t in had if p[0] in places}
                 fields[name] = self.ticks(name, seeds)[0]
@@ -192,6 +195,7 @@ class Bound:
                 turn = min(turn, self.leaving(name, need, before))
                 if turn < NEVER:
                     arrivals.append(turn)
+            begun = before
             had_part = 0 if need.together or number > stage else len(now.done[obstacle.name])
             missing = need.robots - had_part
             arrivals.sort()

@@ -250,10 +250,11 @@ def _needs(moment: BoundMoment, one: BoundObstacle, spreads: Sequence[Spread]) -
     found = one.turns(moment.now)
     fields: dict[int, ReachByTick] = {}
     previous: Mapping[int, ReachByTick] = {}
+    before = moment.now + 1
     for number in range(one.stage, len(one.parts)):
         # Needs may be met one after the other in one turn, the next one not before the next turn.
         part = one.parts[number]
-        before = found[-1] if one.met or number > one.stage else moment.now + 1
+        begun, before = before, found[-1] if one.met or number > one.stage else moment.now + 1
         if before >= NEVER:
             return found + [NEVER] * (len(one.parts) - number)
         turns = []
@@ -269,11 +270,12 @@ def _needs(moment: BoundMoment, one: BoundObstacle, spreads: Sequence[Spread]) -
             if part.same and number > one.stage:
                 if robot not in previous:
                     continue
-                since = still(before, robot, moment.count, walker.ticks)
-                goal = walker.graph.poses_on(one.parts[number - 1].regions)
-                had = previous[robot].on(goal, since)
+                former = one.parts[number - 1]  # alone, it may have left long before that is met
+                part_at = before if former.together else own_turn(begun, robot, moment.count)
+                since = still(part_at, robot, moment.count, walker.ticks)
+                had = previous[robot].on(walker.graph.poses_on(former.regions), since)
                 took_part = number - 1 == one.stage and robot in one.done
-                if took_part or spread.leaving(one.parts[number - 1], before) < NEVER:
+                if took_part or spread.leaving(former, part_at) < NEVER:
                     had = spread.start()
                 if not had:
                     continue

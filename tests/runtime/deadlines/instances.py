@@ -160,6 +160,13 @@ def slow_teams() -> dict[str, SlowTeam]:
             [5],
             {0: 5},
         ),
+        "its partner leaves before it has had its part": (
+            _corridor(
+                [9, 12], [[("a", [8, 12], (2, False, False)), ("a", [8, 10], (2, False, True))]]
+            ),
+            [7],
+            {0: 7},
+        ),
         "it goes on to the next need of the same robots": (
             _corridor([9, 10], [[("a", [9, 12], together), ("a", [10, 12], (2, False, True))]]),
             [6],
