@@ -30,8 +30,8 @@ from safenav.outcome import Outcome
 from safenav.pace.robot import TickPace
 from safenav.report.terminal.table import table
 from safenav.runtime.mission import Mission, default_synthesizer
-from safenav.runtime.protocol import Acted, Arrived
-from safenav.runtime.simulation import LiveSimulation
+from safenav.runtime.worlds.protocol import Acted, Arrived
+from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.trace.vocabulary import ActResult

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from safenav.report.replay.reading import read_replay as read_replay
     from safenav.runtime.mission import Mission as Mission
     from safenav.runtime.mission import RunResult as RunResult
-    from safenav.runtime.protocol import BlockingWorld as BlockingWorld
-    from safenav.runtime.protocol import World as World
+    from safenav.runtime.worlds.protocol import BlockingWorld as BlockingWorld
+    from safenav.runtime.worlds.protocol import World as World
     from safenav.scenario.model import Need as Need
     from safenav.scenario.model import Obstacle as Obstacle
     from safenav.scenario.model import ObstacleType as ObstacleType
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOMES = {
-    "BlockingWorld": "safenav.runtime.protocol",
+    "BlockingWorld": "safenav.runtime.worlds.protocol",
     "Heading": "safenav.world.map",
     "LiveView": "safenav.studio.watching",
     "Mission": "safenav.runtime.mission",
@@ -55,7 +55,7 @@ _HOMES = {
     "Synthesizer": "safenav.synthesis.slugs",
     "Task": "safenav.spec.task",
     "TraceWriter": "safenav.trace.writing",
-    "World": "safenav.runtime.protocol",
+    "World": "safenav.runtime.worlds.protocol",
     "built_in": "safenav.scenario.reading.catalogue",
     "check_trace": "safenav.audit.check",
     "compile_task": "safenav.spec.compile",

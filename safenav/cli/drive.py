@@ -92,7 +92,7 @@ def command(
     from safenav.fleet.recording import DriveRecording
     from safenav.outfile import try_out
     from safenav.report.terminal.story import Story
-    from safenav.runtime.expectation import Ledger
+    from safenav.runtime.analysis.expectation import Ledger
     from safenav.runtime.mission import Mission, default_synthesizer
     from safenav.scenario.model import Clock
     from safenav.scenario.reading.loader import load_scenario

@@ -75,7 +75,7 @@ def _joining(line: str, place: str) -> _Joins | None:
 
 def _with(mission: Mission, told: Sequence[Record], joins: _Joins) -> Scenario:
     """The rest of a mission with the robot that joins; ends the mission."""
-    from safenav.runtime.resuming import resumed
+    from safenav.runtime.analysis.resuming import resumed
     from safenav.scenario.reading.joining import joined
     from safenav.trace.records import Header
     from safenav.trace.trace import Trace
@@ -223,8 +223,8 @@ def _ask(mission: Mission, terminal: _Terminal, *, helping: bool) -> None:
 
 def repairs_of(mission: Mission) -> Iterator[str]:
     """Return in words the repairs under which the mission was completed from here."""
+    from safenav.runtime.analysis.postmortem import as_it_stands, explain_run
     from safenav.runtime.mission import default_synthesizer
-    from safenav.runtime.postmortem import as_it_stands, explain_run
 
     scenario = as_it_stands(mission.state)
     found = explain_run(

@@ -53,8 +53,8 @@ def command(
     from safenav.cli.operator import run_with_operator
     from safenav.report.terminal.story import Story
     from safenav.report.terminal.synthesis_progress import WaitingLine
+    from safenav.runtime.analysis.resuming import resumed
     from safenav.runtime.mission import Mission, default_synthesizer
-    from safenav.runtime.resuming import resumed
     from safenav.scenario.model import Clock
     from safenav.scenario.reading.joining import joined
     from safenav.scenario.reading.loader import load_scenario

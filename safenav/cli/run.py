@@ -18,7 +18,7 @@ from safenav.cli.output import FILE, TRACE_PAGE_OR_FOLDER
 from safenav.errors import ExitCode, UsageError
 
 if TYPE_CHECKING:
-    from safenav.runtime.expectation import Ledger
+    from safenav.runtime.analysis.expectation import Ledger
     from safenav.runtime.mission import Mission
     from safenav.scenario.model import Scenario
     from safenav.trace.records import Record
@@ -110,7 +110,7 @@ def command(
     from safenav.cli.operator import run_with_operator
     from safenav.report.terminal.story import Story
     from safenav.report.terminal.synthesis_progress import WaitingLine
-    from safenav.runtime.expectation import Ledger
+    from safenav.runtime.analysis.expectation import Ledger
     from safenav.runtime.mission import Mission, default_synthesizer
     from safenav.scenario.model import Clock
     from safenav.scenario.reading.loader import load_scenario
@@ -205,7 +205,7 @@ def report(
 ) -> int:
     """Print how a run ended, and what differs from what the scenario expects (``unmet``:
     differences found before); the exit code."""
-    from safenav.runtime.expectation import differences
+    from safenav.runtime.analysis.expectation import differences
 
     plan, outcome = mission.scenario, str(mission.result and mission.result.outcome.value)
     wrong = [*differences(plan.expect, ledger, plan.map.word), *unmet]

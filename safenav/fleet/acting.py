@@ -11,7 +11,7 @@ from dataclasses import field
 
 from safenav.dataclass import dataclass
 from safenav.fleet.fleet_file import Station
-from safenav.runtime.world import Work, Works
+from safenav.runtime.worlds.world import Work, Works
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region

@@ -21,7 +21,7 @@ from safenav.fleet.transport import (
     Reported,
     Scanned,
 )
-from safenav.runtime.world import draw_truths
+from safenav.runtime.worlds.world import draw_truths
 from safenav.scenario.model import Scenario
 from safenav.trace.vocabulary import ActResult
 

@@ -39,7 +39,7 @@ from safenav.fleet.transport import (
     Transport,
 )
 from safenav.runtime.failures import lost
-from safenav.runtime.protocol import (
+from safenav.runtime.worlds.protocol import (
     Acted,
     Arrived,
     Blocked,

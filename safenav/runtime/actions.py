@@ -6,7 +6,6 @@ from collections.abc import Callable, Collection, Generator, Iterator, Sequence
 from dataclasses import replace
 
 from safenav.dataclass import dataclass
-from safenav.runtime.commands import Commands
 from safenav.runtime.coordination.events import (
     Event,
     ObstacleChanged,
@@ -14,9 +13,10 @@ from safenav.runtime.coordination.events import (
     Unsettled,
 )
 from safenav.runtime.move_recorder import MoveRecorder
-from safenav.runtime.protocol import Acted
 from safenav.runtime.team import RobotState, TeamState
-from safenav.runtime.world import Change
+from safenav.runtime.worlds.commands import Commands
+from safenav.runtime.worlds.protocol import Acted
+from safenav.runtime.worlds.world import Change
 from safenav.scenario.model import Obstacle
 from safenav.trace import records, vocabulary
 from safenav.trace.vocabulary import ActResult, HoldReason, PlanEndReason

@@ -27,7 +27,6 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 
 from safenav.dataclass import dataclass
-from safenav.runtime.commands import Commands
 from safenav.runtime.coordination.decision import Decision, coordinate, reconsider
 from safenav.runtime.coordination.events import (
     Astray,
@@ -51,6 +50,7 @@ from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.termination import RunEnded, Stop
 from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.turn import Turns
+from safenav.runtime.worlds.commands import Commands
 from safenav.trace.header import objective_in_trace
 from safenav.trace.vocabulary import HoldReason, Reason
 

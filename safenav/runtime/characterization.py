@@ -6,8 +6,8 @@ Source: paper, Section V-A.
 from __future__ import annotations
 
 from safenav.dataclass import dataclass
-from safenav.runtime.commands import Commands
 from safenav.runtime.team import TeamState
+from safenav.runtime.worlds.commands import Commands
 from safenav.scenario.model import Obstacle, Robot
 from safenav.world.map import Region
 from safenav.world.moves import Pose

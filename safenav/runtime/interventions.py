@@ -17,7 +17,7 @@ from safenav.runtime.knowledge import UNTRAVERSABLE
 from safenav.runtime.progress import Progress
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
 from safenav.runtime.turn import Turns
-from safenav.runtime.world import Change, ChangingWorld, InputWorld, SimulatedWorld
+from safenav.runtime.worlds.world import Change, ChangingWorld, InputWorld, SimulatedWorld
 from safenav.scenario.model import Obstacle, ObstacleType
 from safenav.scenario.objective import Objective, avoided, targets_of
 from safenav.spec.objective import NO_MEMORY

@@ -11,7 +11,7 @@ from collections.abc import Collection, Mapping
 from copy import copy
 from dataclasses import dataclass, replace
 
-from safenav.runtime.world import Work, Works
+from safenav.runtime.worlds.world import Work, Works
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.objective import avoided
 from safenav.spec.task import Known

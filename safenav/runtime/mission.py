@@ -18,8 +18,6 @@ import safenav
 from safenav.dataclass import dataclass
 from safenav.errors import SafenavError, UsageError
 from safenav.outcome import Outcome
-from safenav.runtime.adapter import BlockingAdapter
-from safenav.runtime.commands import Commands
 from safenav.runtime.coordination.reasons import Shortfall
 from safenav.runtime.coordination.strategies import Strategies
 from safenav.runtime.coordination.strategy_search import StrategySearch, TaskResult
@@ -27,13 +25,15 @@ from safenav.runtime.deadlines.ledger import Deadlines
 from safenav.runtime.energy.batteries import Batteries
 from safenav.runtime.interventions import Intervention, Interventions
 from safenav.runtime.passes import Passes
-from safenav.runtime.protocol import BlockingWorld, World, WorldEvent
-from safenav.runtime.simulation import LiveSimulation
 from safenav.runtime.team import TeamState
 from safenav.runtime.termination import Conclusion, RunEnded, Stop
 from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.turn import Turns
-from safenav.runtime.world import InputWorld, SimulatedWorld
+from safenav.runtime.worlds.adapter import BlockingAdapter
+from safenav.runtime.worlds.commands import Commands
+from safenav.runtime.worlds.protocol import BlockingWorld, World, WorldEvent
+from safenav.runtime.worlds.simulation import LiveSimulation
+from safenav.runtime.worlds.world import InputWorld, SimulatedWorld
 from safenav.scenario.model import Clock, Scenario, Tracking
 from safenav.scenario.reading.promises import in_seconds
 from safenav.synthesis.binary import Binary

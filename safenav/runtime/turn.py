@@ -12,9 +12,7 @@ from functools import partial
 from safenav.dataclass import dataclass
 from safenav.outcome import Outcome
 from safenav.runtime.actions import Actions
-from safenav.runtime.belief_recorder import BeliefRecorder
 from safenav.runtime.characterization import ForbiddenMove, characterize
-from safenav.runtime.commands import Commands
 from safenav.runtime.coordination.assignable_goals import signal
 from safenav.runtime.coordination.events import (
     Astray,
@@ -27,13 +25,14 @@ from safenav.runtime.coordination.strategies import Strategies
 from safenav.runtime.failures import Reaction, lost, unknown
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.monitor import Monitors
-from safenav.runtime.move_recorder import MoveRecorder
+from safenav.runtime.move_recorder import BeliefRecorder, MoveRecorder
 from safenav.runtime.navigation import Planner, Proposal
 from safenav.runtime.progress import Progress
-from safenav.runtime.protocol import Arrived, Blocked, Elsewhere, Ended, Failed, Lost
 from safenav.runtime.team import RobotState, Role, TeamState, Transit
 from safenav.runtime.termination import Conclusion
 from safenav.runtime.traffic.planning import Traffic
+from safenav.runtime.worlds.commands import Commands
+from safenav.runtime.worlds.protocol import Arrived, Blocked, Elsewhere, Ended, Failed, Lost
 from safenav.scenario.guarantees import guarantees_of, values_of
 from safenav.scenario.model import Obstacle, Tracking
 from safenav.scenario.objective import Ltl

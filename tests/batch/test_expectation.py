@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from safenav.outcome import Outcome
-from safenav.runtime.expectation import Ledger, differences
+from safenav.runtime.analysis.expectation import Ledger, differences
 from safenav.scenario.event_pattern import EventKind
 from safenav.scenario.model import Expect
 from safenav.scenario.reading.loader import load_scenario_text

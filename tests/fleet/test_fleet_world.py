@@ -26,7 +26,7 @@ from safenav.fleet.transport import (
 )
 from safenav.fleet.world import FleetClock, FleetError, FleetWorld
 from safenav.outcome import Outcome
-from safenav.runtime.protocol import WorldEvent
+from safenav.runtime.worlds.protocol import WorldEvent
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.records import Depart

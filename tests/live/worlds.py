@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from safenav.runtime.protocol import (
+from safenav.runtime.worlds.protocol import (
     Acted,
     Arrived,
     Blocked,

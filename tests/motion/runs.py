@@ -14,7 +14,7 @@ from safenav.motion.file.records import Motion
 from safenav.motion.file.writing import text_of
 from safenav.motion.making import motion_of
 from safenav.runtime.mission import Mission
-from safenav.runtime.simulation import LiveSimulation
+from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Clock
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.trace.reading import read_bytes

@@ -13,7 +13,7 @@ from safenav.audit.check import check_trace
 from safenav.errors import InputError
 from safenav.report.terminal.story import Story
 from safenav.runtime.mission import Mission
-from safenav.runtime.world import SimulatedWorld
+from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.model import Obstacle, Robot
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.writing import TraceWriter

@@ -27,7 +27,7 @@ WAREHOUSE = ROOT / "scenarios" / "warehouse.yaml"
 MAIN = "from safenav.cli import main; main()"
 STUCK = """
 import pathlib, time
-from safenav.runtime.world import SimulatedWorld
+from safenav.runtime.worlds.world import SimulatedWorld
 SimulatedWorld.move = lambda *_: pathlib.Path({!r}).touch() or time.sleep(900)
 """
 """A world in which the first move never ends; it leaves a file."""

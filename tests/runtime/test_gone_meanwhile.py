@@ -9,8 +9,8 @@ from pathlib import Path
 
 from safenav.audit.check import check_trace
 from safenav.runtime.mission import Mission
-from safenav.runtime.protocol import Acted, Sensed, WorldEvent
-from safenav.runtime.simulation import LiveSimulation
+from safenav.runtime.worlds.protocol import Acted, Sensed, WorldEvent
+from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Obstacle, Robot
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.vocabulary import ActResult

@@ -23,7 +23,7 @@ from safenav.errors import UsageError
 from safenav.outcome import Outcome
 from safenav.runtime.interventions import Give, SetInput
 from safenav.runtime.mission import Mission
-from safenav.runtime.world import SimulatedWorld
+from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Hold
 from safenav.scenario.reading.loader import load_scenario_text

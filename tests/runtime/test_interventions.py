@@ -14,7 +14,7 @@ from safenav.audit.check import audit
 from safenav.errors import UsageError
 from safenav.report.replay.reading import replay_of
 from safenav.runtime.interventions import Close, Give, Intervention, Serve, SetTruth, TakeAway
-from safenav.runtime.world import SimulatedWorld
+from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.objective import Hold, Visit
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.reading import read_lines, read_trace

@@ -16,9 +16,13 @@ from safenav import Mission
 from safenav.audit.check import check_trace
 from safenav.errors import UsageError
 from safenav.outcome import Outcome
-from safenav.runtime.expectation import Ledger, differences
+from safenav.runtime.analysis.expectation import Ledger, differences
 from safenav.runtime.failures import Reaction, Troubles
-from safenav.runtime.protocol import (
+from safenav.runtime.termination import Conclusion, RunEnded
+from safenav.runtime.traffic.execution import schedule, still, with_steps_under_way
+from safenav.runtime.traffic.joint import Joint
+from safenav.runtime.traffic.planning import Traffic
+from safenav.runtime.worlds.protocol import (
     Acted,
     Arrived,
     Blocked,
@@ -28,11 +32,7 @@ from safenav.runtime.protocol import (
     Sensed,
     WorldEvent,
 )
-from safenav.runtime.simulation import LiveSimulation
-from safenav.runtime.termination import Conclusion, RunEnded
-from safenav.runtime.traffic.execution import schedule, still, with_steps_under_way
-from safenav.runtime.traffic.joint import Joint
-from safenav.runtime.traffic.planning import Traffic
+from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Clock, FailedMoves, Failures, Obstacle, Robot, Scenario
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text

@@ -17,9 +17,9 @@ from safenav.errors import UsageError
 from safenav.outcome import Outcome
 from safenav.runtime.intervening import line_read
 from safenav.runtime.mission import Mission
-from safenav.runtime.protocol import Lost
-from safenav.runtime.simulation import LiveSimulation
 from safenav.runtime.traffic.joint_plan import Search
+from safenav.runtime.worlds.protocol import Lost
+from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.writing import TraceWriter

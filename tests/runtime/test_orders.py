@@ -17,7 +17,7 @@ from safenav.errors import UsageError
 from safenav.runtime.interventions import PlaceOrder
 from safenav.runtime.knowledge import Knowledge
 from safenav.runtime.mission import Mission
-from safenav.runtime.world import SimulatedWorld
+from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.trace.writing import TraceWriter
 

@@ -13,8 +13,8 @@ import pytest
 from safenav.audit.check import check_trace
 from safenav.errors import UsageError
 from safenav.outcome import Outcome
+from safenav.runtime.analysis.resuming import resumed
 from safenav.runtime.mission import Mission
-from safenav.runtime.resuming import resumed
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import targets_of
 from safenav.scenario.reading.loader import load_scenario

@@ -14,8 +14,8 @@ from safenav import Mission
 from safenav.audit.check import check_trace
 from safenav.errors import ExitCode
 from safenav.outcome import Outcome
-from safenav.runtime.checked_world import WorldError
-from safenav.runtime.world import Change, SimulatedWorld
+from safenav.runtime.worlds.checked_world import WorldError
+from safenav.runtime.worlds.world import Change, SimulatedWorld
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_scenario_text

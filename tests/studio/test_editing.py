@@ -15,7 +15,7 @@ from safenav.audit.check import audit
 from safenav.errors import UsageError
 from safenav.runtime.interventions import Close, Give, Intervention, Serve, SetTruth, TakeAway
 from safenav.runtime.mission import Mission
-from safenav.runtime.world import SimulatedWorld
+from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.objective import Hold, Visit
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_draft, load_scenario_text

@@ -10,7 +10,7 @@ import pytest
 from report.browser import Browser
 from safenav import BlockingWorld, LiveView, Mission, Obstacle, Pose, Robot, load_scenario
 from safenav.errors import UsageError
-from safenav.runtime.world import SimulatedWorld
+from safenav.runtime.worlds.world import SimulatedWorld
 from studio.serving import SCENARIOS
 
 

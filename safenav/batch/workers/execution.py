@@ -27,7 +27,7 @@ from safenav.errors import (
 )
 from safenav.extras import missing
 from safenav.outcome import Outcome
-from safenav.runtime.expectation import Ledger, differences
+from safenav.runtime.analysis.expectation import Ledger, differences
 from safenav.runtime.mission import Mission, default_synthesizer
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text

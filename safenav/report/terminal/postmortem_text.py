@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from safenav.outcome import Outcome
-from safenav.runtime.postmortem import Postmortem
+from safenav.runtime.analysis.postmortem import Postmortem
 from safenav.scenario.model import Scenario
 
 _CAUSES = {

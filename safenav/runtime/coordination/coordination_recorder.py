@@ -15,7 +15,7 @@ from safenav.runtime.coordination.requests import OpenRequest, Requests
 from safenav.runtime.coordination.strategy_search import TaskResult
 from safenav.runtime.coordination.synthesis_recorder import synthesis_record
 from safenav.runtime.team import Role, TeamState
-from safenav.runtime.world import Change
+from safenav.runtime.worlds.world import Change
 from safenav.scenario.model import Coordination, Obstacle
 from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace, objective_in_trace

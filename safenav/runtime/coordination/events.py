@@ -9,7 +9,7 @@ from safenav.dataclass import dataclass
 from safenav.runtime.characterization import ForbiddenMove
 from safenav.runtime.coordination.strategy_search import TaskResult
 from safenav.runtime.termination import Conclusion
-from safenav.runtime.world import Change
+from safenav.runtime.worlds.world import Change
 from safenav.scenario.model import Obstacle, Robot
 from safenav.trace.vocabulary import Reason
 

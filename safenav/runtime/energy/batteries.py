@@ -18,7 +18,7 @@ from safenav.runtime.energy.stops import Stops
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.turn import Turns
-from safenav.runtime.world import SimulatedWorld
+from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.model import Obstacle
 from safenav.scenario.objective import Ltl, targets_of
 from safenav.trace import records

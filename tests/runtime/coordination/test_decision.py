@@ -21,7 +21,7 @@ from safenav.runtime.coordination.events import (
 )
 from safenav.runtime.coordination.strategy_search import TaskResult
 from safenav.runtime.team import Role, TeamState
-from safenav.runtime.world import Change
+from safenav.runtime.worlds.world import Change
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.synthesis.verdict import SynthesisResult
 from safenav.trace.vocabulary import Reason

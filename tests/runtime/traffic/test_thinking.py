@@ -13,10 +13,10 @@ import pytest
 from safenav.audit.check import check_trace
 from safenav.outcome import Outcome
 from safenav.runtime.mission import Mission
-from safenav.runtime.protocol import Acted, Arrived, WorldEvent
 from safenav.runtime.termination import RunEnded, Stop
 from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.traffic.thinking import Thinking, Unknown
+from safenav.runtime.worlds.protocol import Acted, Arrived, WorldEvent
 from safenav.scenario.model import Clock, Obstacle, Robot
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.spec.specification import Specification

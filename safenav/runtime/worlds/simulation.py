@@ -10,8 +10,8 @@ from dataclasses import replace
 from itertools import count
 
 from safenav.pace.robot import Pace, acted_by
-from safenav.runtime.protocol import Acted, Arrived, Blocked, Ended, WorldEvent
-from safenav.runtime.world import Change, SimulatedWorld, Work
+from safenav.runtime.worlds.protocol import Acted, Arrived, Blocked, Ended, WorldEvent
+from safenav.runtime.worlds.world import Change, SimulatedWorld, Work
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.pace import paces
 from safenav.trace.vocabulary import ActResult

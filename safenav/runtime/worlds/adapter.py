@@ -6,9 +6,16 @@ from __future__ import annotations
 import random
 from collections.abc import Collection, Sequence
 
-from safenav.runtime.checked_world import CheckedWorld
-from safenav.runtime.protocol import Acted, Arrived, BlockingWorld, Elsewhere, Ended, WorldEvent
-from safenav.runtime.world import Change, SimulatedWorld
+from safenav.runtime.worlds.checked_world import CheckedWorld
+from safenav.runtime.worlds.protocol import (
+    Acted,
+    Arrived,
+    BlockingWorld,
+    Elsewhere,
+    Ended,
+    WorldEvent,
+)
+from safenav.runtime.worlds.world import Change, SimulatedWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region

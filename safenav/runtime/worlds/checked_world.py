@@ -6,8 +6,8 @@ from collections.abc import Callable, Collection, Iterable
 from typing import Any, TypeVar
 
 from safenav.errors import ExitCode, SafenavError
-from safenav.runtime.protocol import BlockingWorld
-from safenav.runtime.world import Change, ChangingWorld
+from safenav.runtime.worlds.protocol import BlockingWorld
+from safenav.runtime.worlds.world import Change, ChangingWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.world.map import Region
 from safenav.world.moves import Mobility, Pose

@@ -13,9 +13,9 @@ from dataclasses import field
 from statistics import median
 
 from safenav.dataclass import dataclass
-from safenav.runtime.adapter import BlockingAdapter
-from safenav.runtime.checked_world import WorldError
-from safenav.runtime.protocol import (
+from safenav.runtime.worlds.adapter import BlockingAdapter
+from safenav.runtime.worlds.checked_world import WorldError
+from safenav.runtime.worlds.protocol import (
     Acted,
     Arrived,
     Blocked,
@@ -31,7 +31,7 @@ from safenav.runtime.protocol import (
     World,
     WorldEvent,
 )
-from safenav.runtime.world import Change, ChangingWorld
+from safenav.runtime.worlds.world import Change, ChangingWorld
 from safenav.scenario.model import Failures, Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region

@@ -1,0 +1,1 @@
+"""Runs that have ended: against their expectations, why an operator is needed, resumed."""

@@ -1,0 +1,1 @@
+"""Actual worlds: their protocols, the simulated ones, and the commands of a run to them."""
