@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from dataclasses import replace
 from functools import lru_cache
 
@@ -18,7 +18,6 @@ from safenav.runtime.coordination.problem import (
 from safenav.runtime.formulas import formulas_of, graph_of
 from safenav.runtime.progress import Progress
 from safenav.runtime.team import RobotState, TeamState
-from safenav.runtime.traffic.joint import Count
 from safenav.scenario.model import RequestOrder, Robot, Scenario
 from safenav.scenario.objective import Ltl, targets_of
 from safenav.trace.header import heading_in_trace
@@ -86,23 +85,6 @@ def floor_of(
         tuple(request.obstacle.name for request in requests),
         tuple(state.knowledge.given_up()),
     )
-
-
-def counts_of(floor: Floor, owns: Mapping[str, Progress], rounds: int) -> tuple[Count, ...]:
-    """Return the progress of each robot with its own objective, as joint states count it."""
-    found = []
-    for name, member in zip(floor.names, floor.problem.members, strict=True):
-        progress = owns[name]
-        if member.settles:
-            turn = progress.memory.index if member.in_turn else 0
-            found.append((turn, 0, int(progress.rounds >= rounds)))
-        elif member.in_turn:
-            met = progress.rounds * len(member.targets) + len(progress.seen)
-            found.append((progress.memory.index, 0, met))
-        else:
-            seen = region_mask(progress.seen) if len(member.targets) > 1 else 0
-            found.append((0, seen, progress.rounds))
-    return tuple(found)
 
 
 def awaited_by(floor: Floor, robot: str, progress: Progress) -> Mask:

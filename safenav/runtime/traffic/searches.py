@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from safenav.runtime.coordination.duties import settle
 from safenav.runtime.coordination.problem import Floor, Problem, SpentError, Stages
-from safenav.runtime.coordination.snapshot import awaited_by, counts_of
+from safenav.runtime.coordination.snapshot import awaited_by
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.traffic.budgets import ROUNDS_AHEAD
 from safenav.runtime.traffic.joint import Count, Course, Joint
@@ -167,9 +167,20 @@ class Searches:
         return Course(floor.problem, min(wanted, done + ROUNDS_AHEAD))
 
     def counts(self, floor: Floor, rounds: int) -> tuple[Count, ...]:
-        """Return the goals that each robot has met so far, up to ``rounds`` rounds."""
-        owns = {name: robot.own for name, robot in self._state.robots.items()}
-        return counts_of(floor, owns, rounds)
+        """Return the progress of each robot with its own objective, as joint states count it."""
+        found = []
+        for robot, member in zip(self._state.robots.values(), floor.problem.members, strict=True):
+            progress = robot.own
+            turn = progress.memory.index if member.in_turn else 0
+            if member.settles:
+                found.append((turn, 0, int(progress.rounds >= rounds)))
+            elif member.in_turn:
+                met = progress.rounds * len(member.targets) + len(progress.seen)
+                found.append((turn, 0, met))
+            else:
+                seen = region_mask(progress.seen) if len(member.targets) > 1 else 0
+                found.append((0, seen, progress.rounds))
+        return tuple(found)
 
     def search(
         self, floor: Floor, course: Course, start: Joint, goals: Mapping[int, Mask] | None = None
