@@ -27,6 +27,15 @@ def impossible(
     group = {name: {*now.group.get(name, ())} for name in open_}
     done = {name: set() if now.need(name).together else {*now.done[name]} for name in open_}
     since, last = dict.fromkeys(open_, first), first
+
+    def is_full(robot: str) -> bool:
+        most, count = now.header.robots[robot].carries, 0
+        for name, one in open_.items():
+            left = one.all_needs[stage[name] :]
+            count += bool(left and left[0].same and robot in group[name])
+            count += bool(left and _takes(one, stage[name]) and robot in done[name])
+        return most is not None and count >= most
+
     for act in line.acts:
         obstacle = open_.get(act.obstacle)
         if obstacle is None or stage[act.obstacle] != act.need:
@@ -36,6 +45,7 @@ def impossible(
         for robot, place in act.robots.items():
             able = obstacle.actions(act.need) <= now.header.robots[robot].capabilities
             able = able and robot not in done[act.obstacle]
+            able = able and not (_takes(obstacle, act.need) and is_full(robot))
             if not able or (need.same and robot not in group[act.obstacle]):
                 yield f"{robot} cannot meet need {act.need} of {act.obstacle}"
                 return
@@ -77,3 +87,9 @@ def _leaves(robot: str, place: Iterable[object], now: Situation) -> bool:
     """Whether a robot in transit set out from a place."""
     heading = now.heading[robot] if now.has_heading(robot) else None
     return now.toward[robot] is not None and tuple(place) == (now.region[robot], heading)
+
+
+def _takes(obstacle: Line, number: int) -> bool:
+    """Return whether the robots that meet a need carry a load from then on."""
+    needs = obstacle.all_needs
+    return number + 1 < len(needs) and needs[number + 1].same and not needs[number].same

@@ -10,7 +10,7 @@ from safenav.audit.language import HEADINGS, Pose, RefusedError
 from safenav.audit.lines import Objective
 from safenav.audit.progress import ENDS
 from safenav.audit.situation import Situation, Status
-from safenav.audit.team import Member, Need, OpenObstacle, Poses, Team
+from safenav.audit.team import FAR, Member, Need, OpenObstacle, Poses, Team
 
 NEWEST = "newest"
 
@@ -55,7 +55,10 @@ def open_obstacle(
     )
     done = frozenset() if now.need(name).together else frozenset(now.done[name])
     barred = frozenset(robot for robot, left in {*refused, *now.barred} if left == name)
-    return OpenObstacle(name, obstacle.region, frozenset(obstacle.blocks), needs, done, barred)
+    number = name.partition("#")[2]
+    order = obstacle.type, obstacle.region, int(number) if number.isdecimal() else 1
+    blocks = frozenset(obstacle.blocks)
+    return OpenObstacle(name, obstacle.region, blocks, needs, done, barred, order)
 
 
 def _in_order(now: Situation) -> list[str]:
@@ -94,8 +97,10 @@ def _member(name: str, now: Situation, stays: Collection[str], out: Collection[s
     timing = robot.timing.most if robot.timing is not None else 1
     rivals = frozenset(n for n in now.header.robots if n != name and now.conflict(name, n))
     here = pose_of(name, now)
+    most = FAR if robot.carries is None else robot.carries
+    room = most - sum(name in now.carriers(one) for one in stays)
     if name in out:
-        return Member({here: ()}, (frozenset([here]),), rivals, timing)
+        return Member({here: ()}, (frozenset([here]),), rivals, timing, room)
     everywhere = poses_in(now.grid.free, name, now)
     steps = {pose: tuple(now.grid.steps(robot.mobility, pose)) for pose in everywhere}
     targets = own.targets[-1 if own.kind in ENDS else 0 :]
@@ -108,7 +113,7 @@ def _member(name: str, now: Situation, stays: Collection[str], out: Collection[s
     sealed = own.avoid | {now.obstacles[one].region for one in stays if name in now.stopped_by(one)}
     steps = {a: tuple(b for b in to if b[0] not in sealed) for a, to in steps.items()}
     kept = {a: to for a, to in steps.items() if a[0] not in sealed or a == here}
-    return Member(kept, aims, rivals, timing)
+    return Member(kept, aims, rivals, timing, room)
 
 
 def _met(formulas: Formulas, goal: int, steps: Mapping[Pose, tuple[Pose, ...]]) -> Poses:
@@ -136,16 +141,21 @@ def can_alternate(name: str, objective: Objective, now: Situation) -> bool:
 
 
 def serving(now: Situation) -> dict[str, frozenset[str]]:
-    """Return the robots that serve each requested obstacle, by the objectives in force."""
-    found = {}
+    """Return the robots that serve each requested obstacle, by the objectives in force. Of several
+    whose regions are the same a robot serves the one for which it was named last."""
+    found = dict[str, frozenset[str]]()
     for name in now.requests:
-        regions = [frozenset(need.regions) for need in now.obstacles[name].all_needs]
+        needs = now.obstacles[name].all_needs[: now.stage[name] + 1]
+        regions = [frozenset(need.regions) for need in needs]
         found[name] = frozenset(
             robot
             for robot in now.helping.get(name, ())
             if now.objectives[robot] != now.own[robot]
             and _goes(now.objectives[robot].targets[:1], regions, now.objectives[robot].kind)
         )
+    for robot, name in now.named.items():
+        if robot in found.get(name, ()):
+            found = {one: who if one == name else who - {robot} for one, who in found.items()}
     return found
 
 

@@ -133,6 +133,8 @@ class Situation:
         """The obstacles that no joint state serves until something changes."""
         self.helping: dict[str, frozenset[str]] = {}
         """The helpers of each obstacle that were named last."""
+        self.named: dict[str, str] = {}
+        """The obstacle for which each robot was named a helper last."""
         self.listed = {
             name: [o for o in first if o.name == name] or [obstacle]
             for name, obstacle in self.obstacles.items()
@@ -204,6 +206,33 @@ class Situation:
         actions = self.obstacles[obstacle].actions(stage)
         able = {name for name, robot in robots.items() if actions <= robot.capabilities}
         return able & self.group[obstacle] if needs[stage].same else able
+
+    def takes(self, obstacle: str) -> bool:
+        """Return whether the robots that meet the obstacle's next need carry a load from then
+        on."""
+        needs, stage = self.obstacles[obstacle].all_needs, self.stage[obstacle]
+        return stage + 1 < len(needs) and needs[stage + 1].same and not needs[stage].same
+
+    def carriers(self, obstacle: str) -> Collection[str]:
+        """Return the robots that carry a load: they have taken it, or had a part in taking it, and
+        have not put it down in this turn."""
+        needs, stage = self.obstacles[obstacle].all_needs, self.stage[obstacle]
+        there = self.status[obstacle] in (Status.UNRESOLVED, Status.GIVEN_UP)
+        if not there or stage >= len(needs) or (obstacle, len(needs) - 1) in self.turn.met:
+            return ()
+        if needs[stage].same:
+            return self.group[obstacle]
+        return self.done[obstacle] if self.takes(obstacle) and not needs[stage].together else ()
+
+    def loads(self, robot: str) -> list[str]:
+        """Return the loads that a robot carries."""
+        return [name for name in self.obstacles if robot in self.carriers(name)]
+
+    def is_full(self, robot: str) -> bool:
+        """Return whether a robot carries as many loads as it can; traces of earlier versions do not
+        limit them."""
+        most = self.header.robots[robot].carries
+        return most is not None and len(self.loads(robot)) >= most
 
     def alternates(self, robot: str) -> bool:
         """Return whether the robot was synthesized for its objective as plain alternation."""
@@ -338,9 +367,9 @@ class Situation:
             case "act":
                 self.acting[record.robot] = record
             case "acted":
-                self.acting.pop(record.robot, None)
+                acted = self.acting.pop(record.robot, None)
                 self.barred |= {(record.robot, one) for one in record.barred or ()}
-                self._perform(record.robot, record.results)
+                self._perform(record.robot, record.results, acted)
             case "reopened":
                 self.status[record.obstacle] = Status.UNRESOLVED
                 self.requests[record.obstacle] = self.given_up.pop(record.obstacle, {})
@@ -426,6 +455,7 @@ class Situation:
                 if record.aside:
                     self.aside.add(record.obstacle)
                 self.helping[record.obstacle] = frozenset(helpers_of(record))
+                self.named |= dict.fromkeys(helpers_of(record), record.obstacle)
             case "push":
                 helpers = helpers_of(record)
                 self.stack.append(
@@ -490,7 +520,10 @@ class Situation:
         performed."""
         regions = self.need(obstacle).regions
         able = self.capable(obstacle) - self.under_way.keys()
-        return {robot for robot in able if self.region[robot] in regions}
+        there = {robot for robot in able if self.region[robot] in regions}
+        if self.takes(obstacle):
+            there = {n for n in there if n in self.carriers(obstacle) or not self.is_full(n)}
+        return there
 
     def _asks_for(self, robot: str) -> None:
         """Note that a robot whose charge is used up asks for the obstacle that appeared there."""
@@ -506,11 +539,12 @@ class Situation:
             here = self.region[robot] if toward is None else toward
             self.requests[violation.obstacle][robot] = here
 
-    def _perform(self, robot: str, results: Mapping[str, str]) -> None:
+    def _perform(self, robot: str, results: Mapping[str, str], act: Line | None = None) -> None:
         """Note what the robot does where it stands: its part in the needs that are next, unless its
         result was none; an action that fails has only the effects that it names. A need that is met
-        gives way to the next."""
-        failed = "failed" in results.values()
+        gives way to the next. Loads are taken last, by type, region and number; live, those of the
+        ``act``."""
+        failed, found = "failed" in results.values(), list[str]()
         for name, obstacle in self.obstacles.items():
             if results.get(name, "failed" if failed else None) in WITHOUT_EFFECT:
                 continue
@@ -519,10 +553,21 @@ class Situation:
             waits = obstacle.sweeps and self.must_not_sweep(robot, name)
             unmet = self.status[name] in (Status.UNRESOLVED, Status.GIVEN_UP)
             if counted and unmet and not waits:
+                found.append(name)
+        for name in found:
+            self._perform_at(robot, name, put_down=True)
+        for name in sorted(filter(self.takes, found), key=self._order):
+            if name in self.requests and (act is None or name in act.obstacles):
                 self._perform_at(robot, name)
 
-    def _perform_at(self, robot: str, name: str) -> None:
-        while robot in self.standing(name):
+    def _order(self, obstacle: str) -> tuple[str, int, int]:
+        """Return the place of a load among those that a robot can take."""
+        about, number = self.obstacles[obstacle], obstacle.partition("#")[2]
+        return about.type, about.region, int(number) if number.isdecimal() else 1
+
+    def _perform_at(self, robot: str, name: str, *, put_down: bool = False) -> None:
+        """``put_down``: no load is taken."""
+        while robot in self.standing(name) and not (put_down and self.takes(name)):
             self.done[name].add(robot)
             need = self.need(name)
             group = self.standing(name) if need.together else self.done[name]

@@ -49,7 +49,8 @@ class Need(NamedTuple):
 class OpenObstacle(NamedTuple):
     """An open obstacle. ``stops``: robots that it physically stops; ``left``: its unmet needs, the
     next one first; ``done``: robots that have had their part in that; ``barred``: robots without a
-    strategy for serving it."""
+    strategy for serving it; ``order``: robots that can take several loads take them in this
+    order."""
 
     name: str
     region: int
@@ -57,6 +58,7 @@ class OpenObstacle(NamedTuple):
     left: tuple[Need, ...]
     done: frozenset[str] = frozenset()
     barred: frozenset[str] = frozenset()
+    order: tuple[str, int, int] = ("", 0, 0)
 
     def closes(self, robot: str) -> bool:
         """Whether a robot must keep out: it is stopped, and does not resolve it by entering."""
@@ -69,6 +71,16 @@ class OpenObstacle(NamedTuple):
         """The needs after the next one that the same robots must meet."""
         later = self.left[1:]
         return tuple(takewhile(lambda need: need.same, later))
+
+    def takes(self) -> bool:
+        """Whether the robots that meet the next need carry a load from then on."""
+        return bool(self.chain()) and not self.left[0].same
+
+    def carriers(self) -> frozenset[str]:
+        """The robots that carry a load: they have taken it, or had a part in taking it."""
+        if self.left and self.left[0].same:
+            return self.left[0].able
+        return self.done if self.takes() else frozenset()
 
     def commits(self) -> bool:
         """Whether the robots that meet the next need are chosen for another one by that."""
@@ -84,12 +96,14 @@ class OpenObstacle(NamedTuple):
 
 class Member(NamedTuple):
     """A robot. ``steps``: from each pose to others, obstacles that stay left out; ``aims``: for
-    each of its targets the poses where it is met; ``ticks``: of its slowest step."""
+    each of its targets the poses where it is met; ``ticks``: of its slowest step; ``room``: the
+    most loads that it can carry."""
 
     steps: Mapping[Pose, tuple[Pose, ...]]
     aims: tuple[Poses, ...]
     rivals: frozenset[str] = frozenset()
     ticks: int = 1
+    room: int = FAR
 
 
 OpenObstacles = tuple[OpenObstacle, ...]
@@ -186,6 +200,11 @@ class Team:
             if len(kept) == size:
                 return kept
 
+    def full(self, obstacles: Iterable[OpenObstacle]) -> frozenset[str]:
+        """Return the robots that carry as many loads as they can."""
+        loads = [name for obstacle in obstacles for name in obstacle.carriers()]
+        return frozenset(n for n in self.names if loads.count(n) >= self.members[n].room)
+
     def fits(self, group: Iterable[str], at: Mapping[str, Poses]) -> bool:
         """Return whether all can stand there at the same time, those in conflict in different
         regions."""
@@ -221,6 +240,7 @@ class Team:
         first, that, then robots that serve no other one; robots that serve the obstacle already;
         those that are there first; the oldest request; the team's order."""
         found: list[tuple[tuple[object, ...], Step]] = []
+        full = self.full(obstacles)
         for k, obstacle in ((k, obstacle) for k, obstacle in enumerate(obstacles) if obstacle.left):
             need, then = (
                 obstacle.left[0],
@@ -233,6 +253,8 @@ class Team:
             )
             for i, name in enumerate(self.names):
                 if name not in need.able - obstacle.done - obstacle.barred:
+                    continue
+                if name in full and obstacle.takes():
                     continue
                 there = frozenset(
                     p for p in self.reach(name, sets[i], obstacles) if p[0] in need.regions
@@ -414,7 +436,7 @@ class Team:
         seen, queue = {start}, [start]
         while queue:
             now = queue.pop()
-            if any(map(partial(self._performs, now), obstacles)):
+            if any(map(partial(self._performs, now, self.full(obstacles)), obstacles)):
                 return True
             if len(seen) > most:
                 return None
@@ -428,12 +450,16 @@ class Team:
                         queue.append(then)
         return False
 
-    def _performs(self, poses: tuple[Pose, ...], obstacle: OpenObstacle) -> bool:
+    def _performs(
+        self, poses: tuple[Pose, ...], full: frozenset[str], obstacle: OpenObstacle
+    ) -> bool:
         """Return whether robots in these poses have their part in the next need."""
         if not obstacle.left:
             return False
         need = obstacle.left[0]
         able = need.able - obstacle.done - obstacle.barred
+        if obstacle.takes():
+            able -= full
         here = sum(
             n in able and p[0] in need.regions for n, p in zip(self.names, poses, strict=True)
         )

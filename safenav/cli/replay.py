@@ -121,8 +121,11 @@ def command(
         )
         return ExitCode.OK
     from safenav.report.page.html import page_of
+    from safenav.report.page.requirements import curves_of
+    from safenav.trace.reading import read_trace
 
-    write_bytes(output or trace.with_suffix(".html"), page_of(replay, trace.name).encode())
+    page = page_of(replay, trace.name, curves_of(read_trace(trace)))
+    write_bytes(output or trace.with_suffix(".html"), page.encode())
     return ExitCode.OK
 
 

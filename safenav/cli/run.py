@@ -328,9 +328,12 @@ def _next_steps(outcome: str, scenario: Path, trace: Path | None, html: Path | N
 def _write_page(trace: Path, html: Path) -> None:
     from safenav.outfile import write_bytes
     from safenav.report.page.html import page_of
-    from safenav.report.replay.reading import read_replay
+    from safenav.report.page.requirements import curves_of
+    from safenav.report.replay.reading import replay_of
+    from safenav.trace.reading import read_trace
 
-    write_bytes(html, page_of(read_replay(trace), trace.name).encode())
+    read = read_trace(trace)
+    write_bytes(html, page_of(replay_of(read), trace.name, curves_of(read)).encode())
 
 
 def _write_motion(trace: Path, motion: Path) -> list[str]:

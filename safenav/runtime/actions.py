@@ -37,7 +37,7 @@ class Actions:
         """Let the robot perform its actions where it stands; changes are decided immediately."""
         if not self.world.simulated and self._must_not_sweep(robot):
             return  # such a world would do all that it can
-        event = self.world.act(robot.robot, robot.pose, self.state.may_sweep(robot.robot))
+        event = self.world.act(robot.robot, robot.pose, self.state.cleared(robot.robot))
         assert event is not None, "actions take no time in lockstep"
         yield from self._resolve(robot, event)
 
@@ -54,14 +54,13 @@ class Actions:
             obstacles, group = self._within_reach(robot)
             if robot.asked and not obstacles:
                 return False
-            robot.asked = True
+            robot.asked, robot.acts_on = True, tuple(obstacles)
             event = self._answered(self.world.act(robot.robot, robot.pose, obstacles), obstacles)
             if event is not None and not event.found:
                 yield from self._resolve(robot, event)
                 return False
             command = self.world.number(name) if event is None else event.command or 0
             if event is None:
-                robot.acts_on = tuple(obstacles)
                 for member in group:
                     state.robots[member].acting = name
             names = tuple(obstacle.name for obstacle in obstacles)
@@ -100,7 +99,7 @@ class Actions:
     def _must_not_sweep(self, robot: RobotState) -> list[str]:
         """The obstacles that a robot would resolve where it stands, but for other robots where
         they sweep."""
-        knowledge, clear = self.state.knowledge, self.state.may_sweep(robot.robot)
+        knowledge, clear = self.state.knowledge, self.state.cleared(robot.robot)
         reach = knowledge.within_reach(robot.robot, self.state.regions(), knowledge.pending)
         swept = [o for o, _ in reach if o.swept(self.state.scenario.map)]
         return [obstacle.name for obstacle in swept if obstacle not in clear]
@@ -111,8 +110,9 @@ class Actions:
         """Take in what an action has resolved, and which other needs were met by it (``only``: of
         these obstacles)."""
         state = self.state
-        sweeping = [obstacle.name for obstacle in state.may_sweep(robot.robot)]
-        further, met = state.knowledge.perform(robot.robot, state.regions(), sweeping, only)
+        cleared = robot.acts_on if state.live else state.cleared(robot.robot)
+        names = [obstacle.name for obstacle in cleared]
+        further, met = state.knowledge.perform(robot.robot, state.regions(), names, only)
         resolved = []
         for obstacle, result in event.found:
             state.introduce(obstacle)
@@ -155,9 +155,10 @@ class Actions:
             for name, other in state.robots.items()
             if other.transit is None and other.acting is None and other.active
         }
-        found, sweeping = [], [obstacle.name for obstacle in state.may_sweep(robot.robot)]
-        for obstacle, robots in state.knowledge.within_reach(robot.robot, idle, sweeping):
-            if (robot.name, obstacle.name) not in state.failures.barred:
+        found, barred = [], state.failures.barred
+        cleared = {o.name for o in state.cleared(robot.robot) if (robot.name, o.name) not in barred}
+        for obstacle, robots in state.knowledge.within_reach(robot.robot, idle, cleared):
+            if (robot.name, obstacle.name) not in barred:
                 found.append(obstacle)
                 group |= set(robots)
         return found, tuple(name for name in state.robots if name in group)

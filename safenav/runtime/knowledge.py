@@ -45,7 +45,7 @@ class Knowledge:
         self.stuck_at: dict[str, int] = {}
         self.sighted: dict[str, Obstacle] = {}
         self._unmet = Works(scenario)
-        self._known = Works(scenario)
+        self._known = Works(scenario, others=self._unmet.open)
         self._finished: dict[str, Work] = {}
         for obstacle in scenario.obstacles:
             if obstacle.appears is None and _takes_more(obstacle):
@@ -62,6 +62,7 @@ class Knowledge:
         for kept, works_of in (("_unmet", self._unmet), ("_known", self._known)):
             opened = {name: copies[id(work)] for name, work in works_of.open.items()}
             setattr(other, kept, Works(works_of.scenario, opened))
+        other._known.others = other._unmet.open
         return other
 
     def closed_to(self, obstacle: Obstacle, robot: Robot) -> bool:
@@ -109,20 +110,21 @@ class Knowledge:
         self,
         robot: Robot,
         regions: Mapping[str, Region],
-        may_sweep: Collection[str] = (),
+        cleared: Collection[str] = (),
         only: Collection[str] | None = None,
     ) -> tuple[bool, tuple[NeedMet, ...]]:
         """Take note of what a robot does where it stands: whether that brought a pending
         obstacle nearer to its resolution without resolving it, and which needs are met by it.
         ``only``: the obstacles by name on which it acts (None: all that it can act on)."""
         before = {name: (work.need, work.done) for name, work in self.pending.items()}
-        known, unmet = self._known.among(only), self._unmet.among(only)
-        works = [*known.open.values(), *unmet.open.values()]
+        unmet = self._unmet.among(only)
+        works = [*self._known.among(only).open.values(), *unmet.open.values()]
         needs = [work.need for work in works]
-        known.perform(robot, regions, may_sweep)  # whether it is resolved, the world says
-        finished = unmet.perform(robot, regions, ())
+        finished = unmet.perform(robot, regions)
         for work in finished:
             del self._unmet.open[work.obstacle.name]
+        known = self._known.among(only)
+        known.perform(robot, regions, cleared)  # whether it is resolved, the world says
         self._finished = {work.obstacle.name: work for work in finished}
         further = any(
             (work.need, work.done) != before[name]
@@ -135,15 +137,21 @@ class Knowledge:
             for need in range(first, work.need)
             if len(work.obstacle.needs) > 1
         )
-        return further, met
+        # What is put down comes before what is taken then.
+        return further, tuple(sorted(met, key=lambda one: one.obstacle.type.takes(one.need)))
 
     def within_reach(
-        self, robot: Robot, regions: Mapping[str, Region], may_sweep: Collection[str] = ()
+        self, robot: Robot, regions: Mapping[str, Region], cleared: Collection[str] = ()
     ) -> list[tuple[Obstacle, tuple[str, ...]]]:
         """The pending obstacles of which a robot can meet a need where it stands, or its part of
         one; each with the robots that take part. ``regions``: of those that may."""
-        found = self._known.within_reach(robot, regions, may_sweep)
+        found = self._known.within_reach(robot, regions, cleared)
         return [(work.obstacle, group) for work, group in found]
+
+    def burden(self, robot: str) -> int:
+        """The loads that a robot carries and that are no longer pending: no robot can ever put
+        them down, as far as the team knows."""
+        return sum(robot in work.carriers for work in self._unmet.open.values())
 
     def appear(self, obstacle: Obstacle) -> None:
         """Note that an obstacle has appeared; no robot has encountered it."""
@@ -175,6 +183,8 @@ class Knowledge:
         """Add an obstacle to O for the robots that it blocks."""
         work = self.pending.pop(obstacle.name, None)
         self._known.open.pop(obstacle.name, None)
+        if work is not None and reason not in (UNTRAVERSABLE, PERMANENT) and _takes_more(obstacle):
+            self._unmet.open[obstacle.name] = work  # robots may still do their part in it
         self.joined[obstacle.name] = (obstacle, reason)
         self.stuck_at[obstacle.name] = work.need if work is not None else 0
 

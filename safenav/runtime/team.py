@@ -304,10 +304,15 @@ class TeamState:
         others = (state for name, state in self.robots.items() if name != robot.name)
         return not sweeps or all(sweeps.isdisjoint(other.occupied) for other in others)
 
-    def may_sweep(self, robot: Robot) -> list[Obstacle]:
-        """The known obstacles that sweep regions and that a robot may resolve now."""
-        known = [work.obstacle for work in self.knowledge.pending.values()]
-        return [o for o in known if o.swept(self.scenario.map) and self.clear_of(o, robot)]
+    def cleared(self, robot: Robot) -> list[Obstacle]:
+        """The known obstacles that sweep regions or are loads to be taken, and that a robot may
+        act on now: no other robot is where they sweep."""
+        return [
+            work.obstacle
+            for work in self.knowledge.pending.values()
+            if (work.takes or work.obstacle.swept(self.scenario.map))
+            and self.clear_of(work.obstacle, robot)
+        ]
 
     def _had_by_others(self, robot: Robot) -> set[Region]:
         found = set[Region]()

@@ -55,7 +55,7 @@ class RobotModel:
 
     ``layer``: robots of different layers never collide. ``vision``: radius in regions, None
     for unlimited. ``size`` (metres), ``speed`` (metres per second) and ``motion`` say how it
-    moves in metres (docs/motion.md).
+    moves in metres (docs/motion.md). ``carries``: the most loads that it carries at one time.
     """
 
     name: str
@@ -68,6 +68,7 @@ class RobotModel:
     timing: Timing = Timing()
     motion: MotionModel | None = None
     battery: Battery | None = None
+    carries: int = 1
 
 
 @dataclass(frozen=True)
@@ -143,6 +144,12 @@ class ObstacleType:
         """Its needs, in this order."""
         return self.listed or (Need(self.action, at=self.resolve_at),)
 
+    def takes(self, number: int) -> bool:
+        """Whether the robots that meet a need carry a load from then on: the same robots must meet
+        the next need, and others may have met the one before."""
+        needs = self.needs
+        return not needs[number].same and number + 1 < len(needs) and needs[number + 1].same
+
     def actions(self, number: int) -> frozenset[str]:
         """The actions that a robot must have for a need: its own, and those of the needs that the
         same robots must meet after it."""
@@ -205,6 +212,11 @@ class Obstacle:
     def name(self) -> str:
         """``door@47``: how obstacles are named everywhere; ``crate@47#2`` is the second order."""
         return f"{self.type.name}@{self.region}" + f"#{self.number}" * (self.number > 1)
+
+    @property
+    def order(self) -> tuple[str, int, int]:
+        """A robot that can take several loads takes them in this order."""
+        return self.type.name, self.region, self.number
 
     @property
     def needs(self) -> tuple[Need, ...]:

@@ -18,10 +18,12 @@ MOST_FRAMES = 1000
 def replay_page(trace: bytes, name: str) -> bytes:
     """The replay as one HTML page."""
     from safenav.report.page.html import page_of
+    from safenav.report.page.requirements import curves_of
     from safenav.report.replay.reading import replay_of
     from safenav.trace.reading import read_bytes
 
-    return page_of(replay_of(read_bytes(trace, name)), name).encode()
+    read = read_bytes(trace, name)
+    return page_of(replay_of(read), name, curves_of(read)).encode()
 
 
 def page_3d(trace: bytes, name: str) -> bytes:

@@ -152,6 +152,16 @@ def _robot(robot: Robot, scenario: Scenario) -> setting.RobotHeader:
         else objective_in_trace(robot.while_waiting),
         battery=_battery(model.battery),
         when=tuple(setting.WhenHeader(n, objective_in_trace(o)) for n, o in robot.when) or None,
+        carries=model.carries if _can_carry(robot, scenario) else None,
+    )
+
+
+def _can_carry(robot: Robot, scenario: Scenario) -> bool:
+    """Whether a robot has the actions for a load of some type, which may yet be ordered."""
+    return any(
+        kind.takes(number) and kind.actions(number) <= robot.capabilities
+        for kind in scenario.catalogue.obstacles.values()
+        for number in range(len(kind.needs))
     )
 
 

@@ -72,6 +72,7 @@ class RobotHeader:
     while_waiting: Objective | None = None
     battery: BatteryHeader | None = None
     when: tuple[WhenHeader, ...] | None = None
+    carries: Annotated[int, Least(1)] | None = None
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -281,4 +282,15 @@ def test_requirements_are_curves_over_the_seconds_below_the_timeline(
     assert "always(distance(meals, nurse) >= 0.5)" in str(curve.get_attribute("title"))
     drawn = str(browser.one(".curves .curve").get_attribute("d"))
     assert 100 < drawn.count("L") <= 400
+    assert browser.errors() == []
+    _safenav("replay", str(path), "-o", str(tmp_path / "flat.html"))
+    browser.open(tmp_path / "flat.html")
+    browser.wait(lambda: browser.all(".curves li[data-requirement]"))
+    (curve,) = browser.all(".curves li[data-requirement]")
+    assert curve.text == "apart: satisfied"
+    drawn = str(browser.one(".curves .curve").get_attribute("d"))
+    ticks = [float(point.split()[0]) for point in drawn.removeprefix("M").split("L")]
+    last = json.loads(path.read_text().splitlines()[-1])["ticks"]
+    assert ticks == sorted(ticks)  # the flat page tells a run in lockstep in ticks
+    assert 0 <= ticks[0] < ticks[-1] <= last
     assert browser.errors() == []

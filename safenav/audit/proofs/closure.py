@@ -40,9 +40,16 @@ def closure_problems(
         return
     inside = {name: read_poses(table["poses"]) for name, table in tables.items()}
     stuck = list[OpenObstacle]()
+    carried = [known[name] for name in never]
+    while True:  # robots carry forever what is never brought any further
+        full = case.team.full(carried)
+        kept = [one for one in carried if next(_stuck_at(one, case, inside, full), None) == 0]
+        if kept == carried:
+            break
+        carried = kept
     for name in never:
         # The earlier it is stuck, the more it closes; any stage that the sets agree with will do.
-        stage = next(_stuck_at(known[name], case, inside), None)
+        stage = next(_stuck_at(known[name], case, inside, full), None)
         if stage is None:
             yield f"{name} can be resolved: enough robots reach its resolution regions"
             return
@@ -54,8 +61,11 @@ def closure_problems(
         yield "the proof marks every robot as live, so it proves nothing"
 
 
-def _stuck_at(obstacle: OpenObstacle, case: Case, inside: Sets) -> Iterator[int]:
-    """Yield the unmet needs for which too few robots can reach the regions where they are met."""
+def _stuck_at(
+    obstacle: OpenObstacle, case: Case, inside: Sets, full: frozenset[str]
+) -> Iterator[int]:
+    """Yield the unmet needs for which too few robots can reach the regions where they are met.
+    ``full``: robots that can never take another load."""
     left, regions = obstacle.left, {n: {at for at, _ in there} for n, there in inside.items()}
     for number, need in enumerate(left):
         begin = number
@@ -65,6 +75,7 @@ def _stuck_at(obstacle: OpenObstacle, case: Case, inside: Sets) -> Iterator[int]
             name: inside[name]
             for name in frozenset.intersection(*(one.able for one in left[begin : number + 1]))
             if name not in obstacle.barred
+            and not (number == 0 and name in full and obstacle.takes())
             and not (number == 0 and name in obstacle.done)
             and regions[name] & need.regions
             and all(

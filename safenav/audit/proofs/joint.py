@@ -150,12 +150,21 @@ class _Enumeration:
     def _settled(self, state: _State) -> _State:
         """Return the state after all that is done where the robots stand: actions, then goals."""
         at = dict(zip(self._robots, state.poses, strict=True))
-        after = tuple(_performed(obstacle, at) for obstacle in state.obstacles)
+        after = self._performed(state.obstacles, at)
         obstacles, left = tuple(obstacle for obstacle in after if obstacle.left), state.left
         if len(obstacles) < len(after):
             left = tuple(map(self._anew, self._wishes, left))
         left = tuple(map(_met, self._wishes, state.poses, left))
         return _State(state.poses, left, obstacles)
+
+    def _performed(self, obstacles: OpenObstacles, at: Mapping[str, Pose]) -> OpenObstacles:
+        """Return the obstacles after the actions that the robots can perform where they stand:
+        loads are taken last, in their order, by robots that can carry one more."""
+        after = [_performed(obstacle, at, None) for obstacle in obstacles]
+        loads = [k for k, obstacle in enumerate(after) if obstacle.takes()]
+        for k in sorted(loads, key=lambda k: after[k].order):
+            after[k] = _performed(after[k], at, self._team.full(after))
+        return tuple(after)
 
     def _anew(self, wish: Wish, left: Left) -> Left:
         """Rounds count from the last resolution; the order of the targets is kept."""
@@ -165,12 +174,22 @@ class _Enumeration:
         return (rounds * count, left[1]) if wish.in_order else (rounds, 0)
 
 
-def _performed(obstacle: OpenObstacle, at: Mapping[str, Pose]) -> OpenObstacle:
-    """Return an obstacle after the actions that the robots can perform where they stand."""
+def _performed(
+    obstacle: OpenObstacle, at: Mapping[str, Pose], full: frozenset[str] | None
+) -> OpenObstacle:
+    """Return an obstacle after the actions that the robots can perform where they stand. ``full``:
+    those that take no other load; None: no robot takes one now."""
     while obstacle.left:
-        need = obstacle.left[0]
+        need, takes = obstacle.left[0], obstacle.takes()
+        if takes and full is None:
+            return obstacle
         able = (need.able - obstacle.barred) & at.keys()
+        if takes:
+            able -= full or frozenset()
         group = frozenset(name for name in able if at[name][0] in need.regions)
+        if takes and not need.together:  # one after the other, in the order of their turns
+            missing = need.robots - len(obstacle.done)
+            group = frozenset([name for name in at if name in group - obstacle.done][:missing])
         group |= frozenset() if need.together else obstacle.done
         if len(group) < need.robots:
             return obstacle if need.together else obstacle._replace(done=group)

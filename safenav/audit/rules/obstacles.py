@@ -144,6 +144,9 @@ class NeedRule(LineRule):
         what = f"need {record.need + 1} of {name}"
         group = now.turn.met.get((name, record.need))
         if group is None or len(needs) < 2:
+            full = [n for n in record.robots or (record.robot,) if now.is_full(n)]
+            for robot in full if record.need == now.stage[name] and now.takes(name) else ():
+                yield f"{robot} carries {_names({*now.loads(robot)})}, and takes {name} as well"
             yield f"{what} is not met in this turn"
             return
         if any((r.obstacle, r.need) == (name, record.need) for r in now.turn.all("met")):
@@ -195,6 +198,7 @@ class MissedResolutionRule(Rule):
             standing, need = now.standing(name), now.need(name)
             group = standing if need.together else now.done[name]
             waits = now.obstacles[name].sweeps and now.must_not_sweep(turn.robot, name)
+            waits = waits or (now.takes(name) and name not in now.requests)
             if turn.robot in standing and len(group) >= need.robots and not waits:
                 problem = (
                     f"{turn.robot} can {need.action} and is at "
@@ -209,6 +213,8 @@ def _could_act(robot: str, obstacle: str, now: Situation) -> bool:
         return False
     if now.obstacles[obstacle].sweeps and now.must_not_sweep(robot, obstacle):
         return False
+    if now.takes(obstacle) and obstacle not in now.requests:
+        return False  # the team does not know of the load
     if need.together:
         return len(standing) >= need.robots
     return robot not in now.done[obstacle]

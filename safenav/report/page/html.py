@@ -6,6 +6,7 @@ safenav have no Node. A content security policy in the page forbids every reques
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping, Sequence
 from functools import cache
 from html import escape
 from importlib.resources import files
@@ -35,12 +36,13 @@ style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:">
 """
 
 
-def page_of(replay: Replay, source: str) -> str:
-    """Return the replay as an HTML document. ``source`` is the name of its trace."""
+def page_of(replay: Replay, source: str, curves: Sequence[Mapping[str, object]] = ()) -> str:
+    """Return the replay as an HTML document. ``source`` is the name of its trace; ``curves``: of
+    its requirements (``requirements.curves_of``)."""
     return document(
         f"{replay.name}: replay",
         _asset("replay.css"),
-        data_element("run", encoded(replay, source)),
+        data_element("run", encoded(replay, source) | {"curves": list(curves)}),
         f"<script>\n{_asset('replay.js')}</script>",
     )
 

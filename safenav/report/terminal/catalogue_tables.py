@@ -32,6 +32,7 @@ def catalogue_data(catalogue: Catalogue) -> dict[str, Any]:
                 "speed": model.speed,
                 "motion": _motion_data(model),
                 "timing": {"least": model.timing.least, "most": model.timing.most},
+                "carries": model.carries,
                 "source": catalogue.sources[f"robots.{name}"],
             }
             for name, model in catalogue.robots.items()

@@ -249,6 +249,7 @@ def _made(name: str, robot: setting.RobotHeader) -> Robot:
         robot.capabilities,
         robot.vision,
         timing=Timing() if robot.timing is None else Timing(robot.timing.least, robot.timing.most),
+        carries=1 if robot.carries is None else robot.carries,
     )
     known = built_in().robots.get(robot.model)
     if known is not None:  # it moves in metres as the catalogue has it

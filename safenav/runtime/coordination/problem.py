@@ -39,7 +39,8 @@ class OpenObstacle:
     """An obstacle that is known and not resolved. ``closed_to``: the robots that must not enter
     it, for each need as long as it is the next. ``barred``: robots that cannot serve it although
     they have the action (no strategy was found). ``sweeps``: the regions where no other robot may
-    be while a robot resolves it."""
+    be while a robot resolves it. ``order``: robots take loads in this order where they can take
+    several."""
 
     name: str
     region: int
@@ -47,6 +48,7 @@ class OpenObstacle:
     needs: tuple[GateNeed, ...]
     barred: frozenset[int] = frozenset()
     sweeps: Mask = 0
+    order: tuple[str, int, int] = ("", 0, 0)
 
     def chain(self, need: int) -> tuple[GateNeed, ...]:
         """A need, and those after it that the same robots must meet."""
@@ -61,7 +63,7 @@ class Member:
     """A robot as coordination sees it. ``floor``: the poses that it may be in as far as walls,
     obstacles that stay and its own safety lines go. ``targets``: pose masks, in order; ``in_turn``:
     they count in this order only; ``settles``: it stays at the last one. ``ticks``: of its slowest
-    step."""
+    step. ``room``: the most loads that it can carry."""
 
     name: str
     graph: PoseGraph
@@ -71,6 +73,7 @@ class Member:
     settles: bool
     capabilities: frozenset[str]
     ticks: int = 1
+    room: int = 1
 
     def live(self, allowed: Mask) -> Mask:
         """Return the ``allowed`` poses from which it can continue forever inside them. Only the
@@ -188,7 +191,26 @@ class Problem:
     def able(self, gate: int, stages: Stages) -> list[int]:
         """The robots that can do something for the obstacle's next need, in the team's order."""
         out = stages[gate].done | self.gates[gate].barred
+        if self.takes(gate, stages):
+            out |= self.full(stages)
         return [i for i in self.skilled(gate, stages) if i not in out]
+
+    def takes(self, gate: int, stages: Stages) -> bool:
+        """Whether the robots that meet an obstacle's next need carry a load from then on."""
+        chain = self.gates[gate].chain(stages[gate].need)
+        return len(chain) > 1 and not chain[0].same
+
+    def carriers(self, gate: int, stages: Stages) -> frozenset[int]:
+        """The robots that carry a load: those that took it, or had a part in taking it."""
+        stage, gate_ = stages[gate], self.gates[gate]
+        if stage.need < len(gate_.needs) and gate_.needs[stage.need].same:
+            return stage.group or frozenset()
+        return stage.done if stage.done and self.takes(gate, stages) else frozenset()
+
+    def full(self, stages: Stages) -> frozenset[int]:
+        """The robots that carry as much as they can."""
+        loads = [i for gate in range(len(self.gates)) for i in self.carriers(gate, stages)]
+        return frozenset(i for i, m in enumerate(self.members) if loads.count(i) >= m.room)
 
     def skilled(self, gate: int, stages: Stages) -> list[int]:
         """The robots that have the action of the obstacle's next need, and what the same robots

@@ -61,7 +61,10 @@ def floor_of(
             none |= {(name, obstacle.name) for name, e in state.robots.items() if not e.active}
         barred = frozenset(i for i, name in enumerate(names) if (name, obstacle.name) in none)
         swept = region_mask(obstacle.swept(scenario.map))
-        gates.append(OpenObstacle(obstacle.name, obstacle.region, closed_to, needs, barred, swept))
+        order = obstacle.order
+        gates.append(
+            OpenObstacle(obstacle.name, obstacle.region, closed_to, needs, barred, swept, order)
+        )
         done = frozenset(names.index(name) for name in work.done)
         number = state.knowledge.need_of(obstacle)
         group = None
@@ -112,6 +115,7 @@ def _member(robot: Robot, state: TeamState) -> Member:
         not isinstance(robot.objective, Ltl) and robot.objective.settles,
         robot.capabilities,
         robot.model.timing.most,
+        robot.model.carries - state.knowledge.burden(robot.name),
     )
 
 

@@ -19,7 +19,8 @@ NEVER = 1 << 40
 class BoundRobot:
     """A robot at a moment: in ``pose`` from the end of tick ``ready`` on; ``ticks``: of its fastest
     step. ``walls``: the poses that are closed to it permanently. ``leaves``: in transit, where it
-    set out; it acts there until it arrives, in tick ``until`` at the latest."""
+    set out; it acts there until it arrives, in tick ``until`` at the latest.
+    ``room``: the most loads that it can carry, which bounds ignore."""
 
     graph: PoseGraph
     pose: int
@@ -29,6 +30,7 @@ class BoundRobot:
     walls: Mask = 0
     leaves: int | None = None
     until: int = 0
+    room: int = 1
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,19 @@ class BoundObstacle:
     @property
     def over(self) -> bool:
         return self.stage == len(self.parts)
+
+    @property
+    def takes(self) -> bool:
+        """Whether the robots that meet the next need carry a load from then on."""
+        left = self.parts[self.stage : self.stage + 2]
+        return len(left) == 2 and left[1].same and not left[0].same
+
+    @property
+    def carriers(self) -> frozenset[int]:
+        """The robots that carry it, or have had a part in taking it."""
+        if not self.over and self.parts[self.stage].same:
+            return self.group
+        return self.done if self.takes else frozenset()
 
     def turns(self, now: int) -> list[int]:
         """The turns of the needs before ``stage``."""

@@ -142,6 +142,7 @@ def moment_on(floor: Floor, dues: Dues) -> BoundMoment:
             member.graph.everywhere & ~member.floor,
             leaves,
             ready,
+            member.room,
         )
         for member, pose, ready, leaves in zip(
             problem.members, floor.poses, dues.ready, dues.leaves, strict=True

@@ -120,6 +120,8 @@ class Scheduler:
                 continue
             part, since = one.parts[one.stage], _since(moment, gate)
             out = one.done | (self.barred[gate] if self.barred else frozenset())
+            if one.takes:
+                out |= _full(moment)
             spots: dict[int, list[Spot]] = {}
             for robot, walker in enumerate(moment.walkers):
                 if robot in out or not part.actions <= walker.capabilities:
@@ -189,6 +191,12 @@ class Scheduler:
             for number, one in enumerate(moment.opens)
             for part in one.parts[one.stage + (number == gate) :]
         )
+
+
+def _full(moment: BoundMoment) -> frozenset[int]:
+    """The robots that carry as many loads as they can."""
+    loads = [robot for one in moment.opens for robot in one.carriers]
+    return frozenset(i for i, w in enumerate(moment.walkers) if loads.count(i) >= w.room)
 
 
 def possible(moment: BoundMoment, acts: Acts) -> bool:

@@ -217,7 +217,7 @@ def performed(problem: Problem, poses: tuple[int, ...], stages: Stages) -> Stage
     changing = True
     while changing:
         changing = False
-        for gate in problem.open(stages):
+        for gate in _last_the_loads(problem, stages):
             stage, need = stages[gate], problem.next_need(gate, stages)
             here = [
                 i
@@ -232,10 +232,23 @@ def performed(problem: Problem, poses: tuple[int, ...], stages: Stages) -> Stage
             enough = len(here) >= problem.missing(gate, stages)
             if need.together and not enough:
                 continue
+            takes = problem.takes(gate, stages)
+            if takes and not need.together:  # one after the other, in the order of their turns
+                here = here[: problem.missing(gate, stages)]
             if enough:
                 stages = problem.advanced(gate, stages, here)
             else:
                 after = Stage(stage.need, stage.done | {*here}, stage.group)
                 stages = (*stages[:gate], after, *stages[gate + 1 :])
             changing = changing or stages[gate] != stage
+            if changing and takes:
+                break  # another load may have to wait for that
     return stages
+
+
+def _last_the_loads(problem: Problem, stages: Stages) -> list[int]:
+    """The open obstacles; loads that are to be taken next in the order in which a robot takes
+    them, after all others."""
+    loads = [gate for gate in problem.open(stages) if problem.takes(gate, stages)]
+    loads.sort(key=lambda gate: problem.gates[gate].order)
+    return [gate for gate in problem.open(stages) if gate not in loads] + loads

@@ -66,7 +66,7 @@ class BlockingAdapter:
 
     def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Acted:
         if self._simulated is not None:  # others do what they can
-            self._simulated.may_sweep = {obstacle.name for obstacle in obstacles}
+            self._simulated.cleared = {obstacle.name for obstacle in obstacles}
         found = [
             (obstacle, ActResult.UNTRAVERSABLE if truth is False else ActResult.DONE)
             for obstacle, truth in self._world.act(robot)

@@ -45,7 +45,7 @@ class LiveSimulation:
         self._numbers = count()
         self._coming: list[tuple[float, int, WorldEvent, Robot, Sequence[Obstacle]]] = []
         self._takes: dict[str, float] = {}
-        self._sweeps: dict[str, set[str]] = {}
+        self._cleared: dict[str, set[str]] = {}
 
     @property
     def idle(self) -> bool:
@@ -78,7 +78,7 @@ class LiveSimulation:
         self._push(took, event, robot)
 
     def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Acted | None:
-        self._sweeps[robot.name] = self.truth.may_sweep = {o.name for o in obstacles}
+        self._cleared[robot.name] = self.truth.cleared = {o.name for o in obstacles}
         works = self.truth.within_reach(robot)
         there = {work.obstacle.name for work, _ in works}
         event = Acted(self._now, robot.name, command=command)
@@ -135,7 +135,7 @@ class LiveSimulation:
             pace.arrived(self._now)
             self.truth.move(robot, pose)
         elif isinstance(event, Acted):
-            self.truth.may_sweep = self._sweeps[robot.name]
+            self.truth.cleared = self._cleared[robot.name]
             found = [
                 (obstacle, ActResult.UNTRAVERSABLE if truth is False else ActResult.DONE)
                 for obstacle, truth in self.truth.act(robot)

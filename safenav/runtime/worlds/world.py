@@ -69,55 +69,91 @@ class Work:
     def finished(self) -> bool:
         return self.need >= len(self.obstacle.needs)
 
+    @property
+    def takes(self) -> bool:
+        """Whether the robots that meet the next need carry a load from then on."""
+        return not self.finished and self.obstacle.type.takes(self.need)
+
+    @property
+    def carriers(self) -> Collection[str]:
+        """The robots that carry the load: those that took it, and those that had a part in taking
+        it; none if it is not a load. Whether the last ones have put it down, the world says."""
+        number = min(self.need, len(self.obstacle.needs) - 1)
+        if self.obstacle.needs[number].same:
+            return self.groups[number - 1]
+        return self.done if self.takes else ()
+
 
 @dataclass
 class Works:
     """The obstacles in a world by name, and how far each is resolved by robots that stand
-    somewhere."""
+    somewhere. ``others``: further ones, whose loads count as carried."""
 
     scenario: Scenario
     open: dict[str, Work] = field(default_factory=dict)
+    others: Mapping[str, Work] = field(default_factory=dict)
 
     def perform(
-        self, robot: Robot, regions: Mapping[str, Region], may_sweep: Collection[str] = ()
+        self, robot: Robot, regions: Mapping[str, Region], cleared: Collection[str] = ()
     ) -> list[Work]:
         """Let ``robot`` do what it can where it stands, with the others where they are; the
-        obstacles that are resolved by it. ``may_sweep``: those by name whose swept regions are
-        free: others that sweep any are left alone."""
-        finished = []
-        for name, work in list(self.open.items()):
-            if self._waits(work, may_sweep):
-                continue
-            while not work.finished and self.meet(work, robot, regions):
+        obstacles that are resolved by it. ``cleared``: those by name that the team lets it act on:
+        others are left alone if they sweep regions, or are loads to be taken. It takes loads last,
+        in the order of ``taking``, as many as it can carry."""
+        before = list(self.open.values())
+        for work in before:
+            while not work.takes and self._advance(work, robot, regions, cleared):
                 pass
-            if work.finished:
-                del self.open[name]
-                finished.append(work)
-        return finished
+        for work in taking(self.open.values()):
+            while self._advance(work, robot, regions, cleared):
+                pass
+        return [work for work in before if work.finished]
 
     def among(self, names: Collection[str] | None) -> Works:
         """The same work on the obstacles with these names (None: all)."""
         open_ = {n: work for n, work in self.open.items() if names is None or n in names}
-        return Works(self.scenario, open_)
+        others = {n: w for n, w in {**self.others, **self.open}.items() if n not in open_}
+        return Works(self.scenario, open_, others)
 
-    def _waits(self, work: Work, may_sweep: Collection[str]) -> bool:
-        sweeps = work.obstacle.swept(self.scenario.map)
-        return bool(sweeps) and work.obstacle.name not in may_sweep
+    def _advance(
+        self, work: Work, robot: Robot, regions: Mapping[str, Region], cleared: Collection[str]
+    ) -> bool:
+        """Let a robot meet the next need of an obstacle; whether there is one after it."""
+        if work.finished or self._waits(work, cleared) or not self.meet(work, robot, regions):
+            return False
+        if work.finished:
+            del self.open[work.obstacle.name]
+        return not work.finished
+
+    def _waits(self, work: Work, cleared: Collection[str]) -> bool:
+        asks = work.takes or bool(work.obstacle.swept(self.scenario.map))
+        return asks and work.obstacle.name not in cleared
+
+    def has_room(self, robot: Robot) -> bool:
+        """Whether a robot can carry one more load."""
+        return self._carried(robot.name) < robot.model.carries
+
+    def _carried(self, robot: str) -> int:
+        works = {**self.others, **self.open}
+        return sum(robot in work.carriers for work in works.values())
 
     def within_reach(
-        self, robot: Robot, regions: Mapping[str, Region], may_sweep: Collection[str] = ()
+        self, robot: Robot, regions: Mapping[str, Region], cleared: Collection[str] = ()
     ) -> list[tuple[Work, tuple[str, ...]]]:
         """The obstacles of which ``robot`` can meet a need where it stands, or its part of one;
-        each with the robots that take part."""
+        each with the robots that take part. Of loads as many as it can carry."""
         found = []
-        for work in self.open.values():
-            if work.finished or self._waits(work, may_sweep):
+        room = robot.model.carries - self._carried(robot.name)
+        first = [work for work in self.open.values() if not work.takes]
+        for work in (*first, *taking(self.open.values())):
+            if work.finished or self._waits(work, cleared) or (work.takes and room <= 0):
                 continue
             need = work.obstacle.needs[work.need]
             group = self._group(work, robot, regions)
             new = robot.name in group and robot.name not in work.done
             if new and not (need.together and len(group) < need.robots):
                 found.append((work, group if need.together else (robot.name,)))
+                room -= work.takes
         return found
 
     def _group(self, work: Work, robot: Robot, regions: Mapping[str, Region]) -> tuple[str, ...]:
@@ -129,7 +165,9 @@ class Works:
 
         def there(other: Robot) -> bool:
             asked = not need.same or other.name in work.groups[work.need - 1]
-            return asked and skills <= other.capabilities and regions.get(other.name) in places
+            if not (asked and skills <= other.capabilities and regions.get(other.name) in places):
+                return False
+            return not work.takes or other.name in work.done or self.has_room(other)
 
         if not there(robot):
             return ()
@@ -148,6 +186,15 @@ class Works:
         work.groups = (*work.groups, group)
         work.need, work.done = work.need + 1, frozenset()
         return True
+
+
+def taking(works: Iterable[Work]) -> list[Work]:
+    """The loads that are to be taken next, in the order in which a robot takes them: by type,
+    region and number."""
+    return sorted(
+        (work for work in works if work.takes),
+        key=lambda work: work.obstacle.order,
+    )
 
 
 class SimulatedWorld:
@@ -170,7 +217,7 @@ class SimulatedWorld:
             self.truths.setdefault(obstacle.name, truth)
         self._brought: set[Obstacle] = set()
         self._taken_away: set[str] = set()
-        self.may_sweep: Collection[str] = ()
+        self.cleared: Collection[str] = ()
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
         del robot  # every robot notices what stands right before it
@@ -180,12 +227,12 @@ class SimulatedWorld:
         self._regions[robot.name] = pose.region
 
     def act(self, robot: Robot) -> list[tuple[Obstacle, bool | None]]:
-        done = self._works.perform(robot, self._regions, self.may_sweep)
+        done = self._works.perform(robot, self._regions, self.cleared)
         return [(work.obstacle, self.truths[work.obstacle.name]) for work in done]
 
     def within_reach(self, robot: Robot) -> list[tuple[Work, tuple[str, ...]]]:
         """The obstacles of which a robot can meet a need where it stands, and who takes part."""
-        return self._works.within_reach(robot, self._regions, self.may_sweep)
+        return self._works.within_reach(robot, self._regions, self.cleared)
 
     def stands(self, obstacle: Obstacle) -> bool:
         """Whether an obstacle is there."""

@@ -46,6 +46,7 @@ MODEL_KEYS = (
     "timing",
     "motion",
     "battery",
+    "carries",
 )
 TIMING_KEYS = ("least", "most")
 MOST_TICKS = 1000
@@ -65,6 +66,7 @@ BATTERY_REQUIRED = {
 MOST_CHARGE = 1_000_000
 NEED_KEYS = ("action", "robots", "at", "together", "same")
 MOST_ROBOTS = 100
+MOST_LOADS = 100
 
 
 @lru_cache(maxsize=1)
@@ -159,10 +161,24 @@ def _model(key: Scalar, node: Node, findings: Findings) -> RobotModel | None:
     timing = _timing(item.get("timing"), f"'timing' of {what}", findings)
     motion = read_motion(item.get("motion"), item, mobility, what, findings)
     battery = _battery(item.get("battery"), f"'battery' of {what}", findings)
+    carries = read.integer(
+        item.get("carries"), f"'carries' of {what}", findings, least=1, most=MOST_LOADS
+    )
     if len(findings) > before or name is None or mobility is None or layer is None:
         return None
-    skills = capabilities or frozenset()
-    return RobotModel(name, mobility, layer, skills, vision, size, speed, timing, motion, battery)
+    return RobotModel(
+        name,
+        mobility,
+        layer,
+        capabilities or frozenset(),
+        vision,
+        size,
+        speed,
+        timing,
+        motion,
+        battery,
+        carries or 1,
+    )
 
 
 def _battery(node: Node | None, what: str, findings: Findings) -> Battery | None:

@@ -5,10 +5,12 @@ from __future__ import annotations
 
 import os
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 from random import Random
+from typing import Any
 
 import pytest
 import yaml
@@ -50,7 +52,7 @@ def floor(seed: int) -> Floor:
     }
     made = Floor(grid, bots)
     gates = []
-    for number in range(random.randint(1, 2)):
+    for number in range(random.choice((1, 2, 2))):
         robots = random.choice((1, 1, 2))
         needs = tuple(
             GateNeed(
@@ -65,7 +67,8 @@ def floor(seed: int) -> Floor:
         stopped = frozenset(k for k in range(len(bots)) if random.random() < 0.6)
         place = random.choice(free)
         gates.append(OpenObstacle(f"o{number}", place, (stopped,) * len(needs), needs))
-    made.problem = Problem(made.problem.members, tuple(gates), made.problem.conflicts)
+    members = [replace(member, room=random.choice((1, 1, 2))) for member in made.problem.members]
+    made.problem = Problem(tuple(members), tuple(gates), made.problem.conflicts)
     return made
 
 
@@ -96,12 +99,14 @@ def following(problem: Problem, moment: Moment) -> Iterator[Moment]:
         if need == len(gate.needs):
             continue
         wants = gate.needs[need]
+        loads = not wants.same and need + 1 < len(gate.needs) and gate.needs[need + 1].same
         there = [
             robot
             for robot, pose in enumerate(poses)
             if wants.action in problem.members[robot].capabilities
             and wants.regions >> pose % problem.members[robot].graph.size & 1
             and (not wants.same or robot in group)
+            and not (loads and burden(problem, stages, robot) >= problem.members[robot].room)
         ]
         sizes = [wants.robots] if wants.together else [1]
         for who in combinations(there, sizes[0]):
@@ -109,6 +114,16 @@ def following(problem: Problem, moment: Moment) -> Iterator[Moment]:
             last = need + 1, frozenset[int](), had
             after = last if len(had) >= wants.robots else (need, had, group)
             yield poses, (*stages[:number], after, *stages[number + 1 :])
+
+
+def burden(problem: Problem, stages: Iterable[Any], robot: int) -> int:
+    """The loads in a robot's hands: it has taken them or had a part in that."""
+    count = 0
+    for gate, (need, done, group) in zip(problem.gates, stages, strict=True):
+        left = gate.needs[need:]
+        count += bool(left and left[0].same and robot in group)
+        count += bool(len(left) > 1 and left[1].same and not left[0].same and robot in done)
+    return count
 
 
 def steps(problem: Problem, moment: Moment, robot: int) -> list[int]:

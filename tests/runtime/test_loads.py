@@ -1,0 +1,236 @@
+"""Loads: how many a robot carries at one time. Judged by a walk over the trace of this file's
+own."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections import Counter
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pytest
+import yaml
+
+from runtime.played import Run
+from safenav.audit.check import check_trace
+from safenav.certify.checker.check import check
+from safenav.certify.record import bundle_of_run
+from safenav.errors import InputError
+from safenav.runtime.mission import Mission
+from safenav.scenario.model import Clock
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.trace.writing import TraceWriter
+
+COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or 12
+ROWS, COLS = 3, 5
+
+HALL = """\
+safenav: 1
+map:
+  grid: ["##########", "#........#", "#........#", "##########"]
+  names: {shelf: [1, 6], dock: [1, 1], rack: [2, 8]}
+catalogue:
+  robots:
+    truck: {mobility: free, layer: ground, capabilities: [lift, drop], carries: 1}
+  obstacles:
+    pallet:
+      needs: [{action: lift, at: [shelf]}, {action: drop, at: [dock], same: true}]
+      blocks: []
+robots:
+  a: {model: truck, start: [2, 3], objective: {visit: [[2, 2], [2, 5]]}}
+orders: [{at: 1, type: pallet, region: shelf}, {at: 1, type: pallet, region: shelf}]
+until: {rounds: 1}
+"""
+
+
+def play(text: str, folder: Path, clock: Clock = Clock.LOCKSTEP) -> Run:
+    """A run whose trace the audit accepts and in which no robot carries more than it can."""
+    scenario = load_scenario_text(text + f"clock: {clock.value}\n", "scenario.yaml")
+    path = folder / "trace.jsonl"
+    with TraceWriter(path) as trace:
+        Mission(scenario, listeners=[trace]).run()
+    audit = check_trace(path)
+    assert audit.findings == (), "\n".join(map(str, audit.findings))
+    run = Run([json.loads(line) for line in path.read_text().splitlines()])
+    most = {robot.name: robot.model.carries for robot in scenario.robots}
+    assert all(carried[name] <= most[name] for carried in hands(run) for name in most), text
+    return run
+
+
+def hands(run: Run) -> list[Counter[str]]:
+    """The loads in each robot's hands after each line that changes them: whoever met a need before
+    one of the ``same`` robots, until the last of those is met."""
+    needs = {}
+    for line in run.records[:1]:
+        for one in line["scenario"]["obstacles"]:
+            needs[one["name"]] = one.get("needs") or []
+    held: dict[str, set[str]] = {}
+    found = []
+    for line in run.records:
+        if line["type"] == "met":
+            later = needs[line["obstacle"]][line["need"] + 1 :]
+            group = {*(line.get("robots") or [line["robot"]])}
+            held[line["obstacle"]] = group if later and later[0].get("same") else set()
+        elif line["type"] in ("resolved", "gone"):
+            held.pop(line["obstacle"], None)
+        found.append(Counter(robot for group in held.values() for robot in group))
+    return found
+
+
+@pytest.mark.parametrize("clock", Clock)
+def test_a_robot_carries_one_load_after_the_other(tmp_path: Path, clock: Clock) -> None:
+    run = play(HALL, tmp_path, clock)
+    met = [(line["obstacle"][-2:], line["need"]) for line in run.all("met")]
+    assert run.outcome["outcome"] == "completed"
+    assert met == [("16", 0), ("16", 1), ("#2", 0), ("#2", 1)]
+
+
+@pytest.mark.parametrize("clock", Clock)
+def test_a_robot_for_two_takes_both(tmp_path: Path, clock: Clock) -> None:
+    run = play(HALL.replace("carries: 1", "carries: 2"), tmp_path, clock)
+    assert [line["need"] for line in run.all("met")] == [0, 0, 1, 1]
+
+
+def test_one_load_is_the_default(tmp_path: Path) -> None:
+    run = play(HALL.replace(", carries: 1", ""), tmp_path)
+    assert [line["need"] for line in run.all("met")] == [0, 1, 0, 1]
+    assert run.records[0]["scenario"]["robots"]["a"]["carries"] == 1
+
+
+def test_whoever_carries_a_load_opens_doors(tmp_path: Path) -> None:
+    """Only other loads have to wait."""
+    text = HALL.replace("[lift, drop]", "[lift, drop, push]").replace(
+        '"#........#", "#........#"', '"#...#....#", "#........#"'
+    )
+    text += "obstacles: [{type: door, region: [2, 4]}]\n"
+    run = play(text.replace("start: [2, 3]", "start: [2, 6]").replace("[2, 2]", "[2, 7]"), tmp_path)
+    assert run.order("met", "resolved")[:2] == [("met", "pallet@16"), ("resolved", "door@24")]
+
+
+@pytest.mark.parametrize(
+    ("change", "rule"),
+    [
+        (lambda line: line["need"] == 0 and line.update(obstacle="pallet@16#2"), "need"),
+        (lambda line: line["need"] == 1 and line.update(obstacle="pallet@16#2"), "need"),
+    ],
+)
+def test_the_audit_refuses_a_second_load(tmp_path: Path, change: Any, rule: str) -> None:
+    """One order's lines are told of the other."""
+    play(HALL, tmp_path)
+    path = tmp_path / "trace.jsonl"
+    lines = [json.loads(line) for line in path.read_text().splitlines()]
+    change(next(one for one in lines if one["type"] == "met" and change(dict(one)) is None))
+    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    assert rule in {finding.rule for finding in check_trace(path).findings}
+
+
+def test_the_checkers_refuse_two_loads_in_two_hands(tmp_path: Path) -> None:
+    """The run of a robot that carries two, told of one that carries one."""
+    play(HALL.replace("carries: 1", "carries: 2"), tmp_path)
+    path = tmp_path / "trace.jsonl"
+    path.write_text(path.read_text().replace('"carries":2', '"carries":1'))
+    found = [f.explanation for f in check_trace(path).findings]
+    assert "a carries pallet@16, and takes pallet@16#2 as well" in found
+
+
+def test_a_checker_of_bundles_follows_it(tmp_path: Path) -> None:
+    (tmp_path / "hall.yaml").write_text(HALL)
+    bundle_of_run(tmp_path / "hall.yaml", tmp_path / "bundle")
+    verdict, reason, _ = check(tmp_path / "bundle")
+    assert verdict == "accepted", reason
+
+
+@pytest.mark.parametrize("carries", ["0", "-1", "two", "1000000"])
+def test_what_cannot_be_carried_is_refused(carries: str) -> None:
+    with pytest.raises(InputError, match="carries"):
+        load_scenario_text(HALL.replace("carries: 1", f"carries: {carries}"))
+
+
+def drawn(seed: int) -> dict[str, Any]:
+    """Robots that never collide, each in a layer of its own, or some that share a floor; loads
+    that some of them can deliver."""
+    random = Random(f"loads {seed}")
+    walls = {r for r in range(ROWS * COLS) if random.random() < 0.2}
+    free = [r for r in range(ROWS * COLS) if r not in walls]
+    apart = random.random() < 0.6
+    models: dict[str, Any] = {}
+    robots: dict[str, Any] = {}
+    for k, start in enumerate(random.sample(free, random.randint(1, min(3, len(free))))):
+        models[f"m{k}"] = {
+            "mobility": "free",
+            "layer": f"l{k}" if apart else "ground",
+            "capabilities": random.choice([["lift", "drop"], ["lift", "drop"], ["lift"], []]),
+            "carries": random.choice([1, 1, 2]),
+        }
+        objective: dict[str, Any] = {"visit": random.sample(free, min(2, len(free)))}
+        shut = random.choice([[], [], [random.choice(free)]])
+        if shut and start not in shut and not {*shut} & {*objective["visit"]}:
+            objective["avoid"] = shut
+        robots[f"r{k}"] = {"model": f"m{k}", "start": start, "objective": objective}
+    types, orders = {}, []
+    for k in range(random.randint(1, 2)):
+        size = random.choice([1, 1, 1, 2])
+        both = size > 1
+        first = {"action": "lift", "robots": size, "at": random.sample(free, 2), "together": both}
+        then = {"action": "drop", "at": random.sample(free, 2), "together": both, "same": True}
+        types[f"t{k}"] = {"needs": [first, then], "blocks": []}
+        for _ in range(random.randint(1, 2)):
+            orders.append(
+                {"at": random.randint(1, 12), "type": f"t{k}", "region": random.choice(free)}
+            )
+    cells = ["#" if r in walls else "." for r in range(ROWS * COLS)]
+    return {
+        "safenav": 1,
+        "map": {"grid": ["".join(cells[k : k + COLS]) for k in range(0, ROWS * COLS, COLS)]},
+        "catalogue": {"robots": models, "obstacles": types},
+        "robots": robots,
+        "orders": sorted(orders, key=lambda order: order["at"]),
+        "until": {"rounds": 1},
+        "limits": {"ticks": 400},
+        "seed": seed,
+    }
+
+
+def deliverable(data: dict[str, Any], kind: str) -> bool:
+    """Whether enough robots get from where they are to where it is lifted and put down."""
+    first, then = data["catalogue"]["obstacles"][kind]["needs"]
+    count = 0
+    spots = []
+    for robot in data["robots"].values():
+        skills = data["catalogue"]["robots"][robot["model"]]["capabilities"]
+        shut = {*robot["objective"].get("avoid", ())}
+        cells = "".join(data["map"]["grid"])
+        seen, new = {robot["start"]}, [robot["start"]]
+        while new:
+            r = new.pop()
+            for q in (r - COLS, r + COLS, *([r - 1] * (r % COLS > 0)), *([r + 1] * (r % COLS < 4))):
+                if 0 <= q < len(cells) and cells[q] == "." and q not in shut and q not in seen:
+                    seen.add(q)
+                    new.append(q)
+        if {"lift", "drop"} <= {*skills} and seen & {*first["at"]} and seen & {*then["at"]}:
+            count += 1
+            spots.append((seen & {*first["at"]}, seen & {*then["at"]}))
+    return count >= first["robots"]
+
+
+@pytest.mark.parametrize("clock", Clock)
+@pytest.mark.parametrize("seed", range(COUNT))
+def test_what_can_be_delivered_is(seed: int, clock: Clock, tmp_path: Path) -> None:
+    data = drawn(seed)
+    text = yaml.safe_dump(data)
+    try:
+        load_scenario_text(text)
+    except InputError:
+        return
+    run = play(text, tmp_path, clock)
+    layers = [model["layer"] for model in data["catalogue"]["robots"].values()]
+    resolved = Counter(line["obstacle"].partition("@")[0] for line in run.all("resolved"))
+    wanted = Counter(o["type"] for o in data["orders"] if deliverable(data, o["type"]))
+    if run.outcome["outcome"] == "unrealizable":
+        return
+    assert not resolved - wanted
+    if len({*layers}) == len(layers):
+        assert resolved == wanted
+        assert run.outcome["outcome"] == "completed"
