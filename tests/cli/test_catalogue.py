@@ -32,6 +32,7 @@ def test_the_built_in_catalogue(safenav: Command) -> None:
         "speed": 0.45,
         "motion": {"kind": "walker"},
         "timing": {"least": 1, "most": 1},
+        "carries": 1,
         "source": "built in",
     }
     assert "quadcopter" in data["capabilities"]["sense"]["robots"]

@@ -303,5 +303,6 @@ def test_a_need_is_news_although_another_obstacle_has_come_as_far() -> None:
     for robot, obstacle in zip(("carrier", "truck"), pallets.values(), strict=True):
         knowledge.appear(obstacle)
         knowledge.meet(obstacle)
-        further, met = knowledge.perform(scenario.robot(robot), {robot: shelf})
+        cleared = {obstacle.name}
+        further, met = knowledge.perform(scenario.robot(robot), {robot: shelf}, cleared)
         assert further and [(one.obstacle, one.group) for one in met] == [(obstacle, (robot,))]

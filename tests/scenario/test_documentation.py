@@ -32,7 +32,7 @@ FILES = {
 
 def test_the_first_example_is_a_whole_scenario() -> None:
     assert load_scenario_text(WHOLE).name == "opening a door"
-    assert len(FRAGMENTS) == 15
+    assert len(FRAGMENTS) == 16
 
 
 @pytest.mark.parametrize("fragment", FRAGMENTS, ids=[str(i) for i in range(len(FRAGMENTS))])
