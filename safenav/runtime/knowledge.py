@@ -137,7 +137,7 @@ class Knowledge:
             for need in range(first, work.need)
             if len(work.obstacle.needs) > 1
         )
-        # What is put down comes before what is taken then.
+        # Loads are put down before others are taken.
         return further, tuple(sorted(met, key=lambda one: one.obstacle.type.takes(one.need)))
 
     def within_reach(
