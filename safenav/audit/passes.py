@@ -13,6 +13,9 @@ from safenav.audit.lines import Line, Made
 
 LIVE = "live"
 
+MOST_SILENT = 1000
+"""Passes without a line that are expanded in a row: no run has as many, a damaged file may."""
+
 _DECIDES = ("violation", "backtrack", "depart", "arrive")
 """Lines before the move of a robot's turn, or in its place."""
 _FOLLOWS = ("act", "acted", "met", "resolved", "goal", "belief")
@@ -48,6 +51,10 @@ class Passes:
         for record in records:
             if record.tick > self._tick > 0:
                 yield from self._pass_over(record)
+                silent = min(record.tick - self._tick - 1, MOST_SILENT)
+                for _ in range(silent):  # strategies may change what they remember
+                    self._tick += 1
+                    yield from self._pass_over(record)
             elif _ends_pass(record) and self._tick:
                 yield from self._others(record)
             self._tick = record.tick

@@ -43,7 +43,7 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
     from safenav.runtime.deadlines.ahead import run_ahead
     from safenav.runtime.deadlines.worst import visited, worst_cases
     from safenav.runtime.explanation import explain_unrealizable
-    from safenav.runtime.mission import default_synthesizer, first_results
+    from safenav.runtime.mission import Mission, default_synthesizer, first_results
     from safenav.scenario.lint import lint
     from safenav.scenario.objective import describe
     from safenav.scenario.reading.loader import load_scenario
@@ -92,12 +92,15 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
     }
     cases = worst_cases(plan, poses)
     realizable = all(answer.realizable for answer in answers.values())
-    ahead = run_ahead(plan, synthesizer) if realizable else None
+    refusal = Mission(plan, synthesizer).refusal() if realizable else None
+    ahead = run_ahead(plan, synthesizer) if realizable and refusal is None else None
     if as_json:
         obstacles = [worst_data(case) for case in cases]
         told = {"robots": verdicts, "obstacles": obstacles, "warnings": of_scenario}
         if ahead is not None:
             told["promises"] = promise_data(plan, ahead)
+        if refusal is not None:
+            told["unrealizable"] = refusal
         click.echo(json.dumps({"scenario": plan.name, **told}, indent=2))
     else:
         for verdict in verdicts:
@@ -112,6 +115,8 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
             if not good:
                 click.echo(f"    {verdict['explanation']}")
                 click.echo(f"    safenav explain {shlex.quote(str(scenario))} proposes repairs")
+        if refusal is not None:
+            click.echo(f"{click.style('unrealizable', fg='red')}: {refusal}")
         for line in worst_lines(cases, plan.map.word):
             click.echo(line)
         for line in promise_lines(plan, ahead):
@@ -119,5 +124,5 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
         for line in warnings:
             word = "" if line.startswith(" ") else click.style("warning: ", fg="yellow", bold=True)
             click.echo(f"{word}{line}", err=True)
-    good = all(answer.realizable for answer in answers.values()) and not (strict and warnings)
+    good = realizable and refusal is None and not (strict and warnings)
     return ExitCode.OK if good else ExitCode.NEGATIVE

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from safenav.errors import ExitCode, UsageError
-from safenav.outcome import Outcome
+from safenav.cli.status import exit_code_of
+from safenav.errors import ExitCode, InputError, UsageError
 
 if TYPE_CHECKING:
     from safenav.scenario.model import Scenario
@@ -40,12 +40,18 @@ def command(scenario: Path, robot: str | None, as_json: bool) -> int:
     from safenav.runtime.mission import default_synthesizer
     from safenav.scenario.reading.loader import load_scenario
 
-    plan = load_scenario(scenario, reachable=False)
+    refused: InputError | None = None
+    try:
+        plan = load_scenario(scenario)
+    except InputError as error:
+        refused, plan = error, load_scenario(scenario, reachable=False)
     names = [r.name for r in plan.robots]
     if robot is not None and robot not in names:
         raise UsageError(f"{scenario}: there is no robot '{robot}'; it has {', '.join(names)}")
     wanted = names if robot is None else [robot]
     found = explain_team(plan, default_synthesizer(plan), wanted, WaitingLine())
+    if refused is not None and not found and robot is None:
+        raise refused  # for something else than an objective that cannot be met
     if not found and robot is None:
         return _of_the_run(plan, as_json)
     if as_json:
@@ -78,6 +84,4 @@ def _of_the_run(plan: Scenario, as_json: bool) -> int:
             click.echo(line)
         for line in promise_lines(plan, run_ahead(plan, default_synthesizer(plan))):
             click.echo(f"without obstacles: {line}")
-    return {Outcome.COMPLETED: ExitCode.OK, Outcome.OPERATOR_NEEDED: ExitCode.NEGATIVE}.get(
-        found.result.outcome, ExitCode.RESOURCE_LIMIT
-    )
+    return exit_code_of(found.result.outcome)

@@ -8,8 +8,8 @@ from pathlib import Path
 import click
 
 from safenav.cli.output import FILE
-from safenav.errors import ExitCode, UsageError
-from safenav.outcome import Outcome
+from safenav.cli.status import exit_code_of
+from safenav.errors import UsageError
 
 EPILOG = """\b
 Examples:
@@ -83,7 +83,4 @@ def command(
         if operator is not None:
             run_with_operator(mission, operator, helping=True)
         result = mission.result or mission.run()
-    if result.outcome is Outcome.COMPLETED:
-        return ExitCode.OK
-    limit = result.outcome.value.endswith("_limit")
-    return ExitCode.RESOURCE_LIMIT if limit else ExitCode.NEGATIVE
+    return exit_code_of(result.outcome)

@@ -15,7 +15,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from safenav.cli.output import FILE, TRACE_PAGE_OR_FOLDER
+from safenav.cli.status import exit_code_of
 from safenav.errors import ExitCode, UsageError
+from safenav.outcome import Outcome
 
 if TYPE_CHECKING:
     from safenav.runtime.analysis.expectation import Ledger
@@ -26,7 +28,6 @@ if TYPE_CHECKING:
 
 PATIENCE = 0.8
 """Seconds between the first signal and the end of a run that does not notice it."""
-LIMITS = ("tick_limit", "time_limit", "search_limit")
 
 EPILOG = """\b
 Examples:
@@ -207,7 +208,8 @@ def report(
     differences found before); the exit code."""
     from safenav.runtime.analysis.expectation import differences
 
-    plan, outcome = mission.scenario, str(mission.result and mission.result.outcome.value)
+    assert mission.result is not None
+    plan, outcome = mission.scenario, mission.result.outcome
     wrong = [*differences(plan.expect, ledger, plan.map.word), *unmet]
     if as_json:
         click.echo(json.dumps(_record(ledger, mission, wrong), indent=2))
@@ -352,14 +354,12 @@ def _write_motion(trace: Path, motion: Path) -> list[str]:
     return [one.complaint for one in found if one.complaint]
 
 
-def _status(outcome: str, expected: bool, wrong: bool) -> ExitCode:
-    if outcome == "interrupted":
+def _status(outcome: Outcome, expected: bool, wrong: bool) -> ExitCode:
+    if outcome is Outcome.INTERRUPTED:
         return ExitCode.INTERRUPTED
     if wrong:
-        return ExitCode.RESOURCE_LIMIT if outcome in LIMITS else ExitCode.NEGATIVE
-    if outcome == "completed" or expected:
-        return ExitCode.OK
-    return ExitCode.RESOURCE_LIMIT if outcome in LIMITS else ExitCode.NEGATIVE
+        return exit_code_of(outcome) or ExitCode.NEGATIVE
+    return ExitCode.OK if expected else exit_code_of(outcome)
 
 
 def _record(ledger: Any, mission: Any, wrong: list[str]) -> dict[str, Any]:

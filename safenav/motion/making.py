@@ -167,7 +167,7 @@ def _motion(name: str, robot: RobotHeader) -> dict[str, object]:
         return dict(robot.motion)
     model = built_in().robots.get(robot.model)
     known = None
-    if model is not None:
+    if model is not None and model.mobility.value == robot.mobility and model.layer == robot.layer:
         known = resolved(model.motion, model.size, model.speed, model.layer)
     if known is None:
         raise UsageError(

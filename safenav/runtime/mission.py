@@ -22,6 +22,7 @@ from safenav.runtime.coordination.reasons import Shortfall
 from safenav.runtime.coordination.strategies import Strategies
 from safenav.runtime.coordination.strategy_search import StrategySearch, TaskResult
 from safenav.runtime.deadlines.ledger import Deadlines
+from safenav.runtime.deadlines.refusal import refusal_of
 from safenav.runtime.energy.batteries import Batteries
 from safenav.runtime.interventions import Intervention, Interventions
 from safenav.runtime.passes import Passes
@@ -134,6 +135,12 @@ class Mission:
         self.ending = False
         """Whether the run has ended, or is about to record its end."""
         self._started = False
+
+    def refusal(self) -> str | None:
+        """Why this run would be unrealizable although each robot has a strategy: a promise or a
+        charge that cannot be kept."""
+        found = refusal_of(self.state, self._algorithm.batteries)
+        return None if found is None else found.explanation
 
     def run(self) -> RunResult:
         """Run to the end. Ctrl-C ends the run with the outcome ``interrupted``, recorded.

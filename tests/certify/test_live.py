@@ -18,7 +18,9 @@ from certify.mutants import lines_of, with_lines
 from certify.tasks import scenario_of, task_of, verdict_of
 from safenav import Mission, TraceWriter, load_scenario
 from safenav.certify.record import bundle_of_trace
+from safenav.outcome import Outcome
 from safenav.scenario.model import Clock
+from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.compile import compile_task
 from safenav.spec.specification import Specification
 
@@ -60,6 +62,32 @@ def test_a_live_run_is_certified(name: str, tmp_path: Path) -> None:
     by = Counter(line["by"] for line in departs if line["type"] == "depart")
     assert f"All {by.total()} moves are legal" in said
     assert f"{by['strategy']} follow strategies; the others follow a joint plan" in said
+
+
+COUNTS = """
+safenav: 1
+map: {grid: ["...", "..."]}
+robots:
+  q:
+    model: quadcopter
+    start: 0
+    objective:
+      ltl:
+        memory: {n: [0, 3]}
+        init: n = 0
+        safety: ["n' = n | region = 5 & n < 3 & n' = n + 1 | n = 3 & n' = 0"]
+        liveness: [n = 3, region = 2]
+"""
+
+
+def test_passes_without_a_line_count_for_what_a_strategy_remembers(tmp_path: Path) -> None:
+    """The robot stays for two passes to count, and says so in the first."""
+    scenario = replace(load_scenario_text(COUNTS), clock=Clock.LIVE)
+    with TraceWriter(tmp_path / "run.jsonl") as writer:
+        assert Mission(scenario, listeners=[writer]).run().outcome is Outcome.COMPLETED
+    bundle_of_trace(tmp_path / "run.jsonl", tmp_path / "bundle")
+    status, said = run_checker(tmp_path / "bundle")
+    assert status == 0, said
 
 
 @pytest.mark.parametrize("tracking", ["exact", "belief"])

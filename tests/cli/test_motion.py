@@ -121,6 +121,17 @@ def test_who_cannot_move_so_is_told_and_nothing_is_written(
     assert not (tmp_path / "out.jsonl").exists()
 
 
+def test_another_robot_of_a_built_in_name_does_not_move_as_that(
+    safenav: Command, tmp_path: Path
+) -> None:
+    path = scenario(tmp_path, model="digit", motion="")
+    path.write_text(path.read_text().replace("cart:", "digit:", 1))
+    assert safenav("run", path, "--trace", "run.jsonl").returncode == 0
+    found = safenav("motion", "run.jsonl", "-o", "out.jsonl")
+    assert found.returncode == 2
+    assert "the model 'digit' does not say how it moves in metres" in found.stderr
+
+
 def test_walker_on_small_regions_is_refused(safenav: Command, moved: Path) -> None:
     trace = (moved / "run.jsonl").read_text()
     own = '"motion": {"kind": "disc"'.replace(" ", "")

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import pytest
+
 from cli.conftest import Command
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
@@ -26,3 +28,43 @@ def test_a_limit_that_cannot_always_be_kept_is_told(safenav: Command, tmp_path: 
     said = safenav("check", tmp_path / "tight.yaml").stdout
     assert "door@47: at best 1, at worst 8 ticks from request to resolution" in said
     assert "resolve_within 5: not with quad at 46, digit at 28 facing west" in said
+
+
+FAR = """
+safenav: 1
+map: {{grid: [".......", "......."]}}
+catalogue: {{robots: {{cart: {{mobility: free, layer: ground{battery}}}}}}}
+robots: {{c: {{model: cart, start: 0, objective: {{visit: [6, 0]{within}}}}}}}
+until: {{rounds: 2{by}}}
+{chargers}
+"""
+
+
+@pytest.mark.parametrize(
+    ("battery", "within", "by", "chargers", "why"),
+    [
+        (", battery: {capacity: 11, charge: 4}", "", "", "chargers: [0]", "reaches no other stop"),
+        ("", ", within: 11", "", "", "the fastest round takes 12"),
+        ("", "", ", by: 23", "", "cannot be completed before tick 24"),
+    ],
+    ids=["charge", "within", "by"],
+)
+def test_check_and_explain_refuse_what_a_run_does(
+    battery: str, within: str, by: str, chargers: str, why: str, safenav: Command, tmp_path: Path
+) -> None:
+    text = FAR.format(battery=battery, within=within, by=by, chargers=chargers)
+    (tmp_path / "s.yaml").write_text(text)
+    for name in ("run", "check", "explain"):
+        done = safenav(name, "s.yaml")
+        assert done.returncode == 1, (name, done.stdout)
+        assert "unrealizable: " in done.stdout
+        assert why in done.stdout
+
+
+def test_explain_refuses_what_no_objective_explains(safenav: Command, tmp_path: Path) -> None:
+    text = FAR.format(battery="", within=", avoid: [0]", by="", chargers="")
+    (tmp_path / "s.yaml").write_text(text.replace("visit: [6, 0]", "visit: [6, 1]"))
+    for name in ("check", "explain"):
+        done = safenav(name, "s.yaml")
+        assert (done.returncode, done.stdout) == (2, "")
+        assert "it starts in 0 [0, 0], which it must avoid" in done.stderr

@@ -18,6 +18,7 @@ from safenav.runtime.mission import Mission
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import targets_of
 from safenav.scenario.reading.loader import load_scenario
+from safenav.trace.header import scenario_header
 from safenav.trace.reading import read_trace
 from safenav.trace.writing import TraceWriter
 
@@ -186,6 +187,17 @@ def test_a_robot_keeps_its_charge(tmp_path: Path) -> None:
     battery = resumed(read_trace(cut), scenario).robots[0].model.battery
     assert battery is not None
     assert battery.start == 6
+
+
+def test_a_model_of_its_own_keeps_how_it_moves(tmp_path: Path) -> None:
+    """Seconds of a live run follow from it, and the motion of the rest."""
+    model = "{mobility: free, layer: ground, size: 0.8, speed: 0.3, motion: rover}"
+    text = CLOSED.replace("robots:", f"catalogue: {{robots: {{husky: {model}}}}}\nrobots:", 1)
+    cut, _ = cut_after("move", text, tmp_path)
+    header = scenario_header(resumed(read_trace(cut)), None).robots["r"].motion
+    assert header == read_trace(cut).header.scenario.robots["r"].motion
+    assert header is not None
+    assert (header["kind"], header["speed"]) == ("rover", 0.3)
 
 
 def test_a_live_run_stays_live(tmp_path: Path) -> None:

@@ -10,8 +10,9 @@ charge that it has; one whose battery is empty asks for help again.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import field, replace
+from typing import Any
 
 from safenav.dataclass import dataclass
 from safenav.errors import UsageError
@@ -34,6 +35,7 @@ from safenav.scenario.model import (
     Until,
     name_parts,
 )
+from safenav.scenario.motion import MotionModel
 from safenav.scenario.objective import Cover, Ltl, targets_of, with_targets
 from safenav.scenario.reading.catalogue import built_in
 from safenav.trace import records, setting, vocabulary
@@ -251,9 +253,8 @@ def _made(name: str, robot: setting.RobotHeader) -> Robot:
         timing=Timing() if robot.timing is None else Timing(robot.timing.least, robot.timing.most),
         carries=1 if robot.carries is None else robot.carries,
     )
-    known = built_in().robots.get(robot.model)
-    if known is not None:  # it moves in metres as the catalogue has it
-        model = replace(model, size=known.size, speed=known.speed, motion=known.motion)
+    if robot.motion is not None:
+        model = replace(model, motion=_motion(robot.motion))
     objective = objective_of(robot.objective)
     if objective is None:
         raise UsageError(f"the objective of {name} is of a kind that this version does not know")
@@ -268,6 +269,16 @@ def _made(name: str, robot: setting.RobotHeader) -> Robot:
         Tracking(robot.tracking or "nearby"),
         waiting,
     )
+
+
+def _motion(told: Mapping[str, Any]) -> MotionModel:
+    """How a robot moves in metres, all parameters given."""
+    values: dict[str, Any] = {
+        name: tuple(map(tuple, value)) if isinstance(value, list | tuple) else value
+        for name, value in told.items()
+        if name != "kind"
+    }
+    return MotionModel(str(told["kind"]), tuple(values.items()))
 
 
 def _made_obstacle(told: setting.ObstacleHeader) -> Obstacle:

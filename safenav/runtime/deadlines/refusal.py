@@ -19,6 +19,13 @@ _NUMBERS = {1: "its target", 2: "both targets"}
 def refuse_what_cannot_be_kept(team: TeamState, batteries: Batteries) -> None:
     """Raises RunEnded, unrealizable, if a promise is below what the robots could do alone, or a
     charge does not last."""
+    refusal = refusal_of(team, batteries)
+    if refusal is not None:
+        raise RunEnded(refusal)
+
+
+def refusal_of(team: TeamState, batteries: Batteries) -> Conclusion | None:
+    """The end of a run whose promises or charges cannot be kept, before its first tick."""
     refused: dict[str, int | None] = {}
     said = []
     for robot in team.robots.values():
@@ -45,10 +52,10 @@ def refuse_what_cannot_be_kept(team: TeamState, batteries: Batteries) -> None:
         if need is None or need > robot.charge:
             refused[f"{robot.name}.battery"] = need
             said.append(_charge_words(team, robot, need))
-    if refused:
-        told = tuple(said)
-        end = Conclusion(Outcome.UNREALIZABLE, "; ".join(said), links=told, refused=refused)
-        raise RunEnded(end)
+    if not refused:
+        return None
+    told = tuple(said)
+    return Conclusion(Outcome.UNREALIZABLE, "; ".join(said), links=told, refused=refused)
 
 
 def _charge_words(team: TeamState, robot: RobotState, need: int | None) -> str:

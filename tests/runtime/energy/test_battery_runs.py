@@ -114,7 +114,7 @@ def test_bundles_of_robots_with_batteries_are_accepted(text: str, tmp_path: Path
     assert code == 0, said
 
 
-def stop(seed: int) -> str:
+def stop(seed: int, *, once: bool = False) -> str:
     """A robot with a battery, alone on its floor, among rooms with doors that it opens itself."""
     random = Random(seed)
     rows = ["".join("#" if random.random() < 0.15 else "." for _ in range(7)) for _ in range(4)]
@@ -122,7 +122,7 @@ def stop(seed: int) -> str:
     free = [k for k, cell in enumerate("".join(grid)) if cell == "."]
     random.shuffle(free)
     turns = random.random() < 0.5
-    goals = f"once: {free[5:8]}" if random.random() < 0.3 else f"visit: {free[5:7]}"
+    goals = f"once: {free[5:8]}" if once else f"visit: {free[5:7]}"
     battery = f"{{capacity: {random.randint(8, 24)}, charge: {random.choice((1, 4))}, stay: 0}}"
     chargers = free[: random.randint(1, 3)]
     text = [
@@ -144,11 +144,12 @@ def stop(seed: int) -> str:
 
 @pytest.mark.parametrize("seed", range(COUNT))
 def test_a_lone_robot_always_gets_there(seed: int, run: Runner) -> None:
+    text = stop(seed, once=seed % 3 == 0)
     try:
-        load_scenario_text(stop(seed))
+        load_scenario_text(text)
     except InputError:
         return
-    assert run(stop(seed)).outcome["outcome"] in ("completed", "unrealizable")
+    assert run(text).outcome["outcome"] in ("completed", "unrealizable")
 
 
 BACK = """
