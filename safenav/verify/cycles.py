@@ -1,4 +1,4 @@
-"""Cycles of a directed graph: strongly connected components (Tarjan 1972) and walks in them.
+"""Cycles of a directed graph: its strongly connected components, and walks in them.
 
 Liveness is about events that recur infinitely often, so all of it is decided on cycles.
 """
@@ -10,6 +10,7 @@ from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from itertools import chain, compress
 from operator import and_, eq, ne
 
+from safenav.components import components
 from safenav.verify.edges import Edge, Edges
 
 _ROUNDS = 10
@@ -107,12 +108,15 @@ def shortest_path(successors: Successors, start: int, goals: Container[int]) -> 
 def _cyclic_parts(successors: dict[int, list[int]]) -> dict[int, int]:
     """The same from successor lists, which are used up."""
     _strip_sources(successors, dict(Counter(chain.from_iterable(successors.values()))))
-    parts: dict[int, int] = {}
-    for number, component in enumerate(_components(successors)):
-        if len(component) > 1 or component[0] in successors.get(component[0], ()):
-            for node in component:
-                parts[node] = number
-    return parts
+    nodes = list(successors)
+    index = {node: place for place, node in enumerate(nodes)}
+    graph = [[index[target] for target in successors[node] if target in index] for node in nodes]
+    return {
+        nodes[place]: number
+        for number, component in enumerate(components(graph))
+        for place in component
+        if len(component) > 1 or place in graph[place]
+    }
 
 
 def _strip_sources(successors: dict[int, list[int]], indegree: dict[int, int]) -> None:
@@ -124,38 +128,3 @@ def _strip_sources(successors: dict[int, list[int]], indegree: dict[int, int]) -
             indegree[target] -= 1
             if not indegree[target]:
                 ready.append(target)
-
-
-def _components(successors: Successors) -> Iterator[list[int]]:
-    """Tarjan's algorithm with its own stack: recursion would end at a thousand nodes."""
-    order: dict[int, int] = {}
-    low: dict[int, int] = {}
-    stack: list[int] = []
-    finished: set[int] = set()
-    for root in successors:
-        if root in order:
-            continue
-        order[root] = low[root] = len(order)
-        stack.append(root)
-        work = [(root, iter(successors[root]))]
-        while work:
-            node, rest = work[-1]
-            for target in rest:
-                if target not in order:
-                    order[target] = low[target] = len(order)
-                    stack.append(target)
-                    work.append((target, iter(successors.get(target, ()))))
-                    break
-                if target not in finished:
-                    low[node] = min(low[node], order[target])
-            else:
-                work.pop()
-                if work:
-                    above = work[-1][0]
-                    low[above] = min(low[above], low[node])
-                if low[node] == order[node]:
-                    component: list[int] = []
-                    while not component or component[-1] != node:
-                        component.append(stack.pop())
-                    finished.update(component)
-                    yield component
