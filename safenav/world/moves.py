@@ -64,30 +64,3 @@ def distances(
                 nearest.setdefault(after.region, depth[after])
                 queue.append(after)
     return nearest
-
-
-def shortest_path(
-    mobility: Mobility,
-    start: Pose,
-    targets: Collection[Region],
-    world: RegionMap,
-    blocked: Collection[Region] = (),
-) -> list[Region] | None:
-    """The regions of a shortest path from ``start`` (included) to the nearest target; None if
-    there is none. Of several the one that goes north, east, south, west first."""
-    before: dict[Pose, Pose | None] = {start: None}
-    queue = deque([start])
-    while queue:
-        pose = queue.popleft()
-        if pose.region in targets:
-            way = []
-            step: Pose | None = pose
-            while step is not None:
-                way.append(step.region)
-                step = before[step]
-            return way[::-1]
-        for after in moves(mobility, pose, world, blocked):
-            if after not in before:
-                before[after] = pose
-                queue.append(after)
-    return None

@@ -32,7 +32,6 @@ from safenav.motion.file.records import (
 )
 from safenav.trace.trace import Trace
 
-SIDE = 2.7
 WALKER = ("omega", "height", "step", "aside", "friction", "swing", "size")
 """The fields that the header must hold for a walker."""
 

@@ -14,7 +14,6 @@ from typing import ClassVar
 
 VERSION = 1
 
-Point = tuple[float, float]
 State = tuple[float, float, float, float]
 """x, y, vx, vy."""
 Numbers = tuple[float, ...]

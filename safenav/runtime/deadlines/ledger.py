@@ -33,7 +33,6 @@ from safenav.world.poses import Mask, region_mask
 
 MISSION = "mission"
 BATTERY = "battery"
-ENDED = (DeadlineVerdict.KEPT, DeadlineVerdict.LATE, DeadlineVerdict.EXCUSED)
 
 
 @dataclass(frozen=True)

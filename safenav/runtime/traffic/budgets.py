@@ -2,20 +2,24 @@
 
     occasion                      search                         exhausted    budget spent
     a request is due:             to its next need (timed)       as if a robot starved
-    a robot starves:              (planning._searched)
+    a robot starves, stands in the way of a helper, or (live) all wait: (planning._searched)
       all moves can be undone       to the next goal of each       the mission  few, local, later
-      some turn, or remember        for the mission, one round     deadlock     last plan, next row
+      some remember                 for the mission, one round     forget it    last plan, row above
+      some turn                     for the mission, one round     deadlock     last plan, next row
       some turn                     for the mission, more rounds   deadlock     few, later
     a plan moves no robot         to the goal of that robot      keep it      keep it
+    a plan goes round in circles  to its next need (timed)       keep it      keep it
     1st, 6th, last spent search   few robots alone (deadlock)    deadlock     no verdict
     a move with no way back       last plan again (rejoin),      refused      refused
                                   then for the mission
 
 *few*: ``deadlock_of_few``; *local*: one robot, few others move; *later*: once the watch's patience
-is over again. ``deadlock`` ends the run with the proof. A round is the four variants of
-``joint_plan.Variant`` and one chain of legs. After ``MOST_FAILURES`` failures in a row the run ends
-at ``search_limit``. Budgets are states unless said otherwise; they were measured on random teams:
-small and often beats large.
+is over again; *forget it*: the same search for robots without the memory of their formulas.
+``deadlock`` ends the run with the proof, unless a robot is out of service (later) or obstacles
+sweep regions (``search_limit``). Robots cut off by one out of service have no goal. A round is the
+four variants of ``joint_plan.Variant`` and one chain of legs. After ``MOST_FAILURES`` failures in a
+row the run ends at ``search_limit``. Every plan is shortened before it begins. Budgets are states
+unless said otherwise; they were measured on random teams: small and often beats large.
 """
 
 ROUNDS_FIRST = 4
