@@ -5,10 +5,13 @@
 // A robot in its turn stays, begins a step to a side, or is on its way; a step of d ticks that it
 // begins in tick t ends in its turn of tick t + d - 1. Until then it is where it set out. In each
 // turn, at its end, a robot does all that it can where it is. With conflicts, two robots that
-// conflict are never in one region, and one on its way is in both of its regions.
+// conflict are never in one region, and one on its way is in both of its regions. One robot may
+// have targets, to be met one after the other: each at the end of a turn in which it is there and
+// not on its way.
 //
 // One question a line, as numbers (every_behaviour.py writes them); one answer a line:
-// "states kept turn..." with -1 for never; kept is 1 if all dues can be met.
+// "states kept turn... targets" with -1 for never; kept is 1 if all dues can be met; the last turn
+// is the one in which all targets can be met.
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -17,7 +20,8 @@
 
 namespace {
 
-int rows, cols, count, gates, begin, conflicts;
+int rows, cols, count, gates, begin, conflicts, walker;
+std::vector<std::vector<char>> targets;  // of that robot
 long most;
 std::vector<char> wall;
 
@@ -48,6 +52,7 @@ int used;
 
 uint8_t *robot(State &s, int i) { return s.at + 5 * i; }
 uint8_t *gate(State &s, int g) { return s.at + 5 * count + 3 * g; }
+uint8_t *met(State &s) { return s.at + 5 * count + 3 * gates; }
 
 struct Seen {  // open addressing
   std::vector<State> table;
@@ -79,6 +84,7 @@ struct Seen {  // open addressing
 };
 
 std::vector<int> first;  // the turn of each obstacle, or -1
+int last_target;         // the turn of the last target, or -1
 
 void act(State &s, int i) {
   for (int g = 0; g < gates; g++) {
@@ -136,7 +142,11 @@ void read() {
       for (int k = number(); k > 0; k--) need.where[number()] = 1;
     }
   }
-  used = 5 * count + 3 * gates;
+  walker = number();
+  targets.assign(number(), std::vector<char>(rows * cols, 0));
+  for (auto &target : targets)
+    for (int k = number(); k > 0; k--) target[number()] = 1;
+  used = 5 * count + 3 * gates + 1;
 }
 
 bool may_enter(State &s, int i, int region) {
@@ -160,6 +170,11 @@ void turn(State s, int i, int now, Seen &seen, std::vector<State> &next) {
   for (int g = 0; g < gates; g++) was[g] = gate(s, g)[0] == all[g].needs.size();
   auto put = [&](State t) {
     act(t, i);
+    const uint8_t *at = robot(t, i);
+    if (i == walker && *met(t) < targets.size() && !at[4] && targets[*met(t)][at[0]]) {
+      ++*met(t);
+      if (*met(t) == targets.size() && last_target < 0) last_target = now;
+    }
     for (int g = 0; g < gates; g++) {
       bool over = gate(t, g)[0] == all[g].needs.size();
       if (over && first[g] < 0) first[g] = now;
@@ -200,6 +215,7 @@ void answer() {
     for (int k = 0; k < 5; k++) robot(start, i)[k] = as[k];
   }
   first.assign(gates, -1);
+  last_target = -1;
   bool dues = false;
   for (int g = 0; g < gates; g++) {
     gate(start, g)[0] = all[g].stage, gate(start, g)[1] = all[g].done;
@@ -217,7 +233,7 @@ void answer() {
     for (const State &s : states) turn(s, now % count, now, seen[now % count], next);
     total += next.size();
     states.swap(next);
-    bool over = true;
+    bool over = targets.empty() || last_target >= 0;
     for (int g = 0; g < gates; g++) over &= first[g] >= 0;
     if (over && !dues) break;
     for (State &s : states) {
@@ -230,7 +246,7 @@ void answer() {
   }
   printf("%ld %d", total < most ? total : -1, int(kept || !dues));
   for (int turn_ : first) printf(" %d", turn_);
-  printf("\n");
+  printf(" %d\n", last_target);
   fflush(stdout);
 }
 

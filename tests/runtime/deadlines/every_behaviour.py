@@ -22,28 +22,36 @@ MOST = 30_000_000
 @dataclass(frozen=True)
 class Truth:
     """``turns``: in which each obstacle can be resolved at the earliest (None: never); ``kept``:
-    whether all can be resolved by their due turns."""
+    whether all can be resolved by their due turns; ``round``: in which all targets can be met."""
 
     turns: tuple[int | None, ...]
     kept: bool
+    round: int | None
 
 
 def every_behaviour(
     moment: BoundMoment,
     due: Mapping[int, int] | None = None,
     foes: Sequence[frozenset[int]] | None = None,
+    walker: int = 0,
+    targets: Sequence[Sequence[int]] = (),
 ) -> Truth | None:
     """What the team of ``moment`` can do; ``due``: turns by obstacle; ``foes``: the robots that
-    never share a region with each (None: no collisions). None: too many states."""
+    never share a region with each (None: no collisions); ``targets``: that one of the robots,
+    ``walker``, is to meet one after the other. None: too many states."""
     talk = _program()
     assert talk.stdin is not None
     assert talk.stdout is not None
-    talk.stdin.write(" ".join(map(str, _numbers(moment, due or {}, foes))) + "\n")
+    found = [*_numbers(moment, due or {}, foes), walker, len(targets)]
+    for target in targets:
+        found += [len(target), *target]
+    talk.stdin.write(" ".join(map(str, found)) + "\n")
     talk.stdin.flush()
-    states, kept, *turns = map(int, talk.stdout.readline().split())
+    states, kept, *turns, last = map(int, talk.stdout.readline().split())
     if states < 0:
         return None
-    return Truth(tuple(None if turn < 0 else turn for turn in turns), bool(kept))
+    told = tuple(None if turn < 0 else turn for turn in turns)
+    return Truth(told, bool(kept), None if last < 0 else last)
 
 
 @cache

@@ -26,11 +26,14 @@ def batch(number: int) -> Iterator[Instance]:
 
 @dataclass(frozen=True)
 class Instance:
-    """``foes``: the robots that never share a region with each. ``same``: some need is to be met
-    by the robots of the need before."""
+    """``foes``: the robots that never share a region with each; ``targets``: what one of them,
+    ``walker``, is to meet, one after the other. ``same``: some need is to be met by the robots of
+    the need before."""
 
     moment: BoundMoment
     foes: Foes
+    walker: int
+    targets: tuple[tuple[int, ...], ...]
 
     @property
     def apart(self) -> Foes:
@@ -76,7 +79,10 @@ def instance(seed: int) -> Instance:
         frozenset(j for j in range(count) if j != i and floors[j] == floors[i])
         for i in range(count)
     )
-    return Instance(BoundMoment(tuple(walkers), tuple(opens), count + begun - 1), foes)
+    free = sorted(world.free)
+    targets = [tuple(random.sample(free, random.choice((1, 1, 2)))) for _ in range(3)]
+    moment = BoundMoment(tuple(walkers), tuple(opens), count + begun - 1)
+    return Instance(moment, foes, random.randrange(count), tuple(targets[: random.randint(1, 3)]))
 
 
 def _map(random: Random) -> RegionMap:
