@@ -7,9 +7,10 @@ travels as data. This module has bad input, exhausted resources, and broken tool
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import field
 from enum import IntEnum
 
-from msgspec import Struct
+from safenav.dataclass import dataclass
 
 
 class ExitCode(IntEnum):
@@ -27,12 +28,13 @@ _WIDTH = 96
 """The most characters of a source line that a message shows."""
 
 
-class Diagnostic(Struct, frozen=True):
+@dataclass(frozen=True)
+class Diagnostic:
     """One error in an input, with a hint for fixing it.
 
     ``line`` and ``column`` count from 1; 0 means that there is no place to point at.
     ``found`` says what is wrong, ``hint`` what to do about it. ``source`` is the text of the line;
-    a caret below it shows the column; it does not take part in comparisons.
+    a caret below it shows the column.
     """
 
     file: str
@@ -40,17 +42,7 @@ class Diagnostic(Struct, frozen=True):
     column: int
     found: str
     hint: str = ""
-    source: str = ""
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Diagnostic) and self._said == other._said
-
-    def __hash__(self) -> int:
-        return hash(self._said)
-
-    @property
-    def _said(self) -> tuple[str | int, ...]:
-        return (self.file, self.line, self.column, self.found, self.hint)
+    source: str = field(default="", compare=False)
 
     def __str__(self) -> str:
         place = self.file

@@ -7,11 +7,10 @@ import platform
 import sys
 import tempfile
 import time
+from dataclasses import asdict, dataclass
 from importlib import metadata
 from pathlib import Path
 from typing import Any
-
-from msgspec import Struct, to_builtins
 
 import safenav
 from safenav.errors import SafenavError
@@ -48,7 +47,8 @@ PURPOSES = {
 _ANSWER_SECONDS = 10.0
 
 
-class Package(Struct, frozen=True):
+@dataclass(frozen=True)
+class Package:
     """``version`` is None if it is not installed; ``extra`` None if safenav cannot do without."""
 
     name: str
@@ -57,7 +57,8 @@ class Package(Struct, frozen=True):
     purpose: str = ""
 
 
-class SlugsHealth(Struct, frozen=True):
+@dataclass(frozen=True)
+class SlugsHealth:
     """``version`` is None for a foreign binary. ``problem``: why it cannot be used."""
 
     path: str | None
@@ -67,7 +68,8 @@ class SlugsHealth(Struct, frozen=True):
     problem: str | None
 
 
-class CacheHealth(Struct, frozen=True):
+@dataclass(frozen=True)
+class CacheHealth:
     """``directory`` is None if the cache is off."""
 
     directory: str | None
@@ -77,7 +79,8 @@ class CacheHealth(Struct, frozen=True):
     problem: str | None
 
 
-class Installation(Struct, frozen=True):
+@dataclass(frozen=True)
+class Installation:
     safenav: str
     location: str
     python: str
@@ -94,7 +97,7 @@ class Installation(Struct, frozen=True):
 
     def data(self) -> dict[str, Any]:
         """Everything, fit for JSON."""
-        return {"usable": self.usable, **to_builtins(self)}
+        return {"usable": self.usable, **asdict(self)}
 
 
 def examine() -> Installation:

@@ -8,10 +8,10 @@ more than ``NOISE_SECONDS``.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-
-from msgspec import Struct, field
+from dataclasses import field
 
 from safenav.batch.cases.case import Result
+from safenav.dataclass import dataclass
 
 RATIO = 1.5
 NOISE_SECONDS = 0.1
@@ -19,7 +19,8 @@ NOISE_SECONDS = 0.1
 _BEHAVIOUR = ("outcome", "cause", "ticks", "rounds", "resolved", "blocked", "helpers", "syntheses")
 
 
-class Slower(Struct, frozen=True):
+@dataclass(frozen=True)
+class Slower:
     name: str
     before: float
     now: float
@@ -29,14 +30,16 @@ class Slower(Struct, frozen=True):
         return self.now / self.before if self.before else float("inf")
 
 
-class Changed(Struct, frozen=True):
+@dataclass(frozen=True)
+class Changed:
     """``what``: one sentence a difference."""
 
     name: str
     what: list[str]
 
 
-class BaselineComparison(Struct, frozen=True):
+@dataclass(frozen=True)
+class BaselineComparison:
     """``new`` and ``gone`` are names of cases that only one of the two batches has a result
     for; ``slower`` is ordered by what was lost, worst first."""
 

@@ -11,10 +11,9 @@ import sys
 import tempfile
 import zipfile
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-
-from msgspec import Struct
 
 import safenav
 import safenav.audit
@@ -31,7 +30,8 @@ from safenav.synthesis.slugs import Synthesizer
 CHECKER = Path(__file__).parent / "checker"
 
 
-class Made(Struct, frozen=True):
+@dataclass(frozen=True)
+class Made:
     """A bundle that was written, and the verdict of its own checker."""
 
     path: Path

@@ -7,10 +7,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
-
-from msgspec import Struct
 
 from safenav.audit.language import RefusedError, Row, TooLargeError
 from safenav.audit.world import World
@@ -25,7 +24,8 @@ from safenav.certify.measures import Measure, NoMeasureError, measure
 from safenav.errors import ResourceLimitError
 
 
-class CounterEvidence(Struct, frozen=True):
+@dataclass(frozen=True)
+class CounterEvidence:
     """The environment's initial input and choices, and the measures that prove that it wins."""
 
     start: list[int]

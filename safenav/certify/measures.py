@@ -11,8 +11,7 @@ goal."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-
-from msgspec import Struct
+from dataclasses import dataclass
 
 from safenav.components import components
 
@@ -21,7 +20,8 @@ class NoMeasureError(ValueError):
     """There is none: a run starves the goal although it meets every assumption."""
 
 
-class Measure(Struct, frozen=True):
+@dataclass(frozen=True)
+class Measure:
     """Number and assumption of each node."""
 
     numbers: list[int]

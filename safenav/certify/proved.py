@@ -12,10 +12,9 @@ import subprocess
 import tempfile
 import zipfile
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-
-from msgspec import Struct
 
 from safenav.errors import UsageError
 
@@ -33,7 +32,8 @@ _KEPT = {
 _REFUTED = " for the specification; for the rules of the scenario checked by check.py"
 
 
-class Proof(Struct, frozen=True):
+@dataclass(frozen=True)
+class Proof:
     """A verdict of the verified checker.
 
     ``kind``: ``realizes`` and ``alive`` (of ``spec`` and ``strategy``), ``unrealizable`` (of

@@ -5,9 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
-
-from msgspec import Struct, field
 
 from safenav.errors import UsageError
 from safenav.spec.parsing import read_specification
@@ -18,7 +17,8 @@ from safenav.trace.records import VERSION
 from safenav.trace.vocabulary import Verified
 
 
-class Kept(Struct):
+@dataclass
+class Kept:
     """Specifications' texts and strategies by sha256, as the trace names them.
 
     ``__call__`` listens to the synthesizer and stores its results."""

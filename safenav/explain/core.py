@@ -7,8 +7,7 @@ less possible."""
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
-
-from msgspec.structs import replace
+from dataclasses import replace
 
 from safenav.explain.explanation import (
     Core,

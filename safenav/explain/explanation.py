@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from enum import StrEnum
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Target
 from safenav.spec.specification import Constraint, Origin, Section, Specification
@@ -41,7 +40,8 @@ class NoStrategyCause(StrEnum):
     """Other robots can keep it from a target forever."""
 
 
-class Diagnosis(Struct, frozen=True):
+@dataclass(frozen=True)
+class Diagnosis:
     """Result of graph search alone (``explain.diagnosis``).
 
     ``cause``: None if the map and the robot's mobility are not the reason. ``lost``: targets
@@ -55,7 +55,8 @@ class Diagnosis(Struct, frozen=True):
     crossing: Target | None = None
 
 
-class CoreMember(Struct, frozen=True):
+@dataclass(frozen=True)
+class CoreMember:
     """Guarantees that belong together: they share an origin and are dropped together."""
 
     origin: Origin
@@ -63,7 +64,8 @@ class CoreMember(Struct, frozen=True):
     regions: tuple[Region, ...] = ()
 
 
-class Core(Struct, frozen=True):
+@dataclass(frozen=True)
+class Core:
     """A minimal set of guarantees that no strategy can keep together.
 
     With all assumptions and these guarantees alone there is no strategy; without any one of the
@@ -115,7 +117,8 @@ class WitnessEnd(StrEnum):
     """It cannot even begin."""
 
 
-class PlayMoment(Struct, frozen=True):
+@dataclass(frozen=True)
+class PlayMoment:
     """One moment of a witness. ``others``: its observations (inputs), Booleans as 0 and 1;
     ``memory``: its outputs beyond the pose."""
 
@@ -125,7 +128,8 @@ class PlayMoment(Struct, frozen=True):
     memory: tuple[tuple[str, int], ...] = ()
 
 
-class Dilemma(Struct, frozen=True):
+@dataclass(frozen=True)
+class Dilemma:
     """One move that it could still make, and a guarantee that this would break."""
 
     region: Region
@@ -133,7 +137,8 @@ class Dilemma(Struct, frozen=True):
     broken: Constraint
 
 
-class Witness(Struct, frozen=True):
+@dataclass(frozen=True)
+class Witness:
     """A losing play of a robot that does its best.
 
     ``moments`` from the start on; then ``cycle`` repeats forever (STARVED). For STUCK: ``pressure``
@@ -165,7 +170,8 @@ class RepairKind(StrEnum):
     """A guarantee that the other robots would have to give."""
 
 
-class Repair(Struct, frozen=True):
+@dataclass(frozen=True)
+class Repair:
     """A change under which the robot has a strategy: each was checked by synthesis.
 
     ``change``: the scenario's items and their new values, as they would be written. ``scenario``:
@@ -180,7 +186,8 @@ class Repair(Struct, frozen=True):
     action: str | None = None
 
 
-class Explanation(Struct, frozen=True):
+@dataclass(frozen=True)
+class Explanation:
     """Explanation of one robot's unrealizability."""
 
     robot: str

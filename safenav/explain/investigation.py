@@ -6,8 +6,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-
-from msgspec.structs import replace
+from dataclasses import replace
 
 from safenav.errors import SafenavError
 from safenav.explain.core import find_core

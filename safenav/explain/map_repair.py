@@ -7,8 +7,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator
-
-from msgspec.structs import replace
+from dataclasses import replace
 
 from safenav.explain.explanation import Diagnosis, Repair, RepairKind
 from safenav.scenario.model import Obstacle, ObstacleType, Robot, Scenario

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-
-from msgspec.structs import replace
+from dataclasses import replace
 
 from safenav.outcome import Verdict
 from safenav.spec.specification import Constraint, Owner, Section, Specification

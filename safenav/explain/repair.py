@@ -8,10 +8,9 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 
-from msgspec import Struct
-from msgspec.structs import replace
-
+from safenav.dataclass import dataclass
 from safenav.explain.explanation import Diagnosis, NoStrategyCause, Repair, RepairKind
 from safenav.explain.map_repair import map_repairs
 from safenav.explain.undisturbed import play
@@ -72,7 +71,8 @@ _FIRST: dict[NoStrategyCause, tuple[RepairKind, ...]] = {
 }
 
 
-class RepairProblem(Struct, frozen=True):
+@dataclass(frozen=True)
+class RepairProblem:
     """The robot and the reasons for which a repair is sought."""
 
     scenario: Scenario

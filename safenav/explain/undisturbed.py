@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import Ltl, Objective, TargetObjective, formulas_in
 from safenav.spec.objective import Memory
@@ -18,14 +17,16 @@ from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Mobility, Pose, moves
 
 
-class State(Struct, frozen=True):
+@dataclass(frozen=True)
+class State:
     """The robot's pose and its memory of the objective."""
 
     pose: Pose
     memory: int = 0
 
 
-class Solo(Struct, frozen=True):
+@dataclass(frozen=True)
+class Solo:
     """Possibilities of a robot by itself. ``regions`` that it can reach without breaking a rule;
     ``winnable``: whether it can meet all goals infinitely often."""
 

@@ -10,8 +10,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.outcome import Verdict
 from safenav.spec.specification import Constraint, Origin, Section, Specification
 from safenav.synthesis.slugs import Synthesizer
@@ -29,7 +28,8 @@ class Way(StrEnum):
     FORCED = "the robot could make the other robots break an assumption from the start"
 
 
-class Vacuity(Struct, frozen=True):
+@dataclass(frozen=True)
+class Vacuity:
     """One way in which a robot could win without doing anything.
 
     ``path``: nodes of its strategy, the shortest path to where it happens (empty if the strategy

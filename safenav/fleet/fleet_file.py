@@ -6,12 +6,11 @@ docs/drive.md describes it. One file serves all scenarios with these robots.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import field
 from enum import StrEnum
 from pathlib import Path
 
-from msgspec import Struct, field
-from msgspec.structs import replace
-
+from safenav.dataclass import dataclass
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.reading.regions import RegionReader
 from safenav.scenario.yaml import fields as read
@@ -70,7 +69,8 @@ class TransportKind(StrEnum):
     PYROBOSIM = "pyrobosim"
 
 
-class ScanUse(Struct, frozen=True):
+@dataclass(frozen=True)
+class ScanUse:
     """The meaning of a lidar's rays: one that ends less than ``beyond`` metres behind the middle of
     the region beside the robot has found an obstacle of type ``obstacle`` there."""
 
@@ -79,7 +79,8 @@ class ScanUse(Struct, frozen=True):
     beyond: float = 0.35
 
 
-class FollowUse(Struct, frozen=True):
+@dataclass(frozen=True)
+class FollowUse:
     """A robot that tracks references for itself: the ``topic`` on which it gets them, and the most
     metres (``tolerance``) by which it may be off."""
 
@@ -87,7 +88,8 @@ class FollowUse(Struct, frozen=True):
     tolerance: float = 0.25
 
 
-class Station(Struct, frozen=True):
+@dataclass(frozen=True)
+class Station:
     """One robot. ``tolerance``: metres from the middle of a region at which it has arrived;
     ``speed``: metres per second, for the time limit of a goal, which is ``timeout`` times the
     expected time; ``retries``: how often a failed goal is sent again; ``scan`` and ``report``: what
@@ -102,10 +104,11 @@ class Station(Struct, frozen=True):
     scan: ScanUse | None = None
     report: str | None = None
     follow: FollowUse | None = None
-    act: Mapping[str, str] = field(default_factory=dict)
+    act: Mapping[str, str] = field(default_factory=dict, hash=False)
 
 
-class Network(Struct, frozen=True):
+@dataclass(frozen=True)
+class Network:
     """Where robots are: loopback alone, unless the file says otherwise. ROS 2: ``domain``,
     ``interface``, ``peers``; ROS 1: the URI of the ``master``, and this machine's ``address``."""
 
@@ -116,7 +119,8 @@ class Network(Struct, frozen=True):
     address: str = "127.0.0.1"
 
 
-class SimulationUse(Struct, frozen=True):
+@dataclass(frozen=True)
+class SimulationUse:
     """The simulation runs at most ``pace`` times as fast as a clock. ``obstacles`` that are really
     there; None for those of the scenario."""
 
@@ -124,7 +128,8 @@ class SimulationUse(Struct, frozen=True):
     obstacles: tuple[Obstacle, ...] | None = None
 
 
-class PyrobosimUse(Struct, frozen=True):
+@dataclass(frozen=True)
+class PyrobosimUse:
     """A ``world`` file of pyrobosim. A closed hallway is an obstacle of type ``hallway`` in the
     region of its middle; ``closing``: seconds of the simulation after which a hallway closes, as
     soon as no robot is in it."""
@@ -132,18 +137,19 @@ class PyrobosimUse(Struct, frozen=True):
     world: Path
     hallway: str
     pace: float = 1.0
-    closing: Mapping[str, float] = field(default_factory=dict)
+    closing: Mapping[str, float] = field(default_factory=dict, hash=False)
 
 
-class FleetFile(Struct, frozen=True):
+@dataclass(frozen=True)
+class FleetFile:
     """``inputs``: the topic (std_msgs/Bool) of each input of the environment that has one."""
 
     transport: TransportKind
     network: Network
     simulation: SimulationUse
     pyrobosim: PyrobosimUse | None
-    stations: Mapping[str, Station]
-    inputs: Mapping[str, str] = field(default_factory=dict)
+    stations: Mapping[str, Station] = field(hash=False)
+    inputs: Mapping[str, str] = field(default_factory=dict, hash=False)
 
 
 def load_fleet(path: Path, scenario: Scenario) -> FleetFile:
@@ -336,10 +342,7 @@ def _scan(node: Node | None, label: str, findings: Findings, scenario: Scenario)
     kind = _kind(item.get("obstacle"), f"'obstacle' of scan {label}", scenario, findings)
     topic = read.text(item.get("topic"), f"'topic' of scan {label}", findings)
     beyond = read.positive(item.get("beyond"), f"'beyond' of scan {label}", findings)
-    if kind is None:
-        return None
-    use = ScanUse(topic or "scan", kind)
-    return use if beyond is None else replace(use, beyond=beyond)
+    return None if kind is None else ScanUse(topic or "scan", kind, beyond or ScanUse.beyond)
 
 
 def _follow(node: Node | None, label: str, findings: Findings) -> FollowUse | None:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass, field
 from math import cos, inf, pi, sin
-
-from msgspec import Struct, field
 
 from safenav.fleet.place import Places
 from safenav.fleet.setpoints import Setpoints
@@ -23,7 +22,8 @@ HEIGHT, TALL = 1.2, 3.0
 """Metres of a robot on the ground without its round ends; of walls and doors."""
 
 
-class SimulatedBody(Struct):
+@dataclass
+class SimulatedBody:
     """One robot. ``way``: goals that are left, the first one now; ``end``: how the last of them
     ended, told once; ``stay``: where it holds its place without a goal; ``pull``: commanded
     accelerations, which ``thrust`` follows with a lag; ``acts``: what it performs, if it does;
@@ -53,7 +53,8 @@ class SimulatedBody(Struct):
     walk: BalancedWalk = field(default_factory=BalancedWalk)
 
 
-class Handling(Struct):
+@dataclass
+class Handling:
     """An action under way on ``obstacle`` (None: nothing to act on); ``until``: when it has worked
     long enough."""
 

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from math import atan2, cos, floor, hypot, pi, sin
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.world.frame import Frame
 from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.moves import Pose
@@ -22,7 +21,8 @@ _YAW = {
 }
 
 
-class Places(Struct, frozen=True):
+@dataclass(frozen=True)
+class Places:
     """The regions of a map in metres."""
 
     world: RegionMap

@@ -7,17 +7,18 @@ frame of the world.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import field
 from typing import TYPE_CHECKING
 
-from msgspec import Struct, field
-
+from safenav.dataclass import dataclass
 from safenav.fleet.transport import GoalEnded, GoalPoint, Located, Message, Transport
 
 if TYPE_CHECKING:
     from safenav.fleet.setpoints import Setpoints
 
 
-class SentGoal(Struct):
+@dataclass
+class SentGoal:
     """A goal of a robot that finds its own way; ``ended``: None while it is under way."""
 
     robot: str
@@ -27,7 +28,8 @@ class SentGoal(Struct):
     end: str = "replaced"
 
 
-class DriveRecording(Struct):
+@dataclass
+class DriveRecording:
     """``places``: odometry of each robot and when it was heard, in the order of hearing."""
 
     places: dict[str, list[tuple[float, Located]]] = field(default_factory=dict)

@@ -8,8 +8,7 @@ from __future__ import annotations
 from math import atan2, cos, inf, sin
 from typing import TYPE_CHECKING, Any
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.fleet.transport import Located, Scanned
 
 if TYPE_CHECKING:
@@ -26,7 +25,8 @@ Pose = tuple[float, float, float, float]
 """x, y, z, yaw."""
 
 
-class TrajectoryFrame(Struct, frozen=True):
+@dataclass(frozen=True)
+class TrajectoryFrame:
     """A point of a trajectory: seconds from its stamp, a pose for each joint; velocity and
     acceleration (x, y, z) of the only joint, or none."""
 

@@ -9,8 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from math import cos, inf, isfinite, pi, sin
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.fleet.fleet_file import ScanUse
 from safenav.fleet.place import Places, turned
 from safenav.fleet.transport import Located, Reported, Scanned
@@ -18,7 +17,8 @@ from safenav.scenario.model import Obstacle, Scenario
 from safenav.world.map import Region
 
 
-class Sighting(Struct, frozen=True):
+@dataclass(frozen=True)
+class Sighting:
     """An obstacle that is there, or is no longer there."""
 
     obstacle: Obstacle

@@ -5,8 +5,7 @@ from __future__ import annotations
 from enum import Enum, auto
 from math import inf
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.fleet.acting import TeamAction
 from safenav.fleet.fleet_file import Station
 from safenav.fleet.transport import Located
@@ -25,7 +24,8 @@ class Phase(Enum):
     ACTING = auto()
 
 
-class FleetTask(Struct):
+@dataclass
+class FleetTask:
     """A command under way. ``left``: times that its goal may be sent again; ``due``: when its
     present phase is to be over, on the world's clock; ``back``: it failed, and the robot was sent
     back to where it set out."""
@@ -43,7 +43,8 @@ class FleetTask(Struct):
     back: bool = False
 
 
-class DrivenRobot(Struct):
+@dataclass
+class DrivenRobot:
     """The state of a robot. ``heard``: when its newest odometry came, on the world's clock;
     ``looked``: the stamp of its newest reading."""
 

@@ -11,8 +11,7 @@ from collections.abc import Callable, Sequence
 from enum import StrEnum
 from typing import TYPE_CHECKING, Protocol
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.trace.vocabulary import ActResult
 
 if TYPE_CHECKING:
@@ -29,7 +28,8 @@ class GoalEnd(StrEnum):
     UNREACHABLE = "unreachable"  # nobody answers
 
 
-class GoalPoint(Struct, frozen=True):
+@dataclass(frozen=True)
+class GoalPoint:
     """Where a robot is to go. ``yaw``: None for a robot without a heading. ``number``: of the
     goal, never used twice in a run. ``short``: an obstacle stands there, which it is to resolve
     from inside the region."""
@@ -41,14 +41,16 @@ class GoalPoint(Struct, frozen=True):
     short: bool = False
 
 
-class GoalEnded(Struct, frozen=True):
+@dataclass(frozen=True)
+class GoalEnded:
     robot: str
     number: int
     end: GoalEnd
     reason: str = ""
 
 
-class Performed(Struct, frozen=True):
+@dataclass(frozen=True)
+class Performed:
     """The result of an action."""
 
     robot: str
@@ -57,7 +59,8 @@ class Performed(Struct, frozen=True):
     reason: str = ""
 
 
-class Located(Struct, frozen=True):
+@dataclass(frozen=True)
+class Located:
     """Odometry. ``stamp``: seconds of the robot's clock, only compared with others of its own."""
 
     robot: str
@@ -67,7 +70,8 @@ class Located(Struct, frozen=True):
     yaw: float
 
 
-class Scanned(Struct, frozen=True):
+@dataclass(frozen=True)
+class Scanned:
     """A lidar's rays, ``ranges[i]`` metres at angle ``first + i * step`` from the robot's front.
     A ray that hits nothing is infinite."""
 
@@ -78,14 +82,16 @@ class Scanned(Struct, frozen=True):
     ranges: Sequence[float]
 
 
-class Reported(Struct, frozen=True):
+@dataclass(frozen=True)
+class Reported:
     """A line of text about an obstacle, as of now: ``door@47`` is there, ``-door@47`` is gone."""
 
     robot: str
     text: str
 
 
-class InputHeard(Struct, frozen=True):
+@dataclass(frozen=True)
+class InputHeard:
     """An input of the environment, as of now."""
 
     name: str

@@ -17,8 +17,7 @@ from functools import partial
 from math import hypot, inf
 from typing import TYPE_CHECKING
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.errors import ExitCode, SafenavError
 from safenav.extras import missing
 from safenav.fleet.acting import FleetProgress, TeamAction
@@ -76,7 +75,8 @@ class FleetError(SafenavError):
     exit_code = ExitCode.BAD_INPUT
 
 
-class FleetClock(Struct, frozen=True):
+@dataclass(frozen=True)
+class FleetClock:
     """Seconds; ``step``: of a simulation whose time passes only while the run waits, lets it pass
     up to its next messages."""
 

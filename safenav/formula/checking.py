@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.formula.syntax import (
     And,
     Comparison,
@@ -29,7 +28,8 @@ Bounds = tuple[int, int] | None
 """Range of an integer variable, None for a Boolean."""
 
 
-class FormulaFlaw(Struct, frozen=True):
+@dataclass(frozen=True)
+class FormulaFlaw:
     """One thing wrong with a formula, at a column (from 1). ``unknown`` is the name that is
     not declared, so that the caller can suggest another."""
 

@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import re
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.errors import ExitCode, SafenavError
 from safenav.formula.syntax import (
     And,
@@ -54,7 +53,8 @@ def parse(text: str) -> Formula:
     return _Parser(_tokens(text)).whole()
 
 
-class _Token(Struct, frozen=True):
+@dataclass(frozen=True)
+class _Token:
     kind: str
     text: str
     column: int

@@ -8,10 +8,10 @@ Columns (from 1; 0 if the tree was not parsed) do not take part in comparisons.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import field, replace
 from enum import StrEnum
 
-from msgspec import Struct
-from msgspec.structs import replace
+from safenav.dataclass import dataclass
 
 RESERVED_WORDS = frozenset({"TRUE", "FALSE", "next", "X", "F", "G", "U", "W"})
 """Words that cannot name a variable: constants, the next operator, and the temporal
@@ -27,81 +27,81 @@ class Relation(StrEnum):
     AT_LEAST = ">="
 
 
-class Constant(Struct, frozen=True):
+@dataclass(frozen=True)
+class Constant:
     """TRUE or FALSE."""
 
     value: bool
 
 
-class Number(Struct, frozen=True):
+@dataclass(frozen=True)
+class Number:
     """A constant of a comparison, not negative."""
 
     value: int
-    column: int = 0
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Number) and self.value == other.value
-
-    def __hash__(self) -> int:
-        return hash(self.value)
+    column: int = field(default=0, compare=False)
 
 
-class Name(Struct, frozen=True):
+@dataclass(frozen=True)
+class Name:
     """A variable, Boolean or integer, now or (``primed``) in the next state."""
 
     name: str
     primed: bool = False
-    column: int = 0
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Name) and self.name == other.name and self.primed == other.primed
-
-    def __hash__(self) -> int:
-        return hash((self.name, self.primed))
+    column: int = field(default=0, compare=False)
 
 
-class Sum(Struct, frozen=True):
+@dataclass(frozen=True)
+class Sum:
     """At least two terms added up; there is no wrap-around."""
 
     terms: tuple[Name | Number, ...]
 
 
-class Comparison(Struct, frozen=True):
+@dataclass(frozen=True)
+class Comparison:
     relation: Relation
     left: Term
     right: Term
 
 
-class Not(Struct, frozen=True):
+@dataclass(frozen=True)
+class Not:
     operand: Formula
 
 
-class Next(Struct, frozen=True):
+@dataclass(frozen=True)
+class Next:
     """``next(...)``: the formula over the next state; it holds no primes itself."""
 
     operand: Formula
 
 
-class And(Struct, frozen=True):
+@dataclass(frozen=True)
+class And:
     operands: tuple[Formula, ...]
 
 
-class Or(Struct, frozen=True):
+@dataclass(frozen=True)
+class Or:
     operands: tuple[Formula, ...]
 
 
-class Xor(Struct, frozen=True):
+@dataclass(frozen=True)
+class Xor:
     """True if an odd number of operands is."""
 
     operands: tuple[Formula, ...]
 
 
-class Implies(Struct, frozen=True):
+@dataclass(frozen=True)
+class Implies:
     left: Formula
     right: Formula
 
 
-class Iff(Struct, frozen=True):
+@dataclass(frozen=True)
+class Iff:
     left: Formula
     right: Formula
 

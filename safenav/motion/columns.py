@@ -12,10 +12,10 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Mapping
+from dataclasses import dataclass
 from math import cos, sin
 
 import numpy as np
-from msgspec import Struct
 from numpy.typing import NDArray
 
 from safenav.errors import UsageError
@@ -59,7 +59,8 @@ _TURNED = (
 _DIRECTIONS = frozenset({"vel_x", "acc_x", "wind_x"})
 
 
-class Columns(Struct, frozen=True):
+@dataclass(frozen=True)
+class Columns:
     """Columns by name, each as long as ``times`` (seconds)."""
 
     times: Array

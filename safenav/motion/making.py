@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-
-from msgspec import Struct, to_builtins
+from dataclasses import asdict, dataclass
 
 import safenav
 from safenav.errors import Diagnostic, InputError, UsageError
@@ -36,7 +35,8 @@ from safenav.trace.setting import RobotHeader
 from safenav.trace.trace import Trace
 
 
-class Disturbances(Struct, frozen=True):
+@dataclass(frozen=True)
+class Disturbances:
     """Disturbances of the robots: a seed, gusts (m/s, root mean square) on flyers, pushes (m/s,
     the change of velocity) on walkers."""
 
@@ -45,11 +45,8 @@ class Disturbances(Struct, frozen=True):
     push: float = 0.0
 
 
-UNDISTURBED = Disturbances()
-
-
 def motion_of(
-    trace: Trace, digest: str, side: float | None = None, against: Disturbances = UNDISTURBED
+    trace: Trace, digest: str, side: float | None = None, against: Disturbances = Disturbances()
 ) -> Motion:
     """The motion of a run. ``digest``: sha256 of the trace's file; ``side``: metres of a region,
     if not as the trace says.
@@ -181,12 +178,12 @@ def _motion(name: str, robot: RobotHeader) -> dict[str, object]:
 
 
 def described(
-    trace: Trace, name: str, moved: Mover, against: Disturbances = UNDISTURBED
+    trace: Trace, name: str, moved: Mover, against: Disturbances = Disturbances()
 ) -> Mapping[str, object]:
     """How a robot moves, for the header of its motion."""
     robot = trace.header.scenario.robots[name]
     motion = _motion(name, robot)
     described: dict[str, object] = {**motion, "layer": robot.layer, **moved.limits()}
     if against.push and isinstance(moved, WalkerMover):
-        described |= to_builtins(RECOVERING)
+        described |= asdict(RECOVERING)
     return described

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-
-from msgspec import Struct
+from dataclasses import dataclass
 
 from safenav.errors import UsageError
 from safenav.motion.file.records import Moving
@@ -19,7 +18,8 @@ Values = Mapping[str, float]
 """Parameters of a kind by name (safenav.scenario.motion)."""
 
 
-class Crossing(Struct, frozen=True):
+@dataclass(frozen=True)
+class Crossing:
     """A move between two regions that lie side by side.
 
     ``heading``: after it; ``short``: an obstacle stands across the middle of ``to``, and the robot

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
-
-from msgspec import Struct
 
 from safenav.errors import Diagnostic, InputError
 from safenav.trace.reading import read_bytes
 from safenav.trace.trace import Trace
 
 
-class Source(Struct, frozen=True):
+@dataclass(frozen=True)
+class Source:
     """A trace and the sha256 of its file."""
 
     trace: Trace

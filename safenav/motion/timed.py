@@ -9,16 +9,17 @@ import csv
 import io
 import json
 from collections.abc import Iterable
+from dataclasses import dataclass, fields
 from math import cos, hypot, remainder, sin, tau
 
 import numpy as np
-from msgspec import Struct
 
 from safenav.motion.columns import sample
 from safenav.motion.file.records import GoalLine, Motion, Moving, Piece, Segment
 
 
-class TimedWaypoint(Struct, frozen=True):
+@dataclass(frozen=True)
+class TimedWaypoint:
     """``speed``: metres per second as it passes there, 0 where it comes to rest."""
 
     robot: str
@@ -73,7 +74,7 @@ def _waypoint(
     return TimedWaypoint(piece.robot, piece.tick, t, x, y, z, yaw, speed, region)
 
 
-COLUMNS = TimedWaypoint.__struct_fields__
+COLUMNS = tuple(field.name for field in fields(TimedWaypoint))
 
 
 def as_csv(found: Iterable[TimedWaypoint]) -> str:

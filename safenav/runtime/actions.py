@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Generator, Iterator, Sequence
+from dataclasses import replace
 
-from msgspec import Struct
-from msgspec.structs import replace
-
+from safenav.dataclass import dataclass
 from safenav.runtime.coordination.events import (
     Event,
     ObstacleChanged,
@@ -23,7 +22,8 @@ from safenav.trace import records, vocabulary
 from safenav.trace.vocabulary import ActResult, HoldReason, PlanEndReason
 
 
-class Actions(Struct):
+@dataclass
+class Actions:
     """Carries out actions in a world. ``leave_plan`` ends the joint plan, as a decision follows;
     ``stand_still`` is the turn of a robot that stays."""
 

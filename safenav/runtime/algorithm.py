@@ -26,8 +26,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.runtime.coordination.decision import Decision, coordinate, reconsider
 from safenav.runtime.coordination.events import (
     Astray,
@@ -56,7 +55,8 @@ from safenav.trace.header import objective_in_trace
 from safenav.trace.vocabulary import HoldReason, Reason
 
 
-class Algorithm(Struct, dict=True):
+@dataclass
+class Algorithm:
     """The loop over a team. The team's state is changed by ``apply`` alone, but for where robots
     are and what they have done there, which is the turns'."""
 

@@ -5,8 +5,7 @@ Source: paper, Section V-A.
 
 from __future__ import annotations
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.runtime.team import TeamState
 from safenav.runtime.worlds.commands import Commands
 from safenav.scenario.model import Obstacle, Robot
@@ -14,7 +13,8 @@ from safenav.world.map import Region
 from safenav.world.moves import Pose
 
 
-class ForbiddenMove(Struct, frozen=True):
+@dataclass(frozen=True)
+class ForbiddenMove:
     """A proposed move that the augmented specification forbids (paper, eq. for phi_a)."""
 
     robot: Robot

@@ -7,11 +7,10 @@ A new objective is assigned to its robot; every robot knows which robots are out
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import field, replace
 from functools import cached_property
 
-from msgspec import Struct, field
-from msgspec.structs import replace
-
+from safenav.dataclass import dataclass
 from safenav.errors import UsageError
 from safenav.runtime.coordination.events import Event, ObstacleChanged, ObstacleSealed, Unsettled
 from safenav.runtime.knowledge import UNTRAVERSABLE
@@ -29,7 +28,8 @@ from safenav.world.map import Region
 from safenav.world.moves import Mobility, Pose, distances
 
 
-class Close(Struct, frozen=True):
+@dataclass(frozen=True)
+class Close:
     """An obstacle that appears in a region, as soon as no robot is there. ``truth``: revealed by
     resolving it, for a type that has a truth."""
 
@@ -38,7 +38,8 @@ class Close(Struct, frozen=True):
     truth: bool | None = None
 
 
-class PlaceOrder(Struct, frozen=True):
+@dataclass(frozen=True)
+class PlaceOrder:
     """Work that somebody wants done in a region: an obstacle of a type that blocks no robot,
     requested by no robot."""
 
@@ -46,60 +47,69 @@ class PlaceOrder(Struct, frozen=True):
     region: Region
 
 
-class TakeAway(Struct, frozen=True):
+@dataclass(frozen=True)
+class TakeAway:
     """An obstacle that disappears, by its name."""
 
     obstacle: str
 
 
-class SetTruth(Struct, frozen=True):
+@dataclass(frozen=True)
+class SetTruth:
     """Another truth that resolving an obstacle reveals."""
 
     obstacle: str
     traversable: bool
 
 
-class Give(Struct, frozen=True):
+@dataclass(frozen=True)
+class Give:
     """A robot gets another objective of its own."""
 
     robot: str
     objective: Objective
 
 
-class Serve(Struct, frozen=True):
+@dataclass(frozen=True)
+class Serve:
     """A robot stands still, or is back in service."""
 
     robot: str
     active: bool
 
 
-class SetInput(Struct, frozen=True):
+@dataclass(frozen=True)
+class SetInput:
     """An input of the environment is on, or off, from now on."""
 
     name: str
     on: bool
 
 
-class MarkResolved(Struct, frozen=True):
+@dataclass(frozen=True)
+class MarkResolved:
     """An operator has resolved an obstacle, by its name."""
 
     obstacle: str
 
 
-class MarkPermanent(Struct, frozen=True):
+@dataclass(frozen=True)
+class MarkPermanent:
     """An obstacle that the team has encountered is permanent, by its name."""
 
     obstacle: str
 
 
-class PutBack(Struct, frozen=True):
+@dataclass(frozen=True)
+class PutBack:
     """A robot that has no command stands in ``pose`` now, and is in service."""
 
     robot: str
     pose: Pose
 
 
-class GiveUp(Struct, frozen=True):
+@dataclass(frozen=True)
+class GiveUp:
     """The run ends: as it would have ended where it waits, else as interrupted."""
 
 
@@ -122,7 +132,8 @@ _SCENARIO = vocabulary.ChangeCause.SCENARIO
 _INPUT = vocabulary.ChangeCause.INPUT
 
 
-class Interventions(Struct, dict=True):
+@dataclass
+class Interventions:
     """Asked for at any time, applied at the beginning of the next tick."""
 
     state: TeamState

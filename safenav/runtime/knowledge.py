@@ -9,9 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from copy import copy
-
-from msgspec import Struct
-from msgspec.structs import replace
+from dataclasses import dataclass, replace
 
 from safenav.runtime.worlds.world import Work, Works
 from safenav.scenario.model import Obstacle, Robot, Scenario
@@ -23,7 +21,8 @@ UNTRAVERSABLE = "found to be untraversable"
 PERMANENT = "an operator says that it stays"
 
 
-class NeedMet(Struct, frozen=True):
+@dataclass(frozen=True)
+class NeedMet:
     """One of several needs of an obstacle was met by ``group``."""
 
     obstacle: Obstacle

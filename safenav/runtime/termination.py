@@ -8,14 +8,15 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from dataclasses import field
 
-from msgspec import Struct, field
-
+from safenav.dataclass import dataclass
 from safenav.outcome import Outcome
 from safenav.trace.proofs import Proof
 
 
-class Conclusion(Struct, frozen=True):
+@dataclass(frozen=True)
+class Conclusion:
     """Why a run ended. ``cause`` and ``proof``: of ``operator_needed`` (docs/trace.md), with the
     ``links`` of its reasons, one sentence each, and the robots that are ``stuck``. ``refused``: the
     promises that cannot be kept, each with the least that could be."""
@@ -38,7 +39,8 @@ class RunEnded(Exception):  # noqa: N818 - it is not an error
         super().__init__(conclusion.explanation)
 
 
-class Stop(Struct):
+@dataclass
+class Stop:
     """Whether a run must end from outside: by a request, or because its time is up.
 
     ``seconds``: wall time of the whole run, counted from the last ``begin``.

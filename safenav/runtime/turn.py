@@ -6,11 +6,10 @@ The order of what happens here is the order of lines in a trace (docs/trace.md).
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 
-from msgspec import Struct
-from msgspec.structs import replace
-
+from safenav.dataclass import dataclass
 from safenav.outcome import Outcome
 from safenav.runtime.actions import Actions
 from safenav.runtime.characterization import ForbiddenMove, characterize
@@ -48,7 +47,8 @@ from safenav.world.moves import Pose
 from safenav.world.poses import region_mask
 
 
-class Turns(Struct, dict=True):
+@dataclass
+class Turns:
     """Carries out turns on a team's state in a world."""
 
     state: TeamState

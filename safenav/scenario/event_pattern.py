@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.world.map import Region
 
 
@@ -29,7 +28,8 @@ class EventKind(StrEnum):
     PLAN = "plan"
 
 
-class EventPattern(Struct, frozen=True):
+@dataclass(frozen=True)
+class EventPattern:
     """Matches the events of a kind in which all these robots, this obstacle and one of these
     regions have a part; None and the empty set match any."""
 

@@ -7,11 +7,10 @@ need not check it again.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from dataclasses import field, replace
 from enum import StrEnum
 
-from msgspec import Struct, field
-from msgspec.structs import replace
-
+from safenav.dataclass import dataclass
 from safenav.outcome import Outcome
 from safenav.scenario.event_pattern import EventPattern
 from safenav.scenario.motion import MotionModel
@@ -29,14 +28,16 @@ class Tracking(StrEnum):
     BELIEF = "belief"
 
 
-class Timing(Struct, frozen=True):
+@dataclass(frozen=True)
+class Timing:
     """Ticks that a step takes: at least and at most, drawn for each step from the seed."""
 
     least: int = 1
     most: int = 1
 
 
-class Battery(Struct, frozen=True):
+@dataclass(frozen=True)
+class Battery:
     """Charge in units of the scenario's choice: at most ``capacity``; a step takes ``move``, a tick
     (live: a second) without one ``stay``, or gives ``charge`` on a charger; it is ``start`` at
     first."""
@@ -48,7 +49,8 @@ class Battery(Struct, frozen=True):
     stay: int = 0
 
 
-class RobotModel(Struct, frozen=True):
+@dataclass(frozen=True)
+class RobotModel:
     """The abilities of robots of one kind.
 
     ``layer``: robots of different layers never collide. ``vision``: radius in regions, None
@@ -69,7 +71,8 @@ class RobotModel(Struct, frozen=True):
     carries: int = 1
 
 
-class Robot(Struct, frozen=True):
+@dataclass(frozen=True)
+class Robot:
     """One robot of the team (the paper's agent p with its C_p and objective).
 
     ``avoids``: the robots that it must not share a region with; None for those of its layer.
@@ -102,7 +105,8 @@ class ResolveAt(StrEnum):
     NEIGHBOURS = "neighbours"
 
 
-class Need(Struct, frozen=True):
+@dataclass(frozen=True)
+class Need:
     """One of the things that an obstacle needs: ``robots`` distinct ones perform ``action``, each
     at one of the regions of ``at``; in the same tick if ``together``. ``same``: those of the need
     before it, which must be able to perform both."""
@@ -114,7 +118,8 @@ class Need(Struct, frozen=True):
     same: bool = False
 
 
-class ObstacleType(Struct, frozen=True):
+@dataclass(frozen=True)
+class ObstacleType:
     """A kind of resolvable obstacle: its action c_r, where that works, and whom it blocks.
 
     ``blocks`` lists the layers, robot models and robots that it physically stops, whatever they
@@ -156,7 +161,8 @@ class ObstacleType(Struct, frozen=True):
         return frozenset(found)
 
 
-class Catalogue(Struct, frozen=True):
+@dataclass(frozen=True)
+class Catalogue:
     """Robot models and obstacle types by name.
 
     ``sources`` says where an entry comes from: ``robots.digit`` -> "built in" or a file.
@@ -182,7 +188,8 @@ class Catalogue(Struct, frozen=True):
         return replace(self, broken=self.broken | {"*"})
 
 
-class Obstacle(Struct, frozen=True):
+@dataclass(frozen=True)
+class Obstacle:
     """A hidden obstacle r in R. ``traversable`` is the truth that resolving it reveals: True,
     False, the probability of True (drawn once per run from the seed), or None if its type
     has no truth to reveal. ``appears`` and ``goes``: the ticks at which it appears and
@@ -265,7 +272,8 @@ def name_parts(name: str) -> tuple[str, str, int]:
     return (kind, where, int(number)) if number.isdecimal() else (kind, place, 1)
 
 
-class RobotChange(Struct, frozen=True):
+@dataclass(frozen=True)
+class RobotChange:
     """A change for a robot during the run, at the beginning of tick ``at``: another
     ``objective`` of its own (its rounds ``within`` so many ticks), or whether it is in service
     (``active``); the other is None."""
@@ -277,7 +285,8 @@ class RobotChange(Struct, frozen=True):
     within: int | None = None
 
 
-class Input(Struct, frozen=True):
+@dataclass(frozen=True)
+class Input:
     """A Boolean that the environment sets, the same for all robots in a tick; off before the first.
     A simulation has it on in the ticks of ``spans`` (first and last) and, drawn from the seed for
     each other tick, with this ``probability``. ``again``: the values that specifications assume
@@ -289,7 +298,8 @@ class Input(Struct, frozen=True):
     again: tuple[bool, ...] = ()
 
 
-class Exclusion(Struct, frozen=True):
+@dataclass(frozen=True)
+class Exclusion:
     """``robots`` of which at most one is in ``regions`` at any moment; one in transit is in both of
     its regions."""
 
@@ -337,7 +347,8 @@ class FailedMoves(StrEnum):
     OUT_OF_SERVICE = "out_of_service"
 
 
-class Failures(Struct, frozen=True):
+@dataclass(frozen=True)
+class Failures:
     """Policies of a live run. ``retries``: repetitions of a failed move into a region before
     ``then``. ``most``: failed moves without an arrival after which a robot is out of service.
     ``actions``: failed actions of a robot on an obstacle after which another robot helps.
@@ -360,7 +371,8 @@ class LatePolicy(StrEnum):
     STOP = "stop"
 
 
-class Until(Struct, frozen=True):
+@dataclass(frozen=True)
+class Until:
     """The run is completed when every robot has met its objective this many times after the
     last resolution; ``by``: at this tick at the latest, None if it has no such promise."""
 
@@ -368,7 +380,8 @@ class Until(Struct, frozen=True):
     by: int | None = None
 
 
-class Limits(Struct, frozen=True):
+@dataclass(frozen=True)
+class Limits:
     """``ticks`` and ``seconds`` (wall, or on the clock of a live run; None for no limit) of a run;
     seconds (wall) and MiB of each single synthesis; ``states`` of a strategy that is listed where
     that is left to safenav."""
@@ -380,7 +393,8 @@ class Limits(Struct, frozen=True):
     states: int = 200_000
 
 
-class Expect(Struct, frozen=True):
+@dataclass(frozen=True)
+class Expect:
     """The expected result of a run of the scenario; None means: not checked.
 
     ``resolved`` and ``blocked`` name obstacles (``door@47``) as sets; ``helpers`` maps an
@@ -393,10 +407,10 @@ class Expect(Struct, frozen=True):
     outcome: Outcome | None = None
     resolved: frozenset[str] | None = None
     blocked: frozenset[str] | None = None
-    helpers: Mapping[str, str] | None = None
+    helpers: Mapping[str, str] | None = field(default=None, hash=False)
     ticks: int | None = None
     least_ticks: int | None = None
-    rounds: Mapping[str, int] | None = None
+    rounds: Mapping[str, int] | None = field(default=None, hash=False)
     order: tuple[EventPattern, ...] | None = None
     never: tuple[EventPattern, ...] | None = None
     late: frozenset[str] | None = None
@@ -406,7 +420,8 @@ DEFAULT_CLOCK = Clock.LOCKSTEP
 """The clock of a scenario that names none."""
 
 
-class Scenario(Struct, frozen=True):
+@dataclass(frozen=True)
+class Scenario:
     """Everything that a run needs. ``source`` is the file it came from, for messages.
 
     ``deadlock``: whether joint plans resolve deadlocks.
@@ -436,8 +451,8 @@ class Scenario(Struct, frozen=True):
     partition: tuple[frozenset[Region], ...] | None = None
     controllers: Controllers = Controllers.AUTO
     changes: tuple[RobotChange, ...] = ()
-    requirements: Mapping[str, str] = field(default_factory=dict)
-    catalogue: Catalogue = Catalogue()
+    requirements: Mapping[str, str] = field(default_factory=dict, hash=False)
+    catalogue: Catalogue = field(default=Catalogue(), repr=False, compare=False)
     clock: Clock = DEFAULT_CLOCK
     failures: Failures = Failures()
     never_together: tuple[Exclusion, ...] = ()
@@ -448,9 +463,6 @@ class Scenario(Struct, frozen=True):
     chargers: frozenset[Region] = frozenset()
     flat: ObstacleType | None = None
     inputs: tuple[Input, ...] = ()
-
-    def __hash__(self) -> int:
-        return hash((self.name, self.map, self.robots, self.obstacles))
 
     @property
     def promises(self) -> bool:

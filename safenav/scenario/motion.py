@@ -9,14 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from msgspec import Struct
+from safenav.dataclass import dataclass
 
 ENTRY_POINTS = "safenav.motion"
 
 Value = float | tuple[tuple[float, float], ...]
 
 
-class Parameter(Struct, frozen=True):
+@dataclass(frozen=True)
+class Parameter:
     """A number that a kind of motion takes: its default, its bounds, and what it means."""
 
     default: float
@@ -25,7 +26,8 @@ class Parameter(Struct, frozen=True):
     meaning: str
 
 
-class MotionModel(Struct, frozen=True):
+@dataclass(frozen=True)
+class MotionModel:
     """The motion of a model: the kind, and the parameters that it sets itself."""
 
     kind: str

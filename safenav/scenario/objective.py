@@ -14,11 +14,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import field, replace
 from typing import ClassVar
 
-from msgspec import Struct, field
-from msgspec.structs import replace
-
+from safenav.dataclass import dataclass
 from safenav.scenario.pursuit import Pursuit
 from safenav.world.map import Region
 from safenav.world.poses import bits
@@ -39,7 +38,8 @@ EMPTY = "is empty"
 """The error of an objective without targets."""
 
 
-class TargetObjective(Struct, frozen=True, kw_only=True):
+@dataclass(frozen=True)
+class TargetObjective:
     """An objective about targets, which are numbered in its own order. ``avoid``: regions that the
     robot never enters; ``always``: formulas over ``region`` and ``heading`` that each of its steps
     keeps. Both hold whatever it does, also while it helps others. ``kind``: its key in a
@@ -55,8 +55,8 @@ class TargetObjective(Struct, frozen=True, kw_only=True):
     in_turn: ClassVar[bool] = False
     turn: ClassVar[str] = ""
     settles: ClassVar[bool] = False
-    avoid: Target = frozenset()
-    always: tuple[str, ...] = ()
+    avoid: Target = field(default=frozenset(), kw_only=True)
+    always: tuple[str, ...] = field(default=(), kw_only=True)
 
     def listed(self) -> tuple[Target, ...]:
         """The targets."""
@@ -123,7 +123,8 @@ class TargetObjective(Struct, frozen=True, kw_only=True):
         return count - 1 in seen if self.settles else len(seen) == count
 
 
-class Patrol(TargetObjective, frozen=True):
+@dataclass(frozen=True)
+class Patrol(TargetObjective):
     """Alternate between two targets by the paper's Patrol formula (Section VI), which also
     forbids to touch the target whose turn it is not. Unless it is to be ``literal``, plain
     alternation will do where the formula cannot be kept (``spec.forms``)."""
@@ -174,7 +175,8 @@ class Patrol(TargetObjective, frozen=True):
         return after in left or after in (self.first if now == 1 else self.second)
 
 
-class Visit(TargetObjective, frozen=True):
+@dataclass(frozen=True)
+class Visit(TargetObjective):
     """Visit the targets in order, forever; passing another target on the way is allowed."""
 
     kind: ClassVar[str] = "visit"
@@ -193,7 +195,8 @@ class Visit(TargetObjective, frozen=True):
         return "visit " + ", ".join(map(word, self.targets)) + " in turn"
 
 
-class Cover(TargetObjective, frozen=True):
+@dataclass(frozen=True)
+class Cover(TargetObjective):
     """Visit all targets in any order, forever."""
 
     kind: ClassVar[str] = "cover"
@@ -207,7 +210,8 @@ class Cover(TargetObjective, frozen=True):
         return cls(tuple(targets))
 
 
-class Hold(TargetObjective, frozen=True):
+@dataclass(frozen=True)
+class Hold(TargetObjective):
     """Go to the target and stay there (the paper's Patrol(s, s))."""
 
     kind: ClassVar[str] = "hold"
@@ -223,7 +227,8 @@ class Hold(TargetObjective, frozen=True):
         return cls(targets[0])
 
 
-class Once(TargetObjective, frozen=True):
+@dataclass(frozen=True)
+class Once(TargetObjective):
     """Visit each target once, in order, and stay at the last one."""
 
     kind: ClassVar[str] = "once"
@@ -256,7 +261,8 @@ KINDS: Mapping[str, type[TargetObjective]] = {
 """The kinds of objectives about targets, by their key in a scenario."""
 
 
-class Ltl(Struct, frozen=True):
+@dataclass(frozen=True)
+class Ltl:
     """Guarantees in the structured-slugs language over the robot's own variables
     (``region``, ``heading``) and declared memory.
 

@@ -10,9 +10,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from functools import lru_cache
 
-from msgspec import Struct
-
 from safenav.components import components
+from safenav.dataclass import dataclass
 from safenav.scenario.guarantees import Guarantees, guarantees_of
 from safenav.scenario.objective import Ltl, Objective, formulas_in, targets_of
 from safenav.spec.task import Task
@@ -25,7 +24,8 @@ Remembered = tuple[tuple[str, int], ...]
 State = tuple[Pose, Remembered]
 
 
-class Part(Struct, frozen=True):
+@dataclass(frozen=True)
+class Part:
     """Regions with the states (pose and memory) at which they matter."""
 
     regions: frozenset[Region]
@@ -39,7 +39,8 @@ class Part(Struct, frozen=True):
         return {memory: frozenset(found[memory]) for memory in sorted(found)}
 
 
-class AssignableRegions(Struct, frozen=True):
+@dataclass(frozen=True)
+class AssignableRegions:
     """``places``: regions assignable from some pose. ``parts``: regions assignable from some poses
     only, with those poses. ``homes``: where the robot can circulate and meet its objective forever,
     if there are several such region sets: for each of them the poses in it or in transit to it. A
@@ -74,7 +75,8 @@ def whereabouts(task: Task, world: RegionMap) -> frozenset[Region]:
     return frozenset(pose.region for pose, _ in _ways(_Ground.of(task, world)))
 
 
-class _Ground(Struct, frozen=True):
+@dataclass(frozen=True)
+class _Ground:
     """The state that paths depend on."""
 
     mobility: Mobility

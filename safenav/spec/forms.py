@@ -14,8 +14,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from enum import StrEnum
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.scenario.objective import (
     Objective,
     Patrol,
@@ -52,7 +51,8 @@ class Weakening(StrEnum):
     """Goals may be assigned to it at any time."""
 
 
-class Rung(Struct, frozen=True):
+@dataclass(frozen=True)
+class Rung:
     """One form of an objective. ``turn``: the target that comes first. ``weakening``: why no
     stronger form is asked for; None for the strongest."""
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from enum import StrEnum
 
-from msgspec import Struct
+from safenav.dataclass import dataclass
 
 
 class Owner(StrEnum):
@@ -28,7 +28,8 @@ class Section(StrEnum):
     SYS_LIVENESS = "SYS_LIVENESS"
 
 
-class Variable(Struct, frozen=True):
+@dataclass(frozen=True)
+class Variable:
     """A Boolean (``bounds`` is None) or an integer within ``bounds`` (min, max inclusive)."""
 
     name: str
@@ -44,7 +45,8 @@ class Variable(Struct, frozen=True):
         return f"{self.name}:{low}...{high}"
 
 
-class Origin(Struct, frozen=True):
+@dataclass(frozen=True)
+class Origin:
     """Where a constraint comes from.
 
     ``item``: the scenario item in dotted form (``map``, ``robots.digit.objective``,
@@ -60,7 +62,8 @@ class Origin(Struct, frozen=True):
         return f"{self.item}: {self.rule}" + (f" ({self.source})" if self.source else "")
 
 
-class Constraint(Struct, frozen=True):
+@dataclass(frozen=True)
+class Constraint:
     """One line of a section. ``formula`` is structured-slugs text without line breaks;
     ``regions`` are those that it is about (walls, targets), for explanations."""
 
@@ -70,7 +73,8 @@ class Constraint(Struct, frozen=True):
     regions: tuple[int, ...] = ()
 
 
-class Specification(Struct, frozen=True):
+@dataclass(frozen=True)
+class Specification:
     """A robot's specification. Variables and constraints keep their order: with the same
     order the synthesizer gives the same strategy to the byte."""
 

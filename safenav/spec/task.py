@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.scenario.model import Input, Robot, Tracking
 from safenav.scenario.objective import Objective, Target, targets_of
 from safenav.spec.objective import NO_MEMORY, Memory
@@ -43,7 +42,8 @@ LADDERS: dict[Tracking, tuple[Fairness, ...]] = {
 """For each way to model others the assumptions that can be made, from weakest to strongest."""
 
 
-class Known(Struct, frozen=True):
+@dataclass(frozen=True)
+class Known:
     """A region that is known not to be enterable now, and the scenario item that says why."""
 
     region: Region
@@ -51,7 +51,8 @@ class Known(Struct, frozen=True):
     reason: str
 
 
-class Observed(Struct, frozen=True):
+@dataclass(frozen=True)
+class Observed:
     """Another robot whose position matters: where it is, and the targets of its objective.
 
     ``danger``: it must not be run into (else it is only kept track of). ``belief``: the cells
@@ -69,7 +70,8 @@ class Observed(Struct, frozen=True):
         return f"at_{self.name}"
 
 
-class Task(Struct, frozen=True):
+@dataclass(frozen=True)
+class Task:
     """Everything that one robot's specification depends on.
 
     ``blocked``: obstacles known by now (O beyond the walls) that block this robot.

@@ -10,8 +10,7 @@ import re
 from collections.abc import Callable
 from math import inf
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.errors import ExitCode, SafenavError
 from safenav.stl.syntax import (
     ARGUMENTS,
@@ -87,7 +86,8 @@ def parse_requirement(text: str) -> Requirement:
     return _Parser(text).whole()
 
 
-class _Lexeme(Struct, frozen=True):
+@dataclass(frozen=True)
+class _Lexeme:
     kind: str
     text: str
     column: int

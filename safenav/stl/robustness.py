@@ -12,9 +12,9 @@ from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
-from msgspec import Struct
 from numpy.typing import NDArray
 
+from safenav.dataclass import dataclass
 from safenav.stl.syntax import (
     PAST,
     UNIVERSAL,
@@ -64,7 +64,8 @@ class Recording(Protocol):
         ...
 
 
-class Robustness(Struct, frozen=True):
+@dataclass(frozen=True)
+class Robustness:
     """The robustness at each of ``times``: between ``low`` and ``high``, up to ``error`` by
     which samples can be wrong."""
 
@@ -74,7 +75,8 @@ class Robustness(Struct, frozen=True):
     error: float
 
 
-class _Values(Struct, frozen=True):
+@dataclass(frozen=True)
+class _Values:
     """``slope``: bound of the change per second between jumps."""
 
     low: Array

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import field
 from math import inf
 
-from msgspec import Struct
+from safenav.dataclass import dataclass
 
 ARGUMENTS = {"distance": 2, "speed": 1, "height": 1, "x": 1, "y": 1}
 """The signals of robots, and how many robots each takes. Metres, and metres per second."""
@@ -13,31 +14,24 @@ ARGUMENTS = {"distance": 2, "speed": 1, "height": 1, "x": 1, "y": 1}
 EVENTS = ("requested", "resolved")
 
 
-class RobotSignal(Struct, frozen=True):
+@dataclass(frozen=True)
+class RobotSignal:
     """``distance(a, b)``: a signal of the motion of one or two robots."""
 
     name: str
     robots: tuple[str, ...]
-    columns: tuple[int, ...] = ()
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, RobotSignal) and self._said == other._said
-
-    def __hash__(self) -> int:
-        return hash(self._said)
-
-    @property
-    def _said(self) -> tuple[str, tuple[str, ...]]:
-        return (self.name, self.robots)
+    columns: tuple[int, ...] = field(default=(), compare=False)
 
 
-class Literal(Struct, frozen=True):
+@dataclass(frozen=True)
+class Literal:
     """A number."""
 
     value: float
 
 
-class Arithmetic(Struct, frozen=True):
+@dataclass(frozen=True)
+class Arithmetic:
     """``left + right``, ``left - right`` or ``left * right``."""
 
     operator: str
@@ -45,35 +39,29 @@ class Arithmetic(Struct, frozen=True):
     right: SignalTerm
 
 
-class Margin(Struct, frozen=True):
+@dataclass(frozen=True)
+class Margin:
     """``term >= 0``: its robustness is the term."""
 
     term: SignalTerm
 
 
-class Happens(Struct, frozen=True):
+@dataclass(frozen=True)
+class Happens:
     """``requested_door@47``: 1 at the instants of the event, -1 at all others."""
 
     kind: str
     obstacle: str
-    column: int = 0
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Happens) and self._said == other._said
-
-    def __hash__(self) -> int:
-        return hash(self._said)
-
-    @property
-    def _said(self) -> tuple[str, str]:
-        return (self.kind, self.obstacle)
+    column: int = field(default=0, compare=False)
 
 
-class Negation(Struct, frozen=True):
+@dataclass(frozen=True)
+class Negation:
     operand: Requirement
 
 
-class Junction(Struct, frozen=True):
+@dataclass(frozen=True)
+class Junction:
     """``left and right``, ``left or right``."""
 
     operator: str
@@ -81,14 +69,16 @@ class Junction(Struct, frozen=True):
     right: Requirement
 
 
-class Window(Struct, frozen=True):
+@dataclass(frozen=True)
+class Window:
     """Seconds from ``begin`` to ``end``, both included."""
 
     begin: float = 0.0
     end: float = inf
 
 
-class Within(Struct, frozen=True):
+@dataclass(frozen=True)
+class Within:
     """``always``, ``eventually`` (the future), ``historically`` or ``once`` (the past)."""
 
     operator: str
@@ -96,7 +86,8 @@ class Within(Struct, frozen=True):
     operand: Requirement
 
 
-class UntilSince(Struct, frozen=True):
+@dataclass(frozen=True)
+class UntilSince:
     """``left until right``, or into the past ``left since right``."""
 
     operator: str

@@ -10,8 +10,7 @@ from __future__ import annotations
 
 import hmac
 from collections.abc import Mapping
-
-from msgspec import Struct
+from dataclasses import dataclass
 
 UPLOAD = 8_000_000
 """Bytes of the largest upload."""
@@ -37,7 +36,8 @@ APART = (
 """The policy of a self-contained page that may not send requests to the studio."""
 
 
-class Guard(Struct, frozen=True):
+@dataclass(frozen=True)
+class Guard:
     """Judges requests. ``token``: of the address; ``port``: that is listened on."""
 
     token: str

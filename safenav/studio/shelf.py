@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
-
-from msgspec import Struct
 
 from safenav.errors import UsageError
 from safenav.outfile import write_whole
@@ -29,7 +28,8 @@ class ReplaceError(UsageError):
         self.name = name
 
 
-class Shelf(Struct, frozen=True):
+@dataclass(frozen=True)
+class Shelf:
     """Opens and saves the scenarios below ``folder``."""
 
     folder: Path

@@ -13,8 +13,7 @@ from collections.abc import Iterator
 from functools import cached_property, lru_cache
 from pathlib import Path
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.errors import SynthesizerError
 from safenav.synthesis.process import Crew
 
@@ -27,7 +26,8 @@ _NATIVE_VERSION = re.compile(r"\Aslugs (\d+\.\d+\.\d+\S*)", re.MULTILINE)
 _VERSION_SECONDS = 5.0
 
 
-class Binary(Struct, frozen=True, dict=True):
+@dataclass(frozen=True)
+class Binary:
     """A slugs binary. ``ours``: known to be safenav's, so that it need not be asked."""
 
     path: Path

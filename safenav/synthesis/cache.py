@@ -17,8 +17,7 @@ import warnings
 from collections.abc import Iterable
 from pathlib import Path
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.outcome import Verdict
 
 VARIABLE = "SAFENAV_CACHE"
@@ -38,7 +37,8 @@ class CacheWarning(UserWarning):
     """The cache cannot be used; everything still works, only slower."""
 
 
-class CacheEntry(Struct, frozen=True):
+@dataclass(frozen=True)
+class CacheEntry:
     """A proven verdict, what it cost when it was computed, and the strategy if there is one."""
 
     verdict: Verdict

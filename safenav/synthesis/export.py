@@ -10,8 +10,7 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.spec.specification import Owner, Section, Specification, Variable
 from safenav.synthesis.strategy import Strategy, bit_names
 from safenav.synthesis.verdict import SynthesisResult
@@ -23,7 +22,8 @@ if TYPE_CHECKING:
 _NOT_XML = "[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]"  # slow to compile
 
 
-class StrategySize(Struct, frozen=True):
+@dataclass(frozen=True)
+class StrategySize:
     """The size of a synthesis. ``goals`` of the specification; ``bits`` of a state;
     ``seconds`` that the synthesizer took. None where there is no strategy."""
 

@@ -22,8 +22,7 @@ from functools import lru_cache
 from types import FrameType
 from typing import IO
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.errors import SynthesizerError
 
 _ROUTINE = re.compile(r"RESULT: |SLUGS: |slugs \d+\.\d+")
@@ -34,7 +33,8 @@ _GRACE_SECONDS = 2.0
 """For draining the pipes of a killed group, should a stray grandchild still hold them."""
 
 
-class Finished(Struct, frozen=True):
+@dataclass(frozen=True)
+class Finished:
     """The result of a command. ``status`` is negative for death by that signal."""
 
     status: int

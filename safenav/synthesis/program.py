@@ -6,8 +6,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Union
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.outcome import Verdict
 from safenav.synthesis.binary import Binary, find_own_binary
 from safenav.synthesis.process import Crew, Finished, limited
@@ -26,7 +25,8 @@ Served = tuple[Union["ServedStrategy", Verdict], float]
 Brought = Finished | Served
 
 
-class Program(Struct, frozen=True):
+@dataclass(frozen=True)
+class Program:
     """A binary with the limits of each single synthesis (wall seconds; None: no limit)."""
 
     binary: Binary

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from enum import StrEnum
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.outcome import Verdict
 from safenav.spec.specification import Section, Specification
 from safenav.synthesis.verdict import SynthesisResult
@@ -45,7 +44,8 @@ class RequestPhase(StrEnum):
     FINISHED = "finished"
 
 
-class SynthesisProgress(Struct, frozen=True):
+@dataclass(frozen=True)
+class SynthesisProgress:
     """Something happened in a synthesis: it started, still runs (reported once per second), or
     finished with a result. ``index``: which of the specifications it belongs to."""
 
@@ -59,7 +59,8 @@ class SynthesisProgress(Struct, frozen=True):
 Listener = Callable[[SynthesisProgress], None]
 
 
-class Job(Struct, frozen=True):
+@dataclass(frozen=True)
+class Job:
     """One request: its kind and its specification."""
 
     index: int

@@ -14,8 +14,7 @@ from functools import cached_property
 from itertools import chain
 from typing import Any, overload
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.errors import SynthesizerError
 from safenav.spec.specification import Owner, Section, Specification, Variable
 
@@ -36,7 +35,8 @@ def bit_names(variable: Variable) -> tuple[str, ...]:
     )
 
 
-class Field(Struct, frozen=True):
+@dataclass(frozen=True)
+class Field:
     """Where the bits of a variable stand in a node's state."""
 
     variable: Variable
@@ -62,7 +62,8 @@ class Field(Struct, frozen=True):
         return tuple((c, offset >> position & 1) for position, c in enumerate(self.columns))
 
 
-class Node(Struct, frozen=True):
+@dataclass(frozen=True)
+class Node:
     """One node of a strategy. ``rank``: index of the goal that is pursued."""
 
     id: int

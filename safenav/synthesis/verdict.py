@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.outcome import Verdict
 
 if TYPE_CHECKING:
@@ -13,7 +12,8 @@ if TYPE_CHECKING:
     from safenav.synthesis.strategy import Strategy
 
 
-class SynthesisResult(Struct, frozen=True):
+@dataclass(frozen=True)
+class SynthesisResult:
     """One answer of the synthesizer.
 
     ``strategy`` is there exactly when the verdict is realizable and a strategy was asked

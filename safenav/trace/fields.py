@@ -2,7 +2,8 @@
 
 Knows the annotations that the records of ``safenav.trace`` use: plain types, ``X | None`` and other
 unions, ``Annotated`` with ``Least`` or ``Pattern``, enums, tuples, frozen sets, mappings from
-strings, structs (objects, or ``row``: lists), and ``Objective``.
+strings, dataclasses (objects, or ``row``: lists), and ``Objective``. A field whose metadata has a
+``key`` is written under that name.
 """
 
 from __future__ import annotations
@@ -12,12 +13,12 @@ import math
 import re
 import types
 from collections.abc import Callable, Mapping
+from dataclasses import MISSING, fields, is_dataclass
 from enum import StrEnum
 from functools import cache
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
-from msgspec import NODEFAULT, Struct
-
+from safenav.dataclass import dataclass
 from safenav.trace.objective import Objective
 from safenav.trace.vocabulary import Least, Pattern
 
@@ -79,7 +80,7 @@ def _converter(annotation: Any) -> Converter:
         return _leaf(Objective.of, 'an objective such as {"visit": [3, 5]}')
     if isinstance(annotation, type) and issubclass(annotation, StrEnum):
         return _leaf(_member_of(annotation), "one of " + ", ".join(annotation))
-    if _is_struct(annotation):
+    if isinstance(annotation, type) and is_dataclass(annotation):
         return _row(annotation) if is_row(annotation) else _data(annotation)
     return _PLAIN[annotation]
 
@@ -116,10 +117,6 @@ _PLAIN: dict[Any, Converter] = {
 }
 
 
-def _is_struct(annotation: Any) -> bool:
-    return isinstance(annotation, type) and issubclass(annotation, Struct)
-
-
 def _bounded(inner: Converter, bound: Least | Pattern) -> Converter:
     def take(value: object) -> Any:
         taken = inner(value)
@@ -136,8 +133,8 @@ def _bounded(inner: Converter, bound: Least | Pattern) -> Converter:
 def _union(annotations: list[Any], *, nullable: bool) -> Converter:
     """A value of one of the choices, or null where that is allowed. Objects are distinguished by
     their ``kind``."""
-    if len(annotations) > 1 and all(map(_is_struct, annotations)):
-        kinds = {a.__struct_defaults__[-1]: a for a in annotations}
+    if len(annotations) > 1 and all(is_dataclass(a) for a in annotations):
+        kinds = {e.default: a for a in annotations for e in fields(a) if e.name == "kind"}
         return _by_kind(kinds, nullable=nullable)
     choices = [_converter(annotation) for annotation in annotations]
 
@@ -221,7 +218,8 @@ def _mapping(item: Converter) -> Converter:
     return take
 
 
-class FieldEntry(Struct, frozen=True):
+@dataclass(frozen=True)
+class FieldEntry:
     """A field of a record: its name in Python and in JSON, and whether it may be absent."""
 
     name: str
@@ -235,18 +233,17 @@ class FieldEntry(Struct, frozen=True):
 @cache
 def entries(kind: Any) -> tuple[FieldEntry, ...]:
     """The fields of a record class, or of a class of objects in one, in order."""
-    keys = dict(zip(kind.__struct_fields__, kind.__struct_encode_fields__, strict=True))
-    defaults = dict(zip(reversed(keys), reversed(kind.__struct_defaults__), strict=False))
+    hints = get_type_hints(kind, include_extras=True)
     return tuple(
         FieldEntry(
-            name,
-            keys[name].rstrip("_"),
-            annotation,
-            defaults.get(name, NODEFAULT) is not NODEFAULT,
-            defaults.get(name, NODEFAULT) is None,
+            entry.name,
+            entry.metadata.get("key", entry.name.rstrip("_")),
+            hints[entry.name],
+            entry.default is not MISSING,
+            entry.default is None,
         )
-        for name, annotation in get_type_hints(kind, include_extras=True).items()
-        if name in keys and name != "line"
+        for entry in fields(kind)
+        if entry.name != "line"
     )
 
 
@@ -287,7 +284,7 @@ def plain(value: Any) -> Any:
         return value
     if isinstance(value, Objective):
         return value.data
-    if isinstance(value, Struct):
+    if is_dataclass(value):
         kind: Any = type(value)
         said = [(entry, getattr(value, entry.name)) for entry in entries(kind)]
         return {e.key: plain(item) for e, item in said if item is not None or not e.nothing}

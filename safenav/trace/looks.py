@@ -8,8 +8,7 @@ from -1 to 1.
 from __future__ import annotations
 
 from collections.abc import Sequence
-
-from msgspec import Struct
+from dataclasses import dataclass
 
 from safenav.trace.labels import labels
 
@@ -23,7 +22,8 @@ PURPLE = "#CC79A7"
 GREY = "#7A7F87"
 
 
-class Look(Struct, frozen=True):
+@dataclass(frozen=True)
+class Look:
     """Look of one robot: body, the colour of it and of the letters on it.
 
     ``size`` of the letters and ``drop`` of their baseline are in radii of the body."""

@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 
-from msgspec import Struct
+from safenav.dataclass import dataclass
 
 
-class Objective(Struct, frozen=True):
+@dataclass(frozen=True)
+class Objective:
     """The objective of a robot.
 
     ``targets``: sets of regions of which any counts, in the objective's own order; none for

@@ -8,12 +8,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.trace.vocabulary import Count, Pattern, Place, Sha256
 
 
-class Reach(Struct, frozen=True):
+@dataclass(frozen=True)
+class Reach:
     """``poses``: all that a robot can get to, ascending. ``live``: whether from some of them it
     can meet every target of its objective infinitely often."""
 
@@ -21,7 +21,8 @@ class Reach(Struct, frozen=True):
     live: bool
 
 
-class Closure(Struct, frozen=True):
+@dataclass(frozen=True)
+class Closure:
     """The most that the team can do: ``resolved`` are the open obstacles that can be, ``never``
     those that cannot, ``robots`` where each gets with the former out of the way."""
 
@@ -31,7 +32,8 @@ class Closure(Struct, frozen=True):
     kind: Annotated[str, Pattern("closure", "closure")] = "closure"
 
 
-class Option(Struct, frozen=True):
+@dataclass(frozen=True)
+class Option:
     """``robots`` meet need number ``need`` of ``obstacle``. ``lossless``: each of them can come
     back to all that it could get to before, so that no other option need be examined."""
 
@@ -41,27 +43,31 @@ class Option(Struct, frozen=True):
     lossless: bool
 
 
-class Choice(Struct, frozen=True):
+@dataclass(frozen=True)
+class Choice:
     """A possible next step, and the proof that it does not help."""
 
     option: Option
     proof: Proof
 
 
-class Tree(Struct, frozen=True):
+@dataclass(frozen=True)
+class Tree:
     """All options that there are (or one that is lossless), each refuted."""
 
     choices: tuple[Choice, ...]
     kind: Annotated[str, Pattern("tree", "tree")] = "tree"
 
 
-class JointGoal(Struct, frozen=True):
+@dataclass(frozen=True)
+class JointGoal:
     """Number of times that each robot would have to meet its objective."""
 
     rounds: Count
 
 
-class JointSearch(Struct, frozen=True):
+@dataclass(frozen=True)
+class JointSearch:
     """No order of moves completes the mission: ``states`` joint places can be reached, whose
     sorted lines have this ``sha256``. ``start``: the pose of each robot; ``stages``: the next need
     of each open obstacle."""

@@ -1,19 +1,20 @@
 """The lines of a trace as typed data, once for all who write or read it (docs/trace.md).
 
-One frozen class for each type of line. The reader, the writer and the JSON Schema are driven
+One frozen dataclass for each type of line. The reader, the writer and the JSON Schema are driven
 by the annotations: a field's JSON name is its name here, without the underscore that
 keeps it apart from a word of Python. A field with a default may be absent; one whose default is
-None is left out when it is None. Of safenav only this package and how a run can end are imported
-here, so that independent checkers can read traces.
+None is left out when it is None. Of safenav only this package, how a dataclass is made and how
+a run can end are
+imported here, so that independent checkers can read traces.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import field
 from typing import ClassVar
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.outcome import Outcome, Verdict
 from safenav.trace.objective import Objective
 from safenav.trace.proofs import Proof
@@ -45,32 +46,20 @@ VERSION = 3
 """The version of the format; there is no other."""
 
 
-class TickLine(Struct, frozen=True):
-    """``tick``: 0 before the first move; in a live run the number of the pass."""
-
-    tick: Count
-
-
-class Record(TickLine, frozen=True, kw_only=True):
-    """Fields of all lines. ``t``: the time in seconds, in a live run. ``line``: its number in the
-    file it was read from, from 1 (0: it was not read); that is not part of the line."""
+@dataclass(frozen=True)
+class Record:
+    """Fields of all lines: ``tick``, 0 before the first move, and the number of the ``line`` in
+    the file it was read from, from 1 (0: it was not read; not part of the line). In a live run
+    ``tick`` is the number of the pass, and ``t`` the time in seconds."""
 
     type: ClassVar[str]
-    t: Seconds | None = None
-    line: int = 0
-
-    def __eq__(self, other: object) -> bool:
-        return type(self) is type(other) and all(
-            getattr(self, name) == getattr(other, name)
-            for name in self.__struct_fields__
-            if name != "line"
-        )
-
-    def __hash__(self) -> int:
-        return hash((type(self), self.tick))
+    tick: Count
+    t: Seconds | None = field(default=None, kw_only=True)
+    line: int = field(default=0, kw_only=True, compare=False, repr=False)
 
 
-class Header(Record, frozen=True):
+@dataclass(frozen=True)
+class Header(Record):
     """The first line; the only one without a tick in the file. ``clock``: ``live`` for a run in
     time, None for lockstep."""
 
@@ -81,7 +70,8 @@ class Header(Record, frozen=True):
     clock: str | None = None
 
 
-class Tried(Struct, frozen=True):
+@dataclass(frozen=True)
+class Tried:
     """A synthesis that failed before: weaker assumptions, or a stronger form."""
 
     form: Form
@@ -90,7 +80,8 @@ class Tried(Struct, frozen=True):
     verdict: Verdict
 
 
-class PlacesFrom(Struct, frozen=True):
+@dataclass(frozen=True)
+class PlacesFrom:
     """Regions that a robot can be sent to from some places only: from ``from_``, while it remembers
     ``memory``, and from those of other entries of the same ``places``."""
 
@@ -99,7 +90,8 @@ class PlacesFrom(Struct, frozen=True):
     memory: Mapping[str, int] | None = None
 
 
-class Synthesis(Record, frozen=True):
+@dataclass(frozen=True)
+class Synthesis(Record):
     """A robot was synthesized. For a strategy that was installed, ``node`` is where it begins.
 
     What the specification was made from: pose (``region``, ``heading``), ``memory`` (variable:
@@ -151,7 +143,8 @@ class Synthesis(Record, frozen=True):
     tried: tuple[Tried, ...] | None = None
 
 
-class Signal(Struct, frozen=True):
+@dataclass(frozen=True)
+class Signal:
     """The command inputs of an assignable strategy: a request to go to ``assigned``, or to wait."""
 
     request: bool
@@ -159,7 +152,8 @@ class Signal(Struct, frozen=True):
     wait: bool
 
 
-class Move(Record, frozen=True):
+@dataclass(frozen=True)
+class Move(Record):
     """One for each robot and tick. ``toward``: while a step takes several ticks, the region to
     which the robot is in transit and which it also occupies. ``by``: what decided the move (None:
     nothing was queried, the robot is in transit, or the trace does not record it). ``signal``: on
@@ -177,7 +171,8 @@ class Move(Record, frozen=True):
     busy: tuple[Region, ...] | None = None
 
 
-class Depart(Record, frozen=True):
+@dataclass(frozen=True)
+class Depart(Record):
     """Live: a robot begins a step, and occupies both regions until the ``arrive`` line with the
     same ``command``. ``heading``: the one at its end. ``by`` as in ``Move``; ``node``: the
     strategy's node after the step; ``shown``: regions that were shown to its strategy as occupied
@@ -196,7 +191,8 @@ class Depart(Record, frozen=True):
     seconds: Seconds | None = None
 
 
-class Arrive(Record, frozen=True):
+@dataclass(frozen=True)
+class Arrive(Record):
     """Live: the step of a robot has ended, and it occupies the region ``at`` only (``regions`` if
     it is lost: it is somewhere in these). ``reason``: why it is not where it was to go."""
 
@@ -210,7 +206,8 @@ class Arrive(Record, frozen=True):
     regions: tuple[Region, ...] | None = None
 
 
-class Act(Record, frozen=True):
+@dataclass(frozen=True)
+class Act(Record):
     """Live: a robot begins to act on ``obstacles`` (none: on what the team does not know) where it
     stands. ``robots``: all that take part, which stay until the ``acted`` line."""
 
@@ -221,7 +218,8 @@ class Act(Record, frozen=True):
     obstacles: tuple[str, ...]
 
 
-class ActionEnd(Record, frozen=True):
+@dataclass(frozen=True)
+class ActionEnd(Record):
     """Live: the end of an action. ``results``: the result for each obstacle. ``barred``: those on
     which the robot has failed too often, which it leaves to others from now on."""
 
@@ -232,7 +230,8 @@ class ActionEnd(Record, frozen=True):
     barred: tuple[str, ...] | None = None
 
 
-class Held(Record, frozen=True):
+@dataclass(frozen=True)
+class Held(Record):
     """Live: a robot stays where it is, from now on for another reason than before. ``shown``:
     regions that were shown to its strategy as occupied although no robot is there."""
 
@@ -243,7 +242,8 @@ class Held(Record, frozen=True):
     shown: tuple[Region, ...] | None = None
 
 
-class Late(Record, frozen=True):
+@dataclass(frozen=True)
+class Late(Record):
     """Live: a report of the world that was dropped, and why: ``event`` is its kind, ``at`` the time
     (seconds) that it is about."""
 
@@ -256,7 +256,8 @@ class Late(Record, frozen=True):
     at: Seconds | None = None
 
 
-class Reopened(Record, frozen=True):
+@dataclass(frozen=True)
+class Reopened(Record):
     """Live: an obstacle that was given up (``blocked``) is pending again: what it lacked may be
     there now."""
 
@@ -264,7 +265,8 @@ class Reopened(Record, frozen=True):
     obstacle: str
 
 
-class Waiting(Record, frozen=True):
+@dataclass(frozen=True)
+class Waiting(Record):
     """Live: the run would end, and waits for an operator instead. ``outcome``: the end that it
     would have; the other fields as there."""
 
@@ -275,7 +277,8 @@ class Waiting(Record, frozen=True):
     proof: Proof | None = None
 
 
-class Operator(Record, frozen=True):
+@dataclass(frozen=True)
+class Operator(Record):
     """Live: an intervention of an operator."""
 
     type: ClassVar[str] = "operator"
@@ -287,40 +290,46 @@ class Operator(Record, frozen=True):
     objective: Objective | None = None
 
 
-class Discovered(Record, frozen=True):
+@dataclass(frozen=True)
+class Discovered(Record):
     """An obstacle that the header does not list; before the first line that names it."""
 
     type: ClassVar[str] = "discovered"
     obstacle: ObstacleHeader
 
 
-class ObstacleChange(Record, frozen=True):
+@dataclass(frozen=True)
+class ObstacleChange(Record):
     """A change of an obstacle that no robot caused."""
 
     obstacle: str
     cause: ChangeCause
 
 
-class Appeared(ObstacleChange, frozen=True):
+@dataclass(frozen=True)
+class Appeared(ObstacleChange):
     """An obstacle stands there from now on."""
 
     type: ClassVar[str] = "appeared"
 
 
-class Ordered(ObstacleChange, frozen=True):
+@dataclass(frozen=True)
+class Ordered(ObstacleChange):
     """The team is to resolve an obstacle that has just appeared, although no robot has encountered
     it."""
 
     type: ClassVar[str] = "order"
 
 
-class Gone(ObstacleChange, frozen=True):
+@dataclass(frozen=True)
+class Gone(ObstacleChange):
     """An obstacle disappeared without being resolved."""
 
     type: ClassVar[str] = "gone"
 
 
-class Truth(Record, frozen=True):
+@dataclass(frozen=True)
+class Truth(Record):
     """A new truth that resolving the obstacle reveals from now on."""
 
     type: ClassVar[str] = "truth"
@@ -329,7 +338,8 @@ class Truth(Record, frozen=True):
     cause: ChangeCause
 
 
-class NewObjective(Record, frozen=True):
+@dataclass(frozen=True)
+class NewObjective(Record):
     """A robot has another objective of its own from now on; its rounds restart. ``at_once``: it
     is in force; else the robot waits or helps, and gets it when that ends."""
 
@@ -341,7 +351,8 @@ class NewObjective(Record, frozen=True):
     within: Count | None = None
 
 
-class Inputs(Record, frozen=True):
+@dataclass(frozen=True)
+class Inputs(Record):
     """The inputs of the environment from now on, as all robots observe them, when one changes.
     Before the first line all are off. ``user``: those that a user has set."""
 
@@ -350,7 +361,8 @@ class Inputs(Record, frozen=True):
     user: tuple[str, ...] | None = None
 
 
-class Service(Record, frozen=True):
+@dataclass(frozen=True)
+class Service(Record):
     """A robot stands still from now on (``active`` false), or is back. It ends a step that it has
     begun, and what it can do where it stands it still does."""
 
@@ -360,7 +372,8 @@ class Service(Record, frozen=True):
     cause: ChangeCause
 
 
-class Violation(Record, frozen=True):
+@dataclass(frozen=True)
+class Violation(Record):
     """The robot would have entered ``proposed``; ``action`` is that of the obstacle's next need."""
 
     type: ClassVar[str] = "violation"
@@ -371,7 +384,8 @@ class Violation(Record, frozen=True):
     action: str
 
 
-class Backtrack(Record, frozen=True):
+@dataclass(frozen=True)
+class Backtrack(Record):
     """The region kept or taken instead. ``node``: the strategy's other successor, None where the
     robot keeps the node that it was in."""
 
@@ -381,7 +395,8 @@ class Backtrack(Record, frozen=True):
     node: Count | None = None
 
 
-class Request(Record, frozen=True):
+@dataclass(frozen=True)
+class Request(Record):
     """``bids``: robots with the capability, and how far each has to go (None: it cannot get
     there). ``helpers``: all requested helpers, where one is not enough. ``need``: which of the
     obstacle's needs, where it has several. ``because``: why no robot helps, in words, where the
@@ -400,7 +415,8 @@ class Request(Record, frozen=True):
     aside: bool | None = None
 
 
-class StackEntry(Record, frozen=True):
+@dataclass(frozen=True)
+class StackEntry(Record):
     """An entry of the stack of objectives: requester, helpers, obstacle and its need."""
 
     depth: Count
@@ -413,20 +429,23 @@ class StackEntry(Record, frozen=True):
     need: Count | None = None
 
 
-class Push(StackEntry, frozen=True):
+@dataclass(frozen=True)
+class Push(StackEntry):
     """Objectives changed for a request, or so that ``helper`` gives way to ``requester`` (then
     ``obstacle`` is None). ``objectives``: those in force after it."""
 
     type: ClassVar[str] = "push"
 
 
-class Pop(StackEntry, frozen=True):
+@dataclass(frozen=True)
+class Pop(StackEntry):
     """The end of a stack entry; the fields identify the dropped entry."""
 
     type: ClassVar[str] = "pop"
 
 
-class Told(Record, frozen=True):
+@dataclass(frozen=True)
+class Told(Record):
     """A robot with command inputs pursues ``objective`` from now on, where no push or pop records
     it: for example, it has done its part of a need, or another need is next."""
 
@@ -435,7 +454,8 @@ class Told(Record, frozen=True):
     objective: Objective
 
 
-class Met(Record, frozen=True):
+@dataclass(frozen=True)
+class Met(Record):
     """One of several needs of an obstacle was met: the ``need`` with that number, by ``robot``,
     whose turn it is, ``at`` its region, doing ``action``. ``robots``: all that it took, where one
     is not enough. With the last need a ``resolved`` line follows."""
@@ -449,7 +469,8 @@ class Met(Record, frozen=True):
     robots: tuple[str, ...] | None = None
 
 
-class Resolved(Record, frozen=True):
+@dataclass(frozen=True)
+class Resolved(Record):
     """An obstacle is resolved: its last need (or its only one) was met. ``robots``: all that took
     part, where one is not enough."""
 
@@ -462,7 +483,8 @@ class Resolved(Record, frozen=True):
     robots: tuple[str, ...] | None = None
 
 
-class KnownObstacle(Record, frozen=True):
+@dataclass(frozen=True)
+class KnownObstacle(Record):
     """An obstacle joined the known ones for ``robots``. ``because``: what it lacks, in words."""
 
     type: ClassVar[str] = "blocked"
@@ -473,7 +495,8 @@ class KnownObstacle(Record, frozen=True):
     because: str | None = None
 
 
-class Goal(Record, frozen=True):
+@dataclass(frozen=True)
+class Goal(Record):
     """``goal``: index of the target in the objective; ``round``: completed ones after it."""
 
     type: ClassVar[str] = "goal"
@@ -483,7 +506,8 @@ class Goal(Record, frozen=True):
     round: Count
 
 
-class Belief(Record, frozen=True):
+@dataclass(frozen=True)
+class Belief(Record):
     """``robot`` sees ``of`` in the only one of ``regions``, or believes it to be in any."""
 
     type: ClassVar[str] = "belief"
@@ -493,7 +517,8 @@ class Belief(Record, frozen=True):
     regions: frozenset[Region]
 
 
-class Assumption(Record, frozen=True):
+@dataclass(frozen=True)
+class Assumption(Record):
     """The others broke what the robot's strategy relies on."""
 
     type: ClassVar[str] = "assumption"
@@ -501,7 +526,8 @@ class Assumption(Record, frozen=True):
     name: str
 
 
-class Deadline(Record, frozen=True):
+@dataclass(frozen=True)
+class Deadline(Record):
     """The state of a promise ``of`` a robot (a round), an obstacle (its resolution) or the
     ``mission``, ``due`` at the end of that tick. ``earliest``: a tick before whose end it cannot
     happen, whatever the robots do; ``planned``: the tick in which the acts that were chosen resolve
@@ -516,7 +542,8 @@ class Deadline(Record, frozen=True):
     planned: Count | None = None
 
 
-class ScheduledAct(Struct, frozen=True):
+@dataclass(frozen=True)
+class ScheduledAct:
     """Robots have their part in need number ``need`` of an obstacle in tick ``at``, each in its
     place."""
 
@@ -526,7 +553,8 @@ class ScheduledAct(Struct, frozen=True):
     robots: Mapping[str, Place]
 
 
-class Acts(Record, frozen=True):
+@dataclass(frozen=True)
+class Acts(Record):
     """Who acts where next, chosen since something is due; the duties follow from it. ``beyond``:
     obstacles that no order of acts resolves when they are due. ``spent``: the search has used up
     its budget, and the duties follow from the rules for requests that are not due. ``around``: the
@@ -539,7 +567,8 @@ class Acts(Record, frozen=True):
     around: Mapping[str, tuple[Region, ...]] | None = None
 
 
-class Plan(Record, frozen=True):
+@dataclass(frozen=True)
+class Plan(Record):
     """A joint plan. ``robots``: the places of each, the first where it stands now. ``orders``:
     ``[first, i, then, j]``: ``then`` enters its place ``j`` only when ``first`` has arrived at
     its place ``i`` (places count from 0)."""
@@ -550,7 +579,8 @@ class Plan(Record, frozen=True):
     orders: tuple[tuple[str, Count, str, Count], ...]
 
 
-class PlanEnd(Record, frozen=True):
+@dataclass(frozen=True)
+class PlanEnd(Record):
     """``nodes``: the next node of each robot's strategy (None: nowhere; it keeps
     its place until it is synthesized)."""
 
@@ -559,7 +589,8 @@ class PlanEnd(Record, frozen=True):
     nodes: Mapping[str, Count | None] | None = None
 
 
-class End(Record, frozen=True):
+@dataclass(frozen=True)
+class End(Record):
     """The last line. ``rounds`` of each robot. ``cause``: why an operator is needed. ``proof``:
     of a negative. ``unrealizable``: robot and spec of each synthesis that ended the run. Live:
     ``makespan``, the time (seconds) of the last end of a command, and the seconds in which each

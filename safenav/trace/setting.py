@@ -5,20 +5,21 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.trace.objective import Objective
 from safenav.trace.vocabulary import Count, Heading, Json, Least, Region, Seconds
 
 
-class TimingHeader(Struct, frozen=True):
+@dataclass(frozen=True)
+class TimingHeader:
     """Ticks that a step takes: at least and at most."""
 
     least: Annotated[int, Least(1)]
     most: Annotated[int, Least(1)]
 
 
-class BatteryHeader(Struct, frozen=True):
+@dataclass(frozen=True)
+class BatteryHeader:
     """Charge: the most that it holds, what it begins with, what a step (``move``) and a tick
     without one (``stay``) take, what a tick on a charger gives."""
 
@@ -29,14 +30,16 @@ class BatteryHeader(Struct, frozen=True):
     charge: Annotated[int, Least(1)]
 
 
-class WhenHeader(Struct, frozen=True):
+@dataclass(frozen=True)
+class WhenHeader:
     """The ``objective`` of a robot while an input is on and none listed before it."""
 
     input: str
     objective: Objective
 
 
-class InputHeader(Struct, frozen=True):
+@dataclass(frozen=True)
+class InputHeader:
     """An input of the environment: the ticks (first and last) in which a simulation has it on, the
     probability that it has it on in others, and the values assumed infinitely often."""
 
@@ -46,7 +49,8 @@ class InputHeader(Struct, frozen=True):
     again: tuple[bool, ...] = ()
 
 
-class RobotHeader(Struct, frozen=True):
+@dataclass(frozen=True)
+class RobotHeader:
     """A robot in the header. ``conflicts``: those it must not share a region with (None: those
     of its layer). ``vision``: how far it sees, in regions; None: without limit. ``motion``: its
     kind of motion in metres and all parameters (docs/motion.md). ``while_waiting``: its objective
@@ -71,7 +75,8 @@ class RobotHeader(Struct, frozen=True):
     carries: Annotated[int, Least(1)] | None = None
 
 
-class NeedHeader(Struct, frozen=True):
+@dataclass(frozen=True)
+class NeedHeader:
     """One of several actions that an obstacle needs, in order: by ``robots`` distinct robots,
     ``together`` in one tick, from ``regions``; ``same``: by robots that met the need before it."""
 
@@ -82,7 +87,8 @@ class NeedHeader(Struct, frozen=True):
     same: bool | None = None
 
 
-class ObstacleHeader(Struct, frozen=True):
+@dataclass(frozen=True)
+class ObstacleHeader:
     """A hidden obstacle. ``blocks``: the names of the robots that it physically stops, whatever
     they can do. ``traversable``: the truth of this run.
     ``needs``: all its needs if there are several (``action`` and ``resolution_regions`` are
@@ -127,7 +133,8 @@ class ObstacleHeader(Struct, frozen=True):
         return only and self.region in last.regions and last.action in robot.capabilities
 
 
-class ChangeHeader(Struct, frozen=True):
+@dataclass(frozen=True)
+class ChangeHeader:
     """A change for a robot during the run, at the beginning of tick ``at``: another
     ``objective``, or whether it is in service (``active``)."""
 
@@ -138,14 +145,16 @@ class ChangeHeader(Struct, frozen=True):
     within: Count | None = None
 
 
-class ExclusionHeader(Struct, frozen=True):
+@dataclass(frozen=True)
+class ExclusionHeader:
     """Robots of which at most one is in these regions at any moment."""
 
     robots: tuple[str, ...]
     regions: tuple[Region, ...]
 
 
-class MapHeader(Struct, frozen=True):
+@dataclass(frozen=True)
+class MapHeader:
     """The map. ``resolution``: metres that a region measures from west to east and from south
     to north. ``origin``: x, y (metres) and yaw (radians) of its south-western corner."""
 
@@ -160,14 +169,16 @@ class MapHeader(Struct, frozen=True):
     """The sets of regions to which the scenario gives names."""
 
 
-class UntilHeader(Struct, frozen=True):
+@dataclass(frozen=True)
+class UntilHeader:
     """The run is completed when every objective was met this many times after the last
     resolution."""
 
     rounds: Count | None = None
 
 
-class PromisesHeader(Struct, frozen=True):
+@dataclass(frozen=True)
+class PromisesHeader:
     """The promises: the most ticks of a round, by robot; the tick by which the mission is
     completed; whether the run ends with the first broken promise (``stop``)."""
 
@@ -176,7 +187,8 @@ class PromisesHeader(Struct, frozen=True):
     late: str = "go_on"
 
 
-class LimitsHeader(Struct, frozen=True):
+@dataclass(frozen=True)
+class LimitsHeader:
     """Ticks and seconds of the run; seconds, MiB and states of each synthesis."""
 
     ticks: Count | None = None
@@ -186,7 +198,8 @@ class LimitsHeader(Struct, frozen=True):
     states: Count | None = None
 
 
-class ScenarioHeader(Struct, frozen=True):
+@dataclass(frozen=True)
+class ScenarioHeader:
     """The scenario, fully resolved. ``robots`` are in the order of their turns. ``world``:
     ``simulated`` or ``external``. ``partition``: the cells of beliefs, None where no robot keeps
     any. ``order``: of requests. ``changes``: the changes for robots during the run, by tick.

@@ -9,16 +9,18 @@ from collections.abc import Mapping
 from enum import StrEnum
 from typing import Annotated
 
-from msgspec import Struct
+from safenav.dataclass import dataclass
 
 
-class Least(Struct, frozen=True):
+@dataclass(frozen=True)
+class Least:
     """Annotation of a number that must be ``value`` or more."""
 
     value: int
 
 
-class Pattern(Struct, frozen=True):
+@dataclass(frozen=True)
+class Pattern:
     """Annotation of a string that must match ``regex``; ``expected`` describes it in messages."""
 
     regex: str

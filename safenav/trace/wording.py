@@ -9,10 +9,9 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import field, replace
 
-from msgspec import Struct, field
-from msgspec.structs import replace
-
+from safenav.dataclass import dataclass
 from safenav.outcome import Verdict
 from safenav.scenario.model import name_parts
 from safenav.scenario.objective import (
@@ -133,7 +132,8 @@ _HOLDS = {
 }
 
 
-class Wording(Struct, frozen=True):
+@dataclass(frozen=True)
+class Wording:
     """The wording of a run. ``word``: what a region is called in the names of obstacles and in
     objectives; ``place``: how it is shown where something happens (default: the same);
     ``robot`` and ``strong`` dress up names of robots and what matters most; ``team``: how many

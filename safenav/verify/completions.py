@@ -17,8 +17,7 @@ from itertools import product
 from math import prod
 from operator import itemgetter
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.errors import ResourceLimitError
 from safenav.formula.evaluator import Predicate, predicate
 from safenav.formula.syntax import (
@@ -47,7 +46,8 @@ Row = tuple[int, ...]
 """Values of the known places, in their order."""
 
 
-class Slot(Struct, frozen=True):
+@dataclass(frozen=True)
+class Slot:
     """A variable now, or (``primed``) in the next state."""
 
     variable: Variable
@@ -66,7 +66,8 @@ class Slot(Struct, frozen=True):
 Key = tuple[str, bool]
 
 
-class Condition(Struct, frozen=True, dict=True):
+@dataclass(frozen=True)
+class Condition:
     """A formula with the places that it refers to."""
 
     formula: Formula

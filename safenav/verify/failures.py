@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.spec.specification import Constraint
 
 
@@ -24,7 +23,8 @@ class Fault(StrEnum):
     GOALS_MET = "a cycle on which the system meets all its goals"
 
 
-class Failure(Struct, frozen=True):
+@dataclass(frozen=True)
+class Failure:
     """One fault, and how to get there.
 
     ``node``: where it is, None if it concerns no node; ``state``: that node in words.
@@ -58,7 +58,8 @@ class Failure(Struct, frozen=True):
         return "\n    ".join(lines)
 
 
-class Verification(Struct, frozen=True):
+@dataclass(frozen=True)
+class Verification:
     """The outcome of a check: ``failures`` has the shallowest one of each kind and constraint;
     ``nodes`` and ``edges`` were reached and checked. ``vacuous``: no initial state satisfies the
     assumptions, so the strategy guarantees nothing."""

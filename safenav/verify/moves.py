@@ -10,8 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.errors import SynthesizerError
 from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.synthesis.serving.served import Position, ServedMove, falls
@@ -20,7 +19,8 @@ from safenav.verify.automaton import Clause, clauses
 Values = Mapping[str, int]
 
 
-class _Section(Struct, frozen=True):
+@dataclass(frozen=True)
+class _Section:
     clauses: tuple[Clause, ...]
 
     def broken(self, before: Values, after: Values | None = None) -> Iterator[Constraint]:

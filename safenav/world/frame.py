@@ -5,10 +5,11 @@ from __future__ import annotations
 
 from math import cos, sin
 
-from msgspec import Struct
+from safenav.dataclass import dataclass
 
 
-class Frame(Struct, frozen=True):
+@dataclass(frozen=True)
+class Frame:
     """``resolution``: metres that a region measures from west to east and from south to north;
     ``origin``: x and y of the map's south-western corner in metres; ``yaw``: how far the map is
     turned about that corner, counterclockwise, in radians."""

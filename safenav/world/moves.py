@@ -10,8 +10,7 @@ from collections import deque
 from collections.abc import Collection
 from enum import StrEnum
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.world.map import Heading, Region, RegionMap
 
 
@@ -20,7 +19,8 @@ class Mobility(StrEnum):
     HEADING = "heading"
 
 
-class Pose(Struct, frozen=True):
+@dataclass(frozen=True)
+class Pose:
     """Where a robot is and, for heading mobility, which way it faces."""
 
     region: Region

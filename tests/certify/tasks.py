@@ -9,10 +9,8 @@ import hashlib
 import json
 import textwrap
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-
-from msgspec.structs import replace
 
 from certify.circumstances import circumstances
 from safenav.certify.bundle import files_of_run

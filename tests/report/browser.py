@@ -19,7 +19,7 @@ from selenium.webdriver.common.keys import Keys  # noqa: E402
 from selenium.webdriver.remote.webelement import WebElement  # noqa: E402
 from selenium.webdriver.support.ui import Select  # noqa: E402
 
-__all__ = ["Browser", "Keys", "Select"]
+__all__ = ["Browser", "Keys", "Select", "WebElement"]
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
@@ -114,13 +114,18 @@ class Browser:
         Select(self.one(".speed select")).select_by_value("2")
         self.run("document.activeElement.blur()")  # keys are for the page again
 
-    def wait(self, condition: Callable[[], object], seconds: float = 300.0) -> None:
+    def wait(
+        self,
+        condition: Callable[[], object],
+        seconds: float = 300.0,
+        lacks: str = "waited for something that did not happen",
+    ) -> None:
         """Until the condition holds. Asking costs time of the processor, so the longer it takes,
         the longer are the pauses."""
         limit = time.monotonic() + seconds
         pause = 0.01
         while not condition():
-            assert time.monotonic() < limit, "waited for something that did not happen"
+            assert time.monotonic() < limit, lacks
             time.sleep(pause)
             pause = min(1.3 * pause, 0.1)
 

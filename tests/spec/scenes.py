@@ -92,6 +92,14 @@ def walk(scene: Scene, data: st.DataObject, steps: int) -> list[Look]:
     (observed,) = task.observed
     blocked = {known.region for known in task.blocked}
     tracker = BeliefTracker(belief.watch_for(task, world))
+    guarantees = [parse(c.formula) for c in belief.guarantees(task)]
+
+    def allowed(region: Region, knowledge: Knowledge) -> bool:
+        """The guarantee that the specification demands, on the inputs."""
+        model_input = knowledge if isinstance(knowledge, int) else 10**6
+        following = {"region": region, "at_other": model_input}
+        return all(evaluate(formula, {}, following) for formula in guarantees)
+
     own, other, knowledge = task.pose.region, observed.region, belief.known_of(observed)
     looks = []
     for _ in range(steps):
@@ -99,16 +107,7 @@ def walk(scene: Scene, data: st.DataObject, steps: int) -> list[Look]:
         other = data.draw(st.sampled_from([r for r in choices if r != own or not observed.danger]))
         knowledge = tracker.observe(own, other, knowledge)
         steps_ = [own, *(r for r in world.neighbours(own) if r not in blocked)]
-        after = data.draw(st.sampled_from([r for r in steps_ if _allowed(task, r, knowledge)]))
+        after = data.draw(st.sampled_from([r for r in steps_ if allowed(r, knowledge)]))
         looks.append(Look(own, other, knowledge, after))
         own = after
     return looks
-
-
-def _allowed(task: Task, region: Region, knowledge: Knowledge) -> bool:
-    """The guarantee that the specification demands, on the inputs."""
-    model_input = knowledge if isinstance(knowledge, int) else 10**6
-    return all(
-        evaluate(parse(c.formula), {}, {"region": region, "at_other": model_input})
-        for c in belief.guarantees(task)
-    )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import urllib.request
 
-from report.browser import Browser, Select
+from report.browser import Browser, Select, WebElement
 from safenav.scenario.reading.loader import load_scenario
 from studio.serving import MINUTES, SCENARIOS
 
@@ -72,14 +72,20 @@ class Board:
             self.browser.driver.execute_cdp_cmd("Input.dispatchMouseEvent", event)
 
     def choose(self, label: str) -> None:
-        """Press a button with this text."""
+        """Press a button with this text, as soon as the page shows it."""
         script = """
             return [...document.querySelectorAll("button")].find((button) =>
                 button.getClientRects().length > 0 && button.innerText.trim() === arguments[0]);
         """
-        found = self.browser.run(script, label)
-        assert found is not None, f"no button {label!r}"
-        found.click()
+        found: list[WebElement | None] = []
+
+        def shown() -> bool:
+            found.append(self.browser.run(script, label))
+            return found[-1] is not None
+
+        self.browser.wait(shown, MINUTES, f"no button {label!r}")
+        assert found[-1] is not None
+        found[-1].click()
 
     def fast(self) -> None:
         """Let the run go on as fast as the page offers."""

@@ -111,9 +111,8 @@ def test_a_studio_without_a_file_saves_as_and_opens(browser: Browser, tmp_path: 
     with Served("studio", "--no-browser", cwd=tmp_path) as served:
         board = Board(browser, served.address)
         browser.press(Keys.CONTROL, "s")
-        name = browser.one('dialog input[aria-label="File name"]')
-        assert focused(browser) == name
-        name.send_keys("mine", Keys.ENTER)
+        browser.wait(lambda: focused(browser).get_attribute("aria-label") == "File name", MINUTES)
+        focused(browser).send_keys("mine", Keys.ENTER)
         browser.wait(lambda: (tmp_path / "mine.yaml").exists(), MINUTES)
         browser.wait(lambda: "mine.yaml" in words(browser, "header"), MINUTES)
         mine = board.text
@@ -130,7 +129,10 @@ def test_a_studio_without_a_file_saves_as_and_opens(browser: Browser, tmp_path: 
         for name_, answer, content in (("mine", "Cancel", mine), ("mine", "Replace", HOUSE)):
             browser.one('[data-menu="Save"] summary').click()
             board.choose("Save as …")
-            field = browser.one('dialog input[aria-label="File name"]')
+            browser.wait(
+                lambda: focused(browser).get_attribute("aria-label") == "File name", MINUTES
+            )
+            field = focused(browser)
             # Not clear(): the page does not hear of that, and may draw the old name again.
             field.send_keys(Keys.CONTROL, "a")
             field.send_keys(name_, Keys.ENTER)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
+from dataclasses import asdict, field, fields
 from enum import StrEnum
 from typing import Any
 
-from msgspec import Struct, field, to_builtins
-
 import safenav
+from safenav.dataclass import dataclass
 
 Settings = Mapping[str, Any]
 """Dotted path into the scenario (``limits.ticks``) -> the value that replaces the present one."""
@@ -34,7 +34,8 @@ class CaseVerdict(StrEnum):
     """No end within the wall-clock limit."""
 
 
-class Case(Struct, frozen=True):
+@dataclass(frozen=True)
+class Case:
     """One run to make: a scenario with some of its settings replaced.
 
     ``name`` is unique within a batch and the same in the next one. ``text`` is the scenario
@@ -56,7 +57,8 @@ class Case(Struct, frozen=True):
         return hashlib.sha256(json.dumps(made_of, sort_keys=True).encode()).hexdigest()[:16]
 
 
-class Conditions(Struct, frozen=True):
+@dataclass(frozen=True)
+class Conditions:
     """How each case is run. ``seconds``: wall-clock limit of one case. ``certify``: the folder
     into which the bundle of each run goes (docs/certificates.md), or None."""
 
@@ -65,7 +67,8 @@ class Conditions(Struct, frozen=True):
     certify: str | None = None
 
 
-class Result(Struct, frozen=True):
+@dataclass(frozen=True)
+class Result:
     """The result of one case. ``reasons`` says what is wrong, one sentence each; ``detail`` is
     more for a reader who looks into it (a traceback, last words); ``earlier`` holds the reasons of
     former attempts. ``requirements``: name -> verdict and robustness on the motion of the run.
@@ -119,14 +122,13 @@ class Result(Struct, frozen=True):
 
     def record(self) -> dict[str, Any]:
         """As one JSON object."""
-        found: dict[str, Any] = to_builtins(self)
-        return found
+        return asdict(self)
 
     @staticmethod
     def from_record(record: Mapping[str, Any]) -> Result:
         """Raises KeyError, TypeError or ValueError if the object is not a result. Fields that
         are not known are passed over: a later version may have written them."""
-        known = set(Result.__struct_fields__)
+        known = {entry.name for entry in fields(Result)}
         data = {key: value for key, value in record.items() if key in known}
         data["verdict"] = CaseVerdict(record["verdict"])
         return Result(**data)

@@ -22,9 +22,8 @@ import re
 from collections.abc import Sequence as Items
 from typing import Any
 
-from msgspec import Struct
-
 from safenav.batch.cases.variation import value_of
+from safenav.dataclass import dataclass
 from safenav.scenario.reading.loader import KEYS as SCENARIO_KEYS
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence
@@ -39,7 +38,8 @@ _MARK = re.compile(r"^batch\s*:", re.MULTILINE)
 _FIXED = ("safenav", "name")
 
 
-class Named(Struct, frozen=True):
+@dataclass(frozen=True)
+class Named:
     """A path as written in the file, and where."""
 
     value: str
@@ -47,7 +47,8 @@ class Named(Struct, frozen=True):
     column: int
 
 
-class Matrix(Struct, frozen=True):
+@dataclass(frozen=True)
+class Matrix:
     """Each of ``scenarios`` (paths beside the file, folders, patterns) with each of
     ``settings``."""
 

@@ -12,8 +12,7 @@ from threading import Lock
 from typing import TYPE_CHECKING, Any
 from uuid import uuid4
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.fleet import ros as common
 from safenav.fleet.fleet_file import Network, Station
 from safenav.fleet.ros2 import messages as ros
@@ -41,7 +40,8 @@ _ENDS = {
 }
 
 
-class _Pending(Struct):
+@dataclass
+class _Pending:
     """A goal on its way through the action's services."""
 
     goal: GoalPoint

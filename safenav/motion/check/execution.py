@@ -7,10 +7,10 @@ own. What lies between two measurements is taken as a straight line.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from msgspec import Struct
 
 from safenav.motion.check.bodies import STEP, places, radius
 from safenav.motion.check.finding import NEAR, Finding, Report
@@ -32,7 +32,8 @@ JUMP = 0.05
 """Metres between where a plan continues after it was given up, and where the robot was then."""
 
 
-class MeasuredWay(Struct, frozen=True):
+@dataclass(frozen=True)
+class MeasuredWay:
     """The measurements of a robot: when heard (n), its own stamps (n), x and y (n, 2)."""
 
     times: Array
@@ -44,7 +45,8 @@ class MeasuredWay(Struct, frozen=True):
         return np.stack(columns, axis=1)
 
 
-class TrackingError(Struct, frozen=True):
+@dataclass(frozen=True)
+class TrackingError:
     """How well a robot did what it was sent: measurements, and the most metres off its reference or
     at the end of a goal."""
 

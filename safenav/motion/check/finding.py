@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-
-from msgspec import Struct
+from dataclasses import dataclass
 
 NEAR = 1e-7
 """Metres, seconds, radians: what the rounding of a file can explain."""
 
 
-class Finding(Struct, frozen=True):
+@dataclass(frozen=True)
+class Finding:
     """A broken rule: when (seconds), who, which rule, and what was found in metres and seconds."""
 
     t: float

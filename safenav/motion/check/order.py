@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-
-from msgspec import Struct, field
+from dataclasses import dataclass, field
 
 from safenav.motion.check.finding import NEAR, Finding, Report
 from safenav.motion.file.records import Action, Piece, Release, Reserve
@@ -26,7 +25,8 @@ from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import MoveEnd
 
 
-class Passage(Struct, frozen=True):
+@dataclass(frozen=True)
+class Passage:
     """A step of the trace, with the pieces of motion that carry it out."""
 
     robot: str
@@ -37,7 +37,8 @@ class Passage(Struct, frozen=True):
     end: float
 
 
-class _Run(Struct):
+@dataclass
+class _Run:
     """The state of the run so far, in the serial order of the trace."""
 
     robots: Mapping[str, RobotHeader]

@@ -9,9 +9,8 @@ A ``row`` is written as the list of its fields.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import ClassVar
-
-from msgspec import Struct, field
 
 VERSION = 1
 
@@ -20,7 +19,8 @@ State = tuple[float, float, float, float]
 Numbers = tuple[float, ...]
 
 
-class MotionHeader(Struct, frozen=True):
+@dataclass(frozen=True)
+class MotionHeader:
     """``trace``: sha256 of the trace; ``side``: metres of a region; ``origin``: x, y and yaw of
     the map's south-western corner in the world; ``robots``: how each moves, with its ``kind``,
     its parameters and its limits, of a real one how it is ``driven`` (``setpoints`` or ``goals``),
@@ -39,7 +39,8 @@ class MotionHeader(Struct, frozen=True):
     push: float
 
 
-class Foothold(Struct, frozen=True):
+@dataclass(frozen=True)
+class Foothold:
     """A foot on the ground from ``down`` to ``up``; ``side``: 1 is the left one, -1 the right."""
 
     row: ClassVar[bool] = True
@@ -51,7 +52,8 @@ class Foothold(Struct, frozen=True):
     up: float
 
 
-class Swing(Struct, frozen=True):
+@dataclass(frozen=True)
+class Swing:
     """A foot in the air: x, y and yaw are quintics in time between ``start`` and ``goal``
     (positions, velocities, accelerations: nine numbers); its height is
     64 clearance u^3 (1-u)^3 with u from ``u0`` to ``u1``."""
@@ -66,7 +68,8 @@ class Swing(Struct, frozen=True):
     goal: Numbers
 
 
-class PressurePhase(Struct, frozen=True):
+@dataclass(frozen=True)
+class PressurePhase:
     """The centre of pressure, constant for some seconds."""
 
     row: ClassVar[bool] = True
@@ -75,19 +78,21 @@ class PressurePhase(Struct, frozen=True):
     y: float
 
 
-class Piece(Struct, frozen=True):
+@dataclass(frozen=True)
+class Piece:
     """Fields of all pieces of motion: a robot's motion has no gaps."""
 
     robot: str
     tick: int
     primitive: str
-    origin: int = field(name="from")
+    origin: int = field(metadata={"key": "from"})
     to: int
     t0: float
     t1: float
 
 
-class Segment(Piece, frozen=True):
+@dataclass(frozen=True)
+class Segment(Piece):
     """A walker. ``turning``: yaw before, yaw after, and the times between which the body turns;
     ``start``, ``goal``: states of the centre of mass."""
 
@@ -99,7 +104,8 @@ class Segment(Piece, frozen=True):
     goal: State
 
 
-class Curve(Struct, frozen=True):
+@dataclass(frozen=True)
+class Curve:
     """Polynomials in the seconds since the curve's begin, lowest power first."""
 
     row: ClassVar[bool] = True
@@ -110,13 +116,15 @@ class Curve(Struct, frozen=True):
     yaw: Numbers
 
 
-class Flight(Piece, frozen=True):
+@dataclass(frozen=True)
+class Flight(Piece):
     """A flyer's reference, or the way of a disc."""
 
     curves: tuple[Curve, ...]
 
 
-class Arc(Struct, frozen=True):
+@dataclass(frozen=True)
+class Arc:
     """A unicycle's way of constant curvature (1/m) from a pose: ``way`` is the polynomial of the
     distance, or with no curvature that of the angle by which it turns on the spot."""
 
@@ -129,13 +137,15 @@ class Arc(Struct, frozen=True):
     way: Numbers
 
 
-class Drive(Piece, frozen=True):
+@dataclass(frozen=True)
+class Drive(Piece):
     """A rover."""
 
     arcs: tuple[Arc, ...]
 
 
-class GoalLine(Piece, frozen=True):
+@dataclass(frozen=True)
+class GoalLine(Piece):
     """A robot that finds its own way was sent to a pose (``yaw`` null: any direction), from ``t0``
     until that ended at ``t1``: ``end`` is ``succeeded``, ``aborted``, ``canceled``, ``rejected``,
     ``unreachable`` or, if something else came instead, ``replaced``."""
@@ -146,7 +156,8 @@ class GoalLine(Piece, frozen=True):
     end: str
 
 
-class Measurement(Struct, frozen=True):
+@dataclass(frozen=True)
+class Measurement:
     """Where a robot's odometry had it: ``t`` when it was heard, ``stamp`` in seconds of the robot's
     own clock."""
 
@@ -158,14 +169,16 @@ class Measurement(Struct, frozen=True):
     yaw: float
 
 
-class Measured(Struct, frozen=True):
+@dataclass(frozen=True)
+class Measured:
     """The measurements of a robot, in the order in which they were heard."""
 
     robot: str
     rows: tuple[Measurement, ...]
 
 
-class Reset(Struct, frozen=True):
+@dataclass(frozen=True)
+class Reset:
     """A robot had lost its reference: its plan continues from where it was measured, at rest, or
     ends there, if nothing more was sent."""
 
@@ -178,7 +191,8 @@ class Reset(Struct, frozen=True):
     reason: str
 
 
-class FlownTrack(Struct, frozen=True):
+@dataclass(frozen=True)
+class FlownTrack:
     """How a flyer followed its references in wind: rows of a simulated flight, every ``step``
     seconds from ``t0``: position, velocity, quaternion (w, x, y, z), body rates (rad/s), thrust
     (N), wind (m/s, x and y). ``errors``: metres off the reference at each row."""
@@ -191,7 +205,8 @@ class FlownTrack(Struct, frozen=True):
     errors: Numbers
 
 
-class BodyPush(Struct, frozen=True):
+@dataclass(frozen=True)
+class BodyPush:
     """A push that changes the velocity of a walker's mass instantly, in metres per second."""
 
     robot: str
@@ -201,7 +216,8 @@ class BodyPush(Struct, frozen=True):
     dy: float
 
 
-class Reserve(Struct, frozen=True):
+@dataclass(frozen=True)
+class Reserve:
     """From ``t`` on the region is the robot's."""
 
     robot: str
@@ -210,7 +226,8 @@ class Reserve(Struct, frozen=True):
     t: float
 
 
-class Release(Struct, frozen=True):
+@dataclass(frozen=True)
+class Release:
     """From ``t`` on it is not."""
 
     robot: str
@@ -219,7 +236,8 @@ class Release(Struct, frozen=True):
     t: float
 
 
-class Action(Struct, frozen=True):
+@dataclass(frozen=True)
+class Action:
     """A robot resolves an obstacle; it counts as resolved from ``t1`` on."""
 
     robot: str
@@ -231,7 +249,8 @@ class Action(Struct, frozen=True):
     t1: float
 
 
-class Wait(Struct, frozen=True):
+@dataclass(frozen=True)
+class Wait:
     """A robot waits. ``cause``: ``region`` (another one has to leave it), ``obstacle`` (has to be
     resolved), ``synthesis`` (something has to happen first that its new strategy answers);
     ``on``: the robot and ``on_tick`` the turn that it waits for."""
@@ -245,7 +264,8 @@ class Wait(Struct, frozen=True):
     on_tick: int
 
 
-class Link(Struct, frozen=True):
+@dataclass(frozen=True)
+class Link:
     """A part of the longest chain: what a robot did without anybody being able to do it
     earlier."""
 
@@ -258,7 +278,8 @@ class Link(Struct, frozen=True):
     cause: str
 
 
-class MotionOutcome(Struct, frozen=True):
+@dataclass(frozen=True)
+class MotionOutcome:
     """``busy`` and ``waiting``: seconds of each robot until its last move or action ended;
     ``chain``: the longest chain of the dependency graph, whose length is the makespan."""
 
@@ -285,7 +306,8 @@ Line = (
 Moving = Segment | Flight | Drive
 
 
-class Motion(Struct, frozen=True):
+@dataclass(frozen=True)
+class Motion:
     """A whole motion file; ``lines`` in the order of their times."""
 
     header: MotionHeader

@@ -6,9 +6,8 @@ Plain numbers instead of arrays: it runs 400 times per second of flight.
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from math import cos, hypot, sin, sqrt
-
-from msgspec import Struct, field
 
 GRAVITY = 9.81
 MASS = 0.5
@@ -24,7 +23,8 @@ Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
 
-class Body(Struct):
+@dataclass
+class Body:
     """A quadcopter in flight: position, velocity, attitude (w, x, y, z, body to world), rates."""
 
     place: list[float]

@@ -9,10 +9,10 @@ section VII (a quadratic programme at 20 Hz); Arnstroem et al. (2022) for the so
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from msgspec import Struct
 from numpy.typing import NDArray
 
 from safenav.extras import missing
@@ -31,7 +31,8 @@ POSITION, VELOCITY, EFFORT, SLACK = 200.0, 10.0, 0.1, 1e5
 OPTIMAL = 1
 
 
-class Axis(Struct, frozen=True):
+@dataclass(frozen=True)
+class Axis:
     """Discrete model of one axis: state [p, v, a, d], ``d`` a constant disturbance."""
 
     move: Array
@@ -40,7 +41,8 @@ class Axis(Struct, frozen=True):
     """Estimator gain for the measured position."""
 
 
-class Programme(Struct, frozen=True):
+@dataclass(frozen=True)
+class Programme:
     """The condensed programme: predictions are ``free @ state + forced @ commands``."""
 
     free_position: Array

@@ -8,9 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from copy import copy
-
-from msgspec import Struct
-from msgspec.structs import replace
+from dataclasses import dataclass, replace
 
 from safenav.errors import Diagnostic, InputError
 from safenav.motion.file.records import (
@@ -39,7 +37,8 @@ SLACK = 1e-6
 """Seconds that are rounding."""
 
 
-class Timetable(Struct, frozen=True):
+@dataclass(frozen=True)
+class Timetable:
     """The activities of all robots in the order of time, with their durations."""
 
     lines: tuple[Line, ...]

@@ -11,9 +11,8 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from copy import copy
+from dataclasses import dataclass, field
 from enum import StrEnum
-
-from msgspec import Struct, field
 
 from safenav.motion.file.records import Action, Link, Wait
 from safenav.motion.geometry import MetricFloor
@@ -48,7 +47,8 @@ class LinkCause(StrEnum):
     """The action takes several robots."""
 
 
-class Activity(Struct, frozen=True):
+@dataclass(frozen=True)
+class Activity:
     """A step, an action, or a decision, which takes no time and has no ``team``. It may ``start``
     when the last that it comes ``after`` has ended; its robots, ``free`` since then, have come to
     rest for it when it has ``begun``. ``deed``: obstacle, its region and the action."""
@@ -82,7 +82,8 @@ def scheduled(
     return tuple(run.done)
 
 
-class _Run(Struct, dict=True):
+@dataclass
+class _Run:
     trace: Trace
     floor: MetricFloor
     movers: Mapping[str, Mover]

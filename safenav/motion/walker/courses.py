@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 import numpy as np
-from msgspec import Struct
-from msgspec.structs import replace
 
 from safenav.motion.file.records import Foothold, PressurePhase, Segment
 from safenav.motion.geometry import Box
@@ -14,21 +14,24 @@ LATE = 0.06
 """Seconds before landing from which a foot lands where it was sent to."""
 
 
-class Actual(Struct, frozen=True):
+@dataclass(frozen=True)
+class Actual:
     """Where a walker really is: the state of its mass, and its foot on the ground."""
 
     state: Array
     foot: tuple[float, float]
 
 
-class PendingMove(Struct, frozen=True):
+@dataclass(frozen=True)
+class PendingMove:
     """A move that is still to be walked, and the regions that it has."""
 
     segment: Segment
     box: Box
 
 
-class WalkPlan(Struct, frozen=True):
+@dataclass(frozen=True)
+class WalkPlan:
     """Phases still to come: durations and centres of pressure, the foothold of each (None: both
     feet are down), which of these are one and the same, the regions of each, and the first of
     them that must stay where they are. ``lift``: seconds until the foot in the air lands."""

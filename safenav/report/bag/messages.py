@@ -18,10 +18,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from math import cos, radians, sin
 from typing import Any
-
-from msgspec import Struct
 
 from safenav.report.picture.floor import INK
 from safenav.report.picture.glyphs import STATUS_MARKS
@@ -47,7 +46,8 @@ _LEVELS = {
 }
 
 
-class Stamped(Struct, frozen=True):
+@dataclass(frozen=True)
+class Stamped:
     """One message of a bag. ``kind`` is its type, ``seconds`` its time from the start."""
 
     seconds: float

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-
-from msgspec import Struct
+from dataclasses import dataclass
 
 from safenav.report.picture.automaton_layout import Arrow, Point, laid_out
 from safenav.report.picture.floor import INK, MUTED
@@ -73,7 +72,8 @@ def svg_of_automaton(strategy: Strategy, task: Task, world: RegionMap) -> str:
     return page.document(inner + 2 * _MARGIN, total, title, told)
 
 
-class _Box(Struct, frozen=True):
+@dataclass(frozen=True)
+class _Box:
     """One state: the robot's region, and the rest of its values below."""
 
     title: str

@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-
-from msgspec import Struct
+from dataclasses import dataclass
 
 Point = tuple[float, float]
 
@@ -23,7 +22,8 @@ _LANES = (0.0, 4.0, -4.0, 8.0, -8.0, 11.0, -11.0)
 _TOP = 18.0
 
 
-class Arrow(Struct, frozen=True):
+@dataclass(frozen=True)
+class Arrow:
     """A route from box to box as corner points; ``direct`` if it leads to the next layer."""
 
     source: int
@@ -32,7 +32,8 @@ class Arrow(Struct, frozen=True):
     direct: bool
 
 
-class BoxLayout(Struct, frozen=True):
+@dataclass(frozen=True)
+class BoxLayout:
     """``centres`` of the boxes by node, the arrows, and the size of the whole."""
 
     centres: tuple[Point, ...]
@@ -41,7 +42,8 @@ class BoxLayout(Struct, frozen=True):
     height: float
 
 
-class _Slot(Struct, frozen=True):
+@dataclass(frozen=True)
+class _Slot:
     """The place of a node: its row and column of layers, and the direction of its row."""
 
     row: int
@@ -113,7 +115,8 @@ def _columns(layers: Sequence[Sequence[int]], box: tuple[float, float]) -> int:
     return max(1, min(len(layers), round(wanted)))
 
 
-class _Router(Struct):
+@dataclass
+class _Router:
     centres: dict[int, Point]
     slots: dict[int, _Slot]
     box: tuple[float, float]

@@ -6,8 +6,7 @@ Colours and paths are those of safenav/trace/looks.py; shapes repeat what colour
 from __future__ import annotations
 
 from collections.abc import Sequence
-
-from msgspec import Struct
+from dataclasses import dataclass
 
 from safenav.report.replay.timeline import ObstacleStatus, StoryKind
 from safenav.trace.looks import BLUE, GREEN, GREY, VERMILLION
@@ -16,7 +15,8 @@ NOSE = "M-0.42,-1.12L0,-1.72L0.42,-1.12Z"
 """The mark that shows a heading, pointing north, outside the body."""
 
 
-class Mark(Struct, frozen=True):
+@dataclass(frozen=True)
+class Mark:
     """A glyph with its colour."""
 
     path: str

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-
-from msgspec import Struct, field
+from dataclasses import dataclass, field
 
 from safenav.report.picture.glyphs import NOSE, STATUS_MARKS
 from safenav.report.picture.names import AREA
@@ -27,7 +26,8 @@ Icon = Callable[[SvgWriter, float, float], None]
 """Draws a sign around a point."""
 
 
-class Row(Struct, frozen=True):
+@dataclass(frozen=True)
+class Row:
     """A sign and some lines of text: (words, size, bold, colour)."""
 
     icon: Icon | None
@@ -47,7 +47,8 @@ class Row(Struct, frozen=True):
             page.text(x + indent, baseline - size * 0.28, words, size, bold=bold, fill=colour)
 
 
-class Block(Struct, frozen=True):
+@dataclass(frozen=True)
+class Block:
     """A heading and its rows; never broken over columns."""
 
     title: str
@@ -65,7 +66,8 @@ class Block(Struct, frozen=True):
             y += row.height
 
 
-class Legend(Struct):
+@dataclass
+class Legend:
     """Blocks in columns. ``arranged`` decides where the legend goes, then ``draw`` it."""
 
     blocks: tuple[Block, ...]
@@ -127,7 +129,8 @@ def legend_of(scene: Scene, hidden: bool, more: Sequence[Row] = ()) -> Legend:
     return Legend(tuple(blocks))
 
 
-class KeyRow(Struct, frozen=True):
+@dataclass(frozen=True)
+class KeyRow:
     """The robots' signs and names in running text: the legend of a film."""
 
     entries: tuple[tuple[Icon, str], ...]

@@ -6,8 +6,7 @@ The same rules as on the page (front/src/map/names.tsx), which measures letters 
 from __future__ import annotations
 
 from collections.abc import Iterator
-
-from msgspec import Struct
+from dataclasses import dataclass
 
 from safenav.report.picture.svg import SvgWriter, number
 from safenav.report.picture.text import text_width
@@ -23,7 +22,8 @@ _BODY = 0.3
 _MOST_BOXES = 24
 
 
-class TextBox(Struct, frozen=True):
+@dataclass(frozen=True)
+class TextBox:
     """A rectangle; y grows to the south."""
 
     left: float
@@ -40,7 +40,8 @@ class TextBox(Struct, frozen=True):
         )
 
 
-class PlacedName(Struct, frozen=True):
+@dataclass(frozen=True)
+class PlacedName:
     """A name at its place."""
 
     text: str

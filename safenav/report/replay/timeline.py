@@ -8,10 +8,9 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Generic, TypeVar
-
-from msgspec import Struct, field
 
 from safenav.scenario.objective import Objective, Word, number_word
 from safenav.trace.wording import Wording, listed, obstacle_words
@@ -77,7 +76,8 @@ class StoryKind(StrEnum):
     OUTCOME = "outcome"
 
 
-class Event(Struct, frozen=True):
+@dataclass(frozen=True)
+class Event:
     """An event of a run. ``text`` describes it in scenario terms; ``robot`` is the robot concerned
     and ``region`` the place, if there is one."""
 
@@ -89,7 +89,8 @@ class Event(Struct, frozen=True):
     obstacle: str | None = None
 
 
-class RobotTrack(Struct, frozen=True):
+@dataclass(frozen=True)
+class RobotTrack:
     """One robot and its poses: ``regions[t]`` and ``headings[t]`` after tick t. ``vision`` is how
     far it sees in regions, None if unlimited; ``steps`` are those that took it more than one tick,
     in order."""
@@ -110,7 +111,8 @@ class RobotTrack(Struct, frozen=True):
         return self.steps[i] if i >= 0 and tick <= self.steps[i].last else None
 
 
-class LongStep(Struct, frozen=True):
+@dataclass(frozen=True)
+class LongStep:
     """A step that takes several ticks: after ``first`` to ``last`` the robot is between its region
     and ``toward``, and occupies both; it arrives in the tick after. ``begin`` and ``end``: when it
     sets out and arrives, in ticks, or in seconds where the run has a clock."""
@@ -126,7 +128,8 @@ class LongStep(Struct, frozen=True):
         return min(1.0, max(0.0, (time - self.begin) / max(self.end - self.begin, 1e-9)))
 
 
-class RobotBelief(Struct, frozen=True):
+@dataclass(frozen=True)
+class RobotBelief:
     """Knowledge of a robot about another one: ``seen`` in the only one of ``regions``, or believed
     to be in any of them."""
 
@@ -134,7 +137,8 @@ class RobotBelief(Struct, frozen=True):
     regions: frozenset[Region]
 
 
-class Hidden(Struct, frozen=True):
+@dataclass(frozen=True)
+class Hidden:
     """A hidden obstacle as the trace describes it: the ``actions`` of its needs in order, the
     regions of the first; it stands there from tick ``since`` on."""
 
@@ -151,7 +155,8 @@ class Hidden(Struct, frozen=True):
         return obstacle_words(self.name, world.word)
 
 
-class StackRow(Struct, frozen=True):
+@dataclass(frozen=True)
+class StackRow:
     """One entry of the objective stack: obstacle, requester and helpers.
 
     Without an obstacle the helpers give way to the requester."""
@@ -179,14 +184,16 @@ class StackRow(Struct, frozen=True):
         return ", ".join(told)
 
 
-class RobotProgress(Struct, frozen=True):
+@dataclass(frozen=True)
+class RobotProgress:
     """Progress of a robot with the objective in force: rounds, and the target reached last."""
 
     rounds: int = 0
     reached: Region | None = None
 
 
-class RunEnd(Struct, frozen=True):
+@dataclass(frozen=True)
+class RunEnd:
     """The ``outcome`` line of a trace."""
 
     outcome: str
@@ -196,7 +203,8 @@ class RunEnd(Struct, frozen=True):
     synthesis_seconds: float = 0.0
 
 
-class Changes(Struct, Generic[T], frozen=True):
+@dataclass(frozen=True)
+class Changes(Generic[T]):
     """A value that changes now and then: its values with the tick from which each holds."""
 
     ticks: tuple[int, ...]
@@ -215,7 +223,8 @@ class Changes(Struct, Generic[T], frozen=True):
         return cls(tuple(merged), tuple(merged.values()))
 
 
-class Placed(Struct, frozen=True):
+@dataclass(frozen=True)
+class Placed:
     """A robot in a scene. ``row`` and ``col`` are fractions between two ticks; ``heading`` is in
     degrees clockwise from north, None for robots that have no heading. ``trail`` are the regions it
     came through, oldest first."""
@@ -232,7 +241,8 @@ class Placed(Struct, frozen=True):
     """The two regions that it occupies while a step takes several ticks; else none."""
 
 
-class Scene(Struct, frozen=True):
+@dataclass(frozen=True)
+class Scene:
     """One complete moment: everything a picture shows."""
 
     title: str
@@ -244,7 +254,8 @@ class Scene(Struct, frozen=True):
     happened: tuple[Event, ...] = ()
 
 
-class Slack(Struct, frozen=True):
+@dataclass(frozen=True)
+class Slack:
     """A line on a promise: ``of`` a robot (its round), an obstacle or the mission, from the tick
     ``begin`` until ``due``; in ``tick`` it is set, lost, kept, late or excused."""
 
@@ -255,7 +266,8 @@ class Slack(Struct, frozen=True):
     verdict: str
 
 
-class Replay(Struct, frozen=True):
+@dataclass(frozen=True)
+class Replay:
     """A whole run. ``ending`` is None for a trace that was cut off."""
 
     name: str
@@ -282,7 +294,7 @@ class Replay(Struct, frozen=True):
     beliefs: Mapping[tuple[str, str], Changes[RobotBelief | None]] = field(default_factory=dict)
     """Knowledge of a robot (first name) about another one (second), None while none is recorded."""
     deadlines: tuple[Slack, ...] = ()
-    _by_tick: dict[int, list[Event]] = field(default_factory=dict)
+    _by_tick: dict[int, list[Event]] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def failed(self) -> bool:

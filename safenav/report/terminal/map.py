@@ -5,9 +5,9 @@ Two robots above each other (one flies) share a region's two characters."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import field
 
-from msgspec import Struct, field
-
+from safenav.dataclass import dataclass
 from safenav.world.map import Heading, Region, RegionMap
 
 ARROWS = {Heading.NORTH: "^", Heading.EAST: ">", Heading.SOUTH: "v", Heading.WEST: "<"}
@@ -15,7 +15,8 @@ WALL = "██"
 FREE = " ·"
 
 
-class Marker(Struct, frozen=True):
+@dataclass(frozen=True)
+class Marker:
     """A robot to draw: its label of one or two characters, where it is, and which way it faces
     (shown beside a single character)."""
 
@@ -24,7 +25,8 @@ class Marker(Struct, frozen=True):
     heading: Heading | None = None
 
 
-class MapPicture(Struct, frozen=True):
+@dataclass(frozen=True)
+class MapPicture:
     """Contents of the map besides the walls. ``closed``: obstacles found and not resolved;
     ``barred``: regions that have joined the known obstacles; ``targets``: marked faintly."""
 

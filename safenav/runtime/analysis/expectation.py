@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import field
 
-from msgspec import Struct, field
-
+from safenav.dataclass import dataclass
 from safenav.scenario.event_pattern import EventKind, EventPattern
 from safenav.scenario.model import Expect
 from safenav.scenario.objective import Word, number_word
@@ -15,7 +15,8 @@ from safenav.trace.wording import obstacle_words
 _KINDS = frozenset(kind.value for kind in EventKind)
 
 
-class Ledger(Struct):
+@dataclass
+class Ledger:
     """A listener that keeps what an expectation can be about.
 
     ``events``: those that a pattern can refer to; ``live``: ticks are passes, and mean no time.

@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from itertools import islice
 
-from msgspec import Struct
-from msgspec.structs import replace
-
+from safenav.dataclass import dataclass
 from safenav.errors import SafenavError
 from safenav.outcome import Outcome
 from safenav.runtime.coordination.foresight import Foresight, foresee
@@ -45,7 +44,8 @@ TRIED = 6
 Change = tuple[tuple[str, str], ...]
 
 
-class TeamRepair(Struct, frozen=True):
+@dataclass(frozen=True)
+class TeamRepair:
     """A change under which a run was seen to complete: the scenario's items and their new values,
     as they would be written. ``ticks``: what that run took."""
 
@@ -54,7 +54,8 @@ class TeamRepair(Struct, frozen=True):
     ticks: int
 
 
-class Postmortem(Struct, frozen=True):
+@dataclass(frozen=True)
+class Postmortem:
     """The end of a run, its chain of reasons, and repairs. ``tried``: runs made to find these."""
 
     result: RunResult
@@ -64,7 +65,8 @@ class Postmortem(Struct, frozen=True):
     seconds: float
 
 
-class Candidate(Struct, frozen=True):
+@dataclass(frozen=True)
+class Candidate:
     kind: str
     change: Change
     scenario: Scenario

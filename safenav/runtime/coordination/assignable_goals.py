@@ -8,8 +8,7 @@ the team knows; its strategy knows none of that.
 from __future__ import annotations
 
 from collections.abc import Iterable
-
-from msgspec.structs import replace
+from dataclasses import replace
 
 from safenav.runtime.coordination.ladder import TaskDraft
 from safenav.runtime.formulas import graph_of

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import replace
 
-from msgspec import Struct
-from msgspec.structs import replace
-
+from safenav.dataclass import dataclass
 from safenav.runtime.coordination.duties import Duty, Settlement
 from safenav.runtime.coordination.ladder import TaskDraft
 from safenav.runtime.coordination.problem import Floor
@@ -46,7 +45,8 @@ def helping(objective: Objective, places: Target, own: Target | None, *, stays: 
     return ruled(Visit((places,) if own is None else (places, own)), objective)
 
 
-class Assigner(Struct, frozen=True):
+@dataclass(frozen=True)
+class Assigner:
     """Gives robots work, at one moment. ``idle``: robots for whose own objective no strategy was
     found: they wait as long as anything is going to change."""
 

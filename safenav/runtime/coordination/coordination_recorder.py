@@ -5,8 +5,7 @@ stack, obstacles that join O. Nothing here changes anything.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-
-from msgspec.structs import replace
+from dataclasses import replace
 
 from safenav.runtime.coordination.duties import Settled, Settlement
 from safenav.runtime.coordination.ladder import TaskDraft

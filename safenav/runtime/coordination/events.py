@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import field
 
-from msgspec import Struct, field
-
+from safenav.dataclass import dataclass
 from safenav.runtime.characterization import ForbiddenMove
 from safenav.runtime.coordination.strategy_search import TaskResult
 from safenav.runtime.termination import Conclusion
@@ -14,61 +14,71 @@ from safenav.scenario.model import Obstacle, Robot
 from safenav.trace.vocabulary import Reason
 
 
-class Started(Struct, frozen=True):
+@dataclass(frozen=True)
+class Started:
     """The run begins: every robot needs its first strategy."""
 
 
-class ObstacleEncountered(Struct, frozen=True):
+@dataclass(frozen=True)
+class ObstacleEncountered:
     """A robot keeps out of an obstacle. The team knows of it from now on, whatever the robot does
     where it stands; ``HelpRequested`` follows once it has backed up."""
 
     violation: ForbiddenMove
 
 
-class HelpRequested(Struct, frozen=True):
+@dataclass(frozen=True)
+class HelpRequested:
     """A robot has backed up from an obstacle, and requests help from where it stands now."""
 
     violation: ForbiddenMove
 
 
-class ObstaclesResolved(Struct, frozen=True):
+@dataclass(frozen=True)
+class ObstaclesResolved:
     """Obstacles were resolved where ``robot`` stands, requested or not; each with its truth."""
 
     robot: Robot
     found: tuple[tuple[Obstacle, bool | None], ...]
 
 
-class ObstacleChanged(Struct, frozen=True):
+@dataclass(frozen=True)
+class ObstacleChanged:
     """An obstacle has appeared, where no robot knows it yet, or has disappeared."""
 
     change: Change
 
 
-class ObstacleSealed(Struct, frozen=True):
+@dataclass(frozen=True)
+class ObstacleSealed:
     """An operator reports that an obstacle is permanent."""
 
     obstacle: Obstacle
 
 
-class RequestsSetAside(Struct, frozen=True):
+@dataclass(frozen=True)
+class RequestsSetAside:
     """No joint state that the team can reach serves these obstacles: they are walls for now."""
 
     obstacles: frozenset[str]
 
 
-class HopeReturned(Struct, frozen=True):
+@dataclass(frozen=True)
+class HopeReturned:
     """Obstacles that were given up may be resolvable again: an operator has intervened, or a robot
     is back in service."""
 
 
-class BatteryFlat(Struct, frozen=True):
+@dataclass(frozen=True)
+class BatteryFlat:
     """A robot's charge is used up: it is out of service, and asks for what appeared there."""
 
     obstacle: Obstacle
     robot: str
 
 
-class Unsettled(Struct, frozen=True):
+@dataclass(frozen=True)
+class Unsettled:
     """Duties must be derived from the present state. ``refused``: (robot, obstacle) for which no
     strategy was found; ``idle``: robots for whose own objective none was found."""
 
@@ -77,7 +87,8 @@ class Unsettled(Struct, frozen=True):
     idle: frozenset[str] = frozenset()
 
 
-class Astray(Struct, frozen=True):
+@dataclass(frozen=True)
+class Astray:
     """A robot is in no node of its strategy, and needs one from where it is. ``end``: conclusion of
     the run if there is none; None: the robot stays, and tries again."""
 

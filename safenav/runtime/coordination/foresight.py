@@ -6,8 +6,7 @@ not a robot has encountered it, so a robot that is stuck here is stuck in every 
 
 from __future__ import annotations
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.runtime.coordination.decision import closed
 from safenav.runtime.coordination.reasons import Shortfall, shortfall_words, shortfalls
 from safenav.runtime.team import TeamState
@@ -16,7 +15,8 @@ from safenav.trace.wording import listed
 from safenav.world.poses import bits
 
 
-class Foresight(Struct, frozen=True):
+@dataclass(frozen=True)
+class Foresight:
     """``reach``: where each robot can get with all resolved that can be, as regions. ``stuck``: the
     robots that cannot meet their objective infinitely often; ``lacks``: the shortfalls of obstacles
     that are never resolved."""

@@ -7,10 +7,9 @@ other robots.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
-from msgspec import Struct
-from msgspec.structs import replace
-
+from safenav.dataclass import dataclass
 from safenav.runtime.deadlines.within import Walk, best_places, keep, least_within, next_places
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
@@ -25,7 +24,8 @@ from safenav.world.partition import Partition
 from safenav.world.poses import bits, region_mask
 
 
-class TaskDraft(Struct, frozen=True):
+@dataclass(frozen=True)
+class TaskDraft:
     """A synthesis task before its form is chosen: ``objective`` (with assignable goals not that of
     its ``assignment``). ``avoid``: pending obstacles that it treats as walls, ``must``: those that
     an existing strategy must also know. ``forbidden``: poses that it must keep out of for the
@@ -41,7 +41,8 @@ class TaskDraft(Struct, frozen=True):
 Candidate = tuple[Rung, Task]
 
 
-class Ladder(Struct, frozen=True):
+@dataclass(frozen=True)
+class Ladder:
     """The specifications to try for a robot's ``objective``: its strongest form and the weakest
     assumption first."""
 

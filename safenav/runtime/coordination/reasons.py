@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from enum import Enum
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.runtime.coordination.duties import Settlement
 from safenav.runtime.coordination.problem import Floor
 from safenav.runtime.coordination.proofs import TeamClosure
@@ -27,7 +26,8 @@ class Hindrance(Enum):
     FAILED = "it has failed too often"
 
 
-class Helper(Struct, frozen=True):
+@dataclass(frozen=True)
+class Helper:
     """A robot that has the action of a need. ``waits_for``: the obstacles in its way."""
 
     name: str
@@ -35,7 +35,8 @@ class Helper(Struct, frozen=True):
     waits_for: tuple[str, ...] = ()
 
 
-class Shortfall(Struct, frozen=True):
+@dataclass(frozen=True)
+class Shortfall:
     """The unfulfilled need of an obstacle that is never resolved. ``met``: the actions of its needs
     that are fulfilled, or will be; ``action``: that of the need that never is, which takes
     ``robots``, ``together`` in one tick; ``done``: robots that have fulfilled a part of it;

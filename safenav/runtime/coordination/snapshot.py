@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import replace
 from functools import lru_cache
-
-from msgspec.structs import replace
 
 from safenav.runtime.coordination.problem import (
     Floor,

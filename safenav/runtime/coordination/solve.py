@@ -11,9 +11,9 @@ keeps every robot able to continue (docs/coordination.md).
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import field
 
-from msgspec import Struct, field
-
+from safenav.dataclass import dataclass
 from safenav.runtime.coordination.problem import Problem, SpentError, Stages, groups
 from safenav.world.poses import FAR, Mask
 
@@ -24,7 +24,8 @@ Sets = tuple[Mask, ...]
 """The poses that each robot may choose to be in."""
 
 
-class Step(Struct, frozen=True):
+@dataclass(frozen=True)
+class Step:
     """One need of one obstacle, met by ``group``; ``at``: in which poses each may meet it."""
 
     gate: int
@@ -36,7 +37,8 @@ class Step(Struct, frozen=True):
 Plan = tuple[Step, ...]
 
 
-class RankedStep(Struct, frozen=True):
+@dataclass(frozen=True)
+class RankedStep:
     """A step that could come next, with its merits."""
 
     step: Step
@@ -44,7 +46,8 @@ class RankedStep(Struct, frozen=True):
     rank: tuple[int, ...]
 
 
-class Solver(Struct):
+@dataclass
+class Solver:
     """Solves one problem; results for equal states come from memory.
 
     ``stopping`` is called now and then and raises to end a search from outside.

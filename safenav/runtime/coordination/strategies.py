@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.runtime.coordination.ladder import TaskDraft, wants_places
 from safenav.runtime.coordination.strategy_search import TaskResult
 from safenav.runtime.coordination.synthesis_recorder import synthesis_record
@@ -26,7 +25,8 @@ if TYPE_CHECKING:
     from safenav.synthesis.serving.served import ServedStrategy
 
 
-class Strategies(Struct, frozen=True):
+@dataclass(frozen=True)
+class Strategies:
     """Puts strategies in force for the robots of a team."""
 
     _state: TeamState

@@ -8,8 +8,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TYPE_CHECKING
 from weakref import WeakSet
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.errors import ResourceLimitError
 from safenav.outcome import Verdict
 from safenav.runtime.coordination.ladder import Ladder
@@ -29,7 +28,8 @@ if TYPE_CHECKING:
     from safenav.synthesis.serving.served import ServedStrategy
 
 
-class TaskResult(Struct, frozen=True):
+@dataclass(frozen=True)
+class TaskResult:
     """The last synthesis result for a robot's task. ``told``: the objective that it is for, and
     ``rung`` the form of it that stands in the task; ``tried``: what failed before."""
 

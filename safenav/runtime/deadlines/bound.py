@@ -9,14 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.world.poses import Mask, PoseGraph, bits
 
 NEVER = 1 << 40
 
 
-class BoundRobot(Struct, frozen=True, eq=False):
+@dataclass(frozen=True, eq=False)
+class BoundRobot:
     """A robot at a moment: in ``pose`` from the end of tick ``ready`` on; ``ticks``: of its fastest
     step. ``walls``: the poses that are closed to it permanently. ``leaves``: in transit, where it
     set out; it acts there until it arrives, in tick ``until`` at the latest.
@@ -33,7 +33,8 @@ class BoundRobot(Struct, frozen=True, eq=False):
     room: int = 1
 
 
-class BoundNeed(Struct, frozen=True):
+@dataclass(frozen=True)
+class BoundNeed:
     """A need: ``actions`` that a robot must have, regions (a mask), how many robots, whether all
     act in one tick, and whether they are those of the need before it."""
 
@@ -44,7 +45,8 @@ class BoundNeed(Struct, frozen=True):
     same: bool
 
 
-class BoundObstacle(Struct, frozen=True):
+@dataclass(frozen=True)
+class BoundObstacle:
     """An open obstacle: the needs from ``stage`` on are left, ``done`` have had a part in the next
     one, ``group`` met the one before it. ``closed``: the robots that must keep out while need k is
     the next. ``met``: the turns to come in which the last needs before ``stage`` are met."""
@@ -79,7 +81,8 @@ class BoundObstacle(Struct, frozen=True):
         return [*[now] * (self.stage - len(self.met)), *self.met]
 
 
-class BoundMoment(Struct, frozen=True):
+@dataclass(frozen=True)
+class BoundMoment:
     """All robots and open obstacles once turn ``now`` is over."""
 
     walkers: tuple[BoundRobot, ...]

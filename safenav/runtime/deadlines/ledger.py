@@ -7,10 +7,9 @@ has happened in it, and before each tick for what is due and has not.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import field, replace
 
-from msgspec import Struct, field
-from msgspec.structs import replace
-
+from safenav.dataclass import dataclass
 from safenav.outcome import Outcome
 from safenav.runtime.coordination.problem import Floor
 from safenav.runtime.deadlines.bound import (
@@ -36,7 +35,8 @@ MISSION = "mission"
 BATTERY = "battery"
 
 
-class Promise(Struct, frozen=True):
+@dataclass(frozen=True)
+class Promise:
     """A promise that is open: ``due`` at the end of that tick. ``said``: that it is lost."""
 
     due: int
@@ -44,7 +44,8 @@ class Promise(Struct, frozen=True):
     cause: str | None = None
 
 
-class Round(Struct):
+@dataclass
+class Round:
     """The clock of a robot's rounds. ``disturbed``: it has done something else than its objective
     in this round; ``before``: in the one before it. ``over``: this round is judged already, or
     (``said``) was said to be lost; ``done``: rounds since the last resolution."""
@@ -61,7 +62,8 @@ class Round(Struct):
         return self.disturbed or self.before
 
 
-class Deadlines(Struct, dict=True):
+@dataclass
+class Deadlines:
     """Keeps the promises of a run."""
 
     team: TeamState

@@ -9,11 +9,10 @@ where the ``same`` robots must meet two needs the times are lower bounds.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import field, replace
 from itertools import combinations, product
 
-from msgspec import Struct, field
-from msgspec.structs import replace
-
+from safenav.dataclass import dataclass
 from safenav.runtime.coordination.problem import SpentError
 from safenav.runtime.deadlines.bound import (
     NEVER,
@@ -30,7 +29,8 @@ BUDGET = 300
 """Nodes of all searches from one moment; the campaigns needed 111 at most for one of them."""
 
 
-class TimedAct(Struct, frozen=True):
+@dataclass(frozen=True)
+class TimedAct:
     """``group`` does its part in a need of an open obstacle, in a turn, each robot in its pose;
     ``came``: the tick at whose end it is there (None: it is leaving that pose, and not elsewhere
     before that turn is over)."""
@@ -46,7 +46,8 @@ class TimedAct(Struct, frozen=True):
 Acts = tuple[TimedAct, ...]
 
 
-class Spot(Struct, frozen=True):
+@dataclass(frozen=True)
+class Spot:
     """A pose in which a robot can act from a turn on; ``came`` as in ``TimedAct``."""
 
     pose: int
@@ -54,7 +55,8 @@ class Spot(Struct, frozen=True):
     turn: int
 
 
-class Scheduler(Struct, eq=False):
+@dataclass(eq=False)
+class Scheduler:
     """Searches from one moment. ``conflicts``: the robots that never share a region with each;
     ``barred``: for each obstacle the robots that cannot serve it; ``allowed``: whether the team can
     continue after some acts; ``budget``: nodes, by default ``BUDGET``."""

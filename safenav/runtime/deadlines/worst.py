@@ -13,8 +13,7 @@ from itertools import product
 from math import prod
 from time import monotonic
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.runtime.deadlines.bound import (
     BoundMoment,
     BoundNeed,
@@ -36,7 +35,8 @@ SECONDS = 0.25
 """Seconds for one obstacle; moments not examined by then are left out, and reported so."""
 
 
-class Times(Struct, frozen=True):
+@dataclass(frozen=True)
+class Times:
     """Ticks from the request to the resolution, at ``best`` and at ``worst`` (None: never), the
     poses at the worst moment, the requester first; ``whole``: all moments were compared."""
 
@@ -46,7 +46,8 @@ class Times(Struct, frozen=True):
     whole: bool
 
 
-class Worst(Struct, frozen=True):
+@dataclass(frozen=True)
+class Worst:
     """The times of an obstacle, alone and with all ``others`` standing (None: there are none)."""
 
     obstacle: Obstacle

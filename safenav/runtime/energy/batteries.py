@@ -8,10 +8,10 @@ so that what a robot needs does not depend on durations.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import field
 from math import ceil
 
-from msgspec import Struct, field
-
+from safenav.dataclass import dataclass
 from safenav.runtime.coordination.events import BatteryFlat, Event, Unsettled
 from safenav.runtime.energy.need import NEVER
 from safenav.runtime.energy.stops import Stops
@@ -31,7 +31,8 @@ SHARPNESS = 6
 """Decimals of a charge in a live run."""
 
 
-class Standing(Struct, frozen=True):
+@dataclass(frozen=True)
+class Standing:
     """Live: where a robot has stood since a time (seconds), and its charge then."""
 
     region: Region
@@ -39,7 +40,8 @@ class Standing(Struct, frozen=True):
     charge: float
 
 
-class Batteries(Struct, eq=False):
+@dataclass(eq=False)
+class Batteries:
     """Keeps ``RobotState.charge`` as moves change it, and decides each robot's next stop
     (``RobotState.stop``). ``world``: where a flat robot becomes an obstacle, if simulated."""
 

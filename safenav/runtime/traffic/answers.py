@@ -4,24 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.runtime.traffic.joint import Joint
 
 
-class Found(Struct, frozen=True):
+@dataclass(frozen=True)
+class Found:
     """A plan: the joint states from the first to the last."""
 
     states: tuple[Joint, ...]
 
 
-class Exhausted(Struct, frozen=True):
+@dataclass(frozen=True)
+class Exhausted:
     """No plan exists: these are all states that can be reached."""
 
     states: frozenset[Joint]
 
 
-class Spent(Struct, frozen=True):
+@dataclass(frozen=True)
+class Spent:
     """The budget is exhausted: no verdict."""
 
     states: int

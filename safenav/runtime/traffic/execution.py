@@ -9,11 +9,10 @@ delay can break it, and every execution is a prefix of an order of the plan.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import field, replace
 from itertools import chain, pairwise
 
-from msgspec import Struct, field
-from msgspec.structs import replace
-
+from safenav.dataclass import dataclass
 from safenav.runtime.coordination.problem import Problem, Zones
 from safenav.runtime.traffic.joint import Count, Joint
 from safenav.world.poses import Mask, bits
@@ -22,7 +21,8 @@ Ways = tuple[tuple[int, ...], ...]
 """The poses that each robot takes one after the other, the first where it stands."""
 
 
-class Order(Struct, frozen=True):
+@dataclass(frozen=True)
+class Order:
     """``robot`` takes its step ``step`` only after ``other`` has taken its step ``before``. Step
     k leads from pose k to pose k + 1 of a robot's way."""
 
@@ -32,7 +32,8 @@ class Order(Struct, frozen=True):
     before: int
 
 
-class Schedule(Struct, frozen=True):
+@dataclass(frozen=True)
+class Schedule:
     """The paths of a plan and the order between them."""
 
     ways: Ways
@@ -103,7 +104,8 @@ def dues_of(states: Sequence[Joint], counts: Sequence[Count]) -> list[dict[int, 
     return dues
 
 
-class Execution(Struct, dict=True):
+@dataclass
+class Execution:
     """Progress of each robot on its path. ``taken``: steps that it has completed; ``dues``: by
     robot and place, see ``dues_of``."""
 

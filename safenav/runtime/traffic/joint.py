@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator
+from dataclasses import field
 
-from msgspec import Struct, field
-
+from safenav.dataclass import dataclass
 from safenav.runtime.coordination.problem import Problem, Stage, Stages
 from safenav.world.poses import Mask, PoseGraph
 
@@ -28,7 +28,8 @@ def has_met(count: Count, due: Count) -> bool:
     return (count[2], count[1] & due[1]) >= (due[2], due[1])
 
 
-class Joint(Struct, frozen=True):
+@dataclass(frozen=True)
+class Joint:
     """One joint state. ``poses`` by number, see ``PoseGraph``."""
 
     poses: tuple[int, ...]
@@ -64,7 +65,8 @@ class Reached(dict[int, int]):
         return found
 
 
-class Course(Struct, dict=True):
+@dataclass
+class Course:
     """The rules by which joint states follow one another.
 
     ``rounds``: what each robot is to do after the last resolution. ``parked``: robots that are

@@ -9,8 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Hashable, Sequence
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.runtime.coordination.problem import Floor
 from safenav.runtime.team import RobotState
 from safenav.runtime.traffic.joint import Count, Course, Joint
@@ -21,7 +20,8 @@ LONGEST = 60
 """Steps after which the robots wait for the answer."""
 
 
-class Pending(Struct):
+@dataclass
+class Pending:
     """A search that is not over. ``floor``: where it begins; ``moment``: all that it depends on;
     ``team``: that part of it which no step changes; ``poses``: the joint poses since then, one step
     of one robot after the other; ``free``: the robots that may take such steps."""

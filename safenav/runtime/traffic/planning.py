@@ -10,12 +10,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise
 
-from msgspec import Struct
-from msgspec.structs import replace
-
+from safenav.dataclass import dataclass
 from safenav.outcome import Outcome
 from safenav.runtime.coordination.duties import Settlement
 from safenav.runtime.coordination.problem import Floor
@@ -53,7 +52,8 @@ from safenav.world.moves import Pose
 from safenav.world.poses import FAR, Mask
 
 
-class Traffic(Struct, dict=True):
+@dataclass
+class Traffic:
     """Plans for a team, and where each robot is in the plan that is followed, if any."""
 
     state: TeamState

@@ -11,8 +11,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from itertools import pairwise
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.runtime.traffic.budgets import SHORTENING_LAYERS, SHORTENING_ROUNDS
 from safenav.runtime.traffic.execution import Execution, Schedule, schedule
 from safenav.runtime.traffic.joint import Course, Joint, has_met
@@ -116,7 +115,8 @@ def _arrival(joint: Timed, robot: int) -> int:
     return max((t for t in ticks if joint[t][robot] != joint[t - 1][robot]), default=0)
 
 
-class _Path(Struct, frozen=True):
+@dataclass(frozen=True)
+class _Path:
     """Requirements on a robot's path: poses ``allowed``, sets of poses in the order in which it
     must pass them (``via``), and those in which it may end (``final``)."""
 

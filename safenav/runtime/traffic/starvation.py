@@ -10,12 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.world.poses import FAR
 
 
-class _Wait(Struct):
+@dataclass
+class _Wait:
     told: Hashable
     nearest: int
     since: float

@@ -11,8 +11,7 @@ import heapq
 from collections.abc import Callable, Iterator, Sequence
 from itertools import count as counting
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.runtime.coordination.problem import Floor, Problem, Stages
 from safenav.runtime.traffic.budgets import MOST_HELPERS, TIMED_STATES
 from safenav.world.poses import FAR, Mask
@@ -23,7 +22,8 @@ State = tuple[tuple[Robot, ...], frozenset[int]]
 """The robots that move, and those that have had their part in the need."""
 
 
-class TimedPlan(Struct, frozen=True, eq=False):
+@dataclass(frozen=True, eq=False)
+class TimedPlan:
     """A plan: the joint ``poses`` after each tick, the first as they are now; ``least``: the ticks
     that it takes at least, if nobody is in anybody's way."""
 
@@ -35,7 +35,8 @@ class TimedPlan(Struct, frozen=True, eq=False):
         return len(self.poses) - 1
 
 
-class Quickest(Struct, eq=False, dict=True):
+@dataclass(eq=False)
+class Quickest:
     """Searches from ``poses`` for the next need of an obstacle (``gate``)."""
 
     problem: Problem

@@ -9,43 +9,42 @@ regions that they do not name (docs/library.md).
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import field
 from typing import Protocol, runtime_checkable
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.scenario.model import Obstacle, Robot
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
 from safenav.world.moves import Pose
 
 
-class DatedEvent(Struct, frozen=True):
-    """``at``: when it was so, in seconds on the world's clock."""
+@dataclass(frozen=True)
+class WorldEvent:
+    """An event that a world reports. ``at``: when it was so, in seconds on the world's clock.
+    ``command``: the number of the command that it ends; None if it ends none."""
 
     at: float
+    command: int | None = field(default=None, kw_only=True)
 
 
-class WorldEvent(DatedEvent, frozen=True, kw_only=True):
-    """An event that a world reports. ``command``: the number of the command that it ends; None if
-    it ends none."""
-
-    command: int | None = None
-
-
-class Arrived(WorldEvent, frozen=True):
+@dataclass(frozen=True)
+class Arrived(WorldEvent):
     """The robot is in the pose that it was sent to, and in no other region."""
 
     robot: str
 
 
-class Elsewhere(WorldEvent, frozen=True):
+@dataclass(frozen=True)
+class Elsewhere(WorldEvent):
     """The robot is in ``pose`` instead, and in no other region."""
 
     robot: str
     pose: Pose
 
 
-class Blocked(WorldEvent, frozen=True):
+@dataclass(frozen=True)
+class Blocked(WorldEvent):
     """The robot is back in ``pose``, where it set out, and in no other region: it met an obstacle
     (None: it does not know which) in the region that it was sent to."""
 
@@ -54,7 +53,8 @@ class Blocked(WorldEvent, frozen=True):
     obstacle: Obstacle | None = None
 
 
-class Failed(WorldEvent, frozen=True):
+@dataclass(frozen=True)
+class Failed(WorldEvent):
     """The robot is in ``pose`` and in no other region. ``fatal``: it can no longer move."""
 
     robot: str
@@ -63,14 +63,16 @@ class Failed(WorldEvent, frozen=True):
     fatal: bool = False
 
 
-class Lost(WorldEvent, frozen=True):
+@dataclass(frozen=True)
+class Lost(WorldEvent):
     """The robot is somewhere in ``regions``; nothing else is known of it."""
 
     robot: str
     regions: frozenset[Region]
 
 
-class Sensed(WorldEvent, frozen=True):
+@dataclass(frozen=True)
+class Sensed(WorldEvent):
     """``by`` (None: a sensor outside the robots) has seen an obstacle, or (``there`` false) that
     it has disappeared."""
 
@@ -79,7 +81,8 @@ class Sensed(WorldEvent, frozen=True):
     there: bool = True
 
 
-class Acted(WorldEvent, frozen=True):
+@dataclass(frozen=True)
+class Acted(WorldEvent):
     """The action of a robot is over: the result for each obstacle that it was to act on, and for
     each other one that it has resolved. ``done``: its last need is met."""
 

@@ -8,16 +8,17 @@ from __future__ import annotations
 
 import random
 from collections.abc import Collection, Iterable, Mapping
+from dataclasses import field
 from typing import Protocol, runtime_checkable
 
-from msgspec import Struct, field
-
+from safenav.dataclass import dataclass
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.world.map import Region
 from safenav.world.moves import Pose
 
 
-class Change(Struct, frozen=True):
+@dataclass(frozen=True)
+class Change:
     """An obstacle that appeared, or disappeared without being resolved. ``by_user``: a user who
     watches the run caused it. ``truth``: revealed by resolving it; ``another`` than the last of
     that name had."""
@@ -49,7 +50,8 @@ class InputWorld(Protocol):
         ...
 
 
-class Work(Struct):
+@dataclass
+class Work:
     """Progress of an obstacle: the next need, and the robots that fulfilled their part of it;
     ``groups``: the robots that fulfilled each need before it."""
 
@@ -82,7 +84,8 @@ class Work(Struct):
         return self.done if self.takes else ()
 
 
-class Works(Struct):
+@dataclass
+class Works:
     """The obstacles in a world by name, and how far each is resolved by robots that stand
     somewhere. ``others``: further ones, whose loads count as carried."""
 

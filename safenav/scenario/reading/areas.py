@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import re
-
-from msgspec.structs import replace
+from dataclasses import replace
 
 from safenav.scenario.reading.naming import NAME
 from safenav.scenario.reading.regions import RegionReader

@@ -7,11 +7,10 @@ each know one item of the format; docs/scenario.md is its reference.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
-from msgspec import Struct
-from msgspec.structs import replace
-
+from safenav.dataclass import dataclass
 from safenav.errors import Diagnostic, InputError
 from safenav.scenario.model import (
     DEFAULT_CLOCK,
@@ -133,7 +132,8 @@ def load_scenario_text(
     return scenario
 
 
-class Draft(Struct, frozen=True):
+@dataclass(frozen=True)
+class Draft:
     """The readable parts of a text: the scenario if it has no error, the catalogue that
     its names refer to, its map as far as that is usable, and all diagnostics."""
 
@@ -353,7 +353,7 @@ class _Loader:
         }
         then = read.choice(item.get("then"), "'then' of failures", FailedMoves, self._findings)
         given = {**counts, **times, "then": then}
-        return replace(Failures(), **{k: v for k, v in given.items() if v is not None})
+        return replace(Failures(), **{k: v for k, v in given.items() if v is not None})  # type: ignore[arg-type]
 
     def _limits(self, node: Node | None) -> Limits:
         item = read.mapping(node, "limits", self._findings, LIMIT_KEYS)

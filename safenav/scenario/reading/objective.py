@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection
-
-from msgspec.structs import replace
+from dataclasses import replace
 
 from safenav.formula.checking import check
 from safenav.formula.parser import FormulaError, parse

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import field, replace
 from typing import Any
 
 import yaml
-from msgspec import Struct, field
-from msgspec.structs import replace
 
+from safenav.dataclass import dataclass
 from safenav.lines import HINT, foreign_character
 
 MAX_DEPTH = 50
@@ -27,14 +27,16 @@ MAX_NUMBER_LENGTH = 100
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
-class Place(Struct, frozen=True):
+@dataclass(frozen=True)
+class Place:
     """Line and column, both from 1."""
 
     line: int = 1
     column: int = 1
 
 
-class Scalar(Struct, frozen=True):
+@dataclass(frozen=True)
+class Scalar:
     """A number, truth value, null or text.
 
     ``text`` is as written, ``style`` YAML's: empty for plain, the quote, or ``|`` and ``>``
@@ -49,12 +51,14 @@ class Scalar(Struct, frozen=True):
     literal: bool = False
 
 
-class Sequence(Struct, frozen=True):
+@dataclass(frozen=True)
+class Sequence:
     place: Place
     items: tuple[Node, ...]
 
 
-class Mapping(Struct, frozen=True):
+@dataclass(frozen=True)
+class Mapping:
     """Keys are text and differ from each other."""
 
     place: Place
@@ -80,7 +84,8 @@ class DocumentError(Exception):
         super().__init__(found)
 
 
-class Document(Struct, frozen=True):
+@dataclass(frozen=True)
+class Document:
     """A tree, and what is wrong with it although it could be read: (place, found, hint)."""
 
     root: Node
@@ -133,7 +138,8 @@ _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _SPECIAL = re.compile(r"(?P<sign>[-+])?\.(?P<word>inf|Inf|INF|nan|NaN|NAN)")
 
 
-class _Open(Struct):
+@dataclass
+class _Open:
     """A collection that is being read."""
 
     place: Place

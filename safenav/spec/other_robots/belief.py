@@ -15,8 +15,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.errors import UsageError
 from safenav.scenario.objective import Target
 from safenav.spec.movement import headings, step_formula
@@ -43,7 +42,8 @@ MOST_BELIEFS = 4000
 """Beliefs that a specification may tell apart."""
 
 
-class Model(Struct, frozen=True):
+@dataclass(frozen=True)
+class Model:
     """The possible knowledge of one other robot, and its encoding as an input."""
 
     other: Observed

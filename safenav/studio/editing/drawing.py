@@ -7,9 +7,8 @@ it also lists the items that the user can drag, each with its line in the text.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Any
-
-from msgspec import Struct
 
 from safenav.report.page.encode import encoded
 from safenav.report.picture.pictograms import obstacle_pictogram, robot_pictogram
@@ -38,7 +37,8 @@ from safenav.world.moves import Mobility
 _HEADINGS = {heading.label: heading for heading in Heading}
 
 
-class _Placing(Struct, frozen=True):
+@dataclass(frozen=True)
+class _Placing:
     """Reads regions where they stand, walls or not."""
 
     world: RegionMap

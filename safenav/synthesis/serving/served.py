@@ -17,15 +17,15 @@ from collections.abc import Mapping, Sequence
 from types import TracebackType
 from typing import Any
 
-from msgspec import Struct
-
+from safenav.dataclass import dataclass
 from safenav.errors import SynthesizerError
 from safenav.spec.specification import Owner, Specification
 from safenav.synthesis.serving.connection import Connection
 from safenav.synthesis.strategy import Field, locate
 
 
-class ServedMeasure(Struct, frozen=True):
+@dataclass(frozen=True)
+class ServedMeasure:
     """How far a position is from its goal: ``assumption`` is the index of the ENV_LIVENESS line
     that may be waited for here, None if nothing excuses waiting."""
 
@@ -33,7 +33,8 @@ class ServedMeasure(Struct, frozen=True):
     assumption: int | None
 
 
-class Position(Struct, frozen=True):
+@dataclass(frozen=True)
+class Position:
     """A state (all variables: integers as they are, Booleans as 0 and 1) with the index of the
     SYS_LIVENESS line that is pursued."""
 
@@ -42,7 +43,8 @@ class Position(Struct, frozen=True):
     measure: ServedMeasure
 
 
-class ServedMove(Struct, frozen=True):
+@dataclass(frozen=True)
+class ServedMove:
     """Where the strategy goes; ``met``: how many goals in turn this very move meets, beginning
     with the one that was pursued."""
 

@@ -1,4 +1,4 @@
-/* sources 0a29dfb3abc2f2481a12897455b0e0976c2be1607ea42e36a1e2f57218e691e7 */
+/* sources 33c870d50c670952c8c12ab268f65e7b26f37a1b880189eaf1e3906c5fe9acc3 */
 /* Contains Preact:
 The MIT License (MIT)
 

@@ -1,7 +1,7 @@
 /** Menus and dialogs of the studio: one that is open closes with Esc, and with what it offers. */
 
 import type { ComponentChildren } from "preact";
-import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
+import { useLayoutEffect, useRef } from "preact/hooks";
 
 export function Menu({ title, children, mark }: { title: string; children: ComponentChildren; mark?: ComponentChildren }) {
   const menu = useRef<HTMLDetailsElement>(null);
@@ -53,7 +53,7 @@ interface DialogProps {
 /** A dialog as long as it is rendered; `close` is called when the reader closes it. */
 export function Dialog({ title, wide, close, children }: DialogProps) {
   const dialog = useRef<HTMLDialogElement>(null);
-  useEffect(() => dialog.current!.showModal(), []);
+  useLayoutEffect(() => dialog.current!.showModal(), []); // before a key can be pressed
   return (
     <dialog ref={dialog} class={wide ? "wide" : ""} aria-label={title} onClose={close}>
       <div>
