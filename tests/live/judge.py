@@ -47,7 +47,6 @@ class Walk:
         self._missed: tuple[Any, ...] = ()
         self._begun: dict[str, float] = {}
         self._acting: dict[str, set[str]] = {}
-        self._since: dict[str, float] = {}
         self.log = log
         for line in log:
             self._follow(line)
@@ -94,8 +93,9 @@ class Walk:
 
     def _start(self, line: Line, name: str) -> None:
         self.moves += 1
-        if line["t"] > self._since.get(name, 0.0):
-            self.visits[name].append(line["from"])  # it has stayed: that may count again
+        # It may have decided to stay first, which counts again, and takes no time here. That it has
+        # decided so is in the trace, which is audited.
+        self.visits[name].append(line["from"])
         self._begun[name] = line["t"]
         self.way[name] = (line["from"], line["to"])
         self.at[name] = {line["from"], line["to"]}
@@ -140,7 +140,6 @@ class Walk:
     def _end(self, line: Line, name: str) -> None:
         self.busy[name] += line["t"] - self._begun.pop(name)
         before, bound = self.way.pop(name)
-        self._since[name] = line["t"]
         self.at[name] = set(line.get("within") or [line["at"]])
         if line["how"] == "elsewhere":
             self._apart(line, name)

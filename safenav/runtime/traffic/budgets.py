@@ -20,12 +20,16 @@ sweep regions (``search_limit``). Robots cut off by one out of service have no g
 four variants of ``joint_plan.Variant`` and one chain of legs. After ``MOST_FAILURES`` failures in a
 row the run ends at ``search_limit``. Every plan is shortened before it begins. Budgets are states
 unless said otherwise; they were measured on random teams: small and often beats large.
+With a robot out of service on a floor where some turn, searches for the mission take one round with
+the chain of a certificate, and fewer failures end the run.
 """
 
 ROUNDS_FIRST = 4
 """Rounds of search for the first plan; every fourth failure adds one: a team that moves on for a
 while often has it easier, so each effort is made four times before a larger one."""
 MOST_FAILURES = 24
+MOST_FAILURES_HINDERED = 6
+"""The same with a robot out of service, which no search can move: the end is then no verdict."""
 LOOKS_FOR_FEW = (1, 6, MOST_FAILURES)
 """After which spent searches a few robots are examined: the first, and now and then."""
 ROUNDS_AHEAD = 2
@@ -60,8 +64,12 @@ FEW_STATES = 20_000
 
 CERTIFICATE_ROUNDS = 1
 CERTIFICATE_STATES = 2_000
+CERTIFICATE_CHAIN = 1_000
 """Budget for a certificate. A move that has none is refused, and may be tried again in the next
-tick."""
+tick. A chain as for a plan takes 5 s in a team of 20."""
+MOST_VAIN = 3
+"""Certificates in a row that are searched without success while a robot is out of service: after
+these, moves are refused until there is a joint plan."""
 CERTIFICATES_KEPT = 10_000
 REJOIN_PLACES = 3
 """Places of the last plan to which the way back may lead: those that most robots are in."""

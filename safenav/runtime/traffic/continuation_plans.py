@@ -13,9 +13,11 @@ from safenav.runtime.coordination.problem import Floor
 from safenav.runtime.team import TeamState
 from safenav.runtime.traffic.answers import Answer, Found
 from safenav.runtime.traffic.budgets import (
+    CERTIFICATE_CHAIN,
     CERTIFICATE_ROUNDS,
     CERTIFICATE_STATES,
     CERTIFICATES_KEPT,
+    MOST_VAIN,
 )
 from safenav.runtime.traffic.joint import Course, Joint
 from safenav.runtime.traffic.rejoin import rejoined
@@ -33,6 +35,7 @@ class Certificates:
         self._searches = searches
         self._last: tuple[Course, Sequence[Joint]] | None = None
         self._known: dict[tuple[Joint, int, int], bool] = {}
+        self._vain = 0
 
     @property
     def known(self) -> tuple[int, int]:
@@ -83,16 +86,23 @@ class Certificates:
         known = self._known.get(key)
         if known is None:
             answer: Answer | None = self.again(course, start)
+            if answer is None and self._vain >= MOST_VAIN and self._hindered:
+                return False
             if answer is None:
                 search = self._searches.search(floor, course, start)
-                answer = search.run(CERTIFICATE_ROUNDS, CERTIFICATE_STATES)
+                answer = search.run(CERTIFICATE_ROUNDS, CERTIFICATE_STATES, CERTIFICATE_CHAIN)
             known = isinstance(answer, Found)
+            self._vain += not known
             if len(self._known) > CERTIFICATES_KEPT:
                 self._known.clear()
             self._known[key] = known
             if isinstance(answer, Found):
                 self.keep(course, answer.states)
         return known
+
+    @property
+    def _hindered(self) -> bool:
+        return not all(robot.active for robot in self._state.robots.values())
 
     def again(self, course: Course, start: Joint) -> Found | None:
         """The last plan for all of this mission, if the team can return to it."""
@@ -106,7 +116,7 @@ class Certificates:
 
     def keep(self, course: Course, states: Sequence[Joint]) -> None:
         """The rest of a plan is the certificate of the moves that it makes."""
-        self._last = course, states
+        self._last, self._vain = (course, states), 0
         for before, after in pairwise(states):
             for index, pose in enumerate(after.poses):
                 if pose != before.poses[index]:

@@ -74,8 +74,14 @@ class Search:
         self._generator = Generator(course, self._rng)
         self._stuck = Stuck(course)
 
-    def run(self, rounds: int = ROUNDS_OF_SEARCH, proof: int = PROOF_BUDGET) -> Answer:
-        """The first plan that a variant finds; the cheap ones first."""
+    def run(
+        self,
+        rounds: int = ROUNDS_OF_SEARCH,
+        proof: int = PROOF_BUDGET,
+        chain: int = CHAIN_BUDGET,
+    ) -> Answer:
+        """The first plan that a variant finds; the cheap ones first. ``proof``, ``chain``: budgets
+        in place of the usual ones."""
         if self.goal(self.start):
             return Found((self.start,))
         few = len(self.start.poses) <= 4
@@ -92,7 +98,7 @@ class Search:
                     # Counts the hopeless states as well; hardly more than were examined.
                     return self.singles(proof or PROOF_BUDGET)
                 spent += answer.states
-            answer = by_legs(self, self._rng, CHAIN_BUDGET << turn)
+            answer = by_legs(self, self._rng, chain << turn)
             if isinstance(answer, Found):
                 return answer
             spent += answer.states

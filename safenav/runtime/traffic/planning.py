@@ -24,7 +24,13 @@ from safenav.runtime.formulas import formulas_of
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded, Stop
 from safenav.runtime.traffic.answers import Answer, Exhausted, Found, Spent
-from safenav.runtime.traffic.budgets import LOOKS_FOR_FEW, MOST_FAILURES, ROUNDS_FIRST
+from safenav.runtime.traffic.budgets import (
+    CERTIFICATE_CHAIN,
+    LOOKS_FOR_FEW,
+    MOST_FAILURES,
+    MOST_FAILURES_HINDERED,
+    ROUNDS_FIRST,
+)
 from safenav.runtime.traffic.continuation_plans import Certificates
 from safenav.runtime.traffic.deadlock import deadlock_of_few, deadlocked
 from safenav.runtime.traffic.execution import (
@@ -402,7 +408,7 @@ class Traffic:
         if isinstance(answer, Spent):
             self._failures += 1
             self._watch.begin_anew()
-            if self._failures > MOST_FAILURES:
+            if self._failures > (MOST_FAILURES_HINDERED if self._hindered else MOST_FAILURES):
                 said = f"search budget exhausted while planning joint moves: {reason}"
                 raise RunEnded(Conclusion(Outcome.SEARCH_LIMIT, said))
             return
@@ -499,6 +505,13 @@ class Traffic:
         return list(answer.states)
 
     @property
+    def _hindered(self) -> bool:
+        """Whether a robot out of service shares its floor, and plans are for the whole mission."""
+        robots = self.state.robots
+        out = any(not robot.active and self._rivals[name] for name, robot in robots.items())
+        return out and self._turning
+
+    @property
     def _rounds(self) -> int:
         """Rounds of the next search. A team that moves on for a while often has it easier, so
         each effort is made four times before a larger one."""
@@ -514,10 +527,11 @@ class Traffic:
         if self._turning and self._searches.cut_off(floor, every=True):
             return course, start, search, Spent(0)  # the mission cannot be completed as it is
         if self._turning or remembering(floor.problem):
-            answer = search.run(1)
+            hindered = self._hindered
+            answer = search.run(1, chain=CERTIFICATE_CHAIN) if hindered else search.run(1)
             if isinstance(answer, Spent):
                 answer = self._certificates.again(course, start) or answer
-            if isinstance(answer, Spent) and self._turning:
+            if isinstance(answer, Spent) and self._turning and not hindered:
                 answer = search.run(self._rounds)
             if self._turning or not isinstance(answer, Spent):
                 return course, start, search, answer

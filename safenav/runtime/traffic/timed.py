@@ -165,10 +165,10 @@ class Quickest:
                     options.append((pose, step, ticks) if ticks else (step, step, 0))
         for option in options:
             there = option[0] if option[2] == 0 else pose
-            part = done
+            after, part = (*robots[:at], option, *robots[at + 1 :]), done
             if not self._together and robot in self._able and self._is_there(robot, there):
-                part = done | {robot}
-            yield (*robots[:at], option, *robots[at + 1 :]), part
+                part = done | {robot} if self._clear(after, robot, movers) else done
+            yield after, part
 
     def _taken(self, robots: tuple[Robot, ...], robot: int, movers: Sequence[int]) -> Mask:
         """The regions that a robot must not enter because of others."""
@@ -176,15 +176,26 @@ class Quickest:
         for other, (pose, to, _) in zip(movers, robots, strict=True):
             if other in self.problem.conflicts[robot]:
                 found |= 1 << self._region(other, pose) | 1 << self._region(other, to)
-        if self.problem.zones:
-            at = [self._region(i, pose) for i, pose in enumerate(self.poses)]
-            for other, (pose, to, _) in zip(movers, robots, strict=True):
-                at[other] = self._region(other, pose)
+        if self.problem.apart:
+            at = self._regions_of(robots, movers)
+            for other, (_, to, _) in zip(movers, robots, strict=True):
                 for group, zone in self.problem.zones:
                     if other != robot and {robot, other} <= group and zone >> to & 1:
                         found |= zone
             found |= self.problem.held(robot, at, self.stages)
         return found
+
+    def _regions_of(self, robots: tuple[Robot, ...], movers: Sequence[int]) -> list[int]:
+        at = [self._region(i, pose) for i, pose in enumerate(self.poses)]
+        for robot, (pose, _, _) in zip(movers, robots, strict=True):
+            at[robot] = self._region(robot, pose)
+        return at
+
+    def _clear(self, robots: tuple[Robot, ...], robot: int, movers: Sequence[int]) -> bool:
+        """Whether no other robot is where the obstacle sweeps."""
+        if not self.problem.gates[self.gate].sweeps:
+            return True
+        return self.problem.clear_of(self.gate, robot, self._regions_of(robots, movers))
 
     def _is_there(self, robot: int, pose: int) -> bool:
         return bool(self._regions >> self._region(robot, pose) & 1)
@@ -194,7 +205,10 @@ class Quickest:
         if not self._together:
             return len(done) >= self._missing
         here = dict(zip(movers, (pose for pose, _, _ in robots), strict=True))
-        there = sum(self._is_there(i, here.get(i, self.poses[i])) for i in self._able)
+        there = sum(
+            self._is_there(i, here.get(i, self.poses[i])) and self._clear(robots, i, movers)
+            for i in self._able
+        )
         return there >= self._missing
 
     def _bound(
