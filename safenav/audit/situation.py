@@ -424,6 +424,8 @@ class Situation:
                 self.requests[record.obstacle] = {}
                 self.discovered.add(record.obstacle)
                 self.orders.add(record.obstacle)
+            case "met":
+                self._take(record)
             case "truth":
                 self.truth[record.obstacle] = record.traversable
             case "objective":
@@ -557,8 +559,33 @@ class Situation:
         for name in found:
             self._perform_at(robot, name, put_down=True)
         for name in sorted(filter(self.takes, found), key=self._order):
-            if name in self.requests and (act is None or name in act.obstacles):
+            # Whether robots take a load as a whole is their choice, which the line ``met`` tells.
+            whole = self.need(name).robots == 1 or self.need(name).together
+            if not whole and name in self.requests and (act is None or name in act.obstacles):
                 self._perform_at(robot, name)
+
+    def takers(self, robot: str, obstacle: str) -> frozenset[str] | None:
+        """Return the robots that take a load as a whole if a robot does so in its turn; None if it
+        cannot."""
+        need, there = self.need(obstacle), self.standing(obstacle)
+        whole = self.takes(obstacle) and (need.robots == 1 or need.together)
+        known = obstacle in self.requests and self.status[obstacle] is Status.UNRESOLVED
+        if not (whole and known) or robot not in there or len(there) < need.robots:
+            return None
+        return frozenset(there if need.together else [robot])
+
+    def _take(self, record: Line) -> None:
+        """Note that robots take a load as a whole, and what the robot then does with it there."""
+        name, stage = record.obstacle, record.need
+        if self.stage.get(name) != stage or not self.takes(name):
+            return
+        group = self.takers(record.robot, name)
+        if group is not None:
+            self.turn.met[name, stage] = self.group[name] = group
+            self.stage[name] += 1
+            self.done[name].clear()
+            self.turn.advanced.add(name)
+            self._perform_at(record.robot, name, put_down=True)
 
     def _order(self, obstacle: str) -> tuple[str, int, int]:
         """Return the place of a load among those that a robot can take."""

@@ -11,7 +11,7 @@ from collections.abc import Collection, Mapping
 from copy import copy
 from dataclasses import dataclass, replace
 
-from safenav.runtime.worlds.world import Work, Works
+from safenav.runtime.worlds.world import Work, Works, taking
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.objective import avoided
 from safenav.spec.task import Known
@@ -131,14 +131,16 @@ class Knowledge:
             for name, work in self.pending.items()
             if not work.finished
         )
+        # Loads are put down before others are taken.
+        advanced = [pair for pair in zip(works, needs, strict=True) if pair[0].need > pair[1]]
+        advanced.sort(key=lambda pair: pair[0].obstacle.type.takes(pair[1]))
         met = tuple(
             NeedMet(work.obstacle, need, work.groups[need])
-            for work, first in zip(works, needs, strict=True)
+            for work, first in advanced
             for need in range(first, work.need)
             if len(work.obstacle.needs) > 1
         )
-        # Loads are put down before others are taken.
-        return further, tuple(sorted(met, key=lambda one: one.obstacle.type.takes(one.need)))
+        return further, met
 
     def within_reach(
         self, robot: Robot, regions: Mapping[str, Region], cleared: Collection[str] = ()
@@ -147,6 +149,22 @@ class Knowledge:
         one; each with the robots that take part. ``regions``: of those that may."""
         found = self._known.within_reach(robot, regions, cleared)
         return [(work.obstacle, group) for work, group in found]
+
+    def to_take(self, robot: Robot, sent_for: str | None, here: Region) -> list[Obstacle]:
+        """The pending loads that a robot in ``here`` may take. If it is sent for one of them, it
+        takes that before others, and keeps room for it elsewhere."""
+        loads = taking(self.pending.values())
+        sent = next((w for w in loads if w.obstacle.name == sent_for and w.is_taken_whole), None)
+        if sent is None:
+            return [work.obstacle for work in loads]
+        found, room = [sent.obstacle], self._known.room_at(robot, here) - 1
+        for work in loads:
+            if not work.is_taken_whole:
+                found.append(work.obstacle)
+            elif work is not sent and room > 0 and here in self._known.regions(work):
+                found.append(work.obstacle)
+                room -= 1
+        return found
 
     def burden(self, robot: str) -> int:
         """The loads that a robot carries and that are no longer pending: no robot can ever put

@@ -306,13 +306,21 @@ class TeamState:
 
     def cleared(self, robot: Robot) -> list[Obstacle]:
         """The known obstacles that sweep regions or are loads to be taken, and that a robot may
-        act on now: no other robot is where they sweep."""
+        act on now: no other robot is where they sweep, and a robot that is sent for a load keeps
+        room for it."""
+        pending = self.knowledge.pending.values()
+        loads = self.knowledge.to_take(robot, *self._sent_for(robot))
         return [
             work.obstacle
-            for work in self.knowledge.pending.values()
-            if (work.takes or work.obstacle.swept(self.scenario.map))
+            for work in pending
+            if (work.obstacle in loads if work.takes else work.obstacle.swept(self.scenario.map))
             and self.clear_of(work.obstacle, robot)
         ]
+
+    def _sent_for(self, robot: Robot) -> tuple[str | None, Region]:
+        state = self.robots[robot.name]
+        helps = state.assignment.role is Role.HELPS
+        return state.assignment.obstacle if helps else None, state.pose.region
 
     def _had_by_others(self, robot: Robot) -> set[Region]:
         found = set[Region]()

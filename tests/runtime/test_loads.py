@@ -84,7 +84,36 @@ def test_a_robot_carries_one_load_after_the_other(tmp_path: Path, clock: Clock) 
     run = play(HALL, tmp_path, clock)
     met = [(line["obstacle"][-2:], line["need"]) for line in run.all("met")]
     assert run.outcome["outcome"] == "completed"
-    assert met == [("16", 0), ("16", 1), ("#2", 0), ("#2", 1)]
+    assert met == [("#2", 0), ("#2", 1), ("16", 0), ("16", 1)]  # the newest request first
+
+
+def test_a_robot_takes_the_load_that_is_due_first(tmp_path: Path) -> None:
+    """Of three at one place: what it is sent for, not the first of the list."""
+    text = HALL.replace("orders: [", "orders: [{at: 1, type: pallet, region: shelf}, ").replace(
+        "region: shelf}]", "region: shelf, resolve_within: 16}]"
+    )
+    run = play(text, tmp_path)
+    assert next(line["obstacle"] for line in run.all("met", need=0)) == "pallet@16#3"
+    assert run.one("deadline", verdict="kept")["of"] == "pallet@16#3"
+
+
+def test_a_robot_that_is_sent_for_a_load_leaves_others(tmp_path: Path) -> None:
+    """It passes the rack on its way to the shelf, where something is due."""
+    text = HALL.replace("start: [2, 3]", "start: [1, 8]").replace("rack: [2, 8]", "rack: [1, 7]")
+    text = text.replace("orders: [{at: 1, type: pallet, region: shelf}", ORDERS).replace(
+        "  obstacles:\n",
+        "  obstacles:\n    box: {needs: [{action: lift, at: [rack]}, "
+        "{action: drop, at: [dock], same: true}], blocks: []}\n",
+    )
+    run = play(text, tmp_path)
+    assert run.all("met")[0]["obstacle"].startswith("pallet")
+    assert run.one("deadline", verdict="kept")
+
+
+ORDERS = (
+    "orders: [{at: 1, type: box, region: rack}, "
+    "{at: 1, type: pallet, region: shelf, resolve_within: 12}"
+)
 
 
 @pytest.mark.parametrize("clock", Clock)
@@ -106,14 +135,15 @@ def test_whoever_carries_a_load_opens_doors(tmp_path: Path) -> None:
     )
     text += "obstacles: [{type: door, region: [2, 4]}]\n"
     run = play(text.replace("start: [2, 3]", "start: [2, 6]").replace("[2, 2]", "[2, 7]"), tmp_path)
-    assert run.order("met", "resolved")[:2] == [("met", "pallet@16"), ("resolved", "door@24")]
+    first, then, *_ = run.order("met", "resolved")
+    assert (first[0], first[1][:9], then) == ("met", "pallet@16", ("resolved", "door@24"))
 
 
 @pytest.mark.parametrize(
     ("change", "rule"),
     [
-        (lambda line: line["need"] == 0 and line.update(obstacle="pallet@16#2"), "need"),
-        (lambda line: line["need"] == 1 and line.update(obstacle="pallet@16#2"), "need"),
+        (lambda line: line["need"] == 0 and line.update(obstacle="pallet@16"), "need"),
+        (lambda line: line["need"] == 1 and line.update(obstacle="pallet@16"), "need"),
     ],
 )
 def test_the_audit_refuses_a_second_load(tmp_path: Path, change: Any, rule: str) -> None:

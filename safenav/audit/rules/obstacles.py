@@ -143,6 +143,8 @@ class NeedRule(LineRule):
         name, needs = record.obstacle, now.obstacles[record.obstacle].all_needs
         what = f"need {record.need + 1} of {name}"
         group = now.turn.met.get((name, record.need))
+        if group is None and record.need == now.stage[name]:
+            group = now.takers(record.robot, name)
         if group is None or len(needs) < 2:
             full = [n for n in record.robots or (record.robot,) if now.is_full(n)]
             for robot in full if record.need == now.stage[name] and now.takes(name) else ():
@@ -198,7 +200,7 @@ class MissedResolutionRule(Rule):
             standing, need = now.standing(name), now.need(name)
             group = standing if need.together else now.done[name]
             waits = now.obstacles[name].sweeps and now.must_not_sweep(turn.robot, name)
-            waits = waits or (now.takes(name) and name not in now.requests)
+            waits = waits or now.takes(name)  # it may leave a load to others
             if turn.robot in standing and len(group) >= need.robots and not waits:
                 problem = (
                     f"{turn.robot} can {need.action} and is at "
@@ -213,8 +215,8 @@ def _could_act(robot: str, obstacle: str, now: Situation) -> bool:
         return False
     if now.obstacles[obstacle].sweeps and now.must_not_sweep(robot, obstacle):
         return False
-    if now.takes(obstacle) and obstacle not in now.requests:
-        return False  # the team does not know of the load
+    if now.takes(obstacle):
+        return False  # it may leave a load to others
     if need.together:
         return len(standing) >= need.robots
     return robot not in now.done[obstacle]

@@ -75,6 +75,12 @@ class Work:
         return not self.finished and self.obstacle.type.takes(self.need)
 
     @property
+    def is_taken_whole(self) -> bool:
+        """Whether all robots that take it do so in one turn."""
+        need = self.obstacle.needs[min(self.need, len(self.obstacle.needs) - 1)]
+        return need.robots == 1 or need.together
+
+    @property
     def carriers(self) -> Collection[str]:
         """The robots that carry the load: those that took it, and those that had a part in taking
         it; none if it is not a load. Whether the last ones have put it down, the world says."""
@@ -128,6 +134,17 @@ class Works:
     def _waits(self, work: Work, cleared: Collection[str]) -> bool:
         asks = work.takes or bool(work.obstacle.swept(self.scenario.map))
         return asks and work.obstacle.name not in cleared
+
+    def regions(self, work: Work) -> tuple[Region, ...]:
+        """The regions where the next need of an obstacle is met."""
+        return work.obstacle.resolution_regions(self.scenario.map, work.need)
+
+    def room_at(self, robot: Robot, here: Region) -> int:
+        """The loads that a robot can take in a region, where it puts down others first."""
+        carried = [w for w in {**self.others, **self.open}.values() if robot.name in w.carriers]
+        last = [w for w in carried if not w.finished and w.need + 1 == len(w.obstacle.needs)]
+        put_down = sum(here in self.regions(work) for work in last)
+        return robot.model.carries - len(carried) + put_down
 
     def has_room(self, robot: Robot) -> bool:
         """Whether a robot can carry one more load."""
