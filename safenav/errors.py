@@ -7,10 +7,9 @@ travels as data. This module has bad input, exhausted resources, and broken tool
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import field
 from enum import IntEnum
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
 
 
 class ExitCode(IntEnum):
@@ -28,13 +27,12 @@ _WIDTH = 96
 """The most characters of a source line that a message shows."""
 
 
-@dataclass(frozen=True)
-class Diagnostic:
+class Diagnostic(Struct, frozen=True):
     """One error in an input, with a hint for fixing it.
 
     ``line`` and ``column`` count from 1; 0 means that there is no place to point at.
     ``found`` says what is wrong, ``hint`` what to do about it. ``source`` is the text of the line;
-    a caret below it shows the column.
+    a caret below it shows the column; it does not take part in comparisons.
     """
 
     file: str
@@ -42,7 +40,17 @@ class Diagnostic:
     column: int
     found: str
     hint: str = ""
-    source: str = field(default="", compare=False)
+    source: str = ""
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Diagnostic) and self._said == other._said
+
+    def __hash__(self) -> int:
+        return hash(self._said)
+
+    @property
+    def _said(self) -> tuple[str | int, ...]:
+        return (self.file, self.line, self.column, self.found, self.hint)
 
     def __str__(self) -> str:
         place = self.file

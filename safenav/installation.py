@@ -7,10 +7,11 @@ import platform
 import sys
 import tempfile
 import time
-from dataclasses import asdict, dataclass
 from importlib import metadata
 from pathlib import Path
 from typing import Any
+
+from msgspec import Struct, to_builtins
 
 import safenav
 from safenav.errors import SafenavError
@@ -47,8 +48,7 @@ PURPOSES = {
 _ANSWER_SECONDS = 10.0
 
 
-@dataclass(frozen=True)
-class Package:
+class Package(Struct, frozen=True):
     """``version`` is None if it is not installed; ``extra`` None if safenav cannot do without."""
 
     name: str
@@ -57,8 +57,7 @@ class Package:
     purpose: str = ""
 
 
-@dataclass(frozen=True)
-class SlugsHealth:
+class SlugsHealth(Struct, frozen=True):
     """``version`` is None for a foreign binary. ``problem``: why it cannot be used."""
 
     path: str | None
@@ -68,8 +67,7 @@ class SlugsHealth:
     problem: str | None
 
 
-@dataclass(frozen=True)
-class CacheHealth:
+class CacheHealth(Struct, frozen=True):
     """``directory`` is None if the cache is off."""
 
     directory: str | None
@@ -79,8 +77,7 @@ class CacheHealth:
     problem: str | None
 
 
-@dataclass(frozen=True)
-class Installation:
+class Installation(Struct, frozen=True):
     safenav: str
     location: str
     python: str
@@ -97,7 +94,7 @@ class Installation:
 
     def data(self) -> dict[str, Any]:
         """Everything, fit for JSON."""
-        return {"usable": self.usable, **asdict(self)}
+        return {"usable": self.usable, **to_builtins(self)}
 
 
 def examine() -> Installation:

@@ -156,12 +156,10 @@ def _become(files: list[int]) -> NoReturn:
 def _import_everything() -> None:
     """All of safenav and the libraries that it loads late, without those that are missing."""
     import safenav
-    from safenav.dataclass import compile_all
 
     names = [module.name for module in pkgutil.walk_packages(safenav.__path__, "safenav.")]
     for name in (*names, *LIBRARIES):
         if ".certify.checker." not in name and not name.endswith("__main__"):
             with contextlib.suppress(ImportError):
                 importlib.import_module(name)
-    compile_all()
     gc.freeze()

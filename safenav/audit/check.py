@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from safenav.audit.judging import RULES, findings
 from safenav.audit.rules.rule import Finding
+from safenav.trace.fields import plain
 from safenav.trace.reading import read_lines, read_trace
 from safenav.trace.records import Arrive, Move, Push
 from safenav.trace.trace import Trace
@@ -58,7 +60,8 @@ def check_trace(trace: str | Path | Iterable[str]) -> Audit:
 def audit(trace: Trace) -> Audit:
     """Check a trace that was read. Findings come in the order of the lines they concern."""
     rank = {rule.name: position for position, rule in enumerate(RULES, start=1)}
-    found = findings(trace.header, trace.records, [rule() for rule in RULES])
+    records = [_plain_proof(record) for record in trace.records]
+    found = findings(trace.header, records, [rule() for rule in RULES])
     outcome = trace.outcome
     return Audit(
         trace.source,
@@ -67,6 +70,12 @@ def audit(trace: Trace) -> Audit:
         tuple(sorted(found, key=lambda f: (f.line, rank.get(f.rule, 0)))),
         _statistics(trace),
     )
+
+
+def _plain_proof(record: Any) -> Any:
+    """The record with its proof, if it has one, as the file has it."""
+    proof = getattr(record, "proof", None)
+    return record if proof is None else record.__replace__(proof=plain(proof))
 
 
 def _statistics(trace: Trace) -> Statistics:

@@ -8,10 +8,10 @@ more than ``NOISE_SECONDS``.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import field
+
+from msgspec import Struct, field
 
 from safenav.batch.cases.case import Result
-from safenav.dataclass import dataclass
 
 RATIO = 1.5
 NOISE_SECONDS = 0.1
@@ -19,8 +19,7 @@ NOISE_SECONDS = 0.1
 _BEHAVIOUR = ("outcome", "cause", "ticks", "rounds", "resolved", "blocked", "helpers", "syntheses")
 
 
-@dataclass(frozen=True)
-class Slower:
+class Slower(Struct, frozen=True):
     name: str
     before: float
     now: float
@@ -30,16 +29,14 @@ class Slower:
         return self.now / self.before if self.before else float("inf")
 
 
-@dataclass(frozen=True)
-class Changed:
+class Changed(Struct, frozen=True):
     """``what``: one sentence a difference."""
 
     name: str
     what: list[str]
 
 
-@dataclass(frozen=True)
-class BaselineComparison:
+class BaselineComparison(Struct, frozen=True):
     """``new`` and ``gone`` are names of cases that only one of the two batches has a result
     for; ``slower`` is ordered by what was lost, worst first."""
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import csv
 import io
 import json
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
+
+from msgspec import to_builtins
 
 import safenav
 from safenav.batch.baseline import BaselineComparison
@@ -59,7 +60,7 @@ def to_json(report: Report, comparison: BaselineComparison | None = None) -> str
         "not_run": [case.name for case in report.not_run],
     }
     if comparison is not None:
-        data["baseline"] = asdict(comparison)
+        data["baseline"] = to_builtins(comparison)
     return json.dumps(data, indent=2) + "\n"
 
 

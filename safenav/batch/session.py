@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field, replace
 from pathlib import Path
 from typing import Protocol
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from safenav.batch.cases.case import Case, Result
 from safenav.batch.journal import StateFile
 from safenav.batch.workers.backend import Arrival, Backend
-from safenav.dataclass import dataclass
 
 Artifacts = Callable[[Result, Path | None], list[str]]
 """Keeps what helps to look into a failure (given its trace, if any); returns what it wrote."""
@@ -29,8 +30,7 @@ class Observer(Protocol):
         """The last result of a case has arrived."""
 
 
-@dataclass
-class Report:
+class Report(Struct):
     """The results of a batch. ``results`` by name, as they arrived; ``resumed`` of them were there
     before. ``interrupted``: it was stopped; ``stopped_early``: by the first failure."""
 
@@ -98,8 +98,7 @@ def _done_before(cases: Sequence[Case], former: Mapping[str, Result]) -> dict[st
     return {name: result for name, result in done.items() if result is not None}
 
 
-@dataclass
-class _Batch:
+class _Batch(Struct):
     report: Report
     backend: Backend
     state: StateFile | None

@@ -11,9 +11,10 @@ import sys
 import tempfile
 import zipfile
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from msgspec import Struct
 
 import safenav
 import safenav.audit
@@ -30,8 +31,7 @@ from safenav.synthesis.slugs import Synthesizer
 CHECKER = Path(__file__).parent / "checker"
 
 
-@dataclass(frozen=True)
-class Made:
+class Made(Struct, frozen=True):
     """A bundle that was written, and the verdict of its own checker."""
 
     path: Path

@@ -6,10 +6,11 @@ import json
 import subprocess
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
+
+from msgspec import Struct
 
 from safenav.errors import UsageError
 
@@ -29,8 +30,7 @@ class Acceptance(StrEnum):
     TOO_LARGE = "too large"
 
 
-@dataclass(frozen=True)
-class BundleVerdict:
+class BundleVerdict(Struct, frozen=True):
     """Verdict of the checker: the claims that it has established, and the reason if it refuses.
 
     A claim has ``id``, ``kind``, ``text`` and ``evidence``: pairs of a file and a line or None."""

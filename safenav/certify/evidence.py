@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
+
+from msgspec import Struct
 
 from safenav.audit.language import RefusedError, Row, TooLargeError
 from safenav.audit.world import World
@@ -24,8 +25,7 @@ from safenav.certify.measures import Measure, NoMeasureError, measure
 from safenav.errors import ResourceLimitError
 
 
-@dataclass(frozen=True)
-class CounterEvidence:
+class CounterEvidence(Struct, frozen=True):
     """The environment's initial input and choices, and the measures that prove that it wins."""
 
     start: list[int]

@@ -11,7 +11,8 @@ goal."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from safenav.components import components
 
@@ -20,8 +21,7 @@ class NoMeasureError(ValueError):
     """There is none: a run starves the goal although it meets every assumption."""
 
 
-@dataclass(frozen=True)
-class Measure:
+class Measure(Struct, frozen=True):
     """Number and assumption of each node."""
 
     numbers: list[int]

@@ -12,9 +12,10 @@ import subprocess
 import tempfile
 import zipfile
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from msgspec import Struct
 
 from safenav.errors import UsageError
 
@@ -32,8 +33,7 @@ _KEPT = {
 _REFUTED = " for the specification; for the rules of the scenario checked by check.py"
 
 
-@dataclass(frozen=True)
-class Proof:
+class Proof(Struct, frozen=True):
     """A verdict of the verified checker.
 
     ``kind``: ``realizes`` and ``alive`` (of ``spec`` and ``strategy``), ``unrealizable`` (of

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import tempfile
-from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 
 import yaml
+from msgspec.structs import replace
 
 from safenav.certify.bundle import Made, make_bundle
 from safenav.certify.run import Kept, read_lines

@@ -5,8 +5,9 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
+
+from msgspec import Struct, field
 
 from safenav.errors import UsageError
 from safenav.spec.parsing import read_specification
@@ -17,8 +18,7 @@ from safenav.trace.records import VERSION
 from safenav.trace.vocabulary import Verified
 
 
-@dataclass
-class Kept:
+class Kept(Struct):
     """Specifications' texts and strategies by sha256, as the trace names them.
 
     ``__call__`` listens to the synthesizer and stores its results."""

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, replace
 from pathlib import Path
 
 import click
+from msgspec import to_builtins
+from msgspec.structs import replace
 
 from safenav.errors import ExitCode
 
@@ -47,7 +48,7 @@ def command(bundle: Path, proved: bool, as_json: bool) -> int:
     claims = [{**claim, "rests_on": rests_on(claim, proofs)} for claim in verdict.claims]
     if as_json:
         data = {"verdict": verdict.result, "reason": verdict.reason, "claims": claims}
-        data |= {"proofs": [asdict(proof) for proof in proofs]} if proved else {}
+        data |= {"proofs": [to_builtins(proof) for proof in proofs]} if proved else {}
         click.echo(json.dumps(data, indent=2))
     else:
         said = (f" [{claim['rests_on']}]" if proved else "" for claim in claims)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
 from pathlib import Path
 
 import click
+from msgspec import to_builtins
 
 from safenav.errors import ExitCode
 
@@ -65,8 +65,10 @@ def command(
     judgements = [] if found else judged(MotionRecording(moved, source.trace, rate), formulas)
     ok = not found and all(one.verdict == SATISFIED for one in judgements)
     if as_json:
-        data = {"ok": ok, "findings": [asdict(finding) for finding in found]}
-        data["execution"] = [] if found else [asdict(one) for one in trackings(moved, source.trace)]
+        data = {"ok": ok, "findings": [to_builtins(finding) for finding in found]}
+        data["execution"] = (
+            [] if found else [to_builtins(one) for one in trackings(moved, source.trace)]
+        )
         data["requirements"] = [one.data() for one in judgements]
         click.echo(json.dumps(data, indent=2))
         return ExitCode.OK if ok else ExitCode.NEGATIVE

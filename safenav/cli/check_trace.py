@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 import sys
-from dataclasses import asdict
 
 import click
+from msgspec import to_builtins
 
 from safenav.audit.check import Audit, audit
 from safenav.errors import ExitCode
@@ -51,7 +51,7 @@ def command(trace: str, show_all: bool, partial: bool, as_json: bool) -> None:
 
 
 def _data(found: Audit) -> dict[str, object]:
-    return {"ok": found.ok, **asdict(found)}
+    return {"ok": found.ok, **to_builtins(found)}
 
 
 def _tell(found: Audit, show_all: bool, partial: bool) -> None:

@@ -8,11 +8,11 @@ import signal
 import sys
 from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from msgspec.structs import replace
 
 from safenav.cli.output import FILE, TRACE_PAGE_OR_FOLDER
 from safenav.cli.status import exit_code_of

@@ -7,7 +7,8 @@ less possible."""
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from dataclasses import replace
+
+from msgspec.structs import replace
 
 from safenav.explain.explanation import (
     Core,

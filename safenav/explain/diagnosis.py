@@ -5,7 +5,7 @@ first without which the robot could meet its objective alone is the cause."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from msgspec.structs import replace
 
 from safenav.explain.explanation import Diagnosis, NoStrategyCause
 from safenav.explain.undisturbed import Solo, play

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from enum import StrEnum
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Target
 from safenav.spec.specification import Constraint, Origin, Section, Specification
@@ -40,8 +41,7 @@ class NoStrategyCause(StrEnum):
     """Other robots can keep it from a target forever."""
 
 
-@dataclass(frozen=True)
-class Diagnosis:
+class Diagnosis(Struct, frozen=True):
     """Result of graph search alone (``explain.diagnosis``).
 
     ``cause``: None if the map and the robot's mobility are not the reason. ``lost``: targets
@@ -55,8 +55,7 @@ class Diagnosis:
     crossing: Target | None = None
 
 
-@dataclass(frozen=True)
-class CoreMember:
+class CoreMember(Struct, frozen=True):
     """Guarantees that belong together: they share an origin and are dropped together."""
 
     origin: Origin
@@ -64,8 +63,7 @@ class CoreMember:
     regions: tuple[Region, ...] = ()
 
 
-@dataclass(frozen=True)
-class Core:
+class Core(Struct, frozen=True):
     """A minimal set of guarantees that no strategy can keep together.
 
     With all assumptions and these guarantees alone there is no strategy; without any one of the
@@ -117,8 +115,7 @@ class WitnessEnd(StrEnum):
     """It cannot even begin."""
 
 
-@dataclass(frozen=True)
-class PlayMoment:
+class PlayMoment(Struct, frozen=True):
     """One moment of a witness. ``others``: its observations (inputs), Booleans as 0 and 1;
     ``memory``: its outputs beyond the pose."""
 
@@ -128,8 +125,7 @@ class PlayMoment:
     memory: tuple[tuple[str, int], ...] = ()
 
 
-@dataclass(frozen=True)
-class Dilemma:
+class Dilemma(Struct, frozen=True):
     """One move that it could still make, and a guarantee that this would break."""
 
     region: Region
@@ -137,8 +133,7 @@ class Dilemma:
     broken: Constraint
 
 
-@dataclass(frozen=True)
-class Witness:
+class Witness(Struct, frozen=True):
     """A losing play of a robot that does its best.
 
     ``moments`` from the start on; then ``cycle`` repeats forever (STARVED). For STUCK: ``pressure``
@@ -170,8 +165,7 @@ class RepairKind(StrEnum):
     """A guarantee that the other robots would have to give."""
 
 
-@dataclass(frozen=True)
-class Repair:
+class Repair(Struct, frozen=True):
     """A change under which the robot has a strategy: each was checked by synthesis.
 
     ``change``: the scenario's items and their new values, as they would be written. ``scenario``:
@@ -186,8 +180,7 @@ class Repair:
     action: str | None = None
 
 
-@dataclass(frozen=True)
-class Explanation:
+class Explanation(Struct, frozen=True):
     """Explanation of one robot's unrealizability."""
 
     robot: str

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import replace
+
+from msgspec.structs import replace
 
 from safenav.explain.explanation import Diagnosis, Repair, RepairKind
 from safenav.scenario.model import Obstacle, ObstacleType, Robot, Scenario

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+
+from msgspec.structs import replace
 
 from safenav.outcome import Verdict
 from safenav.spec.specification import Constraint, Owner, Section, Specification

@@ -8,9 +8,10 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import replace
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+from msgspec.structs import replace
+
 from safenav.explain.explanation import Diagnosis, NoStrategyCause, Repair, RepairKind
 from safenav.explain.map_repair import map_repairs
 from safenav.explain.undisturbed import play
@@ -71,8 +72,7 @@ _FIRST: dict[NoStrategyCause, tuple[RepairKind, ...]] = {
 }
 
 
-@dataclass(frozen=True)
-class RepairProblem:
+class RepairProblem(Struct, frozen=True):
     """The robot and the reasons for which a repair is sought."""
 
     scenario: Scenario

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import Ltl, Objective, TargetObjective, formulas_in
 from safenav.spec.objective import Memory
@@ -17,16 +18,14 @@ from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Mobility, Pose, moves
 
 
-@dataclass(frozen=True)
-class State:
+class State(Struct, frozen=True):
     """The robot's pose and its memory of the objective."""
 
     pose: Pose
     memory: int = 0
 
 
-@dataclass(frozen=True)
-class Solo:
+class Solo(Struct, frozen=True):
     """Possibilities of a robot by itself. ``regions`` that it can reach without breaking a rule;
     ``winnable``: whether it can meet all goals infinitely often."""
 

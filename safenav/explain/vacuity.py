@@ -10,7 +10,8 @@ from __future__ import annotations
 
 from enum import StrEnum
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.outcome import Verdict
 from safenav.spec.specification import Constraint, Origin, Section, Specification
 from safenav.synthesis.slugs import Synthesizer
@@ -28,8 +29,7 @@ class Way(StrEnum):
     FORCED = "the robot could make the other robots break an assumption from the start"
 
 
-@dataclass(frozen=True)
-class Vacuity:
+class Vacuity(Struct, frozen=True):
     """One way in which a robot could win without doing anything.
 
     ``path``: nodes of its strategy, the shortest path to where it happens (empty if the strategy

@@ -7,9 +7,9 @@ answer well. A need that is met brings its obstacle to the next one.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field
 
-from safenav.dataclass import dataclass
+from msgspec import Struct, field
+
 from safenav.fleet.fleet_file import Station
 from safenav.runtime.worlds.world import Work, Works
 from safenav.scenario.model import Obstacle, Robot, Scenario
@@ -52,8 +52,7 @@ class FleetProgress:
         return work.finished
 
 
-@dataclass
-class TeamAction:
+class TeamAction(Struct):
     """One command to act. ``on``: the obstacle that is acted on now, and ``team`` the answers of
     those who do; ``advanced``: obstacles of which a need was met, and not the last one."""
 

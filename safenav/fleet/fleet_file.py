@@ -6,11 +6,12 @@ docs/drive.md describes it. One file serves all scenarios with these robots.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
 from enum import StrEnum
 from pathlib import Path
 
-from safenav.dataclass import dataclass
+from msgspec import Struct, field
+from msgspec.structs import replace
+
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.reading.regions import RegionReader
 from safenav.scenario.yaml import fields as read
@@ -69,8 +70,7 @@ class TransportKind(StrEnum):
     PYROBOSIM = "pyrobosim"
 
 
-@dataclass(frozen=True)
-class ScanUse:
+class ScanUse(Struct, frozen=True):
     """The meaning of a lidar's rays: one that ends less than ``beyond`` metres behind the middle of
     the region beside the robot has found an obstacle of type ``obstacle`` there."""
 
@@ -79,8 +79,7 @@ class ScanUse:
     beyond: float = 0.35
 
 
-@dataclass(frozen=True)
-class FollowUse:
+class FollowUse(Struct, frozen=True):
     """A robot that tracks references for itself: the ``topic`` on which it gets them, and the most
     metres (``tolerance``) by which it may be off."""
 
@@ -88,8 +87,7 @@ class FollowUse:
     tolerance: float = 0.25
 
 
-@dataclass(frozen=True)
-class Station:
+class Station(Struct, frozen=True):
     """One robot. ``tolerance``: metres from the middle of a region at which it has arrived;
     ``speed``: metres per second, for the time limit of a goal, which is ``timeout`` times the
     expected time; ``retries``: how often a failed goal is sent again; ``scan`` and ``report``: what
@@ -104,11 +102,10 @@ class Station:
     scan: ScanUse | None = None
     report: str | None = None
     follow: FollowUse | None = None
-    act: Mapping[str, str] = field(default_factory=dict, hash=False)
+    act: Mapping[str, str] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class Network:
+class Network(Struct, frozen=True):
     """Where robots are: loopback alone, unless the file says otherwise. ROS 2: ``domain``,
     ``interface``, ``peers``; ROS 1: the URI of the ``master``, and this machine's ``address``."""
 
@@ -119,8 +116,7 @@ class Network:
     address: str = "127.0.0.1"
 
 
-@dataclass(frozen=True)
-class SimulationUse:
+class SimulationUse(Struct, frozen=True):
     """The simulation runs at most ``pace`` times as fast as a clock. ``obstacles`` that are really
     there; None for those of the scenario."""
 
@@ -128,8 +124,7 @@ class SimulationUse:
     obstacles: tuple[Obstacle, ...] | None = None
 
 
-@dataclass(frozen=True)
-class PyrobosimUse:
+class PyrobosimUse(Struct, frozen=True):
     """A ``world`` file of pyrobosim. A closed hallway is an obstacle of type ``hallway`` in the
     region of its middle; ``closing``: seconds of the simulation after which a hallway closes, as
     soon as no robot is in it."""
@@ -137,19 +132,18 @@ class PyrobosimUse:
     world: Path
     hallway: str
     pace: float = 1.0
-    closing: Mapping[str, float] = field(default_factory=dict, hash=False)
+    closing: Mapping[str, float] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class FleetFile:
+class FleetFile(Struct, frozen=True):
     """``inputs``: the topic (std_msgs/Bool) of each input of the environment that has one."""
 
     transport: TransportKind
     network: Network
     simulation: SimulationUse
     pyrobosim: PyrobosimUse | None
-    stations: Mapping[str, Station] = field(hash=False)
-    inputs: Mapping[str, str] = field(default_factory=dict, hash=False)
+    stations: Mapping[str, Station]
+    inputs: Mapping[str, str] = field(default_factory=dict)
 
 
 def load_fleet(path: Path, scenario: Scenario) -> FleetFile:
@@ -342,7 +336,10 @@ def _scan(node: Node | None, label: str, findings: Findings, scenario: Scenario)
     kind = _kind(item.get("obstacle"), f"'obstacle' of scan {label}", scenario, findings)
     topic = read.text(item.get("topic"), f"'topic' of scan {label}", findings)
     beyond = read.positive(item.get("beyond"), f"'beyond' of scan {label}", findings)
-    return None if kind is None else ScanUse(topic or "scan", kind, beyond or ScanUse.beyond)
+    if kind is None:
+        return None
+    use = ScanUse(topic or "scan", kind)
+    return use if beyond is None else replace(use, beyond=beyond)
 
 
 def _follow(node: Node | None, label: str, findings: Findings) -> FollowUse | None:

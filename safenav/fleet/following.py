@@ -11,11 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass, field, replace
 from enum import Enum, auto
 from math import hypot
 from threading import RLock
 from typing import TypeVar
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from safenav.errors import UsageError
 from safenav.fleet.fleet_file import Station
@@ -58,8 +60,7 @@ class Doing(Enum):
     RESUMING = auto()
 
 
-@dataclass
-class FollowerOrder:
+class FollowerOrder(Struct):
     """The goal or the action of this number; ``result``: of an action that is over."""
 
     doing: Doing
@@ -69,8 +70,7 @@ class FollowerOrder:
     result: Performed | None = None
 
 
-@dataclass
-class Follower:
+class Follower(Struct):
     """A robot that follows references. ``plan``: all pieces that were sent and not cut off, on the
     clock of the world and in the frame of the map, without gaps from the first one on; ``resets``:
     where the plan jumps to what was measured, or ends there (``gone``): nothing more was sent."""

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
 from math import cos, inf, pi, sin
+
+from msgspec import Struct, field
 
 from safenav.fleet.place import Places
 from safenav.fleet.setpoints import Setpoints
@@ -22,8 +23,7 @@ HEIGHT, TALL = 1.2, 3.0
 """Metres of a robot on the ground without its round ends; of walls and doors."""
 
 
-@dataclass
-class SimulatedBody:
+class SimulatedBody(Struct):
     """One robot. ``way``: goals that are left, the first one now; ``end``: how the last of them
     ended, told once; ``stay``: where it holds its place without a goal; ``pull``: commanded
     accelerations, which ``thrust`` follows with a lag; ``acts``: what it performs, if it does;
@@ -53,8 +53,7 @@ class SimulatedBody:
     walk: BalancedWalk = field(default_factory=BalancedWalk)
 
 
-@dataclass
-class Handling:
+class Handling(Struct):
     """An action under way on ``obstacle`` (None: nothing to act on); ``until``: when it has worked
     long enough."""
 

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from math import atan2, cos, floor, hypot, pi, sin
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.world.frame import Frame
 from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.moves import Pose
@@ -21,8 +22,7 @@ _YAW = {
 }
 
 
-@dataclass(frozen=True)
-class Places:
+class Places(Struct, frozen=True):
     """The regions of a map in metres."""
 
     world: RegionMap

@@ -7,18 +7,17 @@ frame of the world.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import field
 from typing import TYPE_CHECKING
 
-from safenav.dataclass import dataclass
+from msgspec import Struct, field
+
 from safenav.fleet.transport import GoalEnded, GoalPoint, Located, Message, Transport
 
 if TYPE_CHECKING:
     from safenav.fleet.setpoints import Setpoints
 
 
-@dataclass
-class SentGoal:
+class SentGoal(Struct):
     """A goal of a robot that finds its own way; ``ended``: None while it is under way."""
 
     robot: str
@@ -28,8 +27,7 @@ class SentGoal:
     end: str = "replaced"
 
 
-@dataclass
-class DriveRecording:
+class DriveRecording(Struct):
     """``places``: odometry of each robot and when it was heard, in the order of hearing."""
 
     places: dict[str, list[tuple[float, Located]]] = field(default_factory=dict)

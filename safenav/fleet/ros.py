@@ -8,7 +8,8 @@ from __future__ import annotations
 from math import atan2, cos, inf, sin
 from typing import TYPE_CHECKING, Any
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.fleet.transport import Located, Scanned
 
 if TYPE_CHECKING:
@@ -25,8 +26,7 @@ Pose = tuple[float, float, float, float]
 """x, y, z, yaw."""
 
 
-@dataclass(frozen=True)
-class TrajectoryFrame:
+class TrajectoryFrame(Struct, frozen=True):
     """A point of a trajectory: seconds from its stamp, a pose for each joint; velocity and
     acceleration (x, y, z) of the only joint, or none."""
 

@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from math import cos, inf, isfinite, pi, sin
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.fleet.fleet_file import ScanUse
 from safenav.fleet.place import Places, turned
 from safenav.fleet.transport import Located, Reported, Scanned
@@ -17,8 +18,7 @@ from safenav.scenario.model import Obstacle, Scenario
 from safenav.world.map import Region
 
 
-@dataclass(frozen=True)
-class Sighting:
+class Sighting(Struct, frozen=True):
     """An obstacle that is there, or is no longer there."""
 
     obstacle: Obstacle

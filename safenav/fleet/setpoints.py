@@ -8,10 +8,11 @@ once a period (paper, Section VII: a quadratic programme at 20 Hz).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from math import cos, sin
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from safenav.motion.columns import sample
@@ -28,8 +29,7 @@ VELOCITY, ACCELERATION, MOVING, YAW = slice(3, 6), slice(6, 9), slice(3, 9), 9
 """Columns of a row: x, y, z, their velocities, their accelerations, the yaw."""
 
 
-@dataclass(frozen=True)
-class Setpoints:
+class Setpoints(Struct, frozen=True):
     """Rows (n, 10) every ``step`` seconds from ``begin``; before and after them it rests.
     ``feet``: of a walker, the footholds in the order in which they land, ``down`` and ``up`` on the
     same clock."""

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from math import tau
 from typing import TYPE_CHECKING, Any
+
+from msgspec.structs import replace
 
 from safenav.extras import missing
 from safenav.fleet.fleet_file import SimulationUse, Station

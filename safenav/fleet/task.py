@@ -5,7 +5,8 @@ from __future__ import annotations
 from enum import Enum, auto
 from math import inf
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.fleet.acting import TeamAction
 from safenav.fleet.fleet_file import Station
 from safenav.fleet.transport import Located
@@ -24,8 +25,7 @@ class Phase(Enum):
     ACTING = auto()
 
 
-@dataclass
-class FleetTask:
+class FleetTask(Struct):
     """A command under way. ``left``: times that its goal may be sent again; ``due``: when its
     present phase is to be over, on the world's clock; ``back``: it failed, and the robot was sent
     back to where it set out."""
@@ -43,8 +43,7 @@ class FleetTask:
     back: bool = False
 
 
-@dataclass
-class DrivenRobot:
+class DrivenRobot(Struct):
     """The state of a robot. ``heard``: when its newest odometry came, on the world's clock;
     ``looked``: the stamp of its newest reading."""
 

@@ -11,7 +11,8 @@ from collections.abc import Callable, Sequence
 from enum import StrEnum
 from typing import TYPE_CHECKING, Protocol
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.trace.vocabulary import ActResult
 
 if TYPE_CHECKING:
@@ -28,8 +29,7 @@ class GoalEnd(StrEnum):
     UNREACHABLE = "unreachable"  # nobody answers
 
 
-@dataclass(frozen=True)
-class GoalPoint:
+class GoalPoint(Struct, frozen=True):
     """Where a robot is to go. ``yaw``: None for a robot without a heading. ``number``: of the
     goal, never used twice in a run. ``short``: an obstacle stands there, which it is to resolve
     from inside the region."""
@@ -41,16 +41,14 @@ class GoalPoint:
     short: bool = False
 
 
-@dataclass(frozen=True)
-class GoalEnded:
+class GoalEnded(Struct, frozen=True):
     robot: str
     number: int
     end: GoalEnd
     reason: str = ""
 
 
-@dataclass(frozen=True)
-class Performed:
+class Performed(Struct, frozen=True):
     """The result of an action."""
 
     robot: str
@@ -59,8 +57,7 @@ class Performed:
     reason: str = ""
 
 
-@dataclass(frozen=True)
-class Located:
+class Located(Struct, frozen=True):
     """Odometry. ``stamp``: seconds of the robot's clock, only compared with others of its own."""
 
     robot: str
@@ -70,8 +67,7 @@ class Located:
     yaw: float
 
 
-@dataclass(frozen=True)
-class Scanned:
+class Scanned(Struct, frozen=True):
     """A lidar's rays, ``ranges[i]`` metres at angle ``first + i * step`` from the robot's front.
     A ray that hits nothing is infinite."""
 
@@ -82,16 +78,14 @@ class Scanned:
     ranges: Sequence[float]
 
 
-@dataclass(frozen=True)
-class Reported:
+class Reported(Struct, frozen=True):
     """A line of text about an obstacle, as of now: ``door@47`` is there, ``-door@47`` is gone."""
 
     robot: str
     text: str
 
 
-@dataclass(frozen=True)
-class InputHeard:
+class InputHeard(Struct, frozen=True):
     """An input of the environment, as of now."""
 
     name: str

@@ -9,10 +9,10 @@ What these cannot correct makes it fall. Feet are the planned ones, each moved b
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from math import cos, hypot, sin
 
 import numpy as np
+from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from safenav.fleet.setpoints import Setpoints
@@ -31,8 +31,7 @@ FALLEN = 0.30
 """Metres of error in the divergent part from which on no step saves it."""
 
 
-@dataclass
-class BalancedWalk:
+class BalancedWalk(Struct):
     """``landed``: the corrections (x, y) of the feet on the ground, by side and time of landing."""
 
     landed: dict[tuple[int, float], Point] = field(default_factory=dict)

@@ -17,7 +17,8 @@ from functools import partial
 from math import hypot, inf
 from typing import TYPE_CHECKING
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.errors import ExitCode, SafenavError
 from safenav.extras import missing
 from safenav.fleet.acting import FleetProgress, TeamAction
@@ -75,8 +76,7 @@ class FleetError(SafenavError):
     exit_code = ExitCode.BAD_INPUT
 
 
-@dataclass(frozen=True)
-class FleetClock:
+class FleetClock(Struct, frozen=True):
     """Seconds; ``step``: of a simulation whose time passes only while the run waits, lets it pass
     up to its next messages."""
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.formula.syntax import (
     And,
     Comparison,
@@ -28,8 +29,7 @@ Bounds = tuple[int, int] | None
 """Range of an integer variable, None for a Boolean."""
 
 
-@dataclass(frozen=True)
-class FormulaFlaw:
+class FormulaFlaw(Struct, frozen=True):
     """One thing wrong with a formula, at a column (from 1). ``unknown`` is the name that is
     not declared, so that the caller can suggest another."""
 

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import re
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.errors import ExitCode, SafenavError
 from safenav.formula.syntax import (
     And,
@@ -53,8 +54,7 @@ def parse(text: str) -> Formula:
     return _Parser(_tokens(text)).whole()
 
 
-@dataclass(frozen=True)
-class _Token:
+class _Token(Struct, frozen=True):
     kind: str
     text: str
     column: int

@@ -8,10 +8,10 @@ Columns (from 1; 0 if the tree was not parsed) do not take part in comparisons.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import field, replace
 from enum import StrEnum
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+from msgspec.structs import replace
 
 RESERVED_WORDS = frozenset({"TRUE", "FALSE", "next", "X", "F", "G", "U", "W"})
 """Words that cannot name a variable: constants, the next operator, and the temporal
@@ -27,81 +27,81 @@ class Relation(StrEnum):
     AT_LEAST = ">="
 
 
-@dataclass(frozen=True)
-class Constant:
+class Constant(Struct, frozen=True):
     """TRUE or FALSE."""
 
     value: bool
 
 
-@dataclass(frozen=True)
-class Number:
+class Number(Struct, frozen=True):
     """A constant of a comparison, not negative."""
 
     value: int
-    column: int = field(default=0, compare=False)
+    column: int = 0
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Number) and self.value == other.value
+
+    def __hash__(self) -> int:
+        return hash(self.value)
 
 
-@dataclass(frozen=True)
-class Name:
+class Name(Struct, frozen=True):
     """A variable, Boolean or integer, now or (``primed``) in the next state."""
 
     name: str
     primed: bool = False
-    column: int = field(default=0, compare=False)
+    column: int = 0
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Name) and self.name == other.name and self.primed == other.primed
+
+    def __hash__(self) -> int:
+        return hash((self.name, self.primed))
 
 
-@dataclass(frozen=True)
-class Sum:
+class Sum(Struct, frozen=True):
     """At least two terms added up; there is no wrap-around."""
 
     terms: tuple[Name | Number, ...]
 
 
-@dataclass(frozen=True)
-class Comparison:
+class Comparison(Struct, frozen=True):
     relation: Relation
     left: Term
     right: Term
 
 
-@dataclass(frozen=True)
-class Not:
+class Not(Struct, frozen=True):
     operand: Formula
 
 
-@dataclass(frozen=True)
-class Next:
+class Next(Struct, frozen=True):
     """``next(...)``: the formula over the next state; it holds no primes itself."""
 
     operand: Formula
 
 
-@dataclass(frozen=True)
-class And:
+class And(Struct, frozen=True):
     operands: tuple[Formula, ...]
 
 
-@dataclass(frozen=True)
-class Or:
+class Or(Struct, frozen=True):
     operands: tuple[Formula, ...]
 
 
-@dataclass(frozen=True)
-class Xor:
+class Xor(Struct, frozen=True):
     """True if an odd number of operands is."""
 
     operands: tuple[Formula, ...]
 
 
-@dataclass(frozen=True)
-class Implies:
+class Implies(Struct, frozen=True):
     left: Formula
     right: Formula
 
 
-@dataclass(frozen=True)
-class Iff:
+class Iff(Struct, frozen=True):
     left: Formula
     right: Formula
 

@@ -12,10 +12,10 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Mapping
-from dataclasses import dataclass
 from math import cos, sin
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from safenav.errors import UsageError
@@ -59,8 +59,7 @@ _TURNED = (
 _DIRECTIONS = frozenset({"vel_x", "acc_x", "wind_x"})
 
 
-@dataclass(frozen=True)
-class Columns:
+class Columns(Struct, frozen=True):
     """Columns by name, each as long as ``times`` (seconds)."""
 
     times: Array

@@ -6,10 +6,10 @@ radians counter-clockwise from east.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import pi
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -20,8 +20,7 @@ HEADINGS = ("east", "north", "west", "south")
 _WAYS = {"east": (1, 0), "north": (0, 1), "west": (-1, 0), "south": (0, -1)}
 
 
-@dataclass(frozen=True)
-class Box:
+class Box(Struct, frozen=True):
     """A rectangle along the axes, in metres."""
 
     west: float
@@ -30,8 +29,7 @@ class Box:
     north: float
 
 
-@dataclass(frozen=True)
-class MetricFloor:
+class MetricFloor(Struct, frozen=True):
     """A map of square regions: ``side`` metres each, numbered in reading order."""
 
     rows: int

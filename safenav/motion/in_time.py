@@ -7,7 +7,9 @@ story at these times agrees with the bodies at every instant.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from safenav.motion.file.records import Action, Motion, Moving
 from safenav.motion.timing.schedule import SHARED
@@ -58,8 +60,7 @@ def _numbered(told: Iterable[records.Record]) -> Iterable[records.Record]:
         yield replace(record, tick=tick)
 
 
-@dataclass
-class _Run:
+class _Run(Struct):
     obstacles: Mapping[str, ObstacleHeader]
     steps: Mapping[tuple[str, int], tuple[float, float]]
     actions: list[Action]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+
+from msgspec import Struct, to_builtins
 
 import safenav
 from safenav.errors import Diagnostic, InputError, UsageError
@@ -35,8 +36,7 @@ from safenav.trace.setting import RobotHeader
 from safenav.trace.trace import Trace
 
 
-@dataclass(frozen=True)
-class Disturbances:
+class Disturbances(Struct, frozen=True):
     """Disturbances of the robots: a seed, gusts (m/s, root mean square) on flyers, pushes (m/s,
     the change of velocity) on walkers."""
 
@@ -45,8 +45,11 @@ class Disturbances:
     push: float = 0.0
 
 
+UNDISTURBED = Disturbances()
+
+
 def motion_of(
-    trace: Trace, digest: str, side: float | None = None, against: Disturbances = Disturbances()
+    trace: Trace, digest: str, side: float | None = None, against: Disturbances = UNDISTURBED
 ) -> Motion:
     """The motion of a run. ``digest``: sha256 of the trace's file; ``side``: metres of a region,
     if not as the trace says.
@@ -178,12 +181,12 @@ def _motion(name: str, robot: RobotHeader) -> dict[str, object]:
 
 
 def described(
-    trace: Trace, name: str, moved: Mover, against: Disturbances = Disturbances()
+    trace: Trace, name: str, moved: Mover, against: Disturbances = UNDISTURBED
 ) -> Mapping[str, object]:
     """How a robot moves, for the header of its motion."""
     robot = trace.header.scenario.robots[name]
     motion = _motion(name, robot)
     described: dict[str, object] = {**motion, "layer": robot.layer, **moved.limits()}
     if against.push and isinstance(moved, WalkerMover):
-        described |= asdict(RECOVERING)
+        described |= to_builtins(RECOVERING)
     return described

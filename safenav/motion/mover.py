@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from safenav.errors import UsageError
 from safenav.motion.file.records import Moving
@@ -18,8 +19,7 @@ Values = Mapping[str, float]
 """Parameters of a kind by name (safenav.scenario.motion)."""
 
 
-@dataclass(frozen=True)
-class Crossing:
+class Crossing(Struct, frozen=True):
     """A move between two regions that lie side by side.
 
     ``heading``: after it; ``short``: an obstacle stands across the middle of ``to``, and the robot

@@ -15,9 +15,8 @@ States are arrays ``[x, y, vx, vy]`` in metres and metres per second; times are 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -47,8 +46,7 @@ def advanced(state: Array, pressure: Array, seconds: float, omega: float) -> Arr
     return joined(xi, eta, omega)
 
 
-@dataclass(frozen=True)
-class Influence:
+class Influence(Struct, frozen=True):
     """The effect of the centres of pressure of some phases on both ends of a move, along each axis:
     ``xi(start) = diverging @ p + late * xi(goal)``, ``eta(goal) = converging @ p + early *
     eta(start)``. The same for x and y."""

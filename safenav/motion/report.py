@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from dataclasses import dataclass, replace
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from safenav.motion.columns import Columns, columns_of
 from safenav.motion.file.records import BodyPush, FlownTrack, Link, Motion, Moving, Wait
@@ -15,8 +16,7 @@ RATE = 50.0
 """Samples per second from which distances, speeds and margins are taken."""
 
 
-@dataclass(frozen=True)
-class Travel:
+class Travel(Struct, frozen=True):
     """How a robot travelled: metres, highest speed (m/s), and the least distance of its middle
     to the border of the regions that it had (m)."""
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cache
 from math import ceil, inf, isfinite
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from safenav.errors import UsageError
@@ -32,8 +32,7 @@ FINISHED = ("completed", "operator_needed")
 SATISFIED, VIOLATED, UNDECIDED = "satisfied", "violated", "undecided"
 
 
-@dataclass(frozen=True)
-class Judgement:
+class Judgement(Struct, frozen=True):
     """The verdict on a requirement: its robustness at the start is between ``low`` and ``high``, up
     to ``error``. ``advice``: what would decide it, if it is undecided."""
 

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
+
+from msgspec import Struct
 
 from safenav.errors import Diagnostic, InputError
 from safenav.trace.reading import read_bytes
 from safenav.trace.trace import Trace
 
 
-@dataclass(frozen=True)
-class Source:
+class Source(Struct, frozen=True):
     """A trace and the sha256 of its file."""
 
     trace: Trace

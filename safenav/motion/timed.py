@@ -9,17 +9,16 @@ import csv
 import io
 import json
 from collections.abc import Iterable
-from dataclasses import dataclass, fields
 from math import cos, hypot, remainder, sin, tau
 
 import numpy as np
+from msgspec import Struct
 
 from safenav.motion.columns import sample
 from safenav.motion.file.records import GoalLine, Motion, Moving, Piece, Segment
 
 
-@dataclass(frozen=True)
-class TimedWaypoint:
+class TimedWaypoint(Struct, frozen=True):
     """``speed``: metres per second as it passes there, 0 where it comes to rest."""
 
     robot: str
@@ -74,7 +73,7 @@ def _waypoint(
     return TimedWaypoint(piece.robot, piece.tick, t, x, y, z, yaw, speed, region)
 
 
-COLUMNS = tuple(field.name for field in fields(TimedWaypoint))
+COLUMNS = TimedWaypoint.__struct_fields__
 
 
 def as_csv(found: Iterable[TimedWaypoint]) -> str:

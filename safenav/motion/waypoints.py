@@ -12,8 +12,9 @@ import csv
 import io
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import pi, remainder, tau
+
+from msgspec import Struct
 
 from safenav.errors import Diagnostic, InputError, UsageError
 from safenav.trace.records import Arrive, Move
@@ -24,8 +25,7 @@ _YAW = {"east": 0.0, "north": pi / 2, "west": pi, "south": -pi / 2}
 _DECIMALS = 6
 
 
-@dataclass(frozen=True)
-class Waypoint:
+class Waypoint(Struct, frozen=True):
     """Where a robot is at the end of a tick (0: the start), or at a time ``t`` in seconds. ``yaw``
     is counterclockwise from the x axis, in radians; None for a robot without a heading."""
 

@@ -10,7 +10,8 @@ from functools import lru_cache
 from itertools import pairwise
 from math import asinh, ceil, cos, cosh, exp, log, pi, sin, sqrt
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.errors import UsageError
 
 GRAVITY = 9.81
@@ -37,8 +38,7 @@ SETTLE_SECONDS = 0.6
 """Half of the double support in which the mass comes to rest."""
 
 
-@dataclass(frozen=True)
-class Walker:
+class Walker(Struct, frozen=True):
     """The parameters of a walker, in metres, seconds and metres per second.
 
     ``foot``: how far each foot is from the centre line; ``speed``: at apex; ``clearance``: of
@@ -52,8 +52,7 @@ class Walker:
     clearance: float = 0.12
 
 
-@dataclass(frozen=True)
-class Gait:
+class Gait(Struct, frozen=True):
     """The periodic gait of a walker on regions of one side.
 
     A straight move takes ``steps`` (even, so that each move ends on the foot it began with) of
@@ -110,8 +109,7 @@ def sway(omega: float, offset: float, seconds: float) -> float:
     return offset * (1 - 1 / cosh(omega * seconds / 2))
 
 
-@dataclass(frozen=True)
-class Keyframe:
+class Keyframe(Struct, frozen=True):
     """An instant at which the mass is over or abreast of its stance foot, along one axis:
     position of the mass, its speed, and position of the foot (m, m/s, m)."""
 
@@ -135,8 +133,7 @@ def step_times(omega: float, here: Keyframe, apex: Keyframe) -> tuple[float, flo
     return first, then
 
 
-@dataclass(frozen=True)
-class Apex:
+class Apex(Struct, frozen=True):
     """A keyframe of the centre line: position, heading, speed, stance foot."""
 
     x: float
@@ -190,8 +187,7 @@ def _turned(line: list[Apex], gait: Gait, turn: int, approach: int) -> None:
         line.append(Apex(*there, turn * pi / 2, gait.speed, foot))
 
 
-@dataclass(frozen=True)
-class Stride:
+class Stride(Struct, frozen=True):
     """The keyframes of a move, and the seconds on the foot of each: from half a step before its
     apex to half a step after it. ``lean``: seconds in which a standing walker leans before it."""
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Generator, Iterator, Sequence
-from dataclasses import replace
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+from msgspec.structs import replace
+
 from safenav.runtime.coordination.events import (
     Event,
     ObstacleChanged,
@@ -22,8 +23,7 @@ from safenav.trace import records, vocabulary
 from safenav.trace.vocabulary import ActResult, HoldReason, PlanEndReason
 
 
-@dataclass
-class Actions:
+class Actions(Struct):
     """Carries out actions in a world. ``leave_plan`` ends the joint plan, as a decision follows;
     ``stand_still`` is the turn of a robot that stays."""
 

@@ -26,7 +26,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.runtime.coordination.decision import Decision, coordinate, reconsider
 from safenav.runtime.coordination.events import (
     Astray,
@@ -55,8 +56,7 @@ from safenav.trace.header import objective_in_trace
 from safenav.trace.vocabulary import HoldReason, Reason
 
 
-@dataclass
-class Algorithm:
+class Algorithm(Struct, dict=True):
     """The loop over a team. The team's state is changed by ``apply`` alone, but for where robots
     are and what they have done there, which is the turns'."""
 

@@ -5,7 +5,8 @@ Source: paper, Section V-A.
 
 from __future__ import annotations
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.runtime.team import TeamState
 from safenav.runtime.worlds.commands import Commands
 from safenav.scenario.model import Obstacle, Robot
@@ -13,8 +14,7 @@ from safenav.world.map import Region
 from safenav.world.moves import Pose
 
 
-@dataclass(frozen=True)
-class ForbiddenMove:
+class ForbiddenMove(Struct, frozen=True):
     """A proposed move that the augmented specification forbids (paper, eq. for phi_a)."""
 
     robot: Robot

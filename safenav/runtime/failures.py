@@ -4,10 +4,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import field
 from enum import Enum
 
-from safenav.dataclass import dataclass
+from msgspec import Struct, field
+
 from safenav.scenario.model import FailedMoves, Failures, Obstacle, ObstacleType, Robot
 from safenav.world.map import Region
 
@@ -23,8 +23,7 @@ class Reaction(Enum):
     OUT_OF_SERVICE = "others take over its duties"
 
 
-@dataclass
-class Troubles:
+class Troubles(Struct):
     """Failures since they last meant nothing. ``moves``: of each robot into each region, and
     ``in_row``: without an arrival; ``actions``: of each robot on each obstacle; ``barred``: robots
     that no longer act on an obstacle; ``opened``: when each obstacle was resolved or gone."""

@@ -7,10 +7,11 @@ A new objective is assigned to its robot; every robot knows which robots are out
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import field, replace
 from functools import cached_property
 
-from safenav.dataclass import dataclass
+from msgspec import Struct, field
+from msgspec.structs import replace
+
 from safenav.errors import UsageError
 from safenav.runtime.coordination.events import Event, ObstacleChanged, ObstacleSealed, Unsettled
 from safenav.runtime.knowledge import UNTRAVERSABLE
@@ -28,8 +29,7 @@ from safenav.world.map import Region
 from safenav.world.moves import Mobility, Pose, distances
 
 
-@dataclass(frozen=True)
-class Close:
+class Close(Struct, frozen=True):
     """An obstacle that appears in a region, as soon as no robot is there. ``truth``: revealed by
     resolving it, for a type that has a truth."""
 
@@ -38,8 +38,7 @@ class Close:
     truth: bool | None = None
 
 
-@dataclass(frozen=True)
-class PlaceOrder:
+class PlaceOrder(Struct, frozen=True):
     """Work that somebody wants done in a region: an obstacle of a type that blocks no robot,
     requested by no robot."""
 
@@ -47,69 +46,60 @@ class PlaceOrder:
     region: Region
 
 
-@dataclass(frozen=True)
-class TakeAway:
+class TakeAway(Struct, frozen=True):
     """An obstacle that disappears, by its name."""
 
     obstacle: str
 
 
-@dataclass(frozen=True)
-class SetTruth:
+class SetTruth(Struct, frozen=True):
     """Another truth that resolving an obstacle reveals."""
 
     obstacle: str
     traversable: bool
 
 
-@dataclass(frozen=True)
-class Give:
+class Give(Struct, frozen=True):
     """A robot gets another objective of its own."""
 
     robot: str
     objective: Objective
 
 
-@dataclass(frozen=True)
-class Serve:
+class Serve(Struct, frozen=True):
     """A robot stands still, or is back in service."""
 
     robot: str
     active: bool
 
 
-@dataclass(frozen=True)
-class SetInput:
+class SetInput(Struct, frozen=True):
     """An input of the environment is on, or off, from now on."""
 
     name: str
     on: bool
 
 
-@dataclass(frozen=True)
-class MarkResolved:
+class MarkResolved(Struct, frozen=True):
     """An operator has resolved an obstacle, by its name."""
 
     obstacle: str
 
 
-@dataclass(frozen=True)
-class MarkPermanent:
+class MarkPermanent(Struct, frozen=True):
     """An obstacle that the team has encountered is permanent, by its name."""
 
     obstacle: str
 
 
-@dataclass(frozen=True)
-class PutBack:
+class PutBack(Struct, frozen=True):
     """A robot that has no command stands in ``pose`` now, and is in service."""
 
     robot: str
     pose: Pose
 
 
-@dataclass(frozen=True)
-class GiveUp:
+class GiveUp(Struct, frozen=True):
     """The run ends: as it would have ended where it waits, else as interrupted."""
 
 
@@ -132,8 +122,7 @@ _SCENARIO = vocabulary.ChangeCause.SCENARIO
 _INPUT = vocabulary.ChangeCause.INPUT
 
 
-@dataclass
-class Interventions:
+class Interventions(Struct, dict=True):
     """Asked for at any time, applied at the beginning of the next tick."""
 
     state: TeamState

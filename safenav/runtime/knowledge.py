@@ -9,7 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from copy import copy
-from dataclasses import dataclass, replace
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from safenav.runtime.worlds.world import Work, Works, taking
 from safenav.scenario.model import Obstacle, Robot, Scenario
@@ -21,8 +23,7 @@ UNTRAVERSABLE = "found to be untraversable"
 PERMANENT = "an operator says that it stays"
 
 
-@dataclass(frozen=True)
-class NeedMet:
+class NeedMet(Struct, frozen=True):
     """One of several needs of an obstacle was met by ``group``."""
 
     obstacle: Obstacle

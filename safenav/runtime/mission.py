@@ -14,8 +14,9 @@ from collections.abc import Callable, Collection, Hashable, Iterable
 from contextlib import suppress
 from typing import Any
 
+from msgspec import Struct
+
 import safenav
-from safenav.dataclass import dataclass
 from safenav.errors import SafenavError, UsageError
 from safenav.outcome import Outcome
 from safenav.runtime.coordination.reasons import Shortfall
@@ -50,8 +51,7 @@ WAITED = 0.05
 """Seconds between two looks for an intervention."""
 
 
-@dataclass(frozen=True)
-class RunResult:
+class RunResult(Struct, frozen=True):
     """The end of a run. ``cause`` explains ``operator_needed``, ``links`` lists its reasons one by
     one; ``stuck``: the robots that cannot continue. ``makespan``: of a live run, the time (seconds)
     of the last end of a command. ``lost``: why promises could not be kept, one sentence each."""

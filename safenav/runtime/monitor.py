@@ -10,10 +10,10 @@ held for long is reported at the end of the run.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import field
 from functools import lru_cache
 
-from safenav.dataclass import dataclass
+from msgspec import Struct, field
+
 from safenav.errors import ExitCode, SafenavError
 from safenav.formula.evaluator import Predicate, predicate
 from safenav.formula.parser import parse
@@ -43,8 +43,7 @@ class GuaranteeError(SafenavError):
     exit_code = ExitCode.INTERNAL
 
 
-@dataclass
-class _Watched:
+class _Watched(Struct):
     """One robot's specification in execution. ``met``: when each fairness assumption last
     held; ``good``: steps that were found to break nothing; ``broken``: the assumptions that an
     observation breaks, by node; ``fair``: those on fairness that hold in a step."""

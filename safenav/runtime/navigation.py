@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Protocol
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.runtime.progress import Progress
 from safenav.scenario.objective import Ltl
 from safenav.spec.assignable import Switch
@@ -19,8 +20,7 @@ from safenav.world.map import Heading, Region
 from safenav.world.moves import Mobility, Pose
 
 
-@dataclass(frozen=True)
-class Proposal:
+class Proposal(Struct, frozen=True):
     """A next pose; ``node`` is the automaton's state after it, None off the automaton. ``answers``:
     the automaton goes there; else robot and node both stay. ``shown``: regions that were shown to
     it as occupied although no robot is there."""

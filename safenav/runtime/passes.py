@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from safenav.dataclass import dataclass
 from safenav.outcome import Outcome
 from safenav.runtime.algorithm import Algorithm
 from safenav.runtime.coordination.events import (
@@ -31,7 +30,6 @@ SLOWEST = 20.0
 """Seconds for each tick of the limit, where a simulated run has no limit in seconds."""
 
 
-@dataclass
 class Passes(Algorithm):
     """The passes of a team. ``attended``: live, whether an operator can intervene; then the run
     waits where it would end."""

@@ -7,10 +7,11 @@ the methods below, or field by field where the docstring of the field's owner al
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Mapping
-from dataclasses import field, replace
 from enum import Enum
 
-from safenav.dataclass import dataclass
+from msgspec import Struct, field
+from msgspec.structs import replace
+
 from safenav.runtime.beliefs import Beliefs
 from safenav.runtime.coordination.duties import Settled
 from safenav.runtime.coordination.problem import Floor
@@ -46,8 +47,7 @@ class Role(Enum):
     CHARGES = "goes to a charger, or charges"
 
 
-@dataclass(frozen=True)
-class Assignment:
+class Assignment(Struct, frozen=True):
     """Current assignment of one robot. ``obstacle``: the one that it resolves, if it helps, and at
     which poses (``goal``, a mask). ``safe_poses``: those that it may go to (a mask; None: all)."""
 
@@ -58,8 +58,7 @@ class Assignment:
     safe_poses: Mask | None = None
 
 
-@dataclass(frozen=True)
-class Transit:
+class Transit(Struct, frozen=True):
     """A step that has not ended: until then the robot occupies both the region that it leaves and
     the one that it goes to. ``planned``: it is a step of a joint plan; ``before``: the values of
     its specification's variables where it set out."""
@@ -69,8 +68,7 @@ class Transit:
     before: Mapping[str, int] = field(default_factory=dict)
 
 
-@dataclass
-class RobotState:
+class RobotState(Struct):
     """One robot in a run. ``pose``: where it stands; in transit, where it set out. ``own``: its
     progress with its own objective; ``progress``: with what it does now (the same, unless it
     does something else for a while). ``planner`` is missing before the first synthesis. ``active``:
@@ -153,8 +151,7 @@ class RobotState:
         self.assignment = assignment
 
 
-@dataclass
-class TeamState:
+class TeamState(Struct):
     """The robots by name, their knowledge, and the trace listeners.
 
     ``requests``: the stack; ``settled``: the last settlement, None before the first; ``lacks``:

@@ -8,15 +8,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import field
 
-from safenav.dataclass import dataclass
+from msgspec import Struct, field
+
 from safenav.outcome import Outcome
 from safenav.trace.proofs import Proof
 
 
-@dataclass(frozen=True)
-class Conclusion:
+class Conclusion(Struct, frozen=True):
     """Why a run ended. ``cause`` and ``proof``: of ``operator_needed`` (docs/trace.md), with the
     ``links`` of its reasons, one sentence each, and the robots that are ``stuck``. ``refused``: the
     promises that cannot be kept, each with the least that could be."""
@@ -39,8 +38,7 @@ class RunEnded(Exception):  # noqa: N818 - it is not an error
         super().__init__(conclusion.explanation)
 
 
-@dataclass
-class Stop:
+class Stop(Struct):
     """Whether a run must end from outside: by a request, or because its time is up.
 
     ``seconds``: wall time of the whole run, counted from the last ``begin``.

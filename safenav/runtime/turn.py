@@ -6,10 +6,11 @@ The order of what happens here is the order of lines in a trace (docs/trace.md).
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+from msgspec.structs import replace
+
 from safenav.outcome import Outcome
 from safenav.runtime.actions import Actions
 from safenav.runtime.characterization import ForbiddenMove, characterize
@@ -47,8 +48,7 @@ from safenav.world.moves import Pose
 from safenav.world.poses import region_mask
 
 
-@dataclass
-class Turns:
+class Turns(Struct, dict=True):
     """Carries out turns on a team's state in a world."""
 
     state: TeamState

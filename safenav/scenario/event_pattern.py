@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from enum import StrEnum
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.world.map import Region
 
 
@@ -28,8 +29,7 @@ class EventKind(StrEnum):
     PLAN = "plan"
 
 
-@dataclass(frozen=True)
-class EventPattern:
+class EventPattern(Struct, frozen=True):
     """Matches the events of a kind in which all these robots, this obstacle and one of these
     regions have a part; None and the empty set match any."""
 

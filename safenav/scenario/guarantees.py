@@ -10,11 +10,11 @@ memory that the robot really has is asked before it is made (``remembered``).
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import field
 from functools import cached_property, lru_cache
 from itertools import product
 
-from safenav.dataclass import dataclass
+from msgspec import Struct, field
+
 from safenav.formula.evaluator import Predicate, predicate
 from safenav.formula.parser import parse
 from safenav.formula.syntax import Formula, variables
@@ -27,8 +27,7 @@ MOST_VALUATIONS = 64
 Values = Mapping[str, int]
 
 
-@dataclass(eq=False)
-class GuaranteeRule:
+class GuaranteeRule(Struct, eq=False, dict=True):
     """One formula. Its truth on a step depends on the variables that it names only; it holds if it
     does with some values of the ``inputs`` that are not given."""
 

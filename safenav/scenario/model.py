@@ -7,10 +7,11 @@ need not check it again.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import field, replace
 from enum import StrEnum
 
-from safenav.dataclass import dataclass
+from msgspec import Struct, field
+from msgspec.structs import replace
+
 from safenav.outcome import Outcome
 from safenav.scenario.event_pattern import EventPattern
 from safenav.scenario.motion import MotionModel
@@ -28,16 +29,14 @@ class Tracking(StrEnum):
     BELIEF = "belief"
 
 
-@dataclass(frozen=True)
-class Timing:
+class Timing(Struct, frozen=True):
     """Ticks that a step takes: at least and at most, drawn for each step from the seed."""
 
     least: int = 1
     most: int = 1
 
 
-@dataclass(frozen=True)
-class Battery:
+class Battery(Struct, frozen=True):
     """Charge in units of the scenario's choice: at most ``capacity``; a step takes ``move``, a tick
     (live: a second) without one ``stay``, or gives ``charge`` on a charger; it is ``start`` at
     first."""
@@ -49,8 +48,7 @@ class Battery:
     stay: int = 0
 
 
-@dataclass(frozen=True)
-class RobotModel:
+class RobotModel(Struct, frozen=True):
     """The abilities of robots of one kind.
 
     ``layer``: robots of different layers never collide. ``vision``: radius in regions, None
@@ -71,8 +69,7 @@ class RobotModel:
     carries: int = 1
 
 
-@dataclass(frozen=True)
-class Robot:
+class Robot(Struct, frozen=True):
     """One robot of the team (the paper's agent p with its C_p and objective).
 
     ``avoids``: the robots that it must not share a region with; None for those of its layer.
@@ -105,8 +102,7 @@ class ResolveAt(StrEnum):
     NEIGHBOURS = "neighbours"
 
 
-@dataclass(frozen=True)
-class Need:
+class Need(Struct, frozen=True):
     """One of the things that an obstacle needs: ``robots`` distinct ones perform ``action``, each
     at one of the regions of ``at``; in the same tick if ``together``. ``same``: those of the need
     before it, which must be able to perform both."""
@@ -118,8 +114,7 @@ class Need:
     same: bool = False
 
 
-@dataclass(frozen=True)
-class ObstacleType:
+class ObstacleType(Struct, frozen=True):
     """A kind of resolvable obstacle: its action c_r, where that works, and whom it blocks.
 
     ``blocks`` lists the layers, robot models and robots that it physically stops, whatever they
@@ -161,8 +156,7 @@ class ObstacleType:
         return frozenset(found)
 
 
-@dataclass(frozen=True)
-class Catalogue:
+class Catalogue(Struct, frozen=True):
     """Robot models and obstacle types by name.
 
     ``sources`` says where an entry comes from: ``robots.digit`` -> "built in" or a file.
@@ -188,8 +182,7 @@ class Catalogue:
         return replace(self, broken=self.broken | {"*"})
 
 
-@dataclass(frozen=True)
-class Obstacle:
+class Obstacle(Struct, frozen=True):
     """A hidden obstacle r in R. ``traversable`` is the truth that resolving it reveals: True,
     False, the probability of True (drawn once per run from the seed), or None if its type
     has no truth to reveal. ``appears`` and ``goes``: the ticks at which it appears and
@@ -272,8 +265,7 @@ def name_parts(name: str) -> tuple[str, str, int]:
     return (kind, where, int(number)) if number.isdecimal() else (kind, place, 1)
 
 
-@dataclass(frozen=True)
-class RobotChange:
+class RobotChange(Struct, frozen=True):
     """A change for a robot during the run, at the beginning of tick ``at``: another
     ``objective`` of its own (its rounds ``within`` so many ticks), or whether it is in service
     (``active``); the other is None."""
@@ -285,8 +277,7 @@ class RobotChange:
     within: int | None = None
 
 
-@dataclass(frozen=True)
-class Input:
+class Input(Struct, frozen=True):
     """A Boolean that the environment sets, the same for all robots in a tick; off before the first.
     A simulation has it on in the ticks of ``spans`` (first and last) and, drawn from the seed for
     each other tick, with this ``probability``. ``again``: the values that specifications assume
@@ -298,8 +289,7 @@ class Input:
     again: tuple[bool, ...] = ()
 
 
-@dataclass(frozen=True)
-class Exclusion:
+class Exclusion(Struct, frozen=True):
     """``robots`` of which at most one is in ``regions`` at any moment; one in transit is in both of
     its regions."""
 
@@ -347,8 +337,7 @@ class FailedMoves(StrEnum):
     OUT_OF_SERVICE = "out_of_service"
 
 
-@dataclass(frozen=True)
-class Failures:
+class Failures(Struct, frozen=True):
     """Policies of a live run. ``retries``: repetitions of a failed move into a region before
     ``then``. ``most``: failed moves without an arrival after which a robot is out of service.
     ``actions``: failed actions of a robot on an obstacle after which another robot helps.
@@ -371,8 +360,7 @@ class LatePolicy(StrEnum):
     STOP = "stop"
 
 
-@dataclass(frozen=True)
-class Until:
+class Until(Struct, frozen=True):
     """The run is completed when every robot has met its objective this many times after the
     last resolution; ``by``: at this tick at the latest, None if it has no such promise."""
 
@@ -380,8 +368,7 @@ class Until:
     by: int | None = None
 
 
-@dataclass(frozen=True)
-class Limits:
+class Limits(Struct, frozen=True):
     """``ticks`` and ``seconds`` (wall, or on the clock of a live run; None for no limit) of a run;
     seconds (wall) and MiB of each single synthesis; ``states`` of a strategy that is listed where
     that is left to safenav."""
@@ -393,8 +380,7 @@ class Limits:
     states: int = 200_000
 
 
-@dataclass(frozen=True)
-class Expect:
+class Expect(Struct, frozen=True):
     """The expected result of a run of the scenario; None means: not checked.
 
     ``resolved`` and ``blocked`` name obstacles (``door@47``) as sets; ``helpers`` maps an
@@ -407,10 +393,10 @@ class Expect:
     outcome: Outcome | None = None
     resolved: frozenset[str] | None = None
     blocked: frozenset[str] | None = None
-    helpers: Mapping[str, str] | None = field(default=None, hash=False)
+    helpers: Mapping[str, str] | None = None
     ticks: int | None = None
     least_ticks: int | None = None
-    rounds: Mapping[str, int] | None = field(default=None, hash=False)
+    rounds: Mapping[str, int] | None = None
     order: tuple[EventPattern, ...] | None = None
     never: tuple[EventPattern, ...] | None = None
     late: frozenset[str] | None = None
@@ -420,8 +406,7 @@ DEFAULT_CLOCK = Clock.LOCKSTEP
 """The clock of a scenario that names none."""
 
 
-@dataclass(frozen=True)
-class Scenario:
+class Scenario(Struct, frozen=True):
     """Everything that a run needs. ``source`` is the file it came from, for messages.
 
     ``deadlock``: whether joint plans resolve deadlocks.
@@ -451,8 +436,8 @@ class Scenario:
     partition: tuple[frozenset[Region], ...] | None = None
     controllers: Controllers = Controllers.AUTO
     changes: tuple[RobotChange, ...] = ()
-    requirements: Mapping[str, str] = field(default_factory=dict, hash=False)
-    catalogue: Catalogue = field(default=Catalogue(), repr=False, compare=False)
+    requirements: Mapping[str, str] = field(default_factory=dict)
+    catalogue: Catalogue = Catalogue()
     clock: Clock = DEFAULT_CLOCK
     failures: Failures = Failures()
     never_together: tuple[Exclusion, ...] = ()
@@ -463,6 +448,9 @@ class Scenario:
     chargers: frozenset[Region] = frozenset()
     flat: ObstacleType | None = None
     inputs: tuple[Input, ...] = ()
+
+    def __hash__(self) -> int:
+        return hash((self.name, self.map, self.robots, self.obstacles))
 
     @property
     def promises(self) -> bool:

@@ -9,15 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
 
 ENTRY_POINTS = "safenav.motion"
 
 Value = float | tuple[tuple[float, float], ...]
 
 
-@dataclass(frozen=True)
-class Parameter:
+class Parameter(Struct, frozen=True):
     """A number that a kind of motion takes: its default, its bounds, and what it means."""
 
     default: float
@@ -26,8 +25,7 @@ class Parameter:
     meaning: str
 
 
-@dataclass(frozen=True)
-class MotionModel:
+class MotionModel(Struct, frozen=True):
     """The motion of a model: the kind, and the parameters that it sets itself."""
 
     kind: str

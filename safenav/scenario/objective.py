@@ -14,10 +14,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import field, replace
 from typing import ClassVar
 
-from safenav.dataclass import dataclass
+from msgspec import Struct, field
+from msgspec.structs import replace
+
 from safenav.scenario.pursuit import Pursuit
 from safenav.world.map import Region
 from safenav.world.poses import bits
@@ -38,8 +39,7 @@ EMPTY = "is empty"
 """The error of an objective without targets."""
 
 
-@dataclass(frozen=True)
-class TargetObjective:
+class TargetObjective(Struct, frozen=True, kw_only=True):
     """An objective about targets, which are numbered in its own order. ``avoid``: regions that the
     robot never enters; ``always``: formulas over ``region`` and ``heading`` that each of its steps
     keeps. Both hold whatever it does, also while it helps others. ``kind``: its key in a
@@ -55,8 +55,8 @@ class TargetObjective:
     in_turn: ClassVar[bool] = False
     turn: ClassVar[str] = ""
     settles: ClassVar[bool] = False
-    avoid: Target = field(default=frozenset(), kw_only=True)
-    always: tuple[str, ...] = field(default=(), kw_only=True)
+    avoid: Target = frozenset()
+    always: tuple[str, ...] = ()
 
     def listed(self) -> tuple[Target, ...]:
         """The targets."""
@@ -123,8 +123,7 @@ class TargetObjective:
         return count - 1 in seen if self.settles else len(seen) == count
 
 
-@dataclass(frozen=True)
-class Patrol(TargetObjective):
+class Patrol(TargetObjective, frozen=True):
     """Alternate between two targets by the paper's Patrol formula (Section VI), which also
     forbids to touch the target whose turn it is not. Unless it is to be ``literal``, plain
     alternation will do where the formula cannot be kept (``spec.forms``)."""
@@ -175,8 +174,7 @@ class Patrol(TargetObjective):
         return after in left or after in (self.first if now == 1 else self.second)
 
 
-@dataclass(frozen=True)
-class Visit(TargetObjective):
+class Visit(TargetObjective, frozen=True):
     """Visit the targets in order, forever; passing another target on the way is allowed."""
 
     kind: ClassVar[str] = "visit"
@@ -195,8 +193,7 @@ class Visit(TargetObjective):
         return "visit " + ", ".join(map(word, self.targets)) + " in turn"
 
 
-@dataclass(frozen=True)
-class Cover(TargetObjective):
+class Cover(TargetObjective, frozen=True):
     """Visit all targets in any order, forever."""
 
     kind: ClassVar[str] = "cover"
@@ -210,8 +207,7 @@ class Cover(TargetObjective):
         return cls(tuple(targets))
 
 
-@dataclass(frozen=True)
-class Hold(TargetObjective):
+class Hold(TargetObjective, frozen=True):
     """Go to the target and stay there (the paper's Patrol(s, s))."""
 
     kind: ClassVar[str] = "hold"
@@ -227,8 +223,7 @@ class Hold(TargetObjective):
         return cls(targets[0])
 
 
-@dataclass(frozen=True)
-class Once(TargetObjective):
+class Once(TargetObjective, frozen=True):
     """Visit each target once, in order, and stay at the last one."""
 
     kind: ClassVar[str] = "once"
@@ -261,8 +256,7 @@ KINDS: Mapping[str, type[TargetObjective]] = {
 """The kinds of objectives about targets, by their key in a scenario."""
 
 
-@dataclass(frozen=True)
-class Ltl:
+class Ltl(Struct, frozen=True):
     """Guarantees in the structured-slugs language over the robot's own variables
     (``region``, ``heading``) and declared memory.
 

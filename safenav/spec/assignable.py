@@ -12,9 +12,10 @@ pair of a region and a request, and so double the nodes.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+from msgspec.structs import replace
+
 from safenav.scenario.model import Tracking
 from safenav.scenario.objective import Ltl, formulas_in
 from safenav.spec.assignable_regions import AssignableRegions, Part, assignable_regions, whereabouts
@@ -28,8 +29,7 @@ SOURCE = "paper, Section V-D, the runtime-assignable goal"
 NEXT = "'"
 
 
-@dataclass(frozen=True)
-class AssignedGoal:
+class AssignedGoal(Struct, frozen=True):
     """A command of the coordination layer: go to ``place``, and ``wait`` there or not."""
 
     place: Region

@@ -10,8 +10,9 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from functools import lru_cache
 
+from msgspec import Struct
+
 from safenav.components import components
-from safenav.dataclass import dataclass
 from safenav.scenario.guarantees import Guarantees, guarantees_of
 from safenav.scenario.objective import Ltl, Objective, formulas_in, targets_of
 from safenav.spec.task import Task
@@ -24,8 +25,7 @@ Remembered = tuple[tuple[str, int], ...]
 State = tuple[Pose, Remembered]
 
 
-@dataclass(frozen=True)
-class Part:
+class Part(Struct, frozen=True):
     """Regions with the states (pose and memory) at which they matter."""
 
     regions: frozenset[Region]
@@ -39,8 +39,7 @@ class Part:
         return {memory: frozenset(found[memory]) for memory in sorted(found)}
 
 
-@dataclass(frozen=True)
-class AssignableRegions:
+class AssignableRegions(Struct, frozen=True):
     """``places``: regions assignable from some pose. ``parts``: regions assignable from some poses
     only, with those poses. ``homes``: where the robot can circulate and meet its objective forever,
     if there are several such region sets: for each of them the poses in it or in transit to it. A
@@ -75,8 +74,7 @@ def whereabouts(task: Task, world: RegionMap) -> frozenset[Region]:
     return frozenset(pose.region for pose, _ in _ways(_Ground.of(task, world)))
 
 
-@dataclass(frozen=True)
-class _Ground:
+class _Ground(Struct, frozen=True):
     """The state that paths depend on."""
 
     mobility: Mobility

@@ -14,7 +14,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from enum import StrEnum
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.scenario.objective import (
     Objective,
     Patrol,
@@ -51,8 +52,7 @@ class Weakening(StrEnum):
     """Goals may be assigned to it at any time."""
 
 
-@dataclass(frozen=True)
-class Rung:
+class Rung(Struct, frozen=True):
     """One form of an objective. ``turn``: the target that comes first. ``weakening``: why no
     stronger form is asked for; None for the strongest."""
 

@@ -10,9 +10,9 @@ already pursues the next goal: about the current state, every goal would cost an
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import field
 
-from safenav.dataclass import dataclass
+from msgspec import Struct, field
+
 from safenav.scenario.objective import Ltl, Objective, Patrol, TargetObjective, describe, on_steps
 from safenav.spec.movement import one_of
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Variable
@@ -22,8 +22,7 @@ SOURCE_PATROL = "paper, Section VI, Patrol"
 SOURCE_OBJECTIVE = "design, objectives"
 
 
-@dataclass(frozen=True)
-class Memory:
+class Memory(Struct, frozen=True):
     """A robot's progress in its objective when it is resynthesized.
 
     ``index``: the target whose turn it is (patrol, visit). ``values``: the memory variables
@@ -37,8 +36,7 @@ class Memory:
 NO_MEMORY = Memory()
 
 
-@dataclass(frozen=True)
-class ObjectiveEncoding:
+class ObjectiveEncoding(Struct, frozen=True):
     """An objective's share of a specification."""
 
     variables: tuple[Variable, ...]

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from enum import StrEnum
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
 
 
 class Owner(StrEnum):
@@ -28,8 +28,7 @@ class Section(StrEnum):
     SYS_LIVENESS = "SYS_LIVENESS"
 
 
-@dataclass(frozen=True)
-class Variable:
+class Variable(Struct, frozen=True):
     """A Boolean (``bounds`` is None) or an integer within ``bounds`` (min, max inclusive)."""
 
     name: str
@@ -45,8 +44,7 @@ class Variable:
         return f"{self.name}:{low}...{high}"
 
 
-@dataclass(frozen=True)
-class Origin:
+class Origin(Struct, frozen=True):
     """Where a constraint comes from.
 
     ``item``: the scenario item in dotted form (``map``, ``robots.digit.objective``,
@@ -62,8 +60,7 @@ class Origin:
         return f"{self.item}: {self.rule}" + (f" ({self.source})" if self.source else "")
 
 
-@dataclass(frozen=True)
-class Constraint:
+class Constraint(Struct, frozen=True):
     """One line of a section. ``formula`` is structured-slugs text without line breaks;
     ``regions`` are those that it is about (walls, targets), for explanations."""
 
@@ -73,8 +70,7 @@ class Constraint:
     regions: tuple[int, ...] = ()
 
 
-@dataclass(frozen=True)
-class Specification:
+class Specification(Struct, frozen=True):
     """A robot's specification. Variables and constraints keep their order: with the same
     order the synthesizer gives the same strategy to the byte."""
 

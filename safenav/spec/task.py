@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from enum import StrEnum
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.scenario.model import Input, Robot, Tracking
 from safenav.scenario.objective import Objective, Target, targets_of
 from safenav.spec.objective import NO_MEMORY, Memory
@@ -42,8 +43,7 @@ LADDERS: dict[Tracking, tuple[Fairness, ...]] = {
 """For each way to model others the assumptions that can be made, from weakest to strongest."""
 
 
-@dataclass(frozen=True)
-class Known:
+class Known(Struct, frozen=True):
     """A region that is known not to be enterable now, and the scenario item that says why."""
 
     region: Region
@@ -51,8 +51,7 @@ class Known:
     reason: str
 
 
-@dataclass(frozen=True)
-class Observed:
+class Observed(Struct, frozen=True):
     """Another robot whose position matters: where it is, and the targets of its objective.
 
     ``danger``: it must not be run into (else it is only kept track of). ``belief``: the cells
@@ -70,8 +69,7 @@ class Observed:
         return f"at_{self.name}"
 
 
-@dataclass(frozen=True)
-class Task:
+class Task(Struct, frozen=True):
     """Everything that one robot's specification depends on.
 
     ``blocked``: obstacles known by now (O beyond the walls) that block this robot.

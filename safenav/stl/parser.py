@@ -10,7 +10,8 @@ import re
 from collections.abc import Callable
 from math import inf
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.errors import ExitCode, SafenavError
 from safenav.stl.syntax import (
     ARGUMENTS,
@@ -86,8 +87,7 @@ def parse_requirement(text: str) -> Requirement:
     return _Parser(text).whole()
 
 
-@dataclass(frozen=True)
-class _Lexeme:
+class _Lexeme(Struct, frozen=True):
     kind: str
     text: str
     column: int

@@ -12,9 +12,9 @@ from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
-from safenav.dataclass import dataclass
 from safenav.stl.syntax import (
     PAST,
     UNIVERSAL,
@@ -64,8 +64,7 @@ class Recording(Protocol):
         ...
 
 
-@dataclass(frozen=True)
-class Robustness:
+class Robustness(Struct, frozen=True):
     """The robustness at each of ``times``: between ``low`` and ``high``, up to ``error`` by
     which samples can be wrong."""
 
@@ -75,8 +74,7 @@ class Robustness:
     error: float
 
 
-@dataclass(frozen=True)
-class _Values:
+class _Values(Struct, frozen=True):
     """``slope``: bound of the change per second between jumps."""
 
     low: Array

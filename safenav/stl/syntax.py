@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import field
 from math import inf
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
 
 ARGUMENTS = {"distance": 2, "speed": 1, "height": 1, "x": 1, "y": 1}
 """The signals of robots, and how many robots each takes. Metres, and metres per second."""
@@ -14,24 +13,31 @@ ARGUMENTS = {"distance": 2, "speed": 1, "height": 1, "x": 1, "y": 1}
 EVENTS = ("requested", "resolved")
 
 
-@dataclass(frozen=True)
-class RobotSignal:
+class RobotSignal(Struct, frozen=True):
     """``distance(a, b)``: a signal of the motion of one or two robots."""
 
     name: str
     robots: tuple[str, ...]
-    columns: tuple[int, ...] = field(default=(), compare=False)
+    columns: tuple[int, ...] = ()
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, RobotSignal) and self._said == other._said
+
+    def __hash__(self) -> int:
+        return hash(self._said)
+
+    @property
+    def _said(self) -> tuple[str, tuple[str, ...]]:
+        return (self.name, self.robots)
 
 
-@dataclass(frozen=True)
-class Literal:
+class Literal(Struct, frozen=True):
     """A number."""
 
     value: float
 
 
-@dataclass(frozen=True)
-class Arithmetic:
+class Arithmetic(Struct, frozen=True):
     """``left + right``, ``left - right`` or ``left * right``."""
 
     operator: str
@@ -39,29 +45,35 @@ class Arithmetic:
     right: SignalTerm
 
 
-@dataclass(frozen=True)
-class Margin:
+class Margin(Struct, frozen=True):
     """``term >= 0``: its robustness is the term."""
 
     term: SignalTerm
 
 
-@dataclass(frozen=True)
-class Happens:
+class Happens(Struct, frozen=True):
     """``requested_door@47``: 1 at the instants of the event, -1 at all others."""
 
     kind: str
     obstacle: str
-    column: int = field(default=0, compare=False)
+    column: int = 0
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Happens) and self._said == other._said
+
+    def __hash__(self) -> int:
+        return hash(self._said)
+
+    @property
+    def _said(self) -> tuple[str, str]:
+        return (self.kind, self.obstacle)
 
 
-@dataclass(frozen=True)
-class Negation:
+class Negation(Struct, frozen=True):
     operand: Requirement
 
 
-@dataclass(frozen=True)
-class Junction:
+class Junction(Struct, frozen=True):
     """``left and right``, ``left or right``."""
 
     operator: str
@@ -69,16 +81,14 @@ class Junction:
     right: Requirement
 
 
-@dataclass(frozen=True)
-class Window:
+class Window(Struct, frozen=True):
     """Seconds from ``begin`` to ``end``, both included."""
 
     begin: float = 0.0
     end: float = inf
 
 
-@dataclass(frozen=True)
-class Within:
+class Within(Struct, frozen=True):
     """``always``, ``eventually`` (the future), ``historically`` or ``once`` (the past)."""
 
     operator: str
@@ -86,8 +96,7 @@ class Within:
     operand: Requirement
 
 
-@dataclass(frozen=True)
-class UntilSince:
+class UntilSince(Struct, frozen=True):
     """``left until right``, or into the past ``left since right``."""
 
     operator: str

@@ -8,10 +8,11 @@ import json
 import zlib
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError, UsageError
 from safenav.extras import install_command

@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import hmac
 from collections.abc import Mapping
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 UPLOAD = 8_000_000
 """Bytes of the largest upload."""
@@ -36,8 +37,7 @@ APART = (
 """The policy of a self-contained page that may not send requests to the studio."""
 
 
-@dataclass(frozen=True)
-class Guard:
+class Guard(Struct, frozen=True):
     """Judges requests. ``token``: of the address; ``port``: that is listened on."""
 
     token: str

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
+
+from msgspec import Struct
 
 from safenav.errors import UsageError
 from safenav.outfile import write_whole
@@ -28,8 +29,7 @@ class ReplaceError(UsageError):
         self.name = name
 
 
-@dataclass(frozen=True)
-class Shelf:
+class Shelf(Struct, frozen=True):
     """Opens and saves the scenarios below ``folder``."""
 
     folder: Path

@@ -13,7 +13,8 @@ from collections.abc import Iterator
 from functools import cached_property, lru_cache
 from pathlib import Path
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.errors import SynthesizerError
 from safenav.synthesis.process import Crew
 
@@ -26,8 +27,7 @@ _NATIVE_VERSION = re.compile(r"\Aslugs (\d+\.\d+\.\d+\S*)", re.MULTILINE)
 _VERSION_SECONDS = 5.0
 
 
-@dataclass(frozen=True)
-class Binary:
+class Binary(Struct, frozen=True, dict=True):
     """A slugs binary. ``ours``: known to be safenav's, so that it need not be asked."""
 
     path: Path

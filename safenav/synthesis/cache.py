@@ -17,7 +17,8 @@ import warnings
 from collections.abc import Iterable
 from pathlib import Path
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.outcome import Verdict
 
 VARIABLE = "SAFENAV_CACHE"
@@ -37,8 +38,7 @@ class CacheWarning(UserWarning):
     """The cache cannot be used; everything still works, only slower."""
 
 
-@dataclass(frozen=True)
-class CacheEntry:
+class CacheEntry(Struct, frozen=True):
     """A proven verdict, what it cost when it was computed, and the strategy if there is one."""
 
     verdict: Verdict

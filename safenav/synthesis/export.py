@@ -10,7 +10,8 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.spec.specification import Owner, Section, Specification, Variable
 from safenav.synthesis.strategy import Strategy, bit_names
 from safenav.synthesis.verdict import SynthesisResult
@@ -22,8 +23,7 @@ if TYPE_CHECKING:
 _NOT_XML = "[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]"  # slow to compile
 
 
-@dataclass(frozen=True)
-class StrategySize:
+class StrategySize(Struct, frozen=True):
     """The size of a synthesis. ``goals`` of the specification; ``bits`` of a state;
     ``seconds`` that the synthesizer took. None where there is no strategy."""
 

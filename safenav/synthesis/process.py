@@ -22,7 +22,8 @@ from functools import lru_cache
 from types import FrameType
 from typing import IO
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.errors import SynthesizerError
 
 _ROUTINE = re.compile(r"RESULT: |SLUGS: |slugs \d+\.\d+")
@@ -33,8 +34,7 @@ _GRACE_SECONDS = 2.0
 """For draining the pipes of a killed group, should a stray grandchild still hold them."""
 
 
-@dataclass(frozen=True)
-class Finished:
+class Finished(Struct, frozen=True):
     """The result of a command. ``status`` is negative for death by that signal."""
 
     status: int

@@ -6,7 +6,8 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Union
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.outcome import Verdict
 from safenav.synthesis.binary import Binary, find_own_binary
 from safenav.synthesis.process import Crew, Finished, limited
@@ -25,8 +26,7 @@ Served = tuple[Union["ServedStrategy", Verdict], float]
 Brought = Finished | Served
 
 
-@dataclass(frozen=True)
-class Program:
+class Program(Struct, frozen=True):
     """A binary with the limits of each single synthesis (wall seconds; None: no limit)."""
 
     binary: Binary

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from enum import StrEnum
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.outcome import Verdict
 from safenav.spec.specification import Section, Specification
 from safenav.synthesis.verdict import SynthesisResult
@@ -44,8 +45,7 @@ class RequestPhase(StrEnum):
     FINISHED = "finished"
 
 
-@dataclass(frozen=True)
-class SynthesisProgress:
+class SynthesisProgress(Struct, frozen=True):
     """Something happened in a synthesis: it started, still runs (reported once per second), or
     finished with a result. ``index``: which of the specifications it belongs to."""
 
@@ -59,8 +59,7 @@ class SynthesisProgress:
 Listener = Callable[[SynthesisProgress], None]
 
 
-@dataclass(frozen=True)
-class Job:
+class Job(Struct, frozen=True):
     """One request: its kind and its specification."""
 
     index: int

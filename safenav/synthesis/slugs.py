@@ -13,8 +13,9 @@ import hashlib
 import os
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
+
+from msgspec.structs import replace
 
 from safenav.errors import SynthesizerError
 from safenav.outcome import Verdict

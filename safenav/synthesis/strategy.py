@@ -14,7 +14,8 @@ from functools import cached_property
 from itertools import chain
 from typing import Any, overload
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.errors import SynthesizerError
 from safenav.spec.specification import Owner, Section, Specification, Variable
 
@@ -35,8 +36,7 @@ def bit_names(variable: Variable) -> tuple[str, ...]:
     )
 
 
-@dataclass(frozen=True)
-class Field:
+class Field(Struct, frozen=True):
     """Where the bits of a variable stand in a node's state."""
 
     variable: Variable
@@ -62,8 +62,7 @@ class Field:
         return tuple((c, offset >> position & 1) for position, c in enumerate(self.columns))
 
 
-@dataclass(frozen=True)
-class Node:
+class Node(Struct, frozen=True):
     """One node of a strategy. ``rank``: index of the goal that is pursued."""
 
     id: int

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.outcome import Verdict
 
 if TYPE_CHECKING:
@@ -12,8 +13,7 @@ if TYPE_CHECKING:
     from safenav.synthesis.strategy import Strategy
 
 
-@dataclass(frozen=True)
-class SynthesisResult:
+class SynthesisResult(Struct, frozen=True):
     """One answer of the synthesizer.
 
     ``strategy`` is there exactly when the verdict is realizable and a strategy was asked

@@ -2,8 +2,7 @@
 
 Knows the annotations that the records of ``safenav.trace`` use: plain types, ``X | None`` and other
 unions, ``Annotated`` with ``Least`` or ``Pattern``, enums, tuples, frozen sets, mappings from
-strings, dataclasses (objects, or ``row``: lists), and ``Objective``. A field whose metadata has a
-``key`` is written under that name.
+strings, structs (objects, or ``row``: lists), and ``Objective``.
 """
 
 from __future__ import annotations
@@ -13,12 +12,12 @@ import math
 import re
 import types
 from collections.abc import Callable, Mapping
-from dataclasses import MISSING, fields, is_dataclass
 from enum import StrEnum
 from functools import cache
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
-from safenav.dataclass import dataclass
+from msgspec import NODEFAULT, Struct
+
 from safenav.trace.objective import Objective
 from safenav.trace.vocabulary import Least, Pattern
 
@@ -80,7 +79,7 @@ def _converter(annotation: Any) -> Converter:
         return _leaf(Objective.of, 'an objective such as {"visit": [3, 5]}')
     if isinstance(annotation, type) and issubclass(annotation, StrEnum):
         return _leaf(_member_of(annotation), "one of " + ", ".join(annotation))
-    if isinstance(annotation, type) and is_dataclass(annotation):
+    if _is_struct(annotation):
         return _row(annotation) if is_row(annotation) else _data(annotation)
     return _PLAIN[annotation]
 
@@ -117,6 +116,10 @@ _PLAIN: dict[Any, Converter] = {
 }
 
 
+def _is_struct(annotation: Any) -> bool:
+    return isinstance(annotation, type) and issubclass(annotation, Struct)
+
+
 def _bounded(inner: Converter, bound: Least | Pattern) -> Converter:
     def take(value: object) -> Any:
         taken = inner(value)
@@ -133,8 +136,8 @@ def _bounded(inner: Converter, bound: Least | Pattern) -> Converter:
 def _union(annotations: list[Any], *, nullable: bool) -> Converter:
     """A value of one of the choices, or null where that is allowed. Objects are distinguished by
     their ``kind``."""
-    if len(annotations) > 1 and all(is_dataclass(a) for a in annotations):
-        kinds = {e.default: a for a in annotations for e in fields(a) if e.name == "kind"}
+    if len(annotations) > 1 and all(map(_is_struct, annotations)):
+        kinds = {a.__struct_defaults__[-1]: a for a in annotations}
         return _by_kind(kinds, nullable=nullable)
     choices = [_converter(annotation) for annotation in annotations]
 
@@ -218,8 +221,7 @@ def _mapping(item: Converter) -> Converter:
     return take
 
 
-@dataclass(frozen=True)
-class FieldEntry:
+class FieldEntry(Struct, frozen=True):
     """A field of a record: its name in Python and in JSON, and whether it may be absent."""
 
     name: str
@@ -233,17 +235,18 @@ class FieldEntry:
 @cache
 def entries(kind: Any) -> tuple[FieldEntry, ...]:
     """The fields of a record class, or of a class of objects in one, in order."""
-    hints = get_type_hints(kind, include_extras=True)
+    keys = dict(zip(kind.__struct_fields__, kind.__struct_encode_fields__, strict=True))
+    defaults = dict(zip(reversed(keys), reversed(kind.__struct_defaults__), strict=False))
     return tuple(
         FieldEntry(
-            entry.name,
-            entry.metadata.get("key", entry.name.rstrip("_")),
-            hints[entry.name],
-            entry.default is not MISSING,
-            entry.default is None,
+            name,
+            keys[name].rstrip("_"),
+            annotation,
+            defaults.get(name, NODEFAULT) is not NODEFAULT,
+            defaults.get(name, NODEFAULT) is None,
         )
-        for entry in fields(kind)
-        if entry.name != "line"
+        for name, annotation in get_type_hints(kind, include_extras=True).items()
+        if name in keys and name != "line"
     )
 
 
@@ -284,7 +287,7 @@ def plain(value: Any) -> Any:
         return value
     if isinstance(value, Objective):
         return value.data
-    if is_dataclass(value):
+    if isinstance(value, Struct):
         kind: Any = type(value)
         said = [(entry, getattr(value, entry.name)) for entry in entries(kind)]
         return {e.key: plain(item) for e, item in said if item is not None or not e.nothing}

@@ -8,7 +8,8 @@ from -1 to 1.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from safenav.trace.labels import labels
 
@@ -22,8 +23,7 @@ PURPLE = "#CC79A7"
 GREY = "#7A7F87"
 
 
-@dataclass(frozen=True)
-class Look:
+class Look(Struct, frozen=True):
     """Look of one robot: body, the colour of it and of the letters on it.
 
     ``size`` of the letters and ``drop`` of their baseline are in radii of the body."""

@@ -5,11 +5,10 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
 
 
-@dataclass(frozen=True)
-class Objective:
+class Objective(Struct, frozen=True):
     """The objective of a robot.
 
     ``targets``: sets of regions of which any counts, in the objective's own order; none for

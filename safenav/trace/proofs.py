@@ -8,12 +8,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.trace.vocabulary import Count, Pattern, Place, Sha256
 
 
-@dataclass(frozen=True)
-class Reach:
+class Reach(Struct, frozen=True):
     """``poses``: all that a robot can get to, ascending. ``live``: whether from some of them it
     can meet every target of its objective infinitely often."""
 
@@ -21,8 +21,7 @@ class Reach:
     live: bool
 
 
-@dataclass(frozen=True)
-class Closure:
+class Closure(Struct, frozen=True):
     """The most that the team can do: ``resolved`` are the open obstacles that can be, ``never``
     those that cannot, ``robots`` where each gets with the former out of the way."""
 
@@ -32,8 +31,7 @@ class Closure:
     kind: Annotated[str, Pattern("closure", "closure")] = "closure"
 
 
-@dataclass(frozen=True)
-class Option:
+class Option(Struct, frozen=True):
     """``robots`` meet need number ``need`` of ``obstacle``. ``lossless``: each of them can come
     back to all that it could get to before, so that no other option need be examined."""
 
@@ -43,31 +41,27 @@ class Option:
     lossless: bool
 
 
-@dataclass(frozen=True)
-class Choice:
+class Choice(Struct, frozen=True):
     """A possible next step, and the proof that it does not help."""
 
     option: Option
     proof: Proof
 
 
-@dataclass(frozen=True)
-class Tree:
+class Tree(Struct, frozen=True):
     """All options that there are (or one that is lossless), each refuted."""
 
     choices: tuple[Choice, ...]
     kind: Annotated[str, Pattern("tree", "tree")] = "tree"
 
 
-@dataclass(frozen=True)
-class JointGoal:
+class JointGoal(Struct, frozen=True):
     """Number of times that each robot would have to meet its objective."""
 
     rounds: Count
 
 
-@dataclass(frozen=True)
-class JointSearch:
+class JointSearch(Struct, frozen=True):
     """No order of moves completes the mission: ``states`` joint places can be reached, whose
     sorted lines have this ``sha256``. ``start``: the pose of each robot; ``stages``: the next need
     of each open obstacle."""

@@ -1,20 +1,19 @@
 """The lines of a trace as typed data, once for all who write or read it (docs/trace.md).
 
-One frozen dataclass for each type of line. The reader, the writer and the JSON Schema are driven
+One frozen class for each type of line. The reader, the writer and the JSON Schema are driven
 by the annotations: a field's JSON name is its name here, without the underscore that
 keeps it apart from a word of Python. A field with a default may be absent; one whose default is
-None is left out when it is None. Of safenav only this package, how a dataclass is made and how
-a run can end are
-imported here, so that independent checkers can read traces.
+None is left out when it is None. Of safenav only this package and how a run can end are imported
+here, so that independent checkers can read traces.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
 from typing import ClassVar
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.outcome import Outcome, Verdict
 from safenav.trace.objective import Objective
 from safenav.trace.proofs import Proof
@@ -46,20 +45,32 @@ VERSION = 3
 """The version of the format; there is no other."""
 
 
-@dataclass(frozen=True)
-class Record:
-    """Fields of all lines: ``tick``, 0 before the first move, and the number of the ``line`` in
-    the file it was read from, from 1 (0: it was not read; not part of the line). In a live run
-    ``tick`` is the number of the pass, and ``t`` the time in seconds."""
+class TickLine(Struct, frozen=True):
+    """``tick``: 0 before the first move; in a live run the number of the pass."""
+
+    tick: Count
+
+
+class Record(TickLine, frozen=True, kw_only=True):
+    """Fields of all lines. ``t``: the time in seconds, in a live run. ``line``: its number in the
+    file it was read from, from 1 (0: it was not read); that is not part of the line."""
 
     type: ClassVar[str]
-    tick: Count
-    t: Seconds | None = field(default=None, kw_only=True)
-    line: int = field(default=0, kw_only=True, compare=False, repr=False)
+    t: Seconds | None = None
+    line: int = 0
+
+    def __eq__(self, other: object) -> bool:
+        return type(self) is type(other) and all(
+            getattr(self, name) == getattr(other, name)
+            for name in self.__struct_fields__
+            if name != "line"
+        )
+
+    def __hash__(self) -> int:
+        return hash((type(self), self.tick))
 
 
-@dataclass(frozen=True)
-class Header(Record):
+class Header(Record, frozen=True):
     """The first line; the only one without a tick in the file. ``clock``: ``live`` for a run in
     time, None for lockstep."""
 
@@ -70,8 +81,7 @@ class Header(Record):
     clock: str | None = None
 
 
-@dataclass(frozen=True)
-class Tried:
+class Tried(Struct, frozen=True):
     """A synthesis that failed before: weaker assumptions, or a stronger form."""
 
     form: Form
@@ -80,8 +90,7 @@ class Tried:
     verdict: Verdict
 
 
-@dataclass(frozen=True)
-class PlacesFrom:
+class PlacesFrom(Struct, frozen=True):
     """Regions that a robot can be sent to from some places only: from ``from_``, while it remembers
     ``memory``, and from those of other entries of the same ``places``."""
 
@@ -90,8 +99,7 @@ class PlacesFrom:
     memory: Mapping[str, int] | None = None
 
 
-@dataclass(frozen=True)
-class Synthesis(Record):
+class Synthesis(Record, frozen=True):
     """A robot was synthesized. For a strategy that was installed, ``node`` is where it begins.
 
     What the specification was made from: pose (``region``, ``heading``), ``memory`` (variable:
@@ -143,8 +151,7 @@ class Synthesis(Record):
     tried: tuple[Tried, ...] | None = None
 
 
-@dataclass(frozen=True)
-class Signal:
+class Signal(Struct, frozen=True):
     """The command inputs of an assignable strategy: a request to go to ``assigned``, or to wait."""
 
     request: bool
@@ -152,8 +159,7 @@ class Signal:
     wait: bool
 
 
-@dataclass(frozen=True)
-class Move(Record):
+class Move(Record, frozen=True):
     """One for each robot and tick. ``toward``: while a step takes several ticks, the region to
     which the robot is in transit and which it also occupies. ``by``: what decided the move (None:
     nothing was queried, the robot is in transit, or the trace does not record it). ``signal``: on
@@ -171,8 +177,7 @@ class Move(Record):
     busy: tuple[Region, ...] | None = None
 
 
-@dataclass(frozen=True)
-class Depart(Record):
+class Depart(Record, frozen=True):
     """Live: a robot begins a step, and occupies both regions until the ``arrive`` line with the
     same ``command``. ``heading``: the one at its end. ``by`` as in ``Move``; ``node``: the
     strategy's node after the step; ``shown``: regions that were shown to its strategy as occupied
@@ -191,8 +196,7 @@ class Depart(Record):
     seconds: Seconds | None = None
 
 
-@dataclass(frozen=True)
-class Arrive(Record):
+class Arrive(Record, frozen=True):
     """Live: the step of a robot has ended, and it occupies the region ``at`` only (``regions`` if
     it is lost: it is somewhere in these). ``reason``: why it is not where it was to go."""
 
@@ -206,8 +210,7 @@ class Arrive(Record):
     regions: tuple[Region, ...] | None = None
 
 
-@dataclass(frozen=True)
-class Act(Record):
+class Act(Record, frozen=True):
     """Live: a robot begins to act on ``obstacles`` (none: on what the team does not know) where it
     stands. ``robots``: all that take part, which stay until the ``acted`` line."""
 
@@ -218,8 +221,7 @@ class Act(Record):
     obstacles: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class ActionEnd(Record):
+class ActionEnd(Record, frozen=True):
     """Live: the end of an action. ``results``: the result for each obstacle. ``barred``: those on
     which the robot has failed too often, which it leaves to others from now on."""
 
@@ -230,8 +232,7 @@ class ActionEnd(Record):
     barred: tuple[str, ...] | None = None
 
 
-@dataclass(frozen=True)
-class Held(Record):
+class Held(Record, frozen=True):
     """Live: a robot stays where it is, from now on for another reason than before. ``shown``:
     regions that were shown to its strategy as occupied although no robot is there."""
 
@@ -242,8 +243,7 @@ class Held(Record):
     shown: tuple[Region, ...] | None = None
 
 
-@dataclass(frozen=True)
-class Late(Record):
+class Late(Record, frozen=True):
     """Live: a report of the world that was dropped, and why: ``event`` is its kind, ``at`` the time
     (seconds) that it is about."""
 
@@ -256,8 +256,7 @@ class Late(Record):
     at: Seconds | None = None
 
 
-@dataclass(frozen=True)
-class Reopened(Record):
+class Reopened(Record, frozen=True):
     """Live: an obstacle that was given up (``blocked``) is pending again: what it lacked may be
     there now."""
 
@@ -265,8 +264,7 @@ class Reopened(Record):
     obstacle: str
 
 
-@dataclass(frozen=True)
-class Waiting(Record):
+class Waiting(Record, frozen=True):
     """Live: the run would end, and waits for an operator instead. ``outcome``: the end that it
     would have; the other fields as there."""
 
@@ -277,8 +275,7 @@ class Waiting(Record):
     proof: Proof | None = None
 
 
-@dataclass(frozen=True)
-class Operator(Record):
+class Operator(Record, frozen=True):
     """Live: an intervention of an operator."""
 
     type: ClassVar[str] = "operator"
@@ -290,46 +287,40 @@ class Operator(Record):
     objective: Objective | None = None
 
 
-@dataclass(frozen=True)
-class Discovered(Record):
+class Discovered(Record, frozen=True):
     """An obstacle that the header does not list; before the first line that names it."""
 
     type: ClassVar[str] = "discovered"
     obstacle: ObstacleHeader
 
 
-@dataclass(frozen=True)
-class ObstacleChange(Record):
+class ObstacleChange(Record, frozen=True):
     """A change of an obstacle that no robot caused."""
 
     obstacle: str
     cause: ChangeCause
 
 
-@dataclass(frozen=True)
-class Appeared(ObstacleChange):
+class Appeared(ObstacleChange, frozen=True):
     """An obstacle stands there from now on."""
 
     type: ClassVar[str] = "appeared"
 
 
-@dataclass(frozen=True)
-class Ordered(ObstacleChange):
+class Ordered(ObstacleChange, frozen=True):
     """The team is to resolve an obstacle that has just appeared, although no robot has encountered
     it."""
 
     type: ClassVar[str] = "order"
 
 
-@dataclass(frozen=True)
-class Gone(ObstacleChange):
+class Gone(ObstacleChange, frozen=True):
     """An obstacle disappeared without being resolved."""
 
     type: ClassVar[str] = "gone"
 
 
-@dataclass(frozen=True)
-class Truth(Record):
+class Truth(Record, frozen=True):
     """A new truth that resolving the obstacle reveals from now on."""
 
     type: ClassVar[str] = "truth"
@@ -338,8 +329,7 @@ class Truth(Record):
     cause: ChangeCause
 
 
-@dataclass(frozen=True)
-class NewObjective(Record):
+class NewObjective(Record, frozen=True):
     """A robot has another objective of its own from now on; its rounds restart. ``at_once``: it
     is in force; else the robot waits or helps, and gets it when that ends."""
 
@@ -351,8 +341,7 @@ class NewObjective(Record):
     within: Count | None = None
 
 
-@dataclass(frozen=True)
-class Inputs(Record):
+class Inputs(Record, frozen=True):
     """The inputs of the environment from now on, as all robots observe them, when one changes.
     Before the first line all are off. ``user``: those that a user has set."""
 
@@ -361,8 +350,7 @@ class Inputs(Record):
     user: tuple[str, ...] | None = None
 
 
-@dataclass(frozen=True)
-class Service(Record):
+class Service(Record, frozen=True):
     """A robot stands still from now on (``active`` false), or is back. It ends a step that it has
     begun, and what it can do where it stands it still does."""
 
@@ -372,8 +360,7 @@ class Service(Record):
     cause: ChangeCause
 
 
-@dataclass(frozen=True)
-class Violation(Record):
+class Violation(Record, frozen=True):
     """The robot would have entered ``proposed``; ``action`` is that of the obstacle's next need."""
 
     type: ClassVar[str] = "violation"
@@ -384,8 +371,7 @@ class Violation(Record):
     action: str
 
 
-@dataclass(frozen=True)
-class Backtrack(Record):
+class Backtrack(Record, frozen=True):
     """The region kept or taken instead. ``node``: the strategy's other successor, None where the
     robot keeps the node that it was in."""
 
@@ -395,8 +381,7 @@ class Backtrack(Record):
     node: Count | None = None
 
 
-@dataclass(frozen=True)
-class Request(Record):
+class Request(Record, frozen=True):
     """``bids``: robots with the capability, and how far each has to go (None: it cannot get
     there). ``helpers``: all requested helpers, where one is not enough. ``need``: which of the
     obstacle's needs, where it has several. ``because``: why no robot helps, in words, where the
@@ -415,8 +400,7 @@ class Request(Record):
     aside: bool | None = None
 
 
-@dataclass(frozen=True)
-class StackEntry(Record):
+class StackEntry(Record, frozen=True):
     """An entry of the stack of objectives: requester, helpers, obstacle and its need."""
 
     depth: Count
@@ -429,23 +413,20 @@ class StackEntry(Record):
     need: Count | None = None
 
 
-@dataclass(frozen=True)
-class Push(StackEntry):
+class Push(StackEntry, frozen=True):
     """Objectives changed for a request, or so that ``helper`` gives way to ``requester`` (then
     ``obstacle`` is None). ``objectives``: those in force after it."""
 
     type: ClassVar[str] = "push"
 
 
-@dataclass(frozen=True)
-class Pop(StackEntry):
+class Pop(StackEntry, frozen=True):
     """The end of a stack entry; the fields identify the dropped entry."""
 
     type: ClassVar[str] = "pop"
 
 
-@dataclass(frozen=True)
-class Told(Record):
+class Told(Record, frozen=True):
     """A robot with command inputs pursues ``objective`` from now on, where no push or pop records
     it: for example, it has done its part of a need, or another need is next."""
 
@@ -454,8 +435,7 @@ class Told(Record):
     objective: Objective
 
 
-@dataclass(frozen=True)
-class Met(Record):
+class Met(Record, frozen=True):
     """One of several needs of an obstacle was met: the ``need`` with that number, by ``robot``,
     whose turn it is, ``at`` its region, doing ``action``. ``robots``: all that it took, where one
     is not enough. With the last need a ``resolved`` line follows."""
@@ -469,8 +449,7 @@ class Met(Record):
     robots: tuple[str, ...] | None = None
 
 
-@dataclass(frozen=True)
-class Resolved(Record):
+class Resolved(Record, frozen=True):
     """An obstacle is resolved: its last need (or its only one) was met. ``robots``: all that took
     part, where one is not enough."""
 
@@ -483,8 +462,7 @@ class Resolved(Record):
     robots: tuple[str, ...] | None = None
 
 
-@dataclass(frozen=True)
-class KnownObstacle(Record):
+class KnownObstacle(Record, frozen=True):
     """An obstacle joined the known ones for ``robots``. ``because``: what it lacks, in words."""
 
     type: ClassVar[str] = "blocked"
@@ -495,8 +473,7 @@ class KnownObstacle(Record):
     because: str | None = None
 
 
-@dataclass(frozen=True)
-class Goal(Record):
+class Goal(Record, frozen=True):
     """``goal``: index of the target in the objective; ``round``: completed ones after it."""
 
     type: ClassVar[str] = "goal"
@@ -506,8 +483,7 @@ class Goal(Record):
     round: Count
 
 
-@dataclass(frozen=True)
-class Belief(Record):
+class Belief(Record, frozen=True):
     """``robot`` sees ``of`` in the only one of ``regions``, or believes it to be in any."""
 
     type: ClassVar[str] = "belief"
@@ -517,8 +493,7 @@ class Belief(Record):
     regions: frozenset[Region]
 
 
-@dataclass(frozen=True)
-class Assumption(Record):
+class Assumption(Record, frozen=True):
     """The others broke what the robot's strategy relies on."""
 
     type: ClassVar[str] = "assumption"
@@ -526,8 +501,7 @@ class Assumption(Record):
     name: str
 
 
-@dataclass(frozen=True)
-class Deadline(Record):
+class Deadline(Record, frozen=True):
     """The state of a promise ``of`` a robot (a round), an obstacle (its resolution) or the
     ``mission``, ``due`` at the end of that tick. ``earliest``: a tick before whose end it cannot
     happen, whatever the robots do; ``planned``: the tick in which the acts that were chosen resolve
@@ -542,8 +516,7 @@ class Deadline(Record):
     planned: Count | None = None
 
 
-@dataclass(frozen=True)
-class ScheduledAct:
+class ScheduledAct(Struct, frozen=True):
     """Robots have their part in need number ``need`` of an obstacle in tick ``at``, each in its
     place."""
 
@@ -553,8 +526,7 @@ class ScheduledAct:
     robots: Mapping[str, Place]
 
 
-@dataclass(frozen=True)
-class Acts(Record):
+class Acts(Record, frozen=True):
     """Who acts where next, chosen since something is due; the duties follow from it. ``beyond``:
     obstacles that no order of acts resolves when they are due. ``spent``: the search has used up
     its budget, and the duties follow from the rules for requests that are not due. ``around``: the
@@ -567,8 +539,7 @@ class Acts(Record):
     around: Mapping[str, tuple[Region, ...]] | None = None
 
 
-@dataclass(frozen=True)
-class Plan(Record):
+class Plan(Record, frozen=True):
     """A joint plan. ``robots``: the places of each, the first where it stands now. ``orders``:
     ``[first, i, then, j]``: ``then`` enters its place ``j`` only when ``first`` has arrived at
     its place ``i`` (places count from 0)."""
@@ -579,8 +550,7 @@ class Plan(Record):
     orders: tuple[tuple[str, Count, str, Count], ...]
 
 
-@dataclass(frozen=True)
-class PlanEnd(Record):
+class PlanEnd(Record, frozen=True):
     """``nodes``: the next node of each robot's strategy (None: nowhere; it keeps
     its place until it is synthesized)."""
 
@@ -589,8 +559,7 @@ class PlanEnd(Record):
     nodes: Mapping[str, Count | None] | None = None
 
 
-@dataclass(frozen=True)
-class End(Record):
+class End(Record, frozen=True):
     """The last line. ``rounds`` of each robot. ``cause``: why an operator is needed. ``proof``:
     of a negative. ``unrealizable``: robot and spec of each synthesis that ended the run. Live:
     ``makespan``, the time (seconds) of the last end of a command, and the seconds in which each

@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 import types
 from collections.abc import Mapping
-from dataclasses import is_dataclass
 from enum import StrEnum
 from inspect import cleandoc
 from typing import Annotated, Any, Union, get_args, get_origin
+
+from msgspec import Struct
 
 from safenav.trace.fields import entries
 from safenav.trace.objective import Objective
@@ -100,6 +101,6 @@ def _schema(annotation: Any, definitions: dict[str, Schema]) -> Schema:
         return {"$ref": "#/$defs/Objective"}
     if isinstance(annotation, type) and issubclass(annotation, StrEnum):
         return {"enum": [member.value for member in annotation]}
-    if isinstance(annotation, type) and is_dataclass(annotation):
+    if isinstance(annotation, type) and issubclass(annotation, Struct):
         return _define(annotation, definitions)
     return _PLAIN[annotation]

@@ -5,21 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.trace.objective import Objective
 from safenav.trace.vocabulary import Count, Heading, Json, Least, Region, Seconds
 
 
-@dataclass(frozen=True)
-class TimingHeader:
+class TimingHeader(Struct, frozen=True):
     """Ticks that a step takes: at least and at most."""
 
     least: Annotated[int, Least(1)]
     most: Annotated[int, Least(1)]
 
 
-@dataclass(frozen=True)
-class BatteryHeader:
+class BatteryHeader(Struct, frozen=True):
     """Charge: the most that it holds, what it begins with, what a step (``move``) and a tick
     without one (``stay``) take, what a tick on a charger gives."""
 
@@ -30,16 +29,14 @@ class BatteryHeader:
     charge: Annotated[int, Least(1)]
 
 
-@dataclass(frozen=True)
-class WhenHeader:
+class WhenHeader(Struct, frozen=True):
     """The ``objective`` of a robot while an input is on and none listed before it."""
 
     input: str
     objective: Objective
 
 
-@dataclass(frozen=True)
-class InputHeader:
+class InputHeader(Struct, frozen=True):
     """An input of the environment: the ticks (first and last) in which a simulation has it on, the
     probability that it has it on in others, and the values assumed infinitely often."""
 
@@ -49,8 +46,7 @@ class InputHeader:
     again: tuple[bool, ...] = ()
 
 
-@dataclass(frozen=True)
-class RobotHeader:
+class RobotHeader(Struct, frozen=True):
     """A robot in the header. ``conflicts``: those it must not share a region with (None: those
     of its layer). ``vision``: how far it sees, in regions; None: without limit. ``motion``: its
     kind of motion in metres and all parameters (docs/motion.md). ``while_waiting``: its objective
@@ -75,8 +71,7 @@ class RobotHeader:
     carries: Annotated[int, Least(1)] | None = None
 
 
-@dataclass(frozen=True)
-class NeedHeader:
+class NeedHeader(Struct, frozen=True):
     """One of several actions that an obstacle needs, in order: by ``robots`` distinct robots,
     ``together`` in one tick, from ``regions``; ``same``: by robots that met the need before it."""
 
@@ -87,8 +82,7 @@ class NeedHeader:
     same: bool | None = None
 
 
-@dataclass(frozen=True)
-class ObstacleHeader:
+class ObstacleHeader(Struct, frozen=True):
     """A hidden obstacle. ``blocks``: the names of the robots that it physically stops, whatever
     they can do. ``traversable``: the truth of this run.
     ``needs``: all its needs if there are several (``action`` and ``resolution_regions`` are
@@ -133,8 +127,7 @@ class ObstacleHeader:
         return only and self.region in last.regions and last.action in robot.capabilities
 
 
-@dataclass(frozen=True)
-class ChangeHeader:
+class ChangeHeader(Struct, frozen=True):
     """A change for a robot during the run, at the beginning of tick ``at``: another
     ``objective``, or whether it is in service (``active``)."""
 
@@ -145,16 +138,14 @@ class ChangeHeader:
     within: Count | None = None
 
 
-@dataclass(frozen=True)
-class ExclusionHeader:
+class ExclusionHeader(Struct, frozen=True):
     """Robots of which at most one is in these regions at any moment."""
 
     robots: tuple[str, ...]
     regions: tuple[Region, ...]
 
 
-@dataclass(frozen=True)
-class MapHeader:
+class MapHeader(Struct, frozen=True):
     """The map. ``resolution``: metres that a region measures from west to east and from south
     to north. ``origin``: x, y (metres) and yaw (radians) of its south-western corner."""
 
@@ -169,16 +160,14 @@ class MapHeader:
     """The sets of regions to which the scenario gives names."""
 
 
-@dataclass(frozen=True)
-class UntilHeader:
+class UntilHeader(Struct, frozen=True):
     """The run is completed when every objective was met this many times after the last
     resolution."""
 
     rounds: Count | None = None
 
 
-@dataclass(frozen=True)
-class PromisesHeader:
+class PromisesHeader(Struct, frozen=True):
     """The promises: the most ticks of a round, by robot; the tick by which the mission is
     completed; whether the run ends with the first broken promise (``stop``)."""
 
@@ -187,8 +176,7 @@ class PromisesHeader:
     late: str = "go_on"
 
 
-@dataclass(frozen=True)
-class LimitsHeader:
+class LimitsHeader(Struct, frozen=True):
     """Ticks and seconds of the run; seconds, MiB and states of each synthesis."""
 
     ticks: Count | None = None
@@ -198,8 +186,7 @@ class LimitsHeader:
     states: Count | None = None
 
 
-@dataclass(frozen=True)
-class ScenarioHeader:
+class ScenarioHeader(Struct, frozen=True):
     """The scenario, fully resolved. ``robots`` are in the order of their turns. ``world``:
     ``simulated`` or ``external``. ``partition``: the cells of beliefs, None where no robot keeps
     any. ``order``: of requests. ``changes``: the changes for robots during the run, by tick.

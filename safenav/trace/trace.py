@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.trace.records import Discovered, End, Header, Record
 from safenav.trace.setting import ObstacleHeader
 
 
-@dataclass(frozen=True)
-class Trace:
+class Trace(Struct, frozen=True):
     """A whole trace. ``cut_off``: its last line was incomplete (the writer was killed).
     ``ignored`` counts the lines of types that this version does not know."""
 

@@ -9,18 +9,16 @@ from collections.abc import Mapping
 from enum import StrEnum
 from typing import Annotated
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
 
 
-@dataclass(frozen=True)
-class Least:
+class Least(Struct, frozen=True):
     """Annotation of a number that must be ``value`` or more."""
 
     value: int
 
 
-@dataclass(frozen=True)
-class Pattern:
+class Pattern(Struct, frozen=True):
     """Annotation of a string that must match ``regex``; ``expected`` describes it in messages."""
 
     regex: str

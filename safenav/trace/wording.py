@@ -9,9 +9,10 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import field, replace
 
-from safenav.dataclass import dataclass
+from msgspec import Struct, field
+from msgspec.structs import replace
+
 from safenav.outcome import Verdict
 from safenav.scenario.model import name_parts
 from safenav.scenario.objective import (
@@ -132,8 +133,7 @@ _HOLDS = {
 }
 
 
-@dataclass(frozen=True)
-class Wording:
+class Wording(Struct, frozen=True):
     """The wording of a run. ``word``: what a region is called in the names of obstacles and in
     objectives; ``place``: how it is shown where something happens (default: the same);
     ``robot`` and ``strong`` dress up names of robots and what matters most; ``team``: how many

@@ -10,7 +10,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property, lru_cache
 from itertools import count
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.errors import Diagnostic, InputError
 from safenav.formula.evaluator import Predicate
 from safenav.formula.parser import FormulaError, parse
@@ -30,8 +31,7 @@ _POWERS = [bytes.maketrans(b"\x01", bytes([1 << k])) for k in range(8)]
 _parse = lru_cache(maxsize=1 << 15)(parse)
 
 
-@dataclass(frozen=True)
-class Clause:
+class Clause(Struct, frozen=True):
     """A constraint together with its formula."""
 
     constraint: Constraint

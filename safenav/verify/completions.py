@@ -17,7 +17,8 @@ from itertools import product
 from math import prod
 from operator import itemgetter
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.errors import ResourceLimitError
 from safenav.formula.evaluator import Predicate, predicate
 from safenav.formula.syntax import (
@@ -46,8 +47,7 @@ Row = tuple[int, ...]
 """Values of the known places, in their order."""
 
 
-@dataclass(frozen=True)
-class Slot:
+class Slot(Struct, frozen=True):
     """A variable now, or (``primed``) in the next state."""
 
     variable: Variable
@@ -66,8 +66,7 @@ class Slot:
 Key = tuple[str, bool]
 
 
-@dataclass(frozen=True)
-class Condition:
+class Condition(Struct, frozen=True, dict=True):
     """A formula with the places that it refers to."""
 
     formula: Formula

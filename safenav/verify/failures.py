@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from enum import StrEnum
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.spec.specification import Constraint
 
 
@@ -23,8 +24,7 @@ class Fault(StrEnum):
     GOALS_MET = "a cycle on which the system meets all its goals"
 
 
-@dataclass(frozen=True)
-class Failure:
+class Failure(Struct, frozen=True):
     """One fault, and how to get there.
 
     ``node``: where it is, None if it concerns no node; ``state``: that node in words.
@@ -58,8 +58,7 @@ class Failure:
         return "\n    ".join(lines)
 
 
-@dataclass(frozen=True)
-class Verification:
+class Verification(Struct, frozen=True):
     """The outcome of a check: ``failures`` has the shallowest one of each kind and constraint;
     ``nodes`` and ``edges`` were reached and checked. ``vacuous``: no initial state satisfies the
     assumptions, so the strategy guarantees nothing."""

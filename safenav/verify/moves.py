@@ -10,7 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.errors import SynthesizerError
 from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.synthesis.serving.served import Position, ServedMove, falls
@@ -19,8 +20,7 @@ from safenav.verify.automaton import Clause, clauses
 Values = Mapping[str, int]
 
 
-@dataclass(frozen=True)
-class _Section:
+class _Section(Struct, frozen=True):
     clauses: tuple[Clause, ...]
 
     def broken(self, before: Values, after: Values | None = None) -> Iterator[Constraint]:

@@ -15,7 +15,8 @@ checked. For counterstrategies see ``verify_counterstrategy``: the players' role
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+
+from msgspec.structs import replace
 
 from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.synthesis.strategy import Strategy

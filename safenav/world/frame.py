@@ -5,11 +5,10 @@ from __future__ import annotations
 
 from math import cos, sin
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
 
 
-@dataclass(frozen=True)
-class Frame:
+class Frame(Struct, frozen=True):
     """``resolution``: metres that a region measures from west to east and from south to north;
     ``origin``: x and y of the map's south-western corner in metres; ``yaw``: how far the map is
     turned about that corner, counterclockwise, in radians."""

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Mapping
-from dataclasses import field
 from enum import IntEnum
 from functools import cached_property
 
-from safenav.dataclass import dataclass
+from msgspec import Struct, field
+
 from safenav.world.frame import Frame
 
 Region = int
@@ -56,8 +56,7 @@ WALL = "#"
 FREE = "."
 
 
-@dataclass(frozen=True)
-class RegionMap:
+class RegionMap(Struct, frozen=True, dict=True):
     """An R x C grid of regions, some of them walls (the paper's set O of known obstacles).
 
     ``names`` gives regions a name that scenarios may use instead of the number, ``areas`` names
@@ -68,10 +67,13 @@ class RegionMap:
     rows: int
     cols: int
     walls: frozenset[Region]
-    names: Mapping[str, Region] = field(default_factory=dict, hash=False)
+    names: Mapping[str, Region] = field(default_factory=dict)
     frame: Frame | None = None
-    areas: Mapping[str, frozenset[Region]] = field(default_factory=dict, hash=False)
-    notes: tuple[str, ...] = field(default=(), compare=False)
+    areas: Mapping[str, frozenset[Region]] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    def __hash__(self) -> int:
+        return hash((self.rows, self.cols, self.walls))
 
     @classmethod
     def from_grid(

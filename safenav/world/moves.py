@@ -10,7 +10,8 @@ from collections import deque
 from collections.abc import Collection
 from enum import StrEnum
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.world.map import Heading, Region, RegionMap
 
 
@@ -19,8 +20,7 @@ class Mobility(StrEnum):
     HEADING = "heading"
 
 
-@dataclass(frozen=True)
-class Pose:
+class Pose(Struct, frozen=True):
     """Where a robot is and, for heading mobility, which way it faces."""
 
     region: Region

@@ -20,15 +20,15 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable
 from functools import lru_cache
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.world.map import Region, RegionMap
 
 DOORWAY = 2
 """The most regions that a narrow piece has if it is a doorway and no corridor."""
 
 
-@dataclass(frozen=True)
-class Partition:
+class Partition(Struct, frozen=True):
     """The cells of a map, numbered from 0 in the order of their lowest regions.
 
     Every free region belongs to exactly one cell: ``given``, ``rooms`` and ``tiles`` see to it.

@@ -8,10 +8,10 @@ import pty
 import signal
 import subprocess
 import xml.etree.ElementTree as ET
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from batch.made_scenarios import SlugsLog, Write
 from batch.running import SAFENAV, environment, safenav, started, wait_until

@@ -7,12 +7,12 @@ import io
 import json
 import re
 import xml.etree.ElementTree as ET
-from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
 import xmlschema
+from msgspec.structs import replace
 
 from safenav.batch.baseline import BaselineComparison, compare
 from safenav.batch.cases.case import Case, CaseVerdict, Result, without_a_run

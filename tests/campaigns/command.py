@@ -87,12 +87,10 @@ class Forked(Command):
 
     def __init__(self) -> None:
         import safenav
-        from safenav.dataclass import compile_all
 
         for module in pkgutil.walk_packages(safenav.__path__, "safenav."):
             if not module.name.endswith("__main__"):
                 importlib.import_module(module.name)
-        compile_all()
 
     def _start(self, words: list[str], out: int, err: int) -> int:
         sys.stdout.flush()

@@ -9,8 +9,10 @@ import hashlib
 import json
 import textwrap
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
+
+from msgspec.structs import replace
 
 from certify.circumstances import circumstances
 from safenav.certify.bundle import files_of_run

@@ -130,9 +130,7 @@ def started(side: float = 1.0, **station: Any) -> tuple[FleetWorld, Robots, Any]
 def told(event: WorldEvent) -> tuple[Any, ...]:
     """An event without its time and command."""
     hidden = ("at", "command", "robot", "obstacle", "reason")
-    fields = [
-        getattr(event, name) for name in type(event).__dataclass_fields__ if name not in hidden
-    ]
+    fields = [getattr(event, name) for name in event.__struct_fields__ if name not in hidden]
     return (type(event).__name__, *fields)
 
 

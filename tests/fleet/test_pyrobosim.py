@@ -11,12 +11,12 @@ import os
 import random
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from math import hypot, pi
 from pathlib import Path
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 from safenav.audit.check import check_trace
 from safenav.errors import UsageError

@@ -15,12 +15,13 @@ import traceback
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager, nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from random import Random
 from typing import Any
 
 import yaml
+from msgspec.structs import replace
 
 from live.floor import Floor
 from live.judge import Walk, verdict

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from hashlib import sha256
 
 import pytest
+from msgspec.structs import replace
 
 from motion.runs import SHIPPED, digest_of, motion, played, trace_of
 from safenav.motion.check.finding import Finding

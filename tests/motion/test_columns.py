@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import csv
 import io
-from dataclasses import replace
 from hashlib import sha256
 from itertools import pairwise
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from motion.runs import digest_of, motion, played, trace_of
 from safenav.errors import UsageError

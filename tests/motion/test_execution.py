@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from math import cos, sin
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
 

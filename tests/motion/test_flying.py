@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from motion.runs import digest_of, played, trace_of
 from once import made_once

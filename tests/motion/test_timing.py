@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 import random
-from dataclasses import replace
 from itertools import combinations
 
 import pytest
+from msgspec.structs import replace
 
 from motion.runs import SHIPPED, motion, trace_of
 from safenav.motion.file.records import Action, Line, Moving, Release, Reserve

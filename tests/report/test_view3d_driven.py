@@ -6,12 +6,12 @@ import struct
 import zlib
 from base64 import b64decode
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
 

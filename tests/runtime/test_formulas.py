@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
+from msgspec.structs import replace
 
 from safenav.runtime.formulas import Formulas
 from safenav.scenario.objective import Ltl

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
+from msgspec.structs import replace
 
 from safenav.scenario.model import Robot, RobotModel
 from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Visit

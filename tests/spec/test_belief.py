@@ -5,12 +5,12 @@ Among the tests the campaigns are short; `make fuzz` tries thousands.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from fuzz.campaign import campaign
 from safenav.errors import UsageError

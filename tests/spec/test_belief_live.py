@@ -6,11 +6,11 @@ The oracle is this file's own: it reads the map's text, and its line of sight is
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import replace
 
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from fuzz.campaign import campaign
 from safenav.audit.world import World

@@ -5,9 +5,11 @@ from __future__ import annotations
 import random
 import types
 from collections.abc import Iterator, Mapping
-from dataclasses import fields, is_dataclass
 from enum import StrEnum
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
+
+from msgspec import Struct
+from msgspec.structs import fields
 
 from safenav.trace.objective import Objective
 from safenav.trace.records import KINDS, Record
@@ -47,7 +49,7 @@ def _example(annotation: Any, rng: random.Random) -> Any:
         return Objective.of(rng.choice(_OBJECTIVES))
     if isinstance(annotation, type) and issubclass(annotation, StrEnum):
         return rng.choice(list(annotation))
-    if isinstance(annotation, type) and is_dataclass(annotation):
+    if isinstance(annotation, type) and issubclass(annotation, Struct):
         hints = get_type_hints(annotation, include_extras=True)
         given = {
             field.name: _example(hints[field.name], rng)

@@ -329,4 +329,4 @@ def _list(regions: tuple[int, ...] | list[int]) -> str:
 
 
 def _same(record: Line, other: Line) -> bool:
-    return record is not other and {**vars(record), "line": 0} == {**vars(other), "line": 0}
+    return record is not other and record == other

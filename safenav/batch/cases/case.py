@@ -5,12 +5,12 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, field, fields
 from enum import StrEnum
 from typing import Any
 
+from msgspec import Struct, field, to_builtins
+
 import safenav
-from safenav.dataclass import dataclass
 
 Settings = Mapping[str, Any]
 """Dotted path into the scenario (``limits.ticks``) -> the value that replaces the present one."""
@@ -34,8 +34,7 @@ class CaseVerdict(StrEnum):
     """No end within the wall-clock limit."""
 
 
-@dataclass(frozen=True)
-class Case:
+class Case(Struct, frozen=True):
     """One run to make: a scenario with some of its settings replaced.
 
     ``name`` is unique within a batch and the same in the next one. ``text`` is the scenario
@@ -57,8 +56,7 @@ class Case:
         return hashlib.sha256(json.dumps(made_of, sort_keys=True).encode()).hexdigest()[:16]
 
 
-@dataclass(frozen=True)
-class Conditions:
+class Conditions(Struct, frozen=True):
     """How each case is run. ``seconds``: wall-clock limit of one case. ``certify``: the folder
     into which the bundle of each run goes (docs/certificates.md), or None."""
 
@@ -67,8 +65,7 @@ class Conditions:
     certify: str | None = None
 
 
-@dataclass(frozen=True)
-class Result:
+class Result(Struct, frozen=True):
     """The result of one case. ``reasons`` says what is wrong, one sentence each; ``detail`` is
     more for a reader who looks into it (a traceback, last words); ``earlier`` holds the reasons of
     former attempts. ``requirements``: name -> verdict and robustness on the motion of the run.
@@ -122,13 +119,14 @@ class Result:
 
     def record(self) -> dict[str, Any]:
         """As one JSON object."""
-        return asdict(self)
+        found: dict[str, Any] = to_builtins(self)
+        return found
 
     @staticmethod
     def from_record(record: Mapping[str, Any]) -> Result:
         """Raises KeyError, TypeError or ValueError if the object is not a result. Fields that
         are not known are passed over: a later version may have written them."""
-        known = {entry.name for entry in fields(Result)}
+        known = set(Result.__struct_fields__)
         data = {key: value for key, value in record.items() if key in known}
         data["verdict"] = CaseVerdict(record["verdict"])
         return Result(**data)

@@ -22,8 +22,9 @@ import re
 from collections.abc import Sequence as Items
 from typing import Any
 
+from msgspec import Struct
+
 from safenav.batch.cases.variation import value_of
-from safenav.dataclass import dataclass
 from safenav.scenario.reading.loader import KEYS as SCENARIO_KEYS
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence
@@ -38,8 +39,7 @@ _MARK = re.compile(r"^batch\s*:", re.MULTILINE)
 _FIXED = ("safenav", "name")
 
 
-@dataclass(frozen=True)
-class Named:
+class Named(Struct, frozen=True):
     """A path as written in the file, and where."""
 
     value: str
@@ -47,8 +47,7 @@ class Named:
     column: int
 
 
-@dataclass(frozen=True)
-class Matrix:
+class Matrix(Struct, frozen=True):
     """Each of ``scenarios`` (paths beside the file, folders, patterns) with each of
     ``settings``."""
 

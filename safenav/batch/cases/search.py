@@ -10,15 +10,15 @@ from __future__ import annotations
 import glob
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import field
 from difflib import get_close_matches
 from pathlib import Path, PurePath
 from typing import Any
 
+from msgspec import Struct, field
+
 from safenav.batch.cases.case import Case
 from safenav.batch.cases.matrix import Matrix, Named, is_matrix, read_matrix
 from safenav.batch.cases.references import References
-from safenav.dataclass import dataclass
 from safenav.errors import UsageError
 from safenav.scenario.yaml.document import DocumentError, Mapping, read_document
 from safenav.scenario.yaml.findings import Findings
@@ -33,8 +33,7 @@ _MAGIC = re.compile(r"[*?\[]")
 _WIDTH = 40
 
 
-@dataclass
-class FoundCases:
+class FoundCases(Struct):
     """``passed_over``: YAML files that a search saw and did not take."""
 
     cases: list[Case] = field(default_factory=list)

@@ -11,23 +11,23 @@ import importlib
 import queue
 import time
 import uuid
-from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
+
+from msgspec import Struct, to_builtins
+from msgspec.structs import replace
 
 import safenav
 from safenav.batch.cases.case import Case, CaseVerdict, Conditions, Result, without_a_run
 from safenav.batch.cluster import remote
 from safenav.batch.workers.backend import Arrival
-from safenav.dataclass import dataclass
 from safenav.errors import SafenavError, UsageError
 from safenav.extras import missing
 
 _CONNECT_SECONDS = 10
 
 
-@dataclass
-class _Sent:
+class _Sent(Struct):
     case: Case
     since: float
 
@@ -63,8 +63,8 @@ class DaskCluster:
             remote.run_case,
             self._batch,
             str(Path.cwd()),
-            asdict(case),
-            asdict(self._conditions),
+            to_builtins(case),
+            to_builtins(self._conditions),
             self._traces is not None,
             pure=False,
         )

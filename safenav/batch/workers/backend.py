@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Protocol
 
+from msgspec import Struct
+
 from safenav.batch.cases.case import Case, Result
-from safenav.dataclass import dataclass
 
 
-@dataclass(frozen=True)
-class Arrival:
+class Arrival(Struct, frozen=True):
     """A result, and where the trace of the run lies until somebody wants it or not."""
 
     case: Case

@@ -6,11 +6,12 @@ import re
 import time
 import traceback
 from contextlib import ExitStack
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
+
+from msgspec.structs import replace
 
 from safenav.batch.cases.case import Case, CaseVerdict, Conditions, Result, without_a_run
 from safenav.batch.cases.variation import varied

@@ -13,8 +13,10 @@ import tempfile
 import time
 import uuid
 from collections.abc import Iterable
-from dataclasses import asdict, replace
 from pathlib import Path
+
+from msgspec import to_builtins
+from msgspec.structs import replace
 
 from safenav.batch.cases.case import Case, CaseVerdict, Conditions, Result, without_a_run
 from safenav.batch.workers.case_process import READY
@@ -92,8 +94,8 @@ class Worker:
         self._since = time.monotonic()
         self._words_before = os.fstat(self._stderr.fileno()).st_size
         task = {
-            "case": asdict(case),
-            "conditions": asdict(conditions),
+            "case": to_builtins(case),
+            "conditions": to_builtins(conditions),
             "directory": directory,
             "trace": None if trace is None else str(trace.resolve()),
         }

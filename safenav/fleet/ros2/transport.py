@@ -12,7 +12,8 @@ from threading import Lock
 from typing import TYPE_CHECKING, Any
 from uuid import uuid4
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.fleet import ros as common
 from safenav.fleet.fleet_file import Network, Station
 from safenav.fleet.ros2 import messages as ros
@@ -40,8 +41,7 @@ _ENDS = {
 }
 
 
-@dataclass
-class _Pending:
+class _Pending(Struct):
     """A goal on its way through the action's services."""
 
     goal: GoalPoint

@@ -7,10 +7,10 @@ own. What lies between two measurements is taken as a straight line.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
+from msgspec import Struct
 
 from safenav.motion.check.bodies import STEP, places, radius
 from safenav.motion.check.finding import NEAR, Finding, Report
@@ -32,8 +32,7 @@ JUMP = 0.05
 """Metres between where a plan continues after it was given up, and where the robot was then."""
 
 
-@dataclass(frozen=True)
-class MeasuredWay:
+class MeasuredWay(Struct, frozen=True):
     """The measurements of a robot: when heard (n), its own stamps (n), x and y (n, 2)."""
 
     times: Array
@@ -45,8 +44,7 @@ class MeasuredWay:
         return np.stack(columns, axis=1)
 
 
-@dataclass(frozen=True)
-class TrackingError:
+class TrackingError(Struct, frozen=True):
     """How well a robot did what it was sent: measurements, and the most metres off its reference or
     at the end of a goal."""
 

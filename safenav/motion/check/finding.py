@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 NEAR = 1e-7
 """Metres, seconds, radians: what the rounding of a file can explain."""
 
 
-@dataclass(frozen=True)
-class Finding:
+class Finding(Struct, frozen=True):
     """A broken rule: when (seconds), who, which rule, and what was found in metres and seconds."""
 
     t: float

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+
+from msgspec import Struct, field
 
 from safenav.motion.check.finding import NEAR, Finding, Report
 from safenav.motion.file.records import Action, Piece, Release, Reserve
@@ -25,8 +26,7 @@ from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import MoveEnd
 
 
-@dataclass(frozen=True)
-class Passage:
+class Passage(Struct, frozen=True):
     """A step of the trace, with the pieces of motion that carry it out."""
 
     robot: str
@@ -37,8 +37,7 @@ class Passage:
     end: float
 
 
-@dataclass
-class _Run:
+class _Run(Struct):
     """The state of the run so far, in the serial order of the trace."""
 
     robots: Mapping[str, RobotHeader]

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from math import ceil, perm
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from safenav.motion.file.records import Drive, Flight, Moving, Numbers, Segment, Swing
@@ -19,8 +19,7 @@ FOOT = 0.11
 """Metres: radius of the circle that a walker's foot fits in."""
 
 
-@dataclass(frozen=True)
-class Disc:
+class Disc(Struct, frozen=True):
     """A disc of some radius on its way: times since the start of the motion (n), centres
     (n, 2), and what it is."""
 
@@ -87,8 +86,7 @@ def _step(*coefficients: Numbers) -> float:
     return STEP if any(len(axis) > 1 for axis in coefficients) else float("inf")
 
 
-@dataclass(frozen=True)
-class Mass:
+class Mass(Struct, frozen=True):
     """A walker's centre of mass: times since the segment's start, states (n, 4), and centres of
     pressure (n, 2); ``late`` is what the phases miss of xi at the start, ``early`` of eta at
     the goal."""

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from itertools import combinations
 from math import ceil, floor
 
 import numpy as np
+from msgspec import Struct
 
 from safenav.motion.check.finding import NEAR, Finding, Report
 from safenav.motion.check.paths import Array, Disc, discs
@@ -18,8 +18,7 @@ TOUCH = 1e-6
 """Metres that a body may reach over the border of its room by rounding."""
 
 
-@dataclass(frozen=True)
-class Holding:
+class Holding(Struct, frozen=True):
     """A robot has a region from ``begin`` to ``end``."""
 
     robot: str
@@ -67,8 +66,7 @@ def check_overlaps(
                 report(Finding(max(one.begin, other.begin), other.robot, "overlap", what))
 
 
-@dataclass(frozen=True)
-class Grid:
+class Grid(Struct, frozen=True):
     """The map as the checker sees it."""
 
     rows: int

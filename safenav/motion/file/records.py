@@ -9,8 +9,9 @@ A ``row`` is written as the list of its fields.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import ClassVar
+
+from msgspec import Struct, field
 
 VERSION = 1
 
@@ -19,8 +20,7 @@ State = tuple[float, float, float, float]
 Numbers = tuple[float, ...]
 
 
-@dataclass(frozen=True)
-class MotionHeader:
+class MotionHeader(Struct, frozen=True):
     """``trace``: sha256 of the trace; ``side``: metres of a region; ``origin``: x, y and yaw of
     the map's south-western corner in the world; ``robots``: how each moves, with its ``kind``,
     its parameters and its limits, of a real one how it is ``driven`` (``setpoints`` or ``goals``),
@@ -39,8 +39,7 @@ class MotionHeader:
     push: float
 
 
-@dataclass(frozen=True)
-class Foothold:
+class Foothold(Struct, frozen=True):
     """A foot on the ground from ``down`` to ``up``; ``side``: 1 is the left one, -1 the right."""
 
     row: ClassVar[bool] = True
@@ -52,8 +51,7 @@ class Foothold:
     up: float
 
 
-@dataclass(frozen=True)
-class Swing:
+class Swing(Struct, frozen=True):
     """A foot in the air: x, y and yaw are quintics in time between ``start`` and ``goal``
     (positions, velocities, accelerations: nine numbers); its height is
     64 clearance u^3 (1-u)^3 with u from ``u0`` to ``u1``."""
@@ -68,8 +66,7 @@ class Swing:
     goal: Numbers
 
 
-@dataclass(frozen=True)
-class PressurePhase:
+class PressurePhase(Struct, frozen=True):
     """The centre of pressure, constant for some seconds."""
 
     row: ClassVar[bool] = True
@@ -78,21 +75,19 @@ class PressurePhase:
     y: float
 
 
-@dataclass(frozen=True)
-class Piece:
+class Piece(Struct, frozen=True):
     """Fields of all pieces of motion: a robot's motion has no gaps."""
 
     robot: str
     tick: int
     primitive: str
-    origin: int = field(metadata={"key": "from"})
+    origin: int = field(name="from")
     to: int
     t0: float
     t1: float
 
 
-@dataclass(frozen=True)
-class Segment(Piece):
+class Segment(Piece, frozen=True):
     """A walker. ``turning``: yaw before, yaw after, and the times between which the body turns;
     ``start``, ``goal``: states of the centre of mass."""
 
@@ -104,8 +99,7 @@ class Segment(Piece):
     goal: State
 
 
-@dataclass(frozen=True)
-class Curve:
+class Curve(Struct, frozen=True):
     """Polynomials in the seconds since the curve's begin, lowest power first."""
 
     row: ClassVar[bool] = True
@@ -116,15 +110,13 @@ class Curve:
     yaw: Numbers
 
 
-@dataclass(frozen=True)
-class Flight(Piece):
+class Flight(Piece, frozen=True):
     """A flyer's reference, or the way of a disc."""
 
     curves: tuple[Curve, ...]
 
 
-@dataclass(frozen=True)
-class Arc:
+class Arc(Struct, frozen=True):
     """A unicycle's way of constant curvature (1/m) from a pose: ``way`` is the polynomial of the
     distance, or with no curvature that of the angle by which it turns on the spot."""
 
@@ -137,15 +129,13 @@ class Arc:
     way: Numbers
 
 
-@dataclass(frozen=True)
-class Drive(Piece):
+class Drive(Piece, frozen=True):
     """A rover."""
 
     arcs: tuple[Arc, ...]
 
 
-@dataclass(frozen=True)
-class GoalLine(Piece):
+class GoalLine(Piece, frozen=True):
     """A robot that finds its own way was sent to a pose (``yaw`` null: any direction), from ``t0``
     until that ended at ``t1``: ``end`` is ``succeeded``, ``aborted``, ``canceled``, ``rejected``,
     ``unreachable`` or, if something else came instead, ``replaced``."""
@@ -156,8 +146,7 @@ class GoalLine(Piece):
     end: str
 
 
-@dataclass(frozen=True)
-class Measurement:
+class Measurement(Struct, frozen=True):
     """Where a robot's odometry had it: ``t`` when it was heard, ``stamp`` in seconds of the robot's
     own clock."""
 
@@ -169,16 +158,14 @@ class Measurement:
     yaw: float
 
 
-@dataclass(frozen=True)
-class Measured:
+class Measured(Struct, frozen=True):
     """The measurements of a robot, in the order in which they were heard."""
 
     robot: str
     rows: tuple[Measurement, ...]
 
 
-@dataclass(frozen=True)
-class Reset:
+class Reset(Struct, frozen=True):
     """A robot had lost its reference: its plan continues from where it was measured, at rest, or
     ends there, if nothing more was sent."""
 
@@ -191,8 +178,7 @@ class Reset:
     reason: str
 
 
-@dataclass(frozen=True)
-class FlownTrack:
+class FlownTrack(Struct, frozen=True):
     """How a flyer followed its references in wind: rows of a simulated flight, every ``step``
     seconds from ``t0``: position, velocity, quaternion (w, x, y, z), body rates (rad/s), thrust
     (N), wind (m/s, x and y). ``errors``: metres off the reference at each row."""
@@ -205,8 +191,7 @@ class FlownTrack:
     errors: Numbers
 
 
-@dataclass(frozen=True)
-class BodyPush:
+class BodyPush(Struct, frozen=True):
     """A push that changes the velocity of a walker's mass instantly, in metres per second."""
 
     robot: str
@@ -216,8 +201,7 @@ class BodyPush:
     dy: float
 
 
-@dataclass(frozen=True)
-class Reserve:
+class Reserve(Struct, frozen=True):
     """From ``t`` on the region is the robot's."""
 
     robot: str
@@ -226,8 +210,7 @@ class Reserve:
     t: float
 
 
-@dataclass(frozen=True)
-class Release:
+class Release(Struct, frozen=True):
     """From ``t`` on it is not."""
 
     robot: str
@@ -236,8 +219,7 @@ class Release:
     t: float
 
 
-@dataclass(frozen=True)
-class Action:
+class Action(Struct, frozen=True):
     """A robot resolves an obstacle; it counts as resolved from ``t1`` on."""
 
     robot: str
@@ -249,8 +231,7 @@ class Action:
     t1: float
 
 
-@dataclass(frozen=True)
-class Wait:
+class Wait(Struct, frozen=True):
     """A robot waits. ``cause``: ``region`` (another one has to leave it), ``obstacle`` (has to be
     resolved), ``synthesis`` (something has to happen first that its new strategy answers);
     ``on``: the robot and ``on_tick`` the turn that it waits for."""
@@ -264,8 +245,7 @@ class Wait:
     on_tick: int
 
 
-@dataclass(frozen=True)
-class Link:
+class Link(Struct, frozen=True):
     """A part of the longest chain: what a robot did without anybody being able to do it
     earlier."""
 
@@ -278,8 +258,7 @@ class Link:
     cause: str
 
 
-@dataclass(frozen=True)
-class MotionOutcome:
+class MotionOutcome(Struct, frozen=True):
     """``busy`` and ``waiting``: seconds of each robot until its last move or action ended;
     ``chain``: the longest chain of the dependency graph, whose length is the makespan."""
 
@@ -306,8 +285,7 @@ Line = (
 Moving = Segment | Flight | Drive
 
 
-@dataclass(frozen=True)
-class Motion:
+class Motion(Struct, frozen=True):
     """A whole motion file; ``lines`` in the order of their times."""
 
     header: MotionHeader

@@ -6,8 +6,9 @@ Plain numbers instead of arrays: it runs 400 times per second of flight.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from math import cos, hypot, sin, sqrt
+
+from msgspec import Struct, field
 
 GRAVITY = 9.81
 MASS = 0.5
@@ -23,8 +24,7 @@ Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
 
-@dataclass
-class Body:
+class Body(Struct):
     """A quadcopter in flight: position, velocity, attitude (w, x, y, z, body to world), rates."""
 
     place: list[float]

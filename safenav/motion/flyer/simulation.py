@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import random
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import exp, hypot, sqrt
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from safenav.errors import UsageError
@@ -34,8 +34,7 @@ CLIMB, SINK = 9.0, 5.0
 """Stiffness and damping with which it keeps its altitude."""
 
 
-@dataclass(frozen=True)
-class SampledReference:
+class SampledReference(Struct, frozen=True):
     """The reference as it was sampled: rows of position, velocity, acceleration in x and y; the
     altitude; the yaw; and the box that the middle of the body may be in."""
 

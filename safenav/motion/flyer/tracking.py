@@ -9,10 +9,10 @@ section VII (a quadratic programme at 20 Hz); Arnstroem et al. (2022) for the so
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from safenav.extras import missing
@@ -31,8 +31,7 @@ POSITION, VELOCITY, EFFORT, SLACK = 200.0, 10.0, 0.1, 1e5
 OPTIMAL = 1
 
 
-@dataclass(frozen=True)
-class Axis:
+class Axis(Struct, frozen=True):
     """Discrete model of one axis: state [p, v, a, d], ``d`` a constant disturbance."""
 
     move: Array
@@ -41,8 +40,7 @@ class Axis:
     """Estimator gain for the measured position."""
 
 
-@dataclass(frozen=True)
-class Programme:
+class Programme(Struct, frozen=True):
     """The condensed programme: predictions are ``free @ state + forced @ commands``."""
 
     free_position: Array

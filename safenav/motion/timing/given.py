@@ -8,7 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from copy import copy
-from dataclasses import dataclass, replace
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError
 from safenav.motion.file.records import (
@@ -37,8 +39,7 @@ SLACK = 1e-6
 """Seconds that are rounding."""
 
 
-@dataclass(frozen=True)
-class Timetable:
+class Timetable(Struct, frozen=True):
     """The activities of all robots in the order of time, with their durations."""
 
     lines: tuple[Line, ...]

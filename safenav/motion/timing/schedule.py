@@ -11,8 +11,9 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass, field
 from enum import StrEnum
+
+from msgspec import Struct, field
 
 from safenav.motion.file.records import Action, Link, Wait
 from safenav.motion.geometry import MetricFloor
@@ -47,8 +48,7 @@ class LinkCause(StrEnum):
     """The action takes several robots."""
 
 
-@dataclass(frozen=True)
-class Activity:
+class Activity(Struct, frozen=True):
     """A step, an action, or a decision, which takes no time and has no ``team``. It may ``start``
     when the last that it comes ``after`` has ended; its robots, ``free`` since then, have come to
     rest for it when it has ``begun``. ``deed``: obstacle, its region and the action."""
@@ -82,8 +82,7 @@ def scheduled(
     return tuple(run.done)
 
 
-@dataclass
-class _Run:
+class _Run(Struct, dict=True):
     trace: Trace
     floor: MetricFloor
     movers: Mapping[str, Mover]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from safenav.motion.file.records import Foothold, PressurePhase, Segment
 from safenav.motion.geometry import Box
@@ -14,24 +14,21 @@ LATE = 0.06
 """Seconds before landing from which a foot lands where it was sent to."""
 
 
-@dataclass(frozen=True)
-class Actual:
+class Actual(Struct, frozen=True):
     """Where a walker really is: the state of its mass, and its foot on the ground."""
 
     state: Array
     foot: tuple[float, float]
 
 
-@dataclass(frozen=True)
-class PendingMove:
+class PendingMove(Struct, frozen=True):
     """A move that is still to be walked, and the regions that it has."""
 
     segment: Segment
     box: Box
 
 
-@dataclass(frozen=True)
-class WalkPlan:
+class WalkPlan(Struct, frozen=True):
     """Phases still to come: durations and centres of pressure, the foothold of each (None: both
     feet are down), which of these are one and the same, the regions of each, and the first of
     them that must stay where they are. ``lift``: seconds until the foot in the air lands."""

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
+from msgspec.structs import replace
 
 from safenav.motion.file.records import PressurePhase, Segment, State, Swing
 from safenav.motion.pendulum import Array, advanced

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from itertools import pairwise
 from math import cos, hypot, sin
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from safenav.motion.pendulum import sampled
 from safenav.motion.polynomial import between, derivative, values
@@ -18,8 +19,7 @@ from safenav.pace.gait import Gait
 SAMPLES = 200
 
 
-@dataclass(frozen=True)
-class Demand:
+class Demand(Struct, frozen=True):
     """The longest step (m), the least distance by which a foot lands on its own side of the
     other (m), the friction needed (of the ground's normal force), the fastest swing (m/s)."""
 
@@ -83,10 +83,10 @@ def most_demanding(gait: Gait) -> Demand:
 
 def broken(found: Demand) -> str | None:
     """The first limit that a demand breaks, in words; None if it keeps all."""
-    for field in fields(Demand):
-        value, limit = getattr(found, field.name), getattr(LIMITS, field.name)
-        if (value < limit) if field.name == "aside" else (value > limit):
-            return _WORDS[field.name].format(value=value, limit=limit)
+    for field in Demand.__struct_fields__:
+        value, limit = getattr(found, field), getattr(LIMITS, field)
+        if (value < limit) if field == "aside" else (value > limit):
+            return _WORDS[field].format(value=value, limit=limit)
     return None
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict
 from math import pi
+
+from msgspec import to_builtins
 
 from safenav.errors import UsageError
 from safenav.motion.file.records import Foothold, Moving, Piece, PressurePhase, Segment, Swing
@@ -42,7 +43,7 @@ class WalkerMover(Mover):
     def limits(self) -> Mapping[str, float]:
         walker = self.gait.walker
         own = {"size": self.size, "omega": self.gait.omega, "height": walker.height}
-        return {**own, "foot": walker.foot, "clearance": walker.clearance, **asdict(LIMITS)}
+        return {**own, "foot": walker.foot, "clearance": walker.clearance, **to_builtins(LIMITS)}
 
     def move(self, crossing: Crossing) -> list[Moving]:
         assert self.heading is not None

@@ -10,11 +10,12 @@ accumulates: each begins at the pose of an absolute region.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import cos, pi, sin
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from safenav.motion.file.records import Foothold, Swing
 from safenav.motion.pendulum import Array, placed
@@ -26,8 +27,7 @@ STILL = (0.0,) * 6
 """Velocities and accelerations of a foot on the ground."""
 
 
-@dataclass(frozen=True)
-class Primitive:
+class Primitive(Struct, frozen=True):
     """A move in its local frame. ``pressures`` (phases, 2): the centre of pressure, constant
     in each phase; ``start``, ``goal``: states of the mass; ``turn``: quarter turns to the left;
     ``turning``: when the body turns; ``foot``: the stance foot at the end, 0 if it stands."""

@@ -11,11 +11,11 @@ can, and the next move sets out from there.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from itertools import pairwise, product
 from math import hypot
 
 import numpy as np
+from msgspec.structs import replace
 
 from safenav.errors import UsageError
 from safenav.motion.file.records import Foothold, PressurePhase, Segment, State, Swing

@@ -18,9 +18,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from math import cos, radians, sin
 from typing import Any
+
+from msgspec import Struct
 
 from safenav.report.picture.floor import INK
 from safenav.report.picture.glyphs import STATUS_MARKS
@@ -46,8 +47,7 @@ _LEVELS = {
 }
 
 
-@dataclass(frozen=True)
-class Stamped:
+class Stamped(Struct, frozen=True):
     """One message of a bag. ``kind`` is its type, ``seconds`` its time from the start."""
 
     seconds: float

@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Protocol
 
+from msgspec.structs import asdict
+
 from safenav.report.page.region_sets import RegionSets
 from safenav.report.picture.glyphs import EVENT_MARKS, NOSE, STATUS_MARKS
 from safenav.report.picture.pictograms import obstacle_pictogram, robot_pictogram
@@ -58,7 +60,7 @@ def encoded(replay: Replay, source: str) -> dict[str, Any]:
         "within": replay.within,
         "opens": replay.last if replay.failed else 0,
         "robots": [
-            {**_robot(replay, track), "look": vars(look), "view": watched.get(track.name)}
+            {**_robot(replay, track), "look": asdict(look), "view": watched.get(track.name)}
             for track, look in zip(replay.robots, style, strict=True)
         ],
         "obstacles": [

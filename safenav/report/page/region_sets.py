@@ -8,7 +8,8 @@ radius of 4 takes about 20 letters. Its reader is front/src/run/sets.ts."""
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+
+from msgspec import Struct, field
 
 from safenav.world.map import Region
 
@@ -16,8 +17,7 @@ _DIGITS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_"
 _BASE = len(_DIGITS) // 2
 
 
-@dataclass
-class RegionSets:
+class RegionSets(Struct):
     """Collects sets; ``index`` is the index of one in ``texts``."""
 
     texts: list[str] = field(default_factory=list)

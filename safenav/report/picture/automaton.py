@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from safenav.report.picture.automaton_layout import Arrow, Point, laid_out
 from safenav.report.picture.floor import INK, MUTED
@@ -72,8 +73,7 @@ def svg_of_automaton(strategy: Strategy, task: Task, world: RegionMap) -> str:
     return page.document(inner + 2 * _MARGIN, total, title, told)
 
 
-@dataclass(frozen=True)
-class _Box:
+class _Box(Struct, frozen=True):
     """One state: the robot's region, and the rest of its values below."""
 
     title: str

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 Point = tuple[float, float]
 
@@ -22,8 +23,7 @@ _LANES = (0.0, 4.0, -4.0, 8.0, -8.0, 11.0, -11.0)
 _TOP = 18.0
 
 
-@dataclass(frozen=True)
-class Arrow:
+class Arrow(Struct, frozen=True):
     """A route from box to box as corner points; ``direct`` if it leads to the next layer."""
 
     source: int
@@ -32,8 +32,7 @@ class Arrow:
     direct: bool
 
 
-@dataclass(frozen=True)
-class BoxLayout:
+class BoxLayout(Struct, frozen=True):
     """``centres`` of the boxes by node, the arrows, and the size of the whole."""
 
     centres: tuple[Point, ...]
@@ -42,8 +41,7 @@ class BoxLayout:
     height: float
 
 
-@dataclass(frozen=True)
-class _Slot:
+class _Slot(Struct, frozen=True):
     """The place of a node: its row and column of layers, and the direction of its row."""
 
     row: int
@@ -115,8 +113,7 @@ def _columns(layers: Sequence[Sequence[int]], box: tuple[float, float]) -> int:
     return max(1, min(len(layers), round(wanted)))
 
 
-@dataclass
-class _Router:
+class _Router(Struct):
     centres: dict[int, Point]
     slots: dict[int, _Slot]
     box: tuple[float, float]

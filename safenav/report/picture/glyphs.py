@@ -6,7 +6,8 @@ Colours and paths are those of safenav/trace/looks.py; shapes repeat what colour
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from safenav.report.replay.timeline import ObstacleStatus, StoryKind
 from safenav.trace.looks import BLUE, GREEN, GREY, VERMILLION
@@ -15,8 +16,7 @@ NOSE = "M-0.42,-1.12L0,-1.72L0.42,-1.12Z"
 """The mark that shows a heading, pointing north, outside the body."""
 
 
-@dataclass(frozen=True)
-class Mark:
+class Mark(Struct, frozen=True):
     """A glyph with its colour."""
 
     path: str

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+
+from msgspec import Struct, field
 
 from safenav.report.picture.glyphs import NOSE, STATUS_MARKS
 from safenav.report.picture.names import AREA
@@ -26,8 +27,7 @@ Icon = Callable[[SvgWriter, float, float], None]
 """Draws a sign around a point."""
 
 
-@dataclass(frozen=True)
-class Row:
+class Row(Struct, frozen=True):
     """A sign and some lines of text: (words, size, bold, colour)."""
 
     icon: Icon | None
@@ -47,8 +47,7 @@ class Row:
             page.text(x + indent, baseline - size * 0.28, words, size, bold=bold, fill=colour)
 
 
-@dataclass(frozen=True)
-class Block:
+class Block(Struct, frozen=True):
     """A heading and its rows; never broken over columns."""
 
     title: str
@@ -66,8 +65,7 @@ class Block:
             y += row.height
 
 
-@dataclass
-class Legend:
+class Legend(Struct):
     """Blocks in columns. ``arranged`` decides where the legend goes, then ``draw`` it."""
 
     blocks: tuple[Block, ...]
@@ -129,8 +127,7 @@ def legend_of(scene: Scene, hidden: bool, more: Sequence[Row] = ()) -> Legend:
     return Legend(tuple(blocks))
 
 
-@dataclass(frozen=True)
-class KeyRow:
+class KeyRow(Struct, frozen=True):
     """The robots' signs and names in running text: the legend of a film."""
 
     entries: tuple[tuple[Icon, str], ...]

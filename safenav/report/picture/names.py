@@ -6,7 +6,8 @@ The same rules as on the page (front/src/map/names.tsx), which measures letters 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from safenav.report.picture.svg import SvgWriter, number
 from safenav.report.picture.text import text_width
@@ -22,8 +23,7 @@ _BODY = 0.3
 _MOST_BOXES = 24
 
 
-@dataclass(frozen=True)
-class TextBox:
+class TextBox(Struct, frozen=True):
     """A rectangle; y grows to the south."""
 
     left: float
@@ -40,8 +40,7 @@ class TextBox:
         )
 
 
-@dataclass(frozen=True)
-class PlacedName:
+class PlacedName(Struct, frozen=True):
     """A name at its place."""
 
     text: str

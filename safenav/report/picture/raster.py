@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from safenav.extras import missing
 from safenav.report.picture.scene import Options, svg_of
@@ -55,8 +56,7 @@ def png_of(svg: str, width: int | None = None, zoom: float = 2.0) -> bytes:
     return bytes(pixels)
 
 
-@dataclass(frozen=True)
-class Film:
+class Film(Struct, frozen=True):
     """Options of a film of a run: first and last tick, speed, smoothness, width. ``speed``: ticks
     per second, or how many times as fast as its clock the run is shown."""
 

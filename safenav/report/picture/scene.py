@@ -6,7 +6,7 @@ is cut off whatever the names and the size of the map. PNG and GIF are made from
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 from safenav.report.picture.floor import (
     INK,
@@ -42,8 +42,7 @@ ROBOT = 0.28
 """Radius of a robot's body, in cells."""
 
 
-@dataclass(frozen=True)
-class Options:
+class Options(Struct, frozen=True):
     """Contents of a picture besides the scene itself.
 
     ``numbers``: None puts region numbers where they can be read. ``caption``: some lines below the
@@ -111,8 +110,7 @@ def _described(scene: Scene) -> str:
     return f"{size}: {robots or 'no robots'}; obstacles: {obstacles or 'none'}."
 
 
-@dataclass
-class _Drawing:
+class _Drawing(Struct):
     """Drawing of the map and all that is on it, bottom layer first."""
 
     page: SvgWriter

@@ -6,7 +6,7 @@ knows at that tick, and has not resolved, block the view."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from msgspec import Struct, field
 
 from safenav.report.replay.timeline import ObstacleStatus, Replay, RobotBelief
 from safenav.trace.wording import regions_words
@@ -16,8 +16,7 @@ from safenav.world.sight import Visibility, members, visible_from
 _CLOSED = {ObstacleStatus.FOUND, ObstacleStatus.REQUESTED, ObstacleStatus.BLOCKED}
 
 
-@dataclass(frozen=True)
-class Shading:
+class Shading(Struct, frozen=True):
     """Knowledge of ``robot`` at one tick. ``sight``: the regions that it sees (None: its vision has
     no limit, or is not recorded); ``beliefs``: its beliefs about other robots, by name."""
 
@@ -61,8 +60,7 @@ def shading_lines(shading: Shading) -> list[str]:
     return lines
 
 
-@dataclass
-class SightCache:
+class SightCache(Struct):
     """The robots' sight during a run, cached, so that a query for every tick is cheap."""
 
     replay: Replay

@@ -9,8 +9,10 @@ tick."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from pathlib import Path
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError
 from safenav.report.replay.timeline import (
@@ -67,8 +69,7 @@ class ContradictionError(Exception):
     """A line that does not fit the header or the lines before it."""
 
 
-@dataclass
-class ReplayBuilder:
+class ReplayBuilder(Struct):
     """A replay in the making: ``tell`` passes it the lines of a trace in their order."""
 
     header: setting.ScenarioHeader

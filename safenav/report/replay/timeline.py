@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Generic, TypeVar
+
+from msgspec import Struct, field
 
 from safenav.scenario.objective import Objective, Word, number_word
 from safenav.trace.wording import Wording, listed, obstacle_words
@@ -76,8 +77,7 @@ class StoryKind(StrEnum):
     OUTCOME = "outcome"
 
 
-@dataclass(frozen=True)
-class Event:
+class Event(Struct, frozen=True):
     """An event of a run. ``text`` describes it in scenario terms; ``robot`` is the robot concerned
     and ``region`` the place, if there is one."""
 
@@ -89,8 +89,7 @@ class Event:
     obstacle: str | None = None
 
 
-@dataclass(frozen=True)
-class RobotTrack:
+class RobotTrack(Struct, frozen=True):
     """One robot and its poses: ``regions[t]`` and ``headings[t]`` after tick t. ``vision`` is how
     far it sees in regions, None if unlimited; ``steps`` are those that took it more than one tick,
     in order."""
@@ -111,8 +110,7 @@ class RobotTrack:
         return self.steps[i] if i >= 0 and tick <= self.steps[i].last else None
 
 
-@dataclass(frozen=True)
-class LongStep:
+class LongStep(Struct, frozen=True):
     """A step that takes several ticks: after ``first`` to ``last`` the robot is between its region
     and ``toward``, and occupies both; it arrives in the tick after. ``begin`` and ``end``: when it
     sets out and arrives, in ticks, or in seconds where the run has a clock."""
@@ -128,8 +126,7 @@ class LongStep:
         return min(1.0, max(0.0, (time - self.begin) / max(self.end - self.begin, 1e-9)))
 
 
-@dataclass(frozen=True)
-class RobotBelief:
+class RobotBelief(Struct, frozen=True):
     """Knowledge of a robot about another one: ``seen`` in the only one of ``regions``, or believed
     to be in any of them."""
 
@@ -137,8 +134,7 @@ class RobotBelief:
     regions: frozenset[Region]
 
 
-@dataclass(frozen=True)
-class Hidden:
+class Hidden(Struct, frozen=True):
     """A hidden obstacle as the trace describes it: the ``actions`` of its needs in order, the
     regions of the first; it stands there from tick ``since`` on."""
 
@@ -155,8 +151,7 @@ class Hidden:
         return obstacle_words(self.name, world.word)
 
 
-@dataclass(frozen=True)
-class StackRow:
+class StackRow(Struct, frozen=True):
     """One entry of the objective stack: obstacle, requester and helpers.
 
     Without an obstacle the helpers give way to the requester."""
@@ -184,16 +179,14 @@ class StackRow:
         return ", ".join(told)
 
 
-@dataclass(frozen=True)
-class RobotProgress:
+class RobotProgress(Struct, frozen=True):
     """Progress of a robot with the objective in force: rounds, and the target reached last."""
 
     rounds: int = 0
     reached: Region | None = None
 
 
-@dataclass(frozen=True)
-class RunEnd:
+class RunEnd(Struct, frozen=True):
     """The ``outcome`` line of a trace."""
 
     outcome: str
@@ -203,8 +196,7 @@ class RunEnd:
     synthesis_seconds: float = 0.0
 
 
-@dataclass(frozen=True)
-class Changes(Generic[T]):
+class Changes(Struct, Generic[T], frozen=True):
     """A value that changes now and then: its values with the tick from which each holds."""
 
     ticks: tuple[int, ...]
@@ -223,8 +215,7 @@ class Changes(Generic[T]):
         return cls(tuple(merged), tuple(merged.values()))
 
 
-@dataclass(frozen=True)
-class Placed:
+class Placed(Struct, frozen=True):
     """A robot in a scene. ``row`` and ``col`` are fractions between two ticks; ``heading`` is in
     degrees clockwise from north, None for robots that have no heading. ``trail`` are the regions it
     came through, oldest first."""
@@ -241,8 +232,7 @@ class Placed:
     """The two regions that it occupies while a step takes several ticks; else none."""
 
 
-@dataclass(frozen=True)
-class Scene:
+class Scene(Struct, frozen=True):
     """One complete moment: everything a picture shows."""
 
     title: str
@@ -254,8 +244,7 @@ class Scene:
     happened: tuple[Event, ...] = ()
 
 
-@dataclass(frozen=True)
-class Slack:
+class Slack(Struct, frozen=True):
     """A line on a promise: ``of`` a robot (its round), an obstacle or the mission, from the tick
     ``begin`` until ``due``; in ``tick`` it is set, lost, kept, late or excused."""
 
@@ -266,8 +255,7 @@ class Slack:
     verdict: str
 
 
-@dataclass(frozen=True)
-class Replay:
+class Replay(Struct, frozen=True):
     """A whole run. ``ending`` is None for a trace that was cut off."""
 
     name: str
@@ -294,7 +282,7 @@ class Replay:
     beliefs: Mapping[tuple[str, str], Changes[RobotBelief | None]] = field(default_factory=dict)
     """Knowledge of a robot (first name) about another one (second), None while none is recorded."""
     deadlines: tuple[Slack, ...] = ()
-    _by_tick: dict[int, list[Event]] = field(default_factory=dict, repr=False, compare=False)
+    _by_tick: dict[int, list[Event]] = field(default_factory=dict)
 
     @property
     def failed(self) -> bool:

@@ -5,9 +5,9 @@ Two robots above each other (one flies) share a region's two characters."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field
 
-from safenav.dataclass import dataclass
+from msgspec import Struct, field
+
 from safenav.world.map import Heading, Region, RegionMap
 
 ARROWS = {Heading.NORTH: "^", Heading.EAST: ">", Heading.SOUTH: "v", Heading.WEST: "<"}
@@ -15,8 +15,7 @@ WALL = "██"
 FREE = " ·"
 
 
-@dataclass(frozen=True)
-class Marker:
+class Marker(Struct, frozen=True):
     """A robot to draw: its label of one or two characters, where it is, and which way it faces
     (shown beside a single character)."""
 
@@ -25,8 +24,7 @@ class Marker:
     heading: Heading | None = None
 
 
-@dataclass(frozen=True)
-class MapPicture:
+class MapPicture(Struct, frozen=True):
     """Contents of the map besides the walls. ``closed``: obstacles found and not resolved;
     ``barred``: regions that have joined the known obstacles; ``targets``: marked faintly."""
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 
 import click
+from msgspec.structs import replace
 
 from safenav.report.replay.perception import shading_lines, shading_of, viewers
 from safenav.report.replay.timeline import ObstacleStatus, Replay, StoryKind

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field
 
-from safenav.dataclass import dataclass
+from msgspec import Struct, field
+
 from safenav.scenario.event_pattern import EventKind, EventPattern
 from safenav.scenario.model import Expect
 from safenav.scenario.objective import Word, number_word
@@ -15,8 +15,7 @@ from safenav.trace.wording import obstacle_words
 _KINDS = frozenset(kind.value for kind in EventKind)
 
 
-@dataclass
-class Ledger:
+class Ledger(Struct):
     """A listener that keeps what an expectation can be about.
 
     ``events``: those that a pattern can refer to; ``live``: ticks are passes, and mean no time.

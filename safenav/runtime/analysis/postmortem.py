@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
 from itertools import islice
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+from msgspec.structs import replace
+
 from safenav.errors import SafenavError
 from safenav.outcome import Outcome
 from safenav.runtime.coordination.foresight import Foresight, foresee
@@ -44,8 +45,7 @@ TRIED = 6
 Change = tuple[tuple[str, str], ...]
 
 
-@dataclass(frozen=True)
-class TeamRepair:
+class TeamRepair(Struct, frozen=True):
     """A change under which a run was seen to complete: the scenario's items and their new values,
     as they would be written. ``ticks``: what that run took."""
 
@@ -54,8 +54,7 @@ class TeamRepair:
     ticks: int
 
 
-@dataclass(frozen=True)
-class Postmortem:
+class Postmortem(Struct, frozen=True):
     """The end of a run, its chain of reasons, and repairs. ``tried``: runs made to find these."""
 
     result: RunResult
@@ -65,8 +64,7 @@ class Postmortem:
     seconds: float
 
 
-@dataclass(frozen=True)
-class Candidate:
+class Candidate(Struct, frozen=True):
     kind: str
     change: Change
     scenario: Scenario

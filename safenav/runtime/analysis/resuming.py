@@ -11,10 +11,11 @@ charge that it has; one whose battery is empty asks for help again.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import field, replace
 from typing import Any
 
-from safenav.dataclass import dataclass
+from msgspec import Struct, field
+from msgspec.structs import asdict, replace
+
 from safenav.errors import UsageError
 from safenav.runtime.energy.traced import TracedCharges
 from safenav.scenario.model import (
@@ -53,8 +54,7 @@ ENDED = ("completed", "unrealizable")
 _HEADINGS = {heading.label: heading for heading in Heading}
 
 
-@dataclass
-class _State:
+class _State(Struct):
     """The end of a trace. ``turns``: the next target of each robot."""
 
     poses: dict[str, Pose]
@@ -223,7 +223,7 @@ def _scenario(header: setting.ScenarioHeader, clock: Clock) -> Scenario:
     if header.map.resolution is not None:
         x, y, yaw = header.map.origin or (0.0, 0.0, 0.0)
         world = replace(world, frame=Frame(header.map.resolution, (x, y), yaw))
-    limits = {k: v for k, v in vars(header.limits).items() if v is not None}
+    limits = {k: v for k, v in asdict(header.limits).items() if v is not None}
     return Scenario(
         header.name,
         world,

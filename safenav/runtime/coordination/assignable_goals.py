@@ -8,7 +8,8 @@ the team knows; its strategy knows none of that.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
+
+from msgspec.structs import replace
 
 from safenav.runtime.coordination.ladder import TaskDraft
 from safenav.runtime.formulas import graph_of

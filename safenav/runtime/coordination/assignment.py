@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import replace
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+from msgspec.structs import replace
+
 from safenav.runtime.coordination.duties import Duty, Settlement
 from safenav.runtime.coordination.ladder import TaskDraft
 from safenav.runtime.coordination.problem import Floor
@@ -45,8 +46,7 @@ def helping(objective: Objective, places: Target, own: Target | None, *, stays: 
     return ruled(Visit((places,) if own is None else (places, own)), objective)
 
 
-@dataclass(frozen=True)
-class Assigner:
+class Assigner(Struct, frozen=True):
     """Gives robots work, at one moment. ``idle``: robots for whose own objective no strategy was
     found: they wait as long as anything is going to change."""
 

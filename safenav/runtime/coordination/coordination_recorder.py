@@ -5,7 +5,8 @@ stack, obstacles that join O. Nothing here changes anything.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
+
+from msgspec.structs import replace
 
 from safenav.runtime.coordination.duties import Settled, Settlement
 from safenav.runtime.coordination.ladder import TaskDraft

@@ -7,9 +7,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import field, replace
 
-from safenav.dataclass import dataclass
+from msgspec import Struct, field
+from msgspec.structs import replace
+
 from safenav.outcome import Outcome
 from safenav.runtime.characterization import ForbiddenMove
 from safenav.runtime.coordination import coordination_recorder as lines
@@ -55,8 +56,7 @@ from safenav.trace.records import Appeared, Record, Reopened, Service
 from safenav.trace.vocabulary import BlockReason, ChangeCause, Reason
 
 
-@dataclass(frozen=True)
-class Decision:
+class Decision(Struct, frozen=True):
     """The consequences of ``event``. All of it is put in force, or nothing.
 
     ``knowledge``, ``requests``, ``lacks`` and ``settled``: those of the team from now on.

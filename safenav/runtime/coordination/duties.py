@@ -9,9 +9,10 @@ module keep no state.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field, replace
 
-from safenav.dataclass import dataclass
+from msgspec import Struct, field
+from msgspec.structs import replace
+
 from safenav.runtime.coordination.problem import Floor, Stages
 from safenav.runtime.coordination.proofs import Refutation, refute
 from safenav.runtime.coordination.solve import Plan, Sets, Solver, Step
@@ -19,8 +20,7 @@ from safenav.runtime.deadlines.choice import InTime
 from safenav.world.poses import Mask, bits
 
 
-@dataclass(frozen=True)
-class Duty:
+class Duty(Struct, frozen=True):
     """A duty of a robot to serve ``gate``. ``goal``: the poses where it may do so and the team can
     continue afterwards. ``stays``: it is to stay there. ``around``: regions that it keeps out of
     on its way, since an obstacle may be there."""
@@ -33,8 +33,7 @@ class Duty:
     around: Mask = 0
 
 
-@dataclass(frozen=True)
-class Settlement:
+class Settlement(Struct, frozen=True):
     """The duties that follow from a state of the team.
 
     ``served``: the obstacles that will be resolved, in the order of their requests; the other
@@ -52,8 +51,7 @@ class Settlement:
     proof: Refutation | None = None
 
 
-@dataclass(frozen=True)
-class Settled:
+class Settled(Struct, frozen=True):
     """The last settlement of a team: the problem, its solver, the duties, and the acts that were
     chosen since something is due (None: nothing is)."""
 

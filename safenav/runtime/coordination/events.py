@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
 
-from safenav.dataclass import dataclass
+from msgspec import Struct, field
+
 from safenav.runtime.characterization import ForbiddenMove
 from safenav.runtime.coordination.strategy_search import TaskResult
 from safenav.runtime.termination import Conclusion
@@ -14,71 +14,61 @@ from safenav.scenario.model import Obstacle, Robot
 from safenav.trace.vocabulary import Reason
 
 
-@dataclass(frozen=True)
-class Started:
+class Started(Struct, frozen=True):
     """The run begins: every robot needs its first strategy."""
 
 
-@dataclass(frozen=True)
-class ObstacleEncountered:
+class ObstacleEncountered(Struct, frozen=True):
     """A robot keeps out of an obstacle. The team knows of it from now on, whatever the robot does
     where it stands; ``HelpRequested`` follows once it has backed up."""
 
     violation: ForbiddenMove
 
 
-@dataclass(frozen=True)
-class HelpRequested:
+class HelpRequested(Struct, frozen=True):
     """A robot has backed up from an obstacle, and requests help from where it stands now."""
 
     violation: ForbiddenMove
 
 
-@dataclass(frozen=True)
-class ObstaclesResolved:
+class ObstaclesResolved(Struct, frozen=True):
     """Obstacles were resolved where ``robot`` stands, requested or not; each with its truth."""
 
     robot: Robot
     found: tuple[tuple[Obstacle, bool | None], ...]
 
 
-@dataclass(frozen=True)
-class ObstacleChanged:
+class ObstacleChanged(Struct, frozen=True):
     """An obstacle has appeared, where no robot knows it yet, or has disappeared."""
 
     change: Change
 
 
-@dataclass(frozen=True)
-class ObstacleSealed:
+class ObstacleSealed(Struct, frozen=True):
     """An operator reports that an obstacle is permanent."""
 
     obstacle: Obstacle
 
 
-@dataclass(frozen=True)
-class RequestsSetAside:
+class RequestsSetAside(Struct, frozen=True):
     """No joint state that the team can reach serves these obstacles: they are walls for now."""
 
     obstacles: frozenset[str]
 
 
-@dataclass(frozen=True)
-class HopeReturned:
+class HopeReturned(Struct, frozen=True):
     """Obstacles that were given up may be resolvable again: an operator has intervened, or a robot
     is back in service."""
 
 
-@dataclass(frozen=True)
-class BatteryFlat:
+class BatteryFlat(Struct, frozen=True):
     """A robot's charge is used up: it is out of service, and asks for what appeared there."""
 
     obstacle: Obstacle
     robot: str
 
 
-@dataclass(frozen=True)
-class Unsettled:
+class Unsettled(Struct, frozen=True):
     """Duties must be derived from the present state. ``refused``: (robot, obstacle) for which no
     strategy was found; ``idle``: robots for whose own objective none was found."""
 
@@ -87,8 +77,7 @@ class Unsettled:
     idle: frozenset[str] = frozenset()
 
 
-@dataclass(frozen=True)
-class Astray:
+class Astray(Struct, frozen=True):
     """A robot is in no node of its strategy, and needs one from where it is. ``end``: conclusion of
     the run if there is none; None: the robot stays, and tries again."""
 

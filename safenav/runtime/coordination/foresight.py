@@ -6,7 +6,8 @@ not a robot has encountered it, so a robot that is stuck here is stuck in every 
 
 from __future__ import annotations
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.runtime.coordination.decision import closed
 from safenav.runtime.coordination.reasons import Shortfall, shortfall_words, shortfalls
 from safenav.runtime.team import TeamState
@@ -15,8 +16,7 @@ from safenav.trace.wording import listed
 from safenav.world.poses import bits
 
 
-@dataclass(frozen=True)
-class Foresight:
+class Foresight(Struct, frozen=True):
     """``reach``: where each robot can get with all resolved that can be, as regions. ``stuck``: the
     robots that cannot meet their objective infinitely often; ``lacks``: the shortfalls of obstacles
     that are never resolved."""

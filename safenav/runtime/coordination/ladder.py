@@ -7,9 +7,10 @@ other robots.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+from msgspec.structs import replace
+
 from safenav.runtime.deadlines.within import Walk, best_places, keep, least_within, next_places
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
@@ -24,8 +25,7 @@ from safenav.world.partition import Partition
 from safenav.world.poses import bits, region_mask
 
 
-@dataclass(frozen=True)
-class TaskDraft:
+class TaskDraft(Struct, frozen=True):
     """A synthesis task before its form is chosen: ``objective`` (with assignable goals not that of
     its ``assignment``). ``avoid``: pending obstacles that it treats as walls, ``must``: those that
     an existing strategy must also know. ``forbidden``: poses that it must keep out of for the
@@ -41,8 +41,7 @@ class TaskDraft:
 Candidate = tuple[Rung, Task]
 
 
-@dataclass(frozen=True)
-class Ladder:
+class Ladder(Struct, frozen=True):
     """The specifications to try for a robot's ``objective``: its strongest form and the weakest
     assumption first."""
 

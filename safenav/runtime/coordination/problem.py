@@ -12,7 +12,8 @@ from collections.abc import Collection, Iterator, Sequence
 from functools import cached_property
 from itertools import combinations
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.scenario.pursuit import Pursuit
 from safenav.world.poses import Mask, PoseGraph, bits
 
@@ -21,8 +22,7 @@ class SpentError(Exception):
     """A search has used up its budget: nothing is proven."""
 
 
-@dataclass(frozen=True)
-class GateNeed:
+class GateNeed(Struct, frozen=True):
     """One thing that an obstacle needs: ``robots`` distinct ones that can do ``action``, each on
     one of ``regions`` (a mask), all in the same tick if ``together``; ``same``: they are among
     those that met the need before it."""
@@ -34,8 +34,7 @@ class GateNeed:
     same: bool = False
 
 
-@dataclass(frozen=True)
-class OpenObstacle:
+class OpenObstacle(Struct, frozen=True):
     """An obstacle that is known and not resolved. ``closed_to``: the robots that must not enter
     it, for each need as long as it is the next. ``barred``: robots that cannot serve it although
     they have the action (no strategy was found). ``sweeps``: the regions where no other robot may
@@ -58,8 +57,7 @@ class OpenObstacle:
         return self.needs[need:last]
 
 
-@dataclass(frozen=True, eq=False)
-class Member:
+class Member(Struct, frozen=True, eq=False):
     """A robot as coordination sees it. ``floor``: the poses that it may be in as far as walls,
     obstacles that stay and its own safety lines go. ``targets``: pose masks, in order; ``in_turn``:
     they count in this order only; ``settles``: it stays at the last one. ``ticks``: of its slowest
@@ -98,8 +96,7 @@ class Member:
         return self.graph.one_way
 
 
-@dataclass(frozen=True)
-class Stage:
+class Stage(Struct, frozen=True):
     """Progress of an obstacle: the next need, and the robots that fulfilled their part of it.
     ``group``: those that met the need before it, if the same must meet this one (None: any)."""
 
@@ -116,8 +113,7 @@ Zones = tuple[tuple[frozenset[int], Mask], ...]
 """Groups of robots with the regions in which at most one of them is."""
 
 
-@dataclass(frozen=True, eq=False)
-class Problem:
+class Problem(Struct, frozen=True, eq=False, dict=True):
     """A team and the obstacles that it knows. ``conflicts``: for each robot those with which it
     must never share a region. ``zones``: robots of which at most one is in some regions.
     ``newest_first``: obstacles are served in their order, the newest request first; else the oldest
@@ -267,8 +263,7 @@ class Problem:
         return {}
 
 
-@dataclass(frozen=True)
-class Floor:
+class Floor(Struct, frozen=True):
     """A moment of a mission as coordination sees it. ``names``: of the robots; ``gates``: of
     the open obstacles, in the order of service; ``given_up``: of the permanent ones, because no
     robot can ever resolve them."""

@@ -8,14 +8,14 @@ joint search has a proof of its own (``safenav.runtime.traffic``).
 
 from __future__ import annotations
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.runtime.coordination.problem import Stage, Stages
 from safenav.runtime.coordination.solve import Sets, Solver, Step
 from safenav.world.poses import Mask
 
 
-@dataclass(frozen=True)
-class TeamClosure:
+class TeamClosure(Struct, frozen=True):
     """The obstacles that can be resolved and that never can; with the former resolved, the poses
     that each robot can reach (``reach``), and whether it can continue forever there (``live``).
     ``stuck``: those of ``never`` whose next need can never be fulfilled. ``left``: how far each
@@ -29,8 +29,7 @@ class TeamClosure:
     left: Stages = ()
 
 
-@dataclass(frozen=True)
-class Refuted:
+class Refuted(Struct, frozen=True):
     """A step that could come next, and why it does not help. ``lossless``: no other step need be
     examined, because this one loses nothing."""
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from enum import Enum
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.runtime.coordination.duties import Settlement
 from safenav.runtime.coordination.problem import Floor
 from safenav.runtime.coordination.proofs import TeamClosure
@@ -26,8 +27,7 @@ class Hindrance(Enum):
     FAILED = "it has failed too often"
 
 
-@dataclass(frozen=True)
-class Helper:
+class Helper(Struct, frozen=True):
     """A robot that has the action of a need. ``waits_for``: the obstacles in its way."""
 
     name: str
@@ -35,8 +35,7 @@ class Helper:
     waits_for: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class Shortfall:
+class Shortfall(Struct, frozen=True):
     """The unfulfilled need of an obstacle that is never resolved. ``met``: the actions of its needs
     that are fulfilled, or will be; ``action``: that of the need that never is, which takes
     ``robots``, ``together`` in one tick; ``done``: robots that have fulfilled a part of it;

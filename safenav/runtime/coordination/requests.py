@@ -8,16 +8,16 @@ Immutable: each change gives another stack.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import field, replace
 
-from safenav.dataclass import dataclass
+from msgspec import Struct, field
+from msgspec.structs import replace
+
 from safenav.scenario.model import Obstacle
 from safenav.scenario.objective import Objective
 from safenav.world.map import Region
 
 
-@dataclass(frozen=True)
-class OpenRequest:
+class OpenRequest(Struct, frozen=True):
     """An open request. ``requesters``: all that encountered the obstacle, the first first, and
     where each stood. ``helpers``: the robots that serve it now; ``recorded``: the helpers that the
     trace named last, None before the first line; ``entries``: requester and helpers of each push;
@@ -41,8 +41,7 @@ class OpenRequest:
         return [name for name in (*made, *self.requesters) if name not in pushed]
 
 
-@dataclass(frozen=True)
-class Requests:
+class Requests(Struct, frozen=True):
     """The open requests, the oldest first; ``closed``: those that have left the stack and whose
     pops the trace does not have yet; ``given_up``: those whose obstacles can never be resolved as
     things stood; ``aside``: obstacles that no joint state serves until something changes."""

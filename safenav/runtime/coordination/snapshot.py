@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import replace
 from functools import lru_cache
+
+from msgspec.structs import replace
 
 from safenav.runtime.coordination.problem import (
     Floor,

@@ -11,9 +11,9 @@ keeps every robot able to continue (docs/coordination.md).
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import field
 
-from safenav.dataclass import dataclass
+from msgspec import Struct, field
+
 from safenav.runtime.coordination.problem import Problem, SpentError, Stages, groups
 from safenav.world.poses import FAR, Mask
 
@@ -24,8 +24,7 @@ Sets = tuple[Mask, ...]
 """The poses that each robot may choose to be in."""
 
 
-@dataclass(frozen=True)
-class Step:
+class Step(Struct, frozen=True):
     """One need of one obstacle, met by ``group``; ``at``: in which poses each may meet it."""
 
     gate: int
@@ -37,8 +36,7 @@ class Step:
 Plan = tuple[Step, ...]
 
 
-@dataclass(frozen=True)
-class RankedStep:
+class RankedStep(Struct, frozen=True):
     """A step that could come next, with its merits."""
 
     step: Step
@@ -46,8 +44,7 @@ class RankedStep:
     rank: tuple[int, ...]
 
 
-@dataclass
-class Solver:
+class Solver(Struct):
     """Solves one problem; results for equal states come from memory.
 
     ``stopping`` is called now and then and raises to end a search from outside.

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.runtime.coordination.ladder import TaskDraft, wants_places
 from safenav.runtime.coordination.strategy_search import TaskResult
 from safenav.runtime.coordination.synthesis_recorder import synthesis_record
@@ -25,8 +26,7 @@ if TYPE_CHECKING:
     from safenav.synthesis.serving.served import ServedStrategy
 
 
-@dataclass(frozen=True)
-class Strategies:
+class Strategies(Struct, frozen=True):
     """Puts strategies in force for the robots of a team."""
 
     _state: TeamState

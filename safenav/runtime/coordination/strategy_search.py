@@ -8,7 +8,8 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TYPE_CHECKING
 from weakref import WeakSet
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.errors import ResourceLimitError
 from safenav.outcome import Verdict
 from safenav.runtime.coordination.ladder import Ladder
@@ -28,8 +29,7 @@ if TYPE_CHECKING:
     from safenav.synthesis.serving.served import ServedStrategy
 
 
-@dataclass(frozen=True)
-class TaskResult:
+class TaskResult(Struct, frozen=True):
     """The last synthesis result for a robot's task. ``told``: the objective that it is for, and
     ``rung`` the form of it that stands in the task; ``tried``: what failed before."""
 

@@ -14,10 +14,11 @@ floor with no other does not depend on durations, so its slowest steps are the w
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import replace
 from time import monotonic
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+from msgspec.structs import replace
+
 from safenav.outcome import Outcome
 from safenav.runtime.mission import Mission
 from safenav.scenario.model import LatePolicy, Robot, Scenario, Timing
@@ -29,8 +30,7 @@ TICKS, SECONDS = 2_000, 1.0
 """At most so many ticks, and seconds of computation."""
 
 
-@dataclass(frozen=True)
-class Ahead:
+class Ahead(Struct, frozen=True):
     """A run without obstacles and orders. ``late``: the first tick in which each broken promise was
     late (robots, ``mission``); ``completed``: the tick of completion, None if it was not reached;
     ``repeats``: two ticks with the same state; ``slowest``: steps vary, and took their longest;

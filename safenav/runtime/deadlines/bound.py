@@ -9,14 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.world.poses import Mask, PoseGraph, bits
 
 NEVER = 1 << 40
 
 
-@dataclass(frozen=True, eq=False)
-class BoundRobot:
+class BoundRobot(Struct, frozen=True, eq=False):
     """A robot at a moment: in ``pose`` from the end of tick ``ready`` on; ``ticks``: of its fastest
     step. ``walls``: the poses that are closed to it permanently. ``leaves``: in transit, where it
     set out; it acts there until it arrives, in tick ``until`` at the latest.
@@ -33,8 +33,7 @@ class BoundRobot:
     room: int = 1
 
 
-@dataclass(frozen=True)
-class BoundNeed:
+class BoundNeed(Struct, frozen=True):
     """A need: ``actions`` that a robot must have, regions (a mask), how many robots, whether all
     act in one tick, and whether they are those of the need before it."""
 
@@ -45,8 +44,7 @@ class BoundNeed:
     same: bool
 
 
-@dataclass(frozen=True)
-class BoundObstacle:
+class BoundObstacle(Struct, frozen=True):
     """An open obstacle: the needs from ``stage`` on are left, ``done`` have had a part in the next
     one, ``group`` met the one before it. ``closed``: the robots that must keep out while need k is
     the next. ``met``: the turns to come in which the last needs before ``stage`` are met."""
@@ -81,8 +79,7 @@ class BoundObstacle:
         return [*[now] * (self.stage - len(self.met)), *self.met]
 
 
-@dataclass(frozen=True)
-class BoundMoment:
+class BoundMoment(Struct, frozen=True):
     """All robots and open obstacles once turn ``now`` is over."""
 
     walkers: tuple[BoundRobot, ...]

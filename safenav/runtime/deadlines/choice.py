@@ -5,9 +5,10 @@ search of ``schedule`` (docs/deadlines.md). After each act the team must be able
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field, replace
 
-from safenav.dataclass import dataclass
+from msgspec import Struct, field
+from msgspec.structs import replace
+
 from safenav.runtime.coordination.problem import Floor, SpentError, Stages
 from safenav.runtime.coordination.solve import Plan, Solver, Step
 from safenav.runtime.deadlines.bound import NEVER, BoundMoment, BoundNeed, BoundObstacle, BoundRobot
@@ -15,8 +16,7 @@ from safenav.runtime.deadlines.schedule import Acts, Scheduler, possible
 from safenav.world.poses import Mask
 
 
-@dataclass(frozen=True)
-class Dues:
+class Dues(Struct, frozen=True):
     """The deadlines. ``by``: the tick of each obstacle (by number); ``mission``: whether the
     mission is, too; ``now``: the last turn that is over; ``ready``: the tick at whose end each
     robot is where it stands, or arrives; ``leaves``: where those in transit by steps of a fixed
@@ -31,8 +31,7 @@ class Dues:
     suspected: Sequence[Mask] = ()
 
 
-@dataclass(frozen=True)
-class InTime:
+class InTime(Struct, frozen=True):
     """``acts`` in the order of their turns; ``steps``: the same, as coordination has them;
     ``beyond``: obstacles that no order of acts resolves by their tick, each as soon as possible.
     ``spent``: the search has used up its budget; there are no acts then. ``around``: whether the

@@ -7,9 +7,10 @@ has happened in it, and before each tick for what is due and has not.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import field, replace
 
-from safenav.dataclass import dataclass
+from msgspec import Struct, field
+from msgspec.structs import replace
+
 from safenav.outcome import Outcome
 from safenav.runtime.coordination.problem import Floor
 from safenav.runtime.deadlines.bound import (
@@ -35,8 +36,7 @@ MISSION = "mission"
 BATTERY = "battery"
 
 
-@dataclass(frozen=True)
-class Promise:
+class Promise(Struct, frozen=True):
     """A promise that is open: ``due`` at the end of that tick. ``said``: that it is lost."""
 
     due: int
@@ -44,8 +44,7 @@ class Promise:
     cause: str | None = None
 
 
-@dataclass
-class Round:
+class Round(Struct):
     """The clock of a robot's rounds. ``disturbed``: it has done something else than its objective
     in this round; ``before``: in the one before it. ``over``: this round is judged already, or
     (``said``) was said to be lost; ``done``: rounds since the last resolution."""
@@ -62,8 +61,7 @@ class Round:
         return self.disturbed or self.before
 
 
-@dataclass
-class Deadlines:
+class Deadlines(Struct, dict=True):
     """Keeps the promises of a run."""
 
     team: TeamState

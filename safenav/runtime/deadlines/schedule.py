@@ -9,10 +9,11 @@ where the ``same`` robots must meet two needs the times are lower bounds.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import field, replace
 from itertools import combinations, product
 
-from safenav.dataclass import dataclass
+from msgspec import Struct, field
+from msgspec.structs import replace
+
 from safenav.runtime.coordination.problem import SpentError
 from safenav.runtime.deadlines.bound import (
     NEVER,
@@ -29,8 +30,7 @@ BUDGET = 300
 """Nodes of all searches from one moment; the campaigns needed 111 at most for one of them."""
 
 
-@dataclass(frozen=True)
-class TimedAct:
+class TimedAct(Struct, frozen=True):
     """``group`` does its part in a need of an open obstacle, in a turn, each robot in its pose;
     ``came``: the tick at whose end it is there (None: it is leaving that pose, and not elsewhere
     before that turn is over)."""
@@ -46,8 +46,7 @@ class TimedAct:
 Acts = tuple[TimedAct, ...]
 
 
-@dataclass(frozen=True)
-class Spot:
+class Spot(Struct, frozen=True):
     """A pose in which a robot can act from a turn on; ``came`` as in ``TimedAct``."""
 
     pose: int
@@ -55,8 +54,7 @@ class Spot:
     turn: int
 
 
-@dataclass(eq=False)
-class Scheduler:
+class Scheduler(Struct, eq=False):
     """Searches from one moment. ``conflicts``: the robots that never share a region with each;
     ``barred``: for each obstacle the robots that cannot serve it; ``allowed``: whether the team can
     continue after some acts; ``budget``: nodes, by default ``BUDGET``."""

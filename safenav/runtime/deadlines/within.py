@@ -8,17 +8,17 @@ that meets each target only in the poses of the best rounds does so: its legs ar
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+from msgspec.structs import replace
+
 from safenav.world.poses import FAR, Mask, PoseGraph, bits, region_mask
 
 Costs = Mapping[int, int]
 """The steps to each pose."""
 
 
-@dataclass(frozen=True, eq=False)
-class Walk:
+class Walk(Struct, frozen=True, eq=False):
     """A robot's rounds: its ``targets`` as pose masks, met in turn, inside ``allowed`` poses;
     ``ticks`` of each step; where it starts and the target that is next there. ``places``: the only
     poses in which each target may be entered while it is next (none: any); ``strict``: the other

@@ -13,7 +13,8 @@ from itertools import product
 from math import prod
 from time import monotonic
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.runtime.deadlines.bound import (
     BoundMoment,
     BoundNeed,
@@ -35,8 +36,7 @@ SECONDS = 0.25
 """Seconds for one obstacle; moments not examined by then are left out, and reported so."""
 
 
-@dataclass(frozen=True)
-class Times:
+class Times(Struct, frozen=True):
     """Ticks from the request to the resolution, at ``best`` and at ``worst`` (None: never), the
     poses at the worst moment, the requester first; ``whole``: all moments were compared."""
 
@@ -46,8 +46,7 @@ class Times:
     whole: bool
 
 
-@dataclass(frozen=True)
-class Worst:
+class Worst(Struct, frozen=True):
     """The times of an obstacle, alone and with all ``others`` standing (None: there are none)."""
 
     obstacle: Obstacle

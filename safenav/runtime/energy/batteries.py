@@ -8,10 +8,10 @@ so that what a robot needs does not depend on durations.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import field
 from math import ceil
 
-from safenav.dataclass import dataclass
+from msgspec import Struct, field
+
 from safenav.runtime.coordination.events import BatteryFlat, Event, Unsettled
 from safenav.runtime.energy.need import NEVER
 from safenav.runtime.energy.stops import Stops
@@ -31,8 +31,7 @@ SHARPNESS = 6
 """Decimals of a charge in a live run."""
 
 
-@dataclass(frozen=True)
-class Standing:
+class Standing(Struct, frozen=True):
     """Live: where a robot has stood since a time (seconds), and its charge then."""
 
     region: Region
@@ -40,8 +39,7 @@ class Standing:
     charge: float
 
 
-@dataclass(eq=False)
-class Batteries:
+class Batteries(Struct, eq=False):
     """Keeps ``RobotState.charge`` as moves change it, and decides each robot's next stop
     (``RobotState.stop``). ``world``: where a flat robot becomes an obstacle, if simulated."""
 

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from msgspec import Struct, field
 
-from safenav.dataclass import dataclass
 from safenav.runtime.energy.need import NEVER, Needs, needs
 from safenav.scenario.model import Battery
 from safenav.world.poses import FAR, Mask, PoseGraph, bits
 
 
-@dataclass(eq=False)
-class Stops:
+class Stops(Struct, eq=False):
     """The stops of one robot on one floor. ``targets`` (pose masks) are met in turn; ``full``:
     it charges to the full, since others can keep it waiting; ``settles``: it stays at the last
     target."""

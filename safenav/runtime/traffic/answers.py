@@ -4,26 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.runtime.traffic.joint import Joint
 
 
-@dataclass(frozen=True)
-class Found:
+class Found(Struct, frozen=True):
     """A plan: the joint states from the first to the last."""
 
     states: tuple[Joint, ...]
 
 
-@dataclass(frozen=True)
-class Exhausted:
+class Exhausted(Struct, frozen=True):
     """No plan exists: these are all states that can be reached."""
 
     states: frozenset[Joint]
 
 
-@dataclass(frozen=True)
-class Spent:
+class Spent(Struct, frozen=True):
     """The budget is exhausted: no verdict."""
 
     states: int

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import replace
 from itertools import chain, combinations, islice
+
+from msgspec.structs import replace
 
 from safenav.outcome import Outcome
 from safenav.runtime.coordination.problem import Floor, Problem

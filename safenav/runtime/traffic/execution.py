@@ -9,10 +9,11 @@ delay can break it, and every execution is a prefix of an order of the plan.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import field, replace
 from itertools import chain, pairwise
 
-from safenav.dataclass import dataclass
+from msgspec import Struct, field
+from msgspec.structs import replace
+
 from safenav.runtime.coordination.problem import Problem, Zones
 from safenav.runtime.traffic.joint import Count, Joint
 from safenav.world.poses import Mask, bits
@@ -21,8 +22,7 @@ Ways = tuple[tuple[int, ...], ...]
 """The poses that each robot takes one after the other, the first where it stands."""
 
 
-@dataclass(frozen=True)
-class Order:
+class Order(Struct, frozen=True):
     """``robot`` takes its step ``step`` only after ``other`` has taken its step ``before``. Step
     k leads from pose k to pose k + 1 of a robot's way."""
 
@@ -32,8 +32,7 @@ class Order:
     before: int
 
 
-@dataclass(frozen=True)
-class Schedule:
+class Schedule(Struct, frozen=True):
     """The paths of a plan and the order between them."""
 
     ways: Ways
@@ -104,8 +103,7 @@ def dues_of(states: Sequence[Joint], counts: Sequence[Count]) -> list[dict[int, 
     return dues
 
 
-@dataclass
-class Execution:
+class Execution(Struct, dict=True):
     """Progress of each robot on its path. ``taken``: steps that it has completed; ``dues``: by
     robot and place, see ``dues_of``."""
 

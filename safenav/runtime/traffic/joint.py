@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator
-from dataclasses import field
 
-from safenav.dataclass import dataclass
+from msgspec import Struct, field
+
 from safenav.runtime.coordination.problem import Problem, Stage, Stages
 from safenav.world.poses import Mask, PoseGraph
 
@@ -28,8 +28,7 @@ def has_met(count: Count, due: Count) -> bool:
     return (count[2], count[1] & due[1]) >= (due[2], due[1])
 
 
-@dataclass(frozen=True)
-class Joint:
+class Joint(Struct, frozen=True):
     """One joint state. ``poses`` by number, see ``PoseGraph``."""
 
     poses: tuple[int, ...]
@@ -65,8 +64,7 @@ class Reached(dict[int, int]):
         return found
 
 
-@dataclass
-class Course:
+class Course(Struct, dict=True):
     """The rules by which joint states follow one another.
 
     ``rounds``: what each robot is to do after the last resolution. ``parked``: robots that are

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Hashable, Sequence
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.runtime.coordination.problem import Floor
 from safenav.runtime.team import RobotState
 from safenav.runtime.traffic.joint import Count, Course, Joint
@@ -20,8 +21,7 @@ LONGEST = 60
 """Steps after which the robots wait for the answer."""
 
 
-@dataclass
-class Pending:
+class Pending(Struct):
     """A search that is not over. ``floor``: where it begins; ``moment``: all that it depends on;
     ``team``: that part of it which no step changes; ``poses``: the joint poses since then, one step
     of one robot after the other; ``free``: the robots that may take such steps."""

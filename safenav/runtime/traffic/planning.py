@@ -10,11 +10,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Hashable, Mapping, Sequence
-from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+from msgspec.structs import replace
+
 from safenav.outcome import Outcome
 from safenav.runtime.coordination.duties import Settlement
 from safenav.runtime.coordination.problem import Floor
@@ -58,8 +59,7 @@ from safenav.world.moves import Pose
 from safenav.world.poses import FAR, Mask
 
 
-@dataclass
-class Traffic:
+class Traffic(Struct, dict=True):
     """Plans for a team, and where each robot is in the plan that is followed, if any."""
 
     state: TeamState

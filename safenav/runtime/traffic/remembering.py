@@ -8,8 +8,9 @@ a robot that stands still takes none.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import cached_property, lru_cache
+
+from msgspec.structs import replace
 
 from safenav.runtime.coordination.problem import Problem
 from safenav.runtime.traffic.budgets import REMEMBERED_STATES

@@ -4,7 +4,8 @@ a plan looks ahead, each robot's counts, and its assignment."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+
+from msgspec.structs import replace
 
 from safenav.runtime.coordination.duties import settle
 from safenav.runtime.coordination.problem import Floor, Problem, SpentError, Stages

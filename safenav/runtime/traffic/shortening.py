@@ -11,7 +11,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from itertools import pairwise
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.runtime.traffic.budgets import SHORTENING_LAYERS, SHORTENING_ROUNDS
 from safenav.runtime.traffic.execution import Execution, Schedule, schedule
 from safenav.runtime.traffic.joint import Course, Joint, has_met
@@ -115,8 +116,7 @@ def _arrival(joint: Timed, robot: int) -> int:
     return max((t for t in ticks if joint[t][robot] != joint[t - 1][robot]), default=0)
 
 
-@dataclass(frozen=True)
-class _Path:
+class _Path(Struct, frozen=True):
     """Requirements on a robot's path: poses ``allowed``, sets of poses in the order in which it
     must pass them (``via``), and those in which it may end (``final``)."""
 

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.world.poses import FAR
 
 
-@dataclass
-class _Wait:
+class _Wait(Struct):
     told: Hashable
     nearest: int
     since: float

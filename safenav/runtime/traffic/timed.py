@@ -11,7 +11,8 @@ import heapq
 from collections.abc import Callable, Iterator, Sequence
 from itertools import count as counting
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.runtime.coordination.problem import Floor, Problem, Stages
 from safenav.runtime.traffic.budgets import MOST_HELPERS, TIMED_STATES
 from safenav.world.poses import FAR, Mask
@@ -22,8 +23,7 @@ State = tuple[tuple[Robot, ...], frozenset[int]]
 """The robots that move, and those that have had their part in the need."""
 
 
-@dataclass(frozen=True, eq=False)
-class TimedPlan:
+class TimedPlan(Struct, frozen=True, eq=False):
     """A plan: the joint ``poses`` after each tick, the first as they are now; ``least``: the ticks
     that it takes at least, if nobody is in anybody's way."""
 
@@ -35,8 +35,7 @@ class TimedPlan:
         return len(self.poses) - 1
 
 
-@dataclass(eq=False)
-class Quickest:
+class Quickest(Struct, eq=False, dict=True):
     """Searches from ``poses`` for the next need of an obstacle (``gate``)."""
 
     problem: Problem

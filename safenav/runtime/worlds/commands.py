@@ -9,10 +9,10 @@ from __future__ import annotations
 import queue
 from collections import deque
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import field
 from statistics import median
 
-from safenav.dataclass import dataclass
+from msgspec import Struct, field
+
 from safenav.runtime.worlds.adapter import BlockingAdapter
 from safenav.runtime.worlds.checked_world import WorldError
 from safenav.runtime.worlds.protocol import (
@@ -43,8 +43,7 @@ KEPT, FEWEST = 50, 5
 """Durations of a robot's commands that are kept, and with which their median means something."""
 
 
-@dataclass
-class OpenCommand:
+class OpenCommand(Struct):
     """A command that is not over. ``target``: where a step goes; None: an action."""
 
     command: int
@@ -57,16 +56,14 @@ class OpenCommand:
     cancelled: float | None = None
 
 
-@dataclass(frozen=True)
-class Dropped:
+class Dropped(Struct, frozen=True):
     """A report that was dropped, and why."""
 
     event: WorldEvent
     reason: str
 
 
-@dataclass
-class Commands:
+class Commands(Struct, dict=True):
     """Gives commands to a world, and takes in what it reports. ``busy``: seconds in which each
     robot had a command; ``over``: the time of the last end of one."""
 

@@ -9,42 +9,43 @@ regions that they do not name (docs/library.md).
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import field
 from typing import Protocol, runtime_checkable
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.scenario.model import Obstacle, Robot
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
 from safenav.world.moves import Pose
 
 
-@dataclass(frozen=True)
-class WorldEvent:
-    """An event that a world reports. ``at``: when it was so, in seconds on the world's clock.
-    ``command``: the number of the command that it ends; None if it ends none."""
+class DatedEvent(Struct, frozen=True):
+    """``at``: when it was so, in seconds on the world's clock."""
 
     at: float
-    command: int | None = field(default=None, kw_only=True)
 
 
-@dataclass(frozen=True)
-class Arrived(WorldEvent):
+class WorldEvent(DatedEvent, frozen=True, kw_only=True):
+    """An event that a world reports. ``command``: the number of the command that it ends; None if
+    it ends none."""
+
+    command: int | None = None
+
+
+class Arrived(WorldEvent, frozen=True):
     """The robot is in the pose that it was sent to, and in no other region."""
 
     robot: str
 
 
-@dataclass(frozen=True)
-class Elsewhere(WorldEvent):
+class Elsewhere(WorldEvent, frozen=True):
     """The robot is in ``pose`` instead, and in no other region."""
 
     robot: str
     pose: Pose
 
 
-@dataclass(frozen=True)
-class Blocked(WorldEvent):
+class Blocked(WorldEvent, frozen=True):
     """The robot is back in ``pose``, where it set out, and in no other region: it met an obstacle
     (None: it does not know which) in the region that it was sent to."""
 
@@ -53,8 +54,7 @@ class Blocked(WorldEvent):
     obstacle: Obstacle | None = None
 
 
-@dataclass(frozen=True)
-class Failed(WorldEvent):
+class Failed(WorldEvent, frozen=True):
     """The robot is in ``pose`` and in no other region. ``fatal``: it can no longer move."""
 
     robot: str
@@ -63,16 +63,14 @@ class Failed(WorldEvent):
     fatal: bool = False
 
 
-@dataclass(frozen=True)
-class Lost(WorldEvent):
+class Lost(WorldEvent, frozen=True):
     """The robot is somewhere in ``regions``; nothing else is known of it."""
 
     robot: str
     regions: frozenset[Region]
 
 
-@dataclass(frozen=True)
-class Sensed(WorldEvent):
+class Sensed(WorldEvent, frozen=True):
     """``by`` (None: a sensor outside the robots) has seen an obstacle, or (``there`` false) that
     it has disappeared."""
 
@@ -81,8 +79,7 @@ class Sensed(WorldEvent):
     there: bool = True
 
 
-@dataclass(frozen=True)
-class Acted(WorldEvent):
+class Acted(WorldEvent, frozen=True):
     """The action of a robot is over: the result for each obstacle that it was to act on, and for
     each other one that it has resolved. ``done``: its last need is met."""
 

@@ -6,8 +6,9 @@ from __future__ import annotations
 import heapq
 import random
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
 from itertools import count
+
+from msgspec.structs import replace
 
 from safenav.pace.robot import Pace, acted_by
 from safenav.runtime.worlds.protocol import Acted, Arrived, Blocked, Ended, WorldEvent

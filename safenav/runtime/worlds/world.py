@@ -8,17 +8,16 @@ from __future__ import annotations
 
 import random
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import field
 from typing import Protocol, runtime_checkable
 
-from safenav.dataclass import dataclass
+from msgspec import Struct, field
+
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.world.map import Region
 from safenav.world.moves import Pose
 
 
-@dataclass(frozen=True)
-class Change:
+class Change(Struct, frozen=True):
     """An obstacle that appeared, or disappeared without being resolved. ``by_user``: a user who
     watches the run caused it. ``truth``: revealed by resolving it; ``another`` than the last of
     that name had."""
@@ -50,8 +49,7 @@ class InputWorld(Protocol):
         ...
 
 
-@dataclass
-class Work:
+class Work(Struct):
     """Progress of an obstacle: the next need, and the robots that fulfilled their part of it;
     ``groups``: the robots that fulfilled each need before it."""
 
@@ -90,8 +88,7 @@ class Work:
         return self.done if self.takes else ()
 
 
-@dataclass
-class Works:
+class Works(Struct):
     """The obstacles in a world by name, and how far each is resolved by robots that stand
     somewhere. ``others``: further ones, whose loads count as carried."""
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
+
+from msgspec.structs import replace
 
 from safenav.scenario.reading.naming import NAME
 from safenav.scenario.reading.regions import RegionReader

@@ -7,9 +7,10 @@ place or from a file. Nothing about a model or a type is written in code.
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
+
+from msgspec.structs import replace
 
 from safenav.scenario.model import (
     Battery,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from msgspec.structs import replace
 
 from safenav.errors import InputError, UsageError
 from safenav.scenario.model import Obstacle, Robot, Scenario

@@ -7,10 +7,11 @@ each know one item of the format; docs/scenario.md is its reference.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+from msgspec.structs import replace
+
 from safenav.errors import Diagnostic, InputError
 from safenav.scenario.model import (
     DEFAULT_CLOCK,
@@ -132,8 +133,7 @@ def load_scenario_text(
     return scenario
 
 
-@dataclass(frozen=True)
-class Draft:
+class Draft(Struct, frozen=True):
     """The readable parts of a text: the scenario if it has no error, the catalogue that
     its names refer to, its map as far as that is usable, and all diagnostics."""
 
@@ -353,7 +353,7 @@ class _Loader:
         }
         then = read.choice(item.get("then"), "'then' of failures", FailedMoves, self._findings)
         given = {**counts, **times, "then": then}
-        return replace(Failures(), **{k: v for k, v in given.items() if v is not None})  # type: ignore[arg-type]
+        return replace(Failures(), **{k: v for k, v in given.items() if v is not None})
 
     def _limits(self, node: Node | None) -> Limits:
         item = read.mapping(node, "limits", self._findings, LIMIT_KEYS)

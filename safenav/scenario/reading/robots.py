@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
-from dataclasses import replace
 from itertools import combinations
+
+from msgspec.structs import replace
 
 from safenav.formula.syntax import RESERVED_WORDS
 from safenav.scenario.model import Catalogue, Robot, RobotModel, Tracking, conflict

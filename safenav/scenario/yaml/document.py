@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import field, replace
 from typing import Any
 
 import yaml
+from msgspec import Struct, field
+from msgspec.structs import replace
 
-from safenav.dataclass import dataclass
 from safenav.lines import HINT, foreign_character
 
 MAX_DEPTH = 50
@@ -27,16 +27,14 @@ MAX_NUMBER_LENGTH = 100
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
-@dataclass(frozen=True)
-class Place:
+class Place(Struct, frozen=True):
     """Line and column, both from 1."""
 
     line: int = 1
     column: int = 1
 
 
-@dataclass(frozen=True)
-class Scalar:
+class Scalar(Struct, frozen=True):
     """A number, truth value, null or text.
 
     ``text`` is as written, ``style`` YAML's: empty for plain, the quote, or ``|`` and ``>``
@@ -51,14 +49,12 @@ class Scalar:
     literal: bool = False
 
 
-@dataclass(frozen=True)
-class Sequence:
+class Sequence(Struct, frozen=True):
     place: Place
     items: tuple[Node, ...]
 
 
-@dataclass(frozen=True)
-class Mapping:
+class Mapping(Struct, frozen=True):
     """Keys are text and differ from each other."""
 
     place: Place
@@ -84,8 +80,7 @@ class DocumentError(Exception):
         super().__init__(found)
 
 
-@dataclass(frozen=True)
-class Document:
+class Document(Struct, frozen=True):
     """A tree, and what is wrong with it although it could be read: (place, found, hint)."""
 
     root: Node
@@ -138,8 +133,7 @@ _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _SPECIAL = re.compile(r"(?P<sign>[-+])?\.(?P<word>inf|Inf|INF|nan|NaN|NAN)")
 
 
-@dataclass
-class _Open:
+class _Open(Struct):
     """A collection that is being read."""
 
     place: Place

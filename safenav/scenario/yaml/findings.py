@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
-from dataclasses import replace
 from pathlib import Path
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+from msgspec.structs import replace
+
 from safenav.errors import Diagnostic, InputError
 from safenav.scenario.yaml.document import Node, Place, Scalar, clipped
 
 MAX_REPORTED = 100
 
 
-@dataclass(frozen=True)
-class ReadableFolder:
+class ReadableFolder(Struct, frozen=True):
     """Which files an input may name: those in ``folder``, or none at all."""
 
     folder: Path | None

@@ -15,7 +15,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.errors import UsageError
 from safenav.scenario.objective import Target
 from safenav.spec.movement import headings, step_formula
@@ -42,8 +43,7 @@ MOST_BELIEFS = 4000
 """Beliefs that a specification may tell apart."""
 
 
-@dataclass(frozen=True)
-class Model:
+class Model(Struct, frozen=True):
     """The possible knowledge of one other robot, and its encoding as an input."""
 
     other: Observed

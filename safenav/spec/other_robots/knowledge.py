@@ -21,7 +21,8 @@ from collections import deque
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.world.map import Region, RegionMap
 from safenav.world.partition import Partition
 from safenav.world.sight import Regions, Visibility, as_mask, members, visible_from
@@ -33,8 +34,7 @@ Knowledge = Region | Belief
 """Where another robot is, or may be."""
 
 
-@dataclass(frozen=True)
-class Prospect:
+class Prospect(Struct, frozen=True):
     """The possible knowledge after the next look: one of the regions that are in sight (``seen``),
     or the ``belief`` if the other is out of sight; None if it cannot be."""
 
@@ -42,8 +42,7 @@ class Prospect:
     belief: Belief | None
 
 
-@dataclass(frozen=True)
-class Outlook:
+class Outlook(Struct, frozen=True):
     """The prospects of one knowledge from all regions in parallel: the other may get to
     ``reach``, and for each belief (or None) ``beliefs`` holds the own regions that lead to it."""
 

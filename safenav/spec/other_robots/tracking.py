@@ -7,9 +7,9 @@ exactly everybody is (``exact``), and where everybody may be (``belief``).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
 
-from safenav.dataclass import dataclass
+from msgspec import Struct, field
+
 from safenav.scenario.model import Tracking
 from safenav.spec.other_robots import belief, exact, nearby
 from safenav.spec.other_robots.knowledge import Knowledge
@@ -18,8 +18,7 @@ from safenav.spec.task import Task
 from safenav.world.map import Region, RegionMap
 
 
-@dataclass(frozen=True)
-class Sightings:
+class Sightings(Struct, frozen=True):
     """The observable state around a robot: where it is, which regions are taken up by those
     whom it must not run into, and where everybody is that it keeps track of (``positions``), or
     what it knows of that (``known``)."""
@@ -30,8 +29,7 @@ class Sightings:
     known: Mapping[str, Knowledge] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class OthersEncoding:
+class OthersEncoding(Struct, frozen=True):
     """The others' share of a specification."""
 
     inputs: tuple[Variable, ...] = ()

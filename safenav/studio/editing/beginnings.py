@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
+
+from msgspec.structs import replace
 
 from safenav.errors import InputError, UsageError
 from safenav.scenario.reading.maps.bare_map import Division, load_map

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field
 from itertools import count
 from pathlib import Path
+
+from msgspec import Struct, field
 
 MOST = 500
 TYPING = 1.2
 """Seconds within which typed changes are undone together."""
 
 
-@dataclass(eq=False)
-class TextOrigin:
+class TextOrigin(Struct, eq=False):
     """The origin of a text. ``file``: the file that it is saved to, if it has one; ``foreign``: it
     came by link or upload and reads no file; ``saved``: the content of the file, or the text whose
     loss would lose nothing; ``number``: distinguishes origins."""
@@ -27,8 +27,7 @@ class TextOrigin:
 _Texts = list[tuple[str, TextOrigin]]
 
 
-@dataclass
-class OpenDocument:
+class OpenDocument(Struct):
     """Owner of the text. ``revision`` grows with every change. Undo restores the origin as well:
     a text is never saved to the file of another."""
 

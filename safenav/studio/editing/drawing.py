@@ -7,8 +7,9 @@ it also lists the items that the user can drag, each with its line in the text.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Any
+
+from msgspec import Struct
 
 from safenav.report.page.encode import encoded
 from safenav.report.picture.pictograms import obstacle_pictogram, robot_pictogram
@@ -37,8 +38,7 @@ from safenav.world.moves import Mobility
 _HEADINGS = {heading.label: heading for heading in Heading}
 
 
-@dataclass(frozen=True)
-class _Placing:
+class _Placing(Struct, frozen=True):
     """Reads regions where they stand, walls or not."""
 
     world: RegionMap

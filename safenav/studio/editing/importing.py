@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import cos, sin
 from pathlib import Path
@@ -12,6 +11,8 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from safenav.errors import InputError, UsageError
 from safenav.scenario.reading.maps.bare_map import form_of
@@ -34,8 +35,7 @@ _COMMON = 0.002
 """Share of an image from which on a colour is worth a line of the legend."""
 
 
-@dataclass(frozen=True)
-class FloorPlan:
+class FloorPlan(Struct, frozen=True):
     """An uploaded image. ``ros``: the settings of its ROS map, if it has one."""
 
     name: str
@@ -64,8 +64,7 @@ class FloorPlan:
         }
 
 
-@dataclass(frozen=True)
-class Cut:
+class Cut(Struct, frozen=True):
     """A division of a plan: squares of ``side`` pixels from pixel (``x``, ``y``) on. ``share``: how
     much of a region is blocked in a wall, 0 for any of it; ``text``: labels are walls; ``legend``:
     the meaning of colours, none for dark walls."""

@@ -8,16 +8,16 @@ To the process: a ``RunOrder`` first, then ``{"do": "step"}``, ``{"do": "change"
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass
 from pathlib import Path
+
+from msgspec import Struct, to_builtins
 
 from safenav.scenario.yaml.findings import ReadableFolder
 
 DONE, REFUSED, FAILED = "~done", "~refused", "~failed"
 
 
-@dataclass(frozen=True)
-class RunOrder:
+class RunOrder(Struct, frozen=True):
     """A scenario to run. ``folder``: where it may read files; None for nowhere, and ``trusted``
     for anywhere (the user has named the file). ``seed`` and ``clock``: instead of its own.
     ``first``: robots that are judged before the others."""
@@ -38,7 +38,7 @@ class RunOrder:
         return ReadableFolder(None if self.folder is None else Path(self.folder))
 
     def line(self) -> str:
-        return json.dumps(asdict(self)) + "\n"
+        return json.dumps(to_builtins(self)) + "\n"
 
     @classmethod
     def read(cls, line: str) -> RunOrder:

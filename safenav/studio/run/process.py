@@ -11,8 +11,9 @@ import os
 import signal
 import sys
 import time
-from dataclasses import replace
 from typing import IO, Any
+
+from msgspec.structs import replace
 
 from safenav.errors import SafenavError, UsageError
 from safenav.runtime.intervening import intervention

@@ -17,15 +17,15 @@ from collections.abc import Mapping, Sequence
 from types import TracebackType
 from typing import Any
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+
 from safenav.errors import SynthesizerError
 from safenav.spec.specification import Owner, Specification
 from safenav.synthesis.serving.connection import Connection
 from safenav.synthesis.strategy import Field, locate
 
 
-@dataclass(frozen=True)
-class ServedMeasure:
+class ServedMeasure(Struct, frozen=True):
     """How far a position is from its goal: ``assumption`` is the index of the ENV_LIVENESS line
     that may be waited for here, None if nothing excuses waiting."""
 
@@ -33,8 +33,7 @@ class ServedMeasure:
     assumption: int | None
 
 
-@dataclass(frozen=True)
-class Position:
+class Position(Struct, frozen=True):
     """A state (all variables: integers as they are, Booleans as 0 and 1) with the index of the
     SYS_LIVENESS line that is pursued."""
 
@@ -43,8 +42,7 @@ class Position:
     measure: ServedMeasure
 
 
-@dataclass(frozen=True)
-class ServedMove:
+class ServedMove(Struct, frozen=True):
     """Where the strategy goes; ``met``: how many goals in turn this very move meets, beginning
     with the one that was pursued."""
 

@@ -14,9 +14,9 @@ from io import BytesIO
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
-from safenav.dataclass import dataclass
 from safenav.extras import install_command
 from safenav.world.files.flaws import Flaw, MapFileError
 from safenav.world.files.pixels import Blocked
@@ -39,8 +39,7 @@ _NO_NUMBER = re.compile(rb"[^0-9 \t\r\n\v\f]|[0-9]{7}")
 _CONVERT = "save it as PNG or PGM"
 
 
-@dataclass(frozen=True)
-class Image:
+class Image(Struct, frozen=True):
     """Pixels in rows from the top: how bright each is, from 0 to ``white`` (the sum of its
     channels), which are transparent (None: none is), and red, green and blue (None: gray)."""
 

@@ -15,9 +15,9 @@ from __future__ import annotations
 from fractions import Fraction
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
-from safenav.dataclass import dataclass
 from safenav.world.map import Region
 
 Blocked = NDArray[np.bool_]
@@ -29,8 +29,7 @@ _FINEST = 1000
 below stay small."""
 
 
-@dataclass(frozen=True)
-class Layout:
+class Layout(Struct, frozen=True):
     """A map of ``rows`` x ``cols`` regions over pixels: each is ``height`` x ``width`` pixels.
 
     The south-western corners of both fall together; regions may reach beyond the pixels in the

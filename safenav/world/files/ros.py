@@ -8,14 +8,13 @@ free only if map_server says free: occupancy (how dark it is, or how bright if `
 from __future__ import annotations
 
 import numpy as np
+from msgspec import Struct
 
-from safenav.dataclass import dataclass
 from safenav.world.files.image import Image
 from safenav.world.files.pixels import Blocked
 
 
-@dataclass(frozen=True)
-class RosMap:
+class RosMap(Struct, frozen=True):
     """The YAML file of a map. ``resolution``: metres per pixel; ``origin``: x, y and yaw of its
     lower left corner."""
 

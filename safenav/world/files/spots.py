@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
-from safenav.dataclass import dataclass
 from safenav.world.files.pixels import Blocked, Layout, walls
 from safenav.world.map import Region, RegionMap
 
@@ -27,8 +27,7 @@ _ENOUGH = 0.6
 """Share of the free floor that a division has to keep connected to be suggested."""
 
 
-@dataclass(frozen=True)
-class Spots:
+class Spots(Struct, frozen=True):
     """The spots of a mask: their boxes (top, left, bottom, right; the last two not included),
     pixels, and the spot of each run."""
 
@@ -87,8 +86,7 @@ def spots(mask: Blocked, *, diagonal: bool) -> Spots | None:
     return Spots(boxes, pixels, starts - 1 - 2 * rows, ends - 1 - 2 * rows, owner, width - 2)
 
 
-@dataclass(frozen=True)
-class Label:
+class Label(Struct, frozen=True):
     """Text on a floor plan: its box in pixels (top, left, bottom, right) and its letters."""
 
     box: tuple[int, int, int, int]

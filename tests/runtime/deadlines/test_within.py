@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from random import Random
 
 import pytest
+from msgspec.structs import replace
 
 from runtime.played import Runner
 from safenav.runtime.deadlines.within import Walk, best_places, least_within, next_places

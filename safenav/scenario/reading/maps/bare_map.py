@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 import re
-from dataclasses import replace
 from pathlib import Path
 
-from safenav.dataclass import dataclass
+from msgspec import Struct
+from msgspec.structs import replace
+
 from safenav.errors import Diagnostic, InputError
 from safenav.scenario.reading.maps.map import read_map
 from safenav.scenario.yaml.findings import Findings, ReadableFolder
@@ -20,8 +21,7 @@ _AS_OPTIONS = re.compile(r"'(rows|cols|share): ([\d.]+)'( and)?")
 _LINES = re.compile(r"^(image|occupied_thresh)\s*:", re.MULTILINE)
 
 
-@dataclass(frozen=True)
-class Division:
+class Division(Struct, frozen=True):
     """How a map file is divided: into this many rows and columns, or into squares of this side in
     metres. ``share``: how much of a region has to be blocked for it to be a wall."""
 

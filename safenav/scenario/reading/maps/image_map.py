@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
+
+from msgspec.structs import replace
 
 from safenav.scenario.reading.maps.map_file import read_count, read_pixels, read_share, with_walls
 from safenav.scenario.reading.naming import NAME

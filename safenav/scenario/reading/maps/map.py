@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence as Lines
-from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
+
+from msgspec.structs import replace
 
 from safenav.extras import install_command
 from safenav.scenario.reading.maps.grid import read_grid

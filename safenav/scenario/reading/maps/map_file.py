@@ -6,12 +6,12 @@ names it.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
-from safenav.dataclass import dataclass
 from safenav.scenario.reading.maps.grid import too_large
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Place
@@ -47,8 +47,7 @@ def read_movingai_map(
     return with_walls(blocked, layout, share, node, findings)
 
 
-@dataclass(frozen=True)
-class MapText:
+class MapText(Struct, frozen=True):
     """A map file in text, and where it is."""
 
     path: Path
