@@ -55,9 +55,9 @@ class Passes:
                 for _ in range(silent):  # strategies may change what they remember
                     self._tick += 1
                     yield from self._pass_over(record)
-            elif _ends_pass(record) and self._tick:
+            begun, self._tick = self._tick, record.tick
+            if _ends_pass(record) and begun:
                 yield from self._others(record)
-            self._tick = record.tick
             if record.type in ("act", "depart") and record.robot in self._by:  # held no more
                 self._by[record.robot] = "stay"
             robot = self._owner(record)

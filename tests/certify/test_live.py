@@ -80,9 +80,20 @@ robots:
 """
 
 
-def test_passes_without_a_line_count_for_what_a_strategy_remembers(tmp_path: Path) -> None:
+ENDS = """
+safenav: 1
+map: {grid: [".....", "....."]}
+robots: {q: {model: quadcopter, start: 0, objective: {once: [4]}}}
+until: {rounds: 3}
+"""
+
+
+@pytest.mark.parametrize("text", [COUNTS, ENDS], ids=["memory", "the last pass"])
+def test_passes_without_a_line_count_for_what_a_strategy_remembers(
+    text: str, tmp_path: Path
+) -> None:
     """The robot stays for two passes to count, and says so in the first."""
-    scenario = replace(load_scenario_text(COUNTS), clock=Clock.LIVE)
+    scenario = replace(load_scenario_text(text), clock=Clock.LIVE)
     with TraceWriter(tmp_path / "run.jsonl") as writer:
         assert Mission(scenario, listeners=[writer]).run().outcome is Outcome.COMPLETED
     bundle_of_trace(tmp_path / "run.jsonl", tmp_path / "bundle")
