@@ -99,7 +99,8 @@ class Scheduler(Struct, eq=False):
         if any(times[gate][-1] > turn for gate, turn in due.items()):
             return None
         last = done[-1].turn if done else moment.now
-        options = [act for act in self._acts(moment) if act.turn >= last]
+        forced = self._forced(moment)
+        options = [act for act in self._acts(moment) if last <= act.turn <= forced]
         options.sort(key=lambda act: (due.get(act.gate, NEVER), act.turn, act.group))
         for act in options:
             if act.turn > due.get(act.gate, NEVER - 1) or not self.allowed((*done, act)):
@@ -117,15 +118,9 @@ class Scheduler(Struct, eq=False):
             if one.over:
                 continue
             part, since = one.parts[one.stage], _since(moment, gate)
-            out = one.done | (self.barred[gate] if self.barred else frozenset())
-            if one.takes:
-                out |= _full(moment)
             spots: dict[int, list[Spot]] = {}
-            for robot, walker in enumerate(moment.walkers):
-                if robot in out or not part.actions <= walker.capabilities:
-                    continue
-                if part.same and robot not in one.group:
-                    continue
+            for robot in self._able(moment, gate):
+                walker = moment.walkers[robot]
                 goal, n = walker.graph.poses_on(part.regions), moment.count
                 found = fields[robot].arrivals(goal)
                 spots[robot] = [Spot(pose, tick, tick * n + robot) for pose, tick in found]
@@ -147,6 +142,38 @@ class Scheduler(Struct, eq=False):
                     for spot in places
                 ]
                 yield from acts[:1] if self._idle_after(moment, robot, gate) else acts
+
+    def _able(self, moment: BoundMoment, gate: int) -> list[int]:
+        """The robots that can have a part in the next need of an obstacle, and have not had it."""
+        one = moment.opens[gate]
+        part, out = one.parts[one.stage], one.done
+        out |= self.barred[gate] if self.barred else frozenset()
+        out |= _full(moment) if one.takes else frozenset()
+        return [
+            robot
+            for robot, walker in enumerate(moment.walkers)
+            if robot not in out
+            and part.actions <= walker.capabilities
+            and (not part.same or robot in one.group)
+        ]
+
+    def _forced(self, moment: BoundMoment) -> int:
+        """The first turn in which a robot cannot but take a load: it is there, and has not arrived
+        elsewhere. Other acts never delay anything; this one decides who puts it down."""
+        found, count = NEVER, moment.count
+        for gate, one in enumerate(moment.opens):
+            if not one.takes or one.parts[one.stage].together:
+                continue
+            part, since = one.parts[one.stage], _since(moment, gate)
+            for robot in self._able(moment, gate):
+                walker, spread = moment.walkers[robot], Spread(moment, robot, known(moment))
+                here = walker.ready * count + robot
+                turn = own_turn(max(since, here), robot, count)
+                there = part.regions >> walker.pose % walker.graph.size & 1
+                if there and turn < here + walker.ticks * count:
+                    found = min(found, turn)
+                found = min(found, spread.leaving(part, since))
+        return found
 
     def _together(
         self, moment: BoundMoment, gate: int, spots: Mapping[int, list[Spot]]

@@ -4,7 +4,8 @@
 //
 // A robot in its turn stays, begins a step to a side, or is on its way; a step of d ticks that it
 // begins in tick t ends in its turn of tick t + d - 1. Until then it is where it set out. In each
-// turn, at its end, a robot does all that it can where it is. With conflicts, two robots that
+// turn, at its end, a robot does all that it can where it is; it takes loads last (a need that is
+// followed by one of the same robots), and no more than it has room for. With conflicts, two robots that
 // conflict are never in one region, and one on its way is in both of its regions. One robot may
 // have targets, to be met one after the other: each at the end of a turn in which it is there and
 // not on its way.
@@ -26,7 +27,7 @@ long most;
 std::vector<char> wall;
 
 struct Robot {
-  int heading, ticks, region, face, to, facing, left;
+  int heading, ticks, room, region, face, to, facing, left;
   unsigned skills, foes;
 } robots[8];
 
@@ -86,14 +87,36 @@ struct Seen {  // open addressing
 std::vector<int> first;  // the turn of each obstacle, or -1
 int last_target;         // the turn of the last target, or -1
 
-void act(State &s, int i) {
+bool takes(State &s, int g) {
+  const std::vector<Need> &needs = all[g].needs;
+  size_t stage = gate(s, g)[0];
+  return stage + 1 < needs.size() && needs[stage + 1].same && !needs[stage].same;
+}
+
+bool has_room(State &s, int j) {
+  int loads = 0;
   for (int g = 0; g < gates; g++) {
+    const uint8_t *now = gate(s, g);
+    if (now[0] == all[g].needs.size()) continue;
+    unsigned carriers = all[g].needs[now[0]].same ? now[2] : takes(s, g) ? now[1] : 0;
+    loads += carriers >> j & 1;
+  }
+  return loads < robots[j].room;
+}
+
+void act(State &s, int i, bool loads) {
+  std::vector<int> open;
+  for (int g = 0; g < gates; g++)
+    if (!loads || takes(s, g)) open.push_back(g);
+  for (int g : open) {
     uint8_t *now = gate(s, g);
-    while (now[0] < all[g].needs.size()) {
+    while (now[0] < all[g].needs.size() && (loads || !takes(s, g))) {
       const Need &need = all[g].needs[now[0]];
+      bool taken = takes(s, g);
       auto there = [&](int j) {
         return (need.skills & ~robots[j].skills) == 0 && need.where[robot(s, j)[0]] &&
-               (!need.same || (now[2] >> j & 1));
+               (!need.same || (now[2] >> j & 1)) &&
+               (!taken || (now[1] >> j & 1) || has_room(s, j));
       };
       if (!there(i)) break;
       unsigned had = now[1] | 1u << i;
@@ -124,7 +147,7 @@ void read() {
   count = number(), gates = number(), begin = number(), conflicts = number(), most = number();
   for (int i = 0; i < count; i++) {
     Robot &r = robots[i];
-    r.heading = number(), r.ticks = number(), r.region = number(), r.face = number();
+    r.heading = number(), r.ticks = number(), r.room = number(), r.region = number(), r.face = number();
     r.to = number(), r.facing = number(), r.left = number();
     r.skills = number(), r.foes = number();
   }
@@ -169,7 +192,8 @@ void turn(State s, int i, int now, Seen &seen, std::vector<State> &next) {
   bool was[8];
   for (int g = 0; g < gates; g++) was[g] = gate(s, g)[0] == all[g].needs.size();
   auto put = [&](State t) {
-    act(t, i);
+    act(t, i, false);
+    act(t, i, true);
     const uint8_t *at = robot(t, i);
     if (i == walker && *met(t) < targets.size() && !at[4] && targets[*met(t)][at[0]]) {
       ++*met(t);

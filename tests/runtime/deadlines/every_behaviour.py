@@ -87,7 +87,7 @@ def _numbers(
         here = walker.pose if walker.leaves is None else walker.leaves
         base = begin // moment.count - (begin % moment.count <= i)
         left = 0 if walker.leaves is None else walker.ready - base
-        found += [int(walker.graph.blocks > 1), walker.ticks]
+        found += [int(walker.graph.blocks > 1), walker.ticks, walker.room]
         for pose in (here, walker.pose):
             face, region = divmod(pose, world.size)
             found += [region, face]

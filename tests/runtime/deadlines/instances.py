@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from random import Random
 
 from safenav.runtime.deadlines.bound import BoundMoment, BoundNeed, BoundObstacle, BoundRobot
@@ -64,13 +64,14 @@ def instance(seed: int) -> Instance:
         used = set().union(*(taken[j] for j in range(i) if floors[j] == floors[i]))
         free = [pose for pose in bits(graph.everywhere) if pose % size not in used]
         pose, leaves, ready = random.choice(free), None, int(i < begun)
+        room = 1 + (seed + i) % 2
         sides = [step for step in graph.steps(pose) if step % size not in used]
         if ticks > 1 and under_way and sides:
             leaves, pose = pose, random.choice(sides)
             ready += random.randint(1, ticks - 1)
             taken[i].add(leaves % size)
         taken[i].add(pose % size)
-        walkers.append(BoundRobot(graph, pose, ready, ticks, skills, 0, leaves, ready))
+        walkers.append(BoundRobot(graph, pose, ready, ticks, skills, 0, leaves, ready, room))
     opens = [
         _obstacle(random, world, walkers, used=set().union(*taken))
         for _ in range(random.choice((1, 2, 2, 3) if count < 3 or not slow else (1, 2, 2)))
@@ -110,6 +111,8 @@ def _obstacle(
         together = robots > 1 and random.random() < 0.5
         action = frozenset(random.choice("ab"))
         parts.append(BoundNeed(action, where, robots, together, same))
+    if parts[-1].same:  # who cannot meet both needs meets neither
+        parts[0] = replace(parts[0], actions=parts[0].actions | parts[1].actions)
     stage = random.choice((0, 0, 0, len(parts) - 1))
     able = [
         [i for i, walker in enumerate(walkers) if part.actions <= walker.capabilities]
