@@ -9,9 +9,8 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
-
-from msgspec.structs import replace
 
 from campaigns.judge import independent, joint
 from campaigns.judge.mission import Mission, Robot, read_mission
