@@ -46,6 +46,6 @@ def invoke() -> Invoke:
 
 
 @pytest.fixture(autouse=True)
-def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, patient: None) -> None:  # noqa: ARG001
     """No test sees or fills the user's cache."""
     monkeypatch.setenv("SAFENAV_CACHE", str(tmp_path / "cache"))

@@ -98,7 +98,10 @@ def test_alone_the_slowest_steps_are_the_worst_case(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("until", "said"),
     [
-        ("rounds: 1, by: 5", "by 5: no promise: the mission cannot be completed before tick 8"),
+        (
+            "rounds: 1, by: 5",
+            "unrealizable: the mission cannot be completed before tick 8, and is due by 5",
+        ),
         ("rounds: 1", "within 30 of a: kept, as simulated: the mission is completed in tick"),
         ("rounds: 99999", "within 30 of a: kept forever, as simulated: tick"),
     ],

@@ -1,0 +1,10 @@
+"""Bounds and runs ahead of deadlines do not depend on the load of the machine."""
+
+from __future__ import annotations
+
+import pytest
+
+
+@pytest.fixture(autouse=True)
+def _patient(patient: None) -> None:
+    """Every test here."""
