@@ -96,7 +96,7 @@ def command(
     from safenav.runtime.mission import Mission, default_synthesizer
     from safenav.scenario.model import Clock
     from safenav.scenario.reading.loader import load_scenario
-    from safenav.trace.writing import TraceWriter
+    from safenav.trace.writing import TraceWriter, next_part
 
     plan = replace(load_scenario(scenario), clock=Clock.LIVE)
     if time_limit is not None:
@@ -121,7 +121,10 @@ def command(
                 trace = Path(folder) / f"{scenario.stem}.jsonl"
             if trace is not None:
                 try_out(trace)
-            world = None if rehearse else _connected(plan, stations, patience, stack, recording)
+            connection = stack.enter_context(ExitStack())
+            world = (
+                None if rehearse else _connected(plan, stations, patience, connection, recording)
+            )
             if trace is not None:
                 listeners.append(stack.enter_context(TraceWriter(trace)))
             if not as_json:
@@ -137,12 +140,33 @@ def command(
                 listeners=listeners,
                 attended=operator is not None,
             )
+
+            def another(rest: Scenario) -> Mission:
+                """The mission that continues with a robot more, and has a trace of its own."""
+                nonlocal mission, trace, kept
+                robots = load_fleet(fleet, rest)
+                connection.close()
+                told: list[Listener] = [ledger]
+                if trace is not None:
+                    trace = next_part(trace)
+                    kept = kept and trace
+                    told.append(stack.enter_context(TraceWriter(trace)))
+                if not as_json:
+                    told.append(while_heard(Story(rest)))
+                told += [view] if view is not None else []
+                driven = None if rehearse else _connected(rest, robots, patience, connection, None)
+                told += [driven.told] if driven is not None else []
+                made = default_synthesizer(rest)
+                mission = Mission(rest, made, world=driven, listeners=told, attended=True)
+                return mission
+
             for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGALRM):
                 signal.signal(number, lambda number, _: interrupt(mission, number))
             if operator is None:
                 mission.run()
             else:
-                run_with_operator(mission, operator, helping=not as_json)
+                joins = another if motion is None else None  # one file of motion, one run
+                run_with_operator(mission, operator, helping=not as_json, another=joins)
             signal.setitimer(signal.ITIMER_REAL, 0)
         if motion is not None and trace is not None and world is not None:
             _write_motion(motion, trace, world, mission, stations)

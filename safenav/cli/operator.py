@@ -45,15 +45,16 @@ def run_with_operator(
     ends the mission. Returns the mission that has ended last. Raises UsageError for a line that is
     not an intervention, or is impossible; at the terminal it is printed."""
     batches = None if source == TERMINAL else _batches(Path(source))
+    terminal = _Terminal(mission)
     while True:
         told: list[Record] = []
         mission.state.listeners = (*mission.state.listeners, told.append)
         try:
-            _run(mission, batches, helping=helping)
+            _run(mission, batches, terminal, helping=helping)
         except _Joins as joins:
             if another is None:
                 raise UsageError(f"{joins.place}: this run takes no further robot") from None
-            mission = another(_with(mission, told, joins))
+            mission = terminal.mission = another(_with(mission, told, joins))
             continue
         return mission
 
@@ -75,24 +76,20 @@ def _joining(line: str, place: str) -> _Joins | None:
 
 def _with(mission: Mission, told: Sequence[Record], joins: _Joins) -> Scenario:
     """The rest of a mission with the robot that joins; ends the mission."""
-    from safenav.runtime.analysis.resuming import resumed
-    from safenav.scenario.reading.joining import joined
-    from safenav.trace.records import Header
-    from safenav.trace.trace import Trace
+    from safenav.runtime.analysis.resuming import joins_words, rest_with
 
-    header = next(record for record in told if isinstance(record, Header))
-    trace = Trace("<run>", header, tuple(told), cut_off=False, ignored=0)
     try:
-        found = joined(resumed(trace, mission.scenario), joins.line)
+        found = rest_with(told, mission.scenario, joins.line)
     except UsageError as error:
         raise UsageError(f"{joins.place}: {error}") from error
-    mission.give_up(f"{found.robots[-1].name} joins the team, and another run continues from here")
+    mission.give_up(joins_words(found))
     return found
 
 
-def _run(mission: Mission, batches: Iterator[Lines] | None, *, helping: bool) -> RunResult:
+def _run(
+    mission: Mission, batches: Iterator[Lines] | None, terminal: _Terminal, *, helping: bool
+) -> RunResult:
     """Run a mission to its end. Raises _Joins where a robot joins."""
-    terminal = _Terminal(mission)
     mission.start()
     passes = 0
     try:
@@ -116,7 +113,7 @@ class _Terminal:
     commands, and a Ctrl-C ends the run."""
 
     def __init__(self, mission: Mission) -> None:
-        self._mission = mission
+        self.mission = mission
         self._read = b""
         self._over = False
 
@@ -124,13 +121,13 @@ class _Terminal:
         """The next line without its end; None at the end of the input, of the mission or of its
         wait. ``stepping``: let the mission continue meanwhile."""
         while b"\n" not in self._read and not self._over:
-            if self._mission.result is not None or self._mission.waiting is None:
+            if self.mission.result is not None or self.mission.waiting is None:
                 return None
             if select([sys.stdin], [], [], POLL)[0]:
                 found = os.read(sys.stdin.fileno(), 4096)
                 self._read, self._over = self._read + found, not found
-            elif stepping or self._mission.stopping:
-                self._mission.step()
+            elif stepping or self.mission.stopping:
+                self.mission.step()
         line, _, self._read = self._read.partition(b"\n")
         return line.decode(errors="replace").strip() if line or not self._over else None
 

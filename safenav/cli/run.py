@@ -115,7 +115,7 @@ def command(
     from safenav.runtime.mission import Mission, default_synthesizer
     from safenav.scenario.model import Clock
     from safenav.scenario.reading.loader import load_scenario
-    from safenav.trace.writing import TraceWriter
+    from safenav.trace.writing import TraceWriter, next_part
 
     plan = load_scenario(scenario)
     for note in plan.map.notes:
@@ -186,13 +186,6 @@ def command(
         if motion is not None and trace is not None:
             unmet = _write_motion(trace, motion)
     return report(mission, scenario, ledger, as_json, kept, html, unmet)
-
-
-def next_part(trace: Path) -> Path:
-    """Return the file for the rest of a run: ``run-2.jsonl`` after ``run.jsonl``."""
-    stem, _, number = trace.stem.rpartition("-")
-    before = int(number) if stem and number.isdecimal() else 1
-    return trace.with_stem(f"{stem if before > 1 else trace.stem}-{before + 1}")
 
 
 def report(

@@ -23,6 +23,7 @@ from safenav.scenario.yaml.source import STDIN
 from safenav.studio.run.live import StudioRun
 from safenav.studio.run.orders import RunOrder
 from safenav.studio.saving import SAVERS
+from safenav.world.moves import Mobility
 
 Message = Mapping[str, Any]
 Made = tuple[str, bytes, str]
@@ -135,7 +136,8 @@ class Studio:
 
     def _hello(self) -> dict[str, Any]:
         """Return the description of this studio."""
-        return {"is": "hello", "editor": False, "types": obstacle_kinds(self._catalogue)}
+        kinds, models = obstacle_kinds(self._catalogue), robot_models(self._catalogue)
+        return {"is": "hello", "editor": False, "types": kinds, "models": models}
 
     def _ordered(self) -> RunOrder:
         """Return the run to start now. Raises InputError for a scenario that cannot be run."""
@@ -200,6 +202,14 @@ def obstacle_kinds(catalogue: Catalogue) -> list[dict[str, Any]]:
             "ordered": kind.blocks == frozenset(),
         }
         for kind in catalogue.obstacles.values()
+    ]
+
+
+def robot_models(catalogue: Catalogue) -> list[dict[str, Any]]:
+    """The models of robots that can join a run."""
+    return [
+        {"name": model.name, "heading": model.mobility is Mobility.HEADING}
+        for model in catalogue.robots.values()
     ]
 
 

@@ -460,9 +460,15 @@ robots: {digit: {speed: 0.45, scan: {obstacle: debris}}}
 """
 
 
-@pytest.mark.parametrize("answer", ["objective digit {visit: [[2, 3]]}\n\n", None], ids=str)
+ELSEWHERE = "objective digit {visit: [[2, 3]]}\n\n"
+BEE = "add bee {model: quadcopter, start: [1, 5], objective: {hold: [1, 5]}}\n"
+
+
+@pytest.mark.parametrize(
+    "answer", [ELSEWHERE, BEE + ELSEWHERE, None], ids=["tells", "adds", "ends"]
+)
 def test_a_drive_asks_its_operator_and_is_shown(tmp_path: Path, answer: str | None) -> None:
-    """Who answers by Ctrl-C ends the run."""
+    """Who answers by Ctrl-C ends the run; where a robot joins, another one continues."""
     scenario, fleet, trace = (tmp_path / name for name in ("hall.yaml", "fleet.yaml", "t.jsonl"))
     scenario.write_text(DEBRIS)
     fleet.write_text(BLOCKED)
@@ -485,7 +491,9 @@ def test_a_drive_asks_its_operator_and_is_shown(tmp_path: Path, answer: str | No
     if answer is None:
         process.send_signal(signal.SIGINT)
     process.communicate(answer, timeout=300)
-    lines = lines_of(trace)
+    parts = [trace] if answer in (None, ELSEWHERE) else [trace, tmp_path / "t-2.jsonl"]
+    assert [*parts[1:]] == [*tmp_path.glob("t-*.jsonl")]
+    lines = lines_of(parts[-1])
     assert process.returncode == (130 if answer is None else 0)
     assert lines[-1]["outcome"] == ("interrupted" if answer is None else "completed")
     assert [line["type"] for line in lines].count("operator") == (answer is not None)

@@ -10,7 +10,7 @@ charge that it has; one whose battery is empty asks for help again.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from msgspec import Struct, field
@@ -39,6 +39,7 @@ from safenav.scenario.model import (
 from safenav.scenario.motion import MotionModel
 from safenav.scenario.objective import Cover, Ltl, targets_of, with_targets
 from safenav.scenario.reading.catalogue import built_in
+from safenav.scenario.reading.joining import joined
 from safenav.trace import records, setting, vocabulary
 from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.trace import Trace
@@ -304,3 +305,16 @@ def _made_obstacle(told: setting.ObstacleHeader) -> Obstacle:
 
 def _pose(region: int, heading: vocabulary.Heading | None) -> Pose:
     return Pose(region, None if heading is None else _HEADINGS[str(heading)])
+
+
+def rest_with(told: Sequence[records.Record], scenario: Scenario, robot: str) -> Scenario:
+    """The rest of a run with a robot that joins the team. ``told``: the records of the run so far;
+    ``robot``: an item of ``robots`` in a scenario. Raises UsageError."""
+    header = next(record for record in told if isinstance(record, records.Header))
+    trace = Trace("<run>", header, tuple(told), cut_off=False, ignored=0)
+    return joined(resumed(trace, scenario), robot)
+
+
+def joins_words(rest: Scenario) -> str:
+    """The reason for which a run ends where a robot joins it. ``rest``: the scenario with it."""
+    return f"{rest.robots[-1].name} joins the team, and another run continues from here"

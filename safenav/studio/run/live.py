@@ -23,6 +23,7 @@ from safenav.report.page.live import LiveRun
 from safenav.studio.run.orders import DONE, FAILED, REFUSED, RunOrder
 from safenav.trace.fields import convert
 from safenav.trace.records import KINDS, End, Header, Inputs, Record
+from safenav.trace.writing import next_part
 
 SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
 PATIENCE = 1.0
@@ -67,6 +68,7 @@ class StudioRun:
         self._steps = 0
         self._wake = asyncio.Event()
         self._shown = 0.0
+        self._path = trace or Path()
         self._file = None if trace is None else opened(trace)
 
     @property
@@ -229,6 +231,8 @@ class StudioRun:
             self._record(KINDS.get(kind, Header), data, line)
 
     def _record(self, kind: type[Record], data: dict[str, Any], line: bytes) -> None:
+        if kind is Header and self.records:
+            self._another()
         self.lines.append(line)
         if self._file is not None:
             self._file.write(line)
@@ -247,6 +251,14 @@ class StudioRun:
             self._tell_state()
         assert self._live is not None
         self._live.tell(record)
+
+    def _another(self) -> None:
+        """A robot has joined: the rest of the run is one of its own, with a trace of its own."""
+        self.lines, self.records, self._shown = [], [], 0.0
+        if self._file is not None:
+            self._file.close()
+            self._path = next_part(self._path)
+            self._file = opened(self._path)
 
     def _done(self) -> None:
         """Handle the end of a tick."""

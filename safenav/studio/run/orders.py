@@ -15,6 +15,9 @@ from msgspec import Struct, to_builtins
 from safenav.scenario.yaml.findings import ReadableFolder
 
 DONE, REFUSED, FAILED = "~done", "~refused", "~failed"
+ADD = "add"
+"""The kind of a change by which a robot joins: ``robot``, its name; ``item``: as in ``robots`` of a
+scenario. The run ends, and another one begins with a header of its own."""
 
 
 class RunOrder(Struct, frozen=True):

@@ -1,4 +1,4 @@
-/* sources 33c870d50c670952c8c12ab268f65e7b26f37a1b880189eaf1e3906c5fe9acc3 */
+/* sources 80016d3d431bfdfe5d16ebd873f461c1129859ca289b6a17b7139391769e4638 */
 /* Contains Preact:
 The MIT License (MIT)
 

@@ -16,6 +16,12 @@ export interface ObstacleKind {
   ordered: boolean;
 }
 
+export interface RobotModel {
+  name: string;
+  /** Its steps depend on where it faces. */
+  heading: boolean;
+}
+
 /** What the next click on the map does. */
 export type Tool =
   | { does: "look" }
@@ -23,12 +29,19 @@ export type Tool =
   | { does: "order"; type: string }
   | { does: "open" }
   | { does: "put"; robot: string; heading: string | null }
-  | { does: "send"; robot: string; regions: number[] };
+  | { does: "send"; robot: string; regions: number[]; joins?: Joining };
+
+/** A robot that is to join the team; the first region that is clicked is its start. */
+interface Joining {
+  model: string;
+  heading: string | null;
+}
 
 interface WorldProps {
   run: Run;
   tick: number;
   types: ObstacleKind[];
+  models: RobotModel[];
   out: ReadonlySet<string>;
   inputs: Record<string, boolean>;
   tool: Tool;
@@ -37,6 +50,8 @@ interface WorldProps {
   over: boolean;
 }
 
+const HEADINGS = ["north", "east", "south", "west"];
+
 export const OVER = "The run has ended: Restart runs the scenario again";
 
 /** The obstacles that stand there after a tick. */
@@ -44,7 +59,7 @@ export function standing(run: Run, tick: number): Obstacle[] {
   return run.obstacles.filter((o) => tick >= o.since && at(o.status, tick)[1] !== "resolved");
 }
 
-export function World({ run, tick, types, out, inputs, tool, choose, say, over }: WorldProps) {
+export function World({ run, tick, types, models, out, inputs, tool, choose, say, over }: WorldProps) {
   const there = standing(run, tick);
   const truths = there.filter((o) => types.find((type) => type.name === o.type)?.truth);
   const off = over && OVER;
@@ -174,7 +189,42 @@ export function World({ run, tick, types, out, inputs, tool, choose, say, over }
           </li>
         ))}
       </ul>
+      <Newcomer run={run} models={models} off={off} choose={choose} />
     </section>
+  );
+}
+
+/** A robot that the scenario does not have: the run continues with it, in a trace of its own. */
+function Newcomer({ run, models, off, choose }: Pick<WorldProps, "run" | "models" | "choose"> & { off: string | false }) {
+  const [name, setName] = useState("");
+  const [model, setModel] = useState(models[0]?.name ?? "");
+  const [heading, setHeading] = useState("east");
+  const turns = models.find((known) => known.name === model)?.heading ?? false;
+  const taken = run.robots.some((robot) => robot.name === name.trim());
+  const wrong = off || (name.trim() === "" && "give the robot a name") || (taken && "the team has a robot of that name");
+  const joins = { model, heading: turns ? heading : null };
+  return (
+    <div class="truth newcomer" role="group" aria-label="Add a robot">
+      <input aria-label="Name of the robot" placeholder="new robot" value={name} onInput={(event) => setName(event.currentTarget.value)} />
+      <select aria-label="Its model" value={model} onChange={(event) => setModel(event.currentTarget.value)}>
+        {models.map((known) => (
+          <option key={known.name} value={known.name}>{known.name}</option>
+        ))}
+      </select>
+      {turns && (
+        <select aria-label="It faces" value={heading} onChange={(event) => setHeading(event.currentTarget.value)}>
+          {HEADINGS.map((known) => (
+            <option key={known} value={known}>{known}</option>
+          ))}
+        </select>
+      )}
+      <button
+        type="button"
+        {...unless(wrong, () => choose({ does: "send", robot: name.trim(), regions: [], joins }), "Then click its start and its targets")}
+      >
+        Add robot
+      </button>
+    </div>
   );
 }
 
@@ -198,16 +248,23 @@ export function ToolLine({ run, tool, choose, say, over }: Pick<WorldProps, "run
 
 /** The regions clicked so far, and what to make of them. */
 function Sending({ run, tool, choose, say }: Pick<WorldProps, "run" | "choose" | "say"> & { tool: Tool & { does: "send" } }) {
-  const { robot, regions } = tool;
+  const { robot, joins } = tool;
+  const [start, regions] = joins ? [tool.regions[0], tool.regions.slice(1)] : [undefined, tool.regions];
   const several = regions.length < 2 && "click two regions or more";
   const send = (objective: object): void => {
-    say("change", { kind: "objective", robot, objective });
+    if (!joins) say("change", { kind: "objective", robot, objective });
+    else {
+      const { model, heading } = joins;
+      say("change", { kind: "add", robot, item: { model, start, ...(heading && { heading }), objective } });
+    }
     choose({ does: "look" });
   };
+  const from = start === undefined ? "" : `from ${label(run, start)}: `;
+  const next = joins && start === undefined ? "click its start on the map" : `${from}click its targets on the map`;
   return (
     <>
       <p>
-        <b>{robot}</b>: {regions.length === 0 ? "click its targets on the map" : regions.map((r) => label(run, r)).join(", ")}
+        <b>{robot}</b>: {regions.length === 0 ? next : from + regions.map((r) => label(run, r)).join(", ")}
       </p>
       <button type="button" {...unless(regions.length !== 1 && "click exactly one region to hold", () => send({ hold: regions[0] }))}>
         Hold
@@ -245,7 +302,7 @@ export function outOfService(run: Run, tick: number): Set<string> {
 
 /** The headings in which a robot can be put somewhere. */
 function headingsOf(robot: Robot): (string | null)[] {
-  return robot.headings === null ? [null] : ["north", "east", "south", "west"];
+  return robot.headings === null ? [null] : HEADINGS;
 }
 
 /** Why the run waits for an operator; null if it does not. */

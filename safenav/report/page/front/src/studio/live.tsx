@@ -3,7 +3,7 @@
 import type { ComponentChildren } from "preact";
 import { useLayoutEffect, useMemo, useState } from "preact/hooks";
 import { App } from "../app";
-import { outOfService, ToolLine, useWorldHand, World, type ObstacleKind, type Tool } from "../live/changes";
+import { outOfService, ToolLine, useWorldHand, World, type ObstacleKind, type RobotModel, type Tool } from "../live/changes";
 import { LiveControls } from "../live/controls";
 import type { LivePlayer } from "../live/player";
 import type { Wire } from "../live/wire";
@@ -17,6 +17,7 @@ interface LiveViewProps {
   player: LivePlayer;
   wire: Wire;
   types: ObstacleKind[];
+  models: RobotModel[];
   /** A program drives the run: pages only look. */
   watches?: boolean;
   bar?: ComponentChildren;
@@ -31,7 +32,7 @@ const KEYS: Keys = [
   ["Esc", "cancel a change; close a menu"],
 ];
 
-export function LiveView({ run, player, wire, types, watches, bar, saving }: LiveViewProps) {
+export function LiveView({ run, player, wire, types, models, watches, bar, saving }: LiveViewProps) {
   const [tool, choose] = useState<Tool>({ does: "look" });
   const { cols, rows } = run ?? { cols: 0, rows: 0 };
   const stage = useMemo(() => flatStage({ cols, rows }), [cols, rows]);
@@ -68,6 +69,7 @@ export function LiveView({ run, player, wire, types, watches, bar, saving }: Liv
             run={run}
             tick={tick}
             types={types}
+            models={models}
             out={outOfService(run, run.last)}
             inputs={player.state.inputs}
             tool={tool}

@@ -11,7 +11,7 @@ import { packedIn } from "./links";
 import { LiveView } from "./live";
 import { useClosingMenus } from "./menus";
 import type { Doc, Verdict } from "./model";
-import type { ObstacleKind } from "../live/changes";
+import type { ObstacleKind, RobotModel } from "../live/changes";
 import { onNotice } from "../panels/notice";
 
 interface Hello {
@@ -19,6 +19,7 @@ interface Hello {
   /** A program drives the run. */
   watches?: boolean;
   types: ObstacleKind[];
+  models: RobotModel[];
   templates: Record<string, string>;
   folder: string;
 }
@@ -95,6 +96,7 @@ export function Studio() {
           player={player}
           wire={wire}
           types={hello.types}
+          models={hello.models}
           watches={hello.watches ?? false}
           saving={doc && <SaveMenu doc={doc} ran={run !== null} say={wire.say} ask={ask} />}
           bar={
