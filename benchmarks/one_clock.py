@@ -1,11 +1,18 @@
 """Measure the gain of robots that move at the same time.
 
-    python benchmarks/one_clock.py                          # team_of_six, warehouse, crowds, floors
+    python benchmarks/one_clock.py                          # shipped teams, rooms, large floors
     python benchmarks/one_clock.py --draws 5 --only floor-20
+    python benchmarks/one_clock.py --only floor --long-plans   # joint plans as they are found
 
-Each draw gives every robot a speed from 0.5 to 2 steps per second; a tenth of the steps takes five
-times as long. ``serial``: each command waits for the one before; ``live``: a live run; ``bound``:
-the longest robot alone on the floor, without obstacles. Seconds of the simulated clock, medians.
+Each draw gives every robot a speed from 0.5 to 2 steps per second; a tenth of the steps takes
+five times as long; an action takes 2 s over the speed. ``rooms``: three to six robots in rooms
+with doors one region wide, two rounds; ``closed``: one round, some doors closed, some on hinges;
+``floor-N``: N robots to a target and back on random-32-32-10, with starts and targets of its
+``.scen`` (a floor like it, where the map is missing).
+
+``serial``: each command waits for the one before; ``live``: a live run; ``bound``: the longest
+robot alone on the floor, without obstacles, its objective in the form in which it shares a floor.
+Seconds of the simulated clock, medians.
 ``serial/bound`` is what ``serial/live`` can be at most: runs in which nobody waits for anybody.
 ``ms``: CPU milliseconds of the runtime for each step of the live run, without syntheses. Nothing
 here is a test: it reports.
@@ -26,14 +33,17 @@ import yaml
 from msgspec.structs import replace
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+from campaigns.generate.families import maps_folder, mission
 from live.missions import crowd
 from safenav.outcome import Outcome
 from safenav.pace.robot import TickPace
 from safenav.report.terminal.table import table
 from safenav.runtime.mission import Mission, default_synthesizer
+from safenav.runtime.traffic import planning
 from safenav.runtime.worlds.protocol import Acted, Arrived
 from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.scenario.objective import Patrol, Visit
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
@@ -134,6 +144,12 @@ def measure(scenario: Scenario, draw: int) -> Draw | None:
         return None
     bound = 0.0
     for robot in scenario.robots:
+        shared = robot.objective
+        if isinstance(shared, Patrol) and any(
+            scenario.conflict(robot, other) for other in scenario.robots if other is not robot
+        ):
+            shared = Visit(shared.listed(), avoid=shared.avoid, always=shared.always)
+        robot = replace(robot, objective=shared)
         alone = replace(scenario, robots=(robot,), obstacles=(), changes=())
         world = simulation(scenario, draw)
         world = LiveSimulation(
@@ -170,9 +186,58 @@ def floor(robots: int, seed: int, side: int = 32) -> Scenario:
     return load_scenario_text("\n".join(lines) + "\n")
 
 
-def rooms(seed: int) -> Scenario:
+def benchmark_floor(robots: int, draw: int) -> Scenario:
+    """random-32-32-10 with other starts and targets in each of 23 draws of 20 robots."""
+    folder = maps_folder()
+    if folder is None:
+        return floor(robots, draw)
+    rows = (
+        (folder / "random-32-32-10.map").read_text().split("map\n", 1)[1].replace("@", "#").split()
+    )
+    lines = (folder / "random-32-32-10-random-1.scen").read_text().splitlines()[1:]
+    tasks = [[int(number) for number in line.split("\t")[4:8]] for line in lines]
+    first = draw * robots % (len(tasks) - 2 * robots)
+    team: dict[str, object] = {}
+    taken = set[tuple[int, int]]()
+    for x, y, goal_x, goal_y in tasks[first:]:
+        start, goal = (y, x), (goal_y, goal_x)
+        if len(team) == robots:
+            break
+        if start == goal or {start, goal} & taken:
+            continue
+        taken |= {start, goal}
+        objective = {"visit": [[*goal], [*start]]}
+        team[f"r{len(team)}"] = {"model": "cart", "start": [*start], "objective": objective}
+    cart = {"mobility": "free", "layer": "ground", "capabilities": []}
+    data = {
+        "safenav": 1,
+        "map": {"grid": rows},
+        "catalogue": {"robots": {"cart": cart}},
+        "robots": team,
+        "until": {"rounds": 1},
+        "limits": {"ticks": 4000},
+    }
+    return read(data)
+
+
+def rooms(draws: int) -> Iterator[tuple[Scenario, int]]:
+    """The first crowds of the campaigns with three to six robots, and their seeds."""
+    found, seed = 0, 0
+    while found < draws:
+        data = mission("crowd", seed)
+        if 3 <= len(data["robots"]) <= 6:
+            found += 1
+            yield read(data), seed
+        seed += 1
+
+
+def closed(seed: int) -> Scenario:
     """Three to six robots in rooms with doors, some of them closed."""
-    return load_scenario_text(yaml.safe_dump(crowd(seed, 3 + seed % 4), sort_keys=False))
+    return read(crowd(seed, 3 + seed % 4))
+
+
+def read(data: dict[str, object]) -> Scenario:
+    return load_scenario_text(yaml.safe_dump(data, sort_keys=False))
 
 
 def families(draws: int) -> dict[str, Iterable[tuple[Scenario, int]]]:
@@ -181,17 +246,22 @@ def families(draws: int) -> dict[str, Iterable[tuple[Scenario, int]]]:
     for name in ("team_of_six", "warehouse"):
         shipped = load_scenario(SCENARIOS / f"{name}.yaml")
         found[name] = [(shipped, draw) for draw in range(draws)]
-    found["crowds"] = ((rooms(d), d) for d in range(draws))
+    found["rooms"] = rooms(draws)
+    found["closed"] = ((closed(d), d) for d in range(draws))
     for robots in (4, 20):
-        found[f"floor-{robots}"] = ((floor(n, d), d) for d, n in enumerate([robots] * draws))
+        numbered = enumerate([robots] * draws)
+        found[f"floor-{robots}"] = ((benchmark_floor(n, d), d) for d, n in numbered)
     return found
 
 
 @click.command()
 @click.option("--draws", default=20, show_default=True, help="Runs of each line.")
 @click.option("--only", help="Only lines with this in their name.")
-def main(draws: int, only: str | None) -> None:
+@click.option("--long-plans", is_flag=True, help="Follow joint plans without shortening them.")
+def main(draws: int, only: str | None, long_plans: bool) -> None:
     """Print a line for each team."""
+    if long_plans:
+        planning.shortened = lambda _, states, __: states  # type: ignore[assignment]
     rows = []
     for name, cases in families(draws).items():
         if only is not None and only not in name:
