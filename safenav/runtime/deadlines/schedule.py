@@ -159,13 +159,16 @@ class Scheduler(Struct, eq=False):
 
     def _forced(self, moment: BoundMoment) -> int:
         """The first turn in which a robot cannot but take a load: it is there, and has not arrived
-        elsewhere. Other acts never delay anything; this one decides who puts it down."""
+        elsewhere, nor could it be sent for another load. Other acts never delay anything; this one
+        decides who puts it down."""
         found, count = NEVER, moment.count
-        for gate, one in enumerate(moment.opens):
-            if not one.takes or one.parts[one.stage].together:
-                continue
+        loads = {g: self._able(moment, g) for g, one in enumerate(moment.opens) if one.takes}
+        for gate, able in loads.items():
+            one = moment.opens[gate]
             part, since = one.parts[one.stage], _since(moment, gate)
-            for robot in self._able(moment, gate):
+            for robot in able:
+                if part.together or sum(robot in each for each in loads.values()) > 1:
+                    continue
                 walker, spread = moment.walkers[robot], Spread(moment, robot, known(moment))
                 here = walker.ready * count + robot
                 turn = own_turn(max(since, here), robot, count)
