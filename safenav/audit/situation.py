@@ -205,7 +205,7 @@ class Situation:
         stage = min(self.stage[obstacle], len(needs) - 1)
         actions = self.obstacles[obstacle].actions(stage)
         able = {name for name, robot in robots.items() if actions <= robot.capabilities}
-        return able & self.group[obstacle] if needs[stage].same else able
+        return able & self.group.get(obstacle, frozenset()) if needs[stage].same else able
 
     def takes(self, obstacle: str) -> bool:
         """Return whether the robots that meet the obstacle's next need carry a load from then

@@ -248,8 +248,10 @@ class Passes(Algorithm):
             if robot.own.rounds < wanted
         ]
         left += [
-            f"{' and '.join(request.requesters) or 'the environment'} wait for "
+            f"{' and '.join(request.requesters)} wait for "
             f"{' and '.join(request.helpers) or 'help'} to resolve {request.obstacle.name}"
+            if request.requesters
+            else f"{request.obstacle.name} is not done"
             for request in self.team.requests
         ]
         after = f"{self.team.tick} ticks"

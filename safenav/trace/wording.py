@@ -177,9 +177,10 @@ class Wording(Struct, frozen=True):
                 return self._resolved(line)
             case records.KnownObstacle():
                 obstacle = self.strong(self.obstacle(line.obstacle))
-                whom = self._all(line.robots)
                 why = line.because or _BLOCKED[line.reason]
-                return f"{obstacle} permanently blocks {whom}: {why}"
+                if not line.robots:  # an order, say
+                    return f"{obstacle} stays unresolved: {why}"
+                return f"{obstacle} permanently blocks {self._all(line.robots)}: {why}"
             case records.Deadline():
                 return self._deadline(line)
             case records.Acts():

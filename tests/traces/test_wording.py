@@ -69,6 +69,11 @@ def test_robots_that_something_is_blocked_for(
     assert f" permanently blocks {told}: " in Wording(team=team).sentence(line)
 
 
+def test_what_blocks_no_robot_stays_unresolved() -> None:
+    line = records.KnownObstacle(1, "parcel@6", frozenset(), vocabulary.BlockReason.UNRESOLVABLE)
+    assert Wording().sentence(line).startswith("parcel@6 stays unresolved: ")
+
+
 def test_regions_and_robots_are_shown_as_the_teller_likes() -> None:
     names = {46: "gate", 47: "dock"}
     wording = Wording(

@@ -308,7 +308,7 @@ def _other_syntheses(lines: list[Line]) -> Iterator[Finding]:
     for line in lines:
         if line.type in ("push", "pop"):
             said = line.objectives
-        elif line.type == "synthesis" and line.node is not None:
+        elif line.type == "synthesis" and line.node is not None and line.reason != "charge":
             objective = said.get(line.robot, line.objective)
             if objective != line.objective:
                 problem = f"{line.robot} is to {objective}, but gets {line.objective}"

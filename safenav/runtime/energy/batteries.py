@@ -143,8 +143,15 @@ class Batteries(Struct, eq=False):
         """The charge with which a robot leaves the charger where it stands."""
         stops = self.stops(robot)
         assert stops is not None
-        turn = stops.turn(robot.own.memory.index)
-        return stops.wanted(stops.graph.number(robot.pose), turn)
+        return self._leaves_with(robot, stops, stops.turn(robot.own.memory.index))
+
+    def _leaves_with(self, robot: RobotState, stops: Stops, turn: int) -> int:
+        """A helper leaves full: what its own objective needs is less than the way to its duty."""
+        pose, settled = stops.graph.number(robot.pose), self.team.settled
+        duties = () if settled is None else settled.found.duties
+        if settled is not None and settled.floor.index(robot.name) in duties:
+            return stops.battery.capacity if stops.chargers >> pose & 1 else 0
+        return stops.wanted(pose, turn)
 
     def _now(self) -> float:
         return round(self.team.now(), 9) if self.team.now is not None else 0.0
@@ -216,7 +223,7 @@ class Batteries(Struct, eq=False):
                 way = stops.graph.steps_between(1 << pose, 1 << there, stops.allowed)
                 if way is not None and not kept >> there & 1:
                     return stop
-            elif robot.charge < stops.wanted(pose, turn):
+            elif robot.charge < self._leaves_with(robot, stops, turn):
                 return stop
             elif (stops.targets[turn] & ~stops.chargers) >> there & 1:
                 return None  # its objective begins where it is met

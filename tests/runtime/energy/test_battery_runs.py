@@ -236,6 +236,28 @@ def test_a_charger_that_is_cut_off_is_a_deadline(
 
 LIVE = CORRIDOR + "clock: live\n"
 
+PARCELS = """
+safenav: 1
+map: {grid: [".......", ".......", "......."]}
+catalogue:
+  robots: {cart: {mobility: free, layer: ground, capabilities: [carry], speed: 0.5,
+                  battery: {capacity: 20, charge: CHARGE}}}
+  obstacles: {parcel: {needs: [{action: carry, at: [6]}], blocks: []}}
+chargers: [7]
+robots: {d: {model: cart, start: 14, objective: {visit: [20, 0]}}}
+orders: [{at: 5, type: parcel, region: 6}, {at: 9, type: parcel, region: 6}]
+limits: {ticks: 300}
+clock: CLOCK
+"""
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+@pytest.mark.parametrize("charge", ["1", "5"])
+def test_a_helper_charges_for_its_duty_too(charge: str, clock: str, run: Runner) -> None:
+    """What its own next target takes brings it back to the charger again and again."""
+    played = run(PARCELS.replace("CHARGE", charge).replace("CLOCK", clock))
+    assert played.outcome["outcome"] == "completed"
+
 
 def test_live_a_step_takes_the_same_however_long(run: Runner) -> None:
     faster = LIVE.replace("capabilities: [],\n", "capabilities: [], speed: 2, motion: disc,\n", 1)
