@@ -18,7 +18,7 @@ from typing import Any
 import yaml
 
 from safenav.runtime.mission import Mission, default_synthesizer
-from safenav.runtime.traffic.answers import Answer
+from safenav.runtime.traffic.joint import Answer
 from safenav.runtime.traffic.joint_plan import Search
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.synthesis.cache import Cache

@@ -17,10 +17,9 @@ from safenav.outcome import Outcome
 from safenav.runtime.coordination.problem import Floor, Problem
 from safenav.runtime.team import TeamState
 from safenav.runtime.termination import Conclusion, RunEnded
-from safenav.runtime.traffic.answers import Exhausted
 from safenav.runtime.traffic.budgets import FEW_GROUPS, FEW_SIZES, FEW_STATES
 from safenav.runtime.traffic.immobile import Stuck
-from safenav.runtime.traffic.joint import Count, Course
+from safenav.runtime.traffic.joint import Count, Course, Exhausted
 from safenav.runtime.traffic.joint_plan import Search
 from safenav.trace import proofs
 from safenav.trace.header import heading_in_trace

@@ -1,4 +1,5 @@
-"""Joint states of a team: pose and progress of each robot, and stages of the obstacles.
+"""Joint states of a team (pose and progress of each robot, stages of the obstacles), and the
+results of a search among them.
 
 One robot's step is one transition; waiting costs nothing. The states that can be reached, and the
 condition for the end of the mission, are defined here once, for plans and for proofs alike, and
@@ -8,7 +9,7 @@ in words in docs/trace.md, for checkers of the proofs.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 
 from msgspec import Struct, field
 
@@ -250,3 +251,34 @@ def _last_the_loads(problem: Problem, stages: Stages) -> list[int]:
     loads = [gate for gate in problem.open(stages) if problem.takes(gate, stages)]
     loads.sort(key=lambda gate: problem.gates[gate].order)
     return [gate for gate in problem.open(stages) if gate not in loads] + loads
+
+
+class Found(Struct, frozen=True):
+    """A plan: the joint states from the first to the last."""
+
+    states: tuple[Joint, ...]
+
+
+class Exhausted(Struct, frozen=True):
+    """No plan exists: these are all states that can be reached."""
+
+    states: frozenset[Joint]
+
+
+class Spent(Struct, frozen=True):
+    """The budget is exhausted: no verdict."""
+
+    states: int
+
+
+Answer = Found | Exhausted | Spent
+
+
+def way_to(before: Mapping[Joint, Joint | None], last: Joint) -> Found:
+    """The plan that ends in a state, of the state before each."""
+    way = []
+    state: Joint | None = last
+    while state is not None:
+        way.append(state)
+        state = before[state]
+    return Found(tuple(reversed(way)))

@@ -19,7 +19,6 @@ from enum import Enum
 from itertools import count as counting
 
 from safenav.runtime.coordination.problem import Stages
-from safenav.runtime.traffic.answers import Answer, Exhausted, Found, Spent, way_to
 from safenav.runtime.traffic.budgets import (
     CHAIN_BUDGET,
     FIRST_BUDGET,
@@ -29,7 +28,16 @@ from safenav.runtime.traffic.budgets import (
     SINGLES_BUDGET,
 )
 from safenav.runtime.traffic.immobile import Stuck
-from safenav.runtime.traffic.joint import Count, Course, Joint
+from safenav.runtime.traffic.joint import (
+    Answer,
+    Count,
+    Course,
+    Exhausted,
+    Found,
+    Joint,
+    Spent,
+    way_to,
+)
 from safenav.runtime.traffic.legs import by_legs
 from safenav.runtime.traffic.pibt import Field, Generator
 from safenav.world.poses import FAR, Mask

@@ -13,9 +13,8 @@ from collections.abc import Callable, Sequence
 from itertools import chain
 from typing import Protocol
 
-from safenav.runtime.traffic.answers import Answer, Found, Spent
 from safenav.runtime.traffic.budgets import LEG_BUDGET, LEGS_OF_A_ROBOT
-from safenav.runtime.traffic.joint import Joint
+from safenav.runtime.traffic.joint import Answer, Found, Joint, Spent
 from safenav.runtime.traffic.pibt import Field
 
 

@@ -10,9 +10,8 @@ import heapq
 from itertools import count as counting
 from typing import TYPE_CHECKING
 
-from safenav.runtime.traffic.answers import Found, way_to
 from safenav.runtime.traffic.budgets import LOCAL_ROBOTS, LOCAL_STATES
-from safenav.runtime.traffic.joint import Course, Joint
+from safenav.runtime.traffic.joint import Course, Found, Joint, way_to
 from safenav.world.poses import FAR
 
 if TYPE_CHECKING:

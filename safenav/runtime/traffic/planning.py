@@ -10,8 +10,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Hashable, Mapping, Sequence
-from functools import cached_property
-from itertools import pairwise
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -24,16 +22,12 @@ from safenav.runtime.coordination.waiting import in_the_way
 from safenav.runtime.formulas import formulas_of
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded, Stop
-from safenav.runtime.traffic.answers import Answer, Exhausted, Found, Spent
 from safenav.runtime.traffic.budgets import (
-    CERTIFICATE_CHAIN,
-    LOOKS_FOR_FEW,
     MOST_FAILURES,
     MOST_FAILURES_HINDERED,
-    ROUNDS_FIRST,
 )
 from safenav.runtime.traffic.continuation_plans import Certificates
-from safenav.runtime.traffic.deadlock import deadlock_of_few, deadlocked
+from safenav.runtime.traffic.deadlock import deadlocked
 from safenav.runtime.traffic.execution import (
     Execution,
     Schedule,
@@ -43,16 +37,14 @@ from safenav.runtime.traffic.execution import (
     still_needed,
     with_steps_under_way,
 )
-from safenav.runtime.traffic.joint import Count, Course, Joint, has_met
-from safenav.runtime.traffic.joint_plan import Search
-from safenav.runtime.traffic.local import local_plan
+from safenav.runtime.traffic.joint import Count, Exhausted, Found, Joint, Spent, has_met
 from safenav.runtime.traffic.meanwhile import Pending, free_to_go_on
-from safenav.runtime.traffic.remembering import plain_poses, remembering
+from safenav.runtime.traffic.plan_search import PlanSearch
+from safenav.runtime.traffic.remembering import plain_poses
 from safenav.runtime.traffic.searches import Searches
 from safenav.runtime.traffic.shortening import shortened
 from safenav.runtime.traffic.starvation import Watch
 from safenav.runtime.traffic.thinking import Thinking, Unknown
-from safenav.runtime.traffic.timed import quickest
 from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace
 from safenav.world.moves import Pose
@@ -67,14 +59,9 @@ class Traffic(Struct, dict=True):
     clock: Callable[[], float]
     execution: Execution | None = None
     wanted: str | None = None
-    _failures: int = 0
-    _spent: int = 0
-    _starved: str = ""
     _looked: float = -1.0
     hopeless: frozenset[str] = frozenset()
     """Obstacles that no joint state serves, as the last search has shown."""
-    _served_nowhere: bool = False
-    _cut_off: frozenset[int] = frozenset()
     _cleared: Settlement | None = None
     _hurried: Settlement | None = None
     _followed: Settlement | None = None
@@ -91,12 +78,9 @@ class Traffic(Struct, dict=True):
         self._watch = Watch(max(robot.model.timing.most for robot in robots))
         sweeps = self.state.scenario.sweeping and len(robots) > 1
         self._rivals = {robot.name: sweeps or bool(self.state.rivals(robot)) for robot in robots}
-
-    @cached_property
-    def _turning(self) -> bool:
-        """Whether a robot with headings shares its floor."""
-        problem = self.state.last_settled.floor.problem
-        return any(m.turns and problem.interferes(i) for i, m in enumerate(problem.members))
+        self.search = PlanSearch(
+            self.state, self.thinking, self._searches, self._certificates, self._rivals
+        )
 
     @property
     def active(self) -> bool:
@@ -107,7 +91,8 @@ class Traffic(Struct, dict=True):
         if self.execution is not None or self.wanted is not None:
             return None
         found, tick = self.state.last_settled.found, self.state.tick
-        tried = self._failures, self._spent, self._tried.total(), self._certificates.known
+        spent = self.search.failures, self.search.spent
+        tried = *spent, self._tried.total(), self._certificates.known
         return self._watch.ages(tick), tried, found is self._cleared, found is self._hurried
 
     def next_pose(self, name: str) -> Pose | None:
@@ -205,7 +190,7 @@ class Traffic(Struct, dict=True):
             self._tried[key] += 1
             if self._tried[key] > (1 if not all_still or not all(key[2]) else 4 * MOST_FAILURES):
                 return False
-            self._starved = name
+            self.search.starved = name
             self._plan(f"{name} makes no progress towards its target")
             return self.active
         return False
@@ -281,7 +266,7 @@ class Traffic(Struct, dict=True):
         step = next(iter(settled.in_time.steps), None)
         if step is None or not any(self._rivals[settled.floor.names[i]] for i in step.group):
             return None
-        self._urgent, self._starved = step.gate, settled.floor.names[step.group[0]]
+        self._urgent, self.search.starved = step.gate, settled.floor.names[step.group[0]]
         return f"{settled.floor.gates[step.gate]} is due"
 
     def _hurry(self, reason: str) -> bool:
@@ -291,48 +276,12 @@ class Traffic(Struct, dict=True):
         if gate is not None and self._hurried is not self.state.last_settled.found:
             return True  # it is decided again since
         floor = self._searches.floor()
-        states = None if gate is None else self._quickest(floor, gate)
+        states = None if gate is None else self.search.quickest(floor, gate)
         if states is None:
             return False
         counts = self._searches.counts(floor, self._searches.course(floor).rounds)
         self._begin(floor, states, counts, reason)
         return True
-
-    def _quickest(self, floor: Floor, gate: int) -> list[Joint] | None:
-        """The quickest plan for the next need of an obstacle, if the team can continue then."""
-        if remembering(self._searches.aimed(floor).problem):
-            return None
-        goals = [self._searches.goal(floor, name) for name in floor.names]
-        found = quickest(floor, gate, goals, self.stop.check)
-        if found is None:
-            return None
-        course = self._searches.course(floor)
-        counts = self._searches.counts(floor, course.rounds)
-        states = [course.begun(found[0], counts, floor.stages)]
-        for poses in found[1:]:
-            states.append(course.moved(states[-1], poses, range(len(poses))))
-        if self._turning:
-            after = self._searches.search(floor, course, states[-1]).run(1)
-            if not isinstance(after, Found):
-                return None
-            self._certificates.keep(course, (*states, *after.states[1:]))
-        return states
-
-    def _straightened(self, floor: Floor, states: list[Joint]) -> list[Joint]:
-        """A plan on which a robot steps more often than it has poses (two that must stand in
-        different places drive each other round and round), or the quickest one instead of it."""
-        robot = self.state.robots[self._starved]
-        ways = zip(*(state.poses for state in states), strict=True)
-        graphs = (member.graph for member in floor.problem.members)
-        turns = any(
-            sum(a != b for a, b in pairwise(way)) > graph.everywhere.bit_count()
-            for way, graph in zip(ways, graphs, strict=True)
-        )
-        obstacle = robot.assignment.obstacle
-        if not turns or robot.assignment.role is not Role.HELPS or obstacle not in floor.gates:
-            return states
-        found = self._quickest(floor, floor.gates.index(obstacle))
-        return states if found is None or len(found) >= len(states) else found
 
     def _clearing(self) -> str | None:
         """Return why a plan is needed with the requests as they were settled last: a robot that
@@ -347,8 +296,8 @@ class Traffic(Struct, dict=True):
             if robot.assignment.role is not Role.WAITS or not robot.active or not helpers:
                 continue
             if in_the_way(floor, duties, index, robot.next_pose.region):
-                self._starved = floor.names[helpers[0]]
-                return f"{name} stands in the way of {self._starved}"
+                self.search.starved = floor.names[helpers[0]]
+                return f"{name} stands in the way of {self.search.starved}"
         return None
 
     def _starving(self) -> str | None:
@@ -363,7 +312,7 @@ class Traffic(Struct, dict=True):
             distance = self._distance(floor, name)
             told = (robot.assignment.objective, goal, floor.stages)
             if self._watch.look(name, told, distance, self.clock()) and found is None:
-                found, self._starved = f"{name} makes no progress towards its target", name
+                found, self.search.starved = f"{name} makes no progress towards its target", name
         return found
 
     def _plan(self, reason: str) -> None:
@@ -375,7 +324,7 @@ class Traffic(Struct, dict=True):
         floor = self._searches.aimed(plain)
         try:
             floor, course, start, answer = self.thinking.ask(
-                pending.moment, lambda: self._sought(plain, floor, helping)
+                pending.moment, lambda: self.search.sought(plain, floor, helping)
             )
         except Unknown:
             self.wanted, self._pending = reason, pending
@@ -392,7 +341,7 @@ class Traffic(Struct, dict=True):
             return
         if self.state.live and start.stages != floor.stages:
             return  # a robot is about to resolve something: that changes what is possible
-        if self._served_nowhere and isinstance(answer, Found) and floor is plain:
+        if self.search.served_nowhere and isinstance(answer, Found) and floor is plain:
             served = self.state.last_settled.found.served
             self.hopeless = frozenset(floor.gates[gate] for gate in served)
             self._watch.begin_anew()
@@ -406,26 +355,28 @@ class Traffic(Struct, dict=True):
         if isinstance(answer, Exhausted):
             raise deadlocked(self.state, replace(floor, stages=start.stages), course, answer)
         if isinstance(answer, Spent):
-            self._failures += 1
+            self.search.failures += 1
             self._watch.begin_anew()
-            if self._failures > (MOST_FAILURES_HINDERED if self._hindered else MOST_FAILURES):
+            if self.search.failures > (
+                MOST_FAILURES_HINDERED if self.search.hindered else MOST_FAILURES
+            ):
                 said = f"search budget exhausted while planning joint moves: {reason}"
                 raise RunEnded(Conclusion(Outcome.SEARCH_LIMIT, said))
             return
-        self._failures = 0
-        if self._turning:
+        self.search.failures = 0
+        if self.search.turning:
             self._certificates.keep(course, answer.states)
         counts = self._searches.counts(floor, course.rounds)
-        cut = self._cut(course, start, answer.states, helping)
+        cut = self.search.cut(course, start, answer.states, helping)
         states = pending.from_here(course, counts, cut)
         if states is None:
             self._search_again(reason)
             return
-        states = self._straightened(here, states) if helping else states
-        charges = self._charges(self.state.robots[self._starved])
-        short = charges and not self._leg_done(course, start, states[-1], helping)
+        states = self.search.straightened(here, states) if helping else states
+        charges = self.search.charges(self.state.robots[self.search.starved])
+        short = charges and not self.search.leg_done(course, start, states[-1], helping)
         if short or self._changes_nothing(here, states, counts):
-            leg = self._leg(floor, course, start)
+            leg = self.search.leg(floor, course, start)
             states = (leg and pending.from_here(course, counts, leg)) or states
         self._begin(floor, states, counts, reason)
 
@@ -447,36 +398,6 @@ class Traffic(Struct, dict=True):
         """Search for a plan from here while all robots stand."""
         self.wanted, self._pending, self._all_wait = reason, None, True
 
-    def _sought(
-        self, plain: Floor, floor: Floor, helping: bool
-    ) -> tuple[Floor, Course, Joint, Answer]:
-        """Search for a plan, the last resorts included; return also where it begins. Raises
-        RunEnded as ``_look_for_few``."""
-        course, start, search, answer = self._searched(floor, helping)
-        if self.state.live and start.stages != floor.stages:
-            return floor, course, start, answer
-        if isinstance(answer, Exhausted) and floor is not plain:
-            if remembering(floor.problem):
-                self._searches.give_up(plain)
-            floor = plain  # the strategies' own ways are not all that there are
-            course, start, search, answer = self._searched(floor, helping)
-        if isinstance(answer, Spent):
-            self._look_for_few(plain, course)
-            answer = (None if self._turning else local_plan(search)) or answer
-        return floor, course, start, answer
-
-    def _look_for_few(self, floor: Floor, course: Course) -> None:
-        """When a search has spent its budget for the first time, and now and then: whether a few
-        of the robots can never complete. Raises RunEnded with the proof."""
-        self._spent += 1
-        if self._spent not in LOOKS_FOR_FEW:
-            return
-        counts = self._searches.counts(floor, course.rounds)
-        active = [i for i, robot in enumerate(self.state.robots.values()) if robot.active]
-        few = deadlock_of_few(floor, active, course.rounds, counts, self.thinking.check)
-        if few is not None:
-            raise deadlocked(self.state, *few)
-
     def _changes_nothing(
         self, floor: Floor, states: Sequence[Joint], counts: Sequence[Count]
     ) -> bool:
@@ -485,103 +406,6 @@ class Traffic(Struct, dict=True):
             return False
         dues = enumerate(dues_of(states, counts))
         return all(self._has_met(floor, i, count) for i, due in dues for count in due.values())
-
-    def _leg(self, floor: Floor, course: Course, start: Joint) -> list[Joint] | None:
-        """Return moves that bring at least the starving robot to its target: formulas may
-        remember, so that a plan for all assumes goals as met that are not. None if there are no
-        such moves, or the team could not continue after them."""
-        index = floor.index(self._starved)
-        goal = self._searches.goal(floor, self._starved)
-        search = self._searches.search(floor, course, start, {index: goal})
-        search.goal = lambda state: (
-            state.stages != start.stages or bool(goal >> state.poses[index] & 1)
-        )
-        answer = search.run(1)
-        if not isinstance(answer, Found):
-            return None
-        after = self._searches.search(floor, course, answer.states[-1])
-        if self._turning and not isinstance(after.run(1), Found):
-            return None
-        return list(answer.states)
-
-    @property
-    def _hindered(self) -> bool:
-        """Whether a robot out of service shares its floor, and plans are for the whole mission."""
-        robots = self.state.robots
-        out = any(not robot.active and self._rivals[name] for name, robot in robots.items())
-        return out and self._turning
-
-    @property
-    def _rounds(self) -> int:
-        """Rounds of the next search. A team that moves on for a while often has it easier, so
-        each effort is made four times before a larger one."""
-        return ROUNDS_FIRST + self._failures // 4
-
-    def _searched(self, floor: Floor, helping: bool) -> tuple[Course, Joint, Search, Answer]:
-        """Search for a plan; return the search and its result."""
-        self._served_nowhere = False
-        self._cut_off = self._searches.cut_off(floor)
-        course = self._searches.course(floor)
-        start = course.begun(floor.poses, self._searches.counts(floor, course.rounds), floor.stages)
-        search = self._searches.search(floor, course, start)
-        if self._turning and self._searches.cut_off(floor, every=True):
-            return course, start, search, Spent(0)  # the mission cannot be completed as it is
-        if self._turning or remembering(floor.problem):
-            hindered = self._hindered
-            answer = search.run(1, chain=CERTIFICATE_CHAIN) if hindered else search.run(1)
-            if isinstance(answer, Spent):
-                answer = self._certificates.again(course, start) or answer
-            if isinstance(answer, Spent) and self._turning and not hindered:
-                answer = search.run(self._rounds)
-            if self._turning or not isinstance(answer, Spent):
-                return course, start, search, answer
-        # Everything can be undone: a plan that serves those that want something is safe.
-        search.goal = lambda state: self._leg_done(course, start, state, helping)
-        answer = search.run(self._rounds, 0)
-        self._served_nowhere = helping and isinstance(answer, Exhausted)
-        if isinstance(answer, Exhausted):
-            search.goal = course.completed
-            answer = search.run(ROUNDS_FIRST)
-        return course, start, search, answer
-
-    def _leg_done(self, course: Course, start: Joint, state: Joint, helping: bool) -> bool:
-        if state.stages != start.stages:
-            return True
-        return not helping and self._each_has_counted(course, start, state)
-
-    def _each_has_counted(self, course: Course, start: Joint, state: Joint) -> bool:
-        """Whether each robot with goal poses has reached them once; of those that go to a charger
-        only the one that starves."""
-        for index, robot in enumerate(self.state.robots.values()):
-            if self._charges(robot) and not self._at_stop(course, state, index, robot):
-                return False
-            if robot.assignment.role is not Role.OWN or not robot.active:
-                continue
-            if course.is_done(index, start.counts[index]) or index in self._cut_off:
-                continue
-            if state.counts[index] == start.counts[index]:
-                return False
-        return True
-
-    def _charges(self, robot: RobotState) -> bool:
-        """Whether it is the robot that starves, on its way to a charger."""
-        starves = robot.name == self._starved and robot.active
-        return starves and robot.assignment.role is Role.CHARGES
-
-    def _at_stop(self, course: Course, state: Joint, index: int, robot: RobotState) -> bool:
-        pose = plain_poses(course.problem, state.poses)[index]
-        return bool(robot.assignment.goal >> pose & 1)
-
-    def _cut(
-        self, course: Course, start: Joint, states: Sequence[Joint], helping: bool
-    ) -> list[Joint]:
-        """The plan up to the first resolution, or until each has counted once."""
-        found = []
-        for state in states:
-            found.append(state)
-            if self._leg_done(course, start, state, helping):
-                break
-        return found
 
     def _begin(
         self, floor: Floor, states: Sequence[Joint], counts: Sequence[Count], reason: str
@@ -608,10 +432,10 @@ class Traffic(Struct, dict=True):
         return [
             index
             for index, robot in enumerate(self.state.robots.values())
-            if self._turning
+            if self.search.turning
             or floor.problem.members[index].turns
             or robot.assignment.role is Role.HELPS
-            or robot.name == self._starved
+            or robot.name == self.search.starved
         ]
 
 

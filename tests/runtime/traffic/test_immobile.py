@@ -7,9 +7,8 @@ import random
 import pytest
 
 from runtime.coordination.floors import Bot, Floor
-from safenav.runtime.traffic.answers import Exhausted
 from safenav.runtime.traffic.immobile import Stuck
-from safenav.runtime.traffic.joint import Course
+from safenav.runtime.traffic.joint import Course, Exhausted
 from safenav.runtime.traffic.joint_plan import Search
 
 ROOM = ["#####", "#...#", "#...#", "#####"]

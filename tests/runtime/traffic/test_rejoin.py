@@ -9,10 +9,9 @@ import pytest
 
 from runtime.coordination.floors import Bot, Floor
 from runtime.traffic.test_joint_plan import SWAP, TUBE, play, search
-from safenav.runtime.traffic.answers import Found
-from safenav.runtime.traffic.joint import Joint
+from safenav.runtime.traffic.continuation_plans import rejoined
+from safenav.runtime.traffic.joint import Found, Joint
 from safenav.runtime.traffic.joint_plan import Search
-from safenav.runtime.traffic.rejoin import rejoined
 
 ROOM = ["######", "#....#", "#....#", "######"]
 TEAMS = {

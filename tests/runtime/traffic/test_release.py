@@ -10,9 +10,8 @@ from collections.abc import Iterator
 
 from runtime.coordination.floors import Bot, Floor
 from runtime.traffic.test_joint_plan import search
-from safenav.runtime.traffic.answers import Found
 from safenav.runtime.traffic.execution import Execution, Schedule, schedule, still_needed
-from safenav.runtime.traffic.joint import Course, Joint
+from safenav.runtime.traffic.joint import Course, Found, Joint
 
 DEAD_END = ["#######", "#.....#", "#..####", "#######"]
 FLOORS = int(os.environ.get("SAFENAV_FUZZ", "8"))

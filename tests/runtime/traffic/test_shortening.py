@@ -10,9 +10,8 @@ import pytest
 from runtime.coordination.floors import Block, Bot, Floor
 from runtime.played import Runner
 from runtime.traffic.test_joint_plan import SWAP, play, search
-from safenav.runtime.traffic.answers import Found
 from safenav.runtime.traffic.execution import schedule
-from safenav.runtime.traffic.joint import Course, Joint
+from safenav.runtime.traffic.joint import Course, Found, Joint
 from safenav.runtime.traffic.shortening import shortened
 from safenav.world.poses import FAR
 

@@ -14,7 +14,7 @@ from safenav.audit.check import check_trace
 from safenav.outcome import Outcome
 from safenav.runtime.mission import Mission
 from safenav.runtime.termination import RunEnded, Stop
-from safenav.runtime.traffic.planning import Traffic
+from safenav.runtime.traffic.plan_search import PlanSearch
 from safenav.runtime.traffic.thinking import Thinking, Unknown
 from safenav.runtime.worlds.protocol import Acted, Arrived, WorldEvent
 from safenav.scenario.model import Clock, Obstacle, Robot
@@ -101,15 +101,15 @@ class Wall:
 
 def slow(patch: pytest.MonkeyPatch, over: threading.Event) -> list[str]:
     """Let searches go on until an event; the names of the threads that have searched."""
-    searched, usual = list[str](), Traffic._searched
+    searched, usual = list[str](), PlanSearch._searched
 
-    def late(traffic: Traffic, *about: object) -> object:
+    def late(search: PlanSearch, *about: object) -> object:
         searched.append(threading.current_thread().name)
         while not over.wait(0.01):
-            traffic.thinking.check()
-        return usual(traffic, *about)  # type: ignore[arg-type]
+            search.thinking.check()
+        return usual(search, *about)  # type: ignore[arg-type]
 
-    patch.setattr(Traffic, "_searched", late)
+    patch.setattr(PlanSearch, "_searched", late)
     return searched
 
 

@@ -1,0 +1,209 @@
+"""The search for a joint plan from where the team stands: what is searched for in which order, with
+the last resorts (the table in ``budgets``)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from itertools import pairwise
+
+from msgspec import Struct
+
+from safenav.runtime.coordination.problem import Floor
+from safenav.runtime.team import RobotState, Role, TeamState
+from safenav.runtime.traffic.budgets import CERTIFICATE_CHAIN, LOOKS_FOR_FEW, ROUNDS_FIRST
+from safenav.runtime.traffic.continuation_plans import Certificates
+from safenav.runtime.traffic.deadlock import deadlock_of_few, deadlocked
+from safenav.runtime.traffic.joint import Answer, Course, Exhausted, Found, Joint, Spent
+from safenav.runtime.traffic.joint_plan import Search
+from safenav.runtime.traffic.local import local_plan
+from safenav.runtime.traffic.remembering import plain_poses, remembering
+from safenav.runtime.traffic.searches import Searches
+from safenav.runtime.traffic.thinking import Thinking
+from safenav.runtime.traffic.timed import quickest
+
+
+class PlanSearch(Struct, dict=True):
+    """Searches for plans. ``rivals``: whether a robot shares its floor; ``starved``: the robot that
+    the plan is for; ``failures``: searches in a row with an exhausted budget, ``spent``: all such
+    searches; ``served_nowhere``: the last one has shown that no joint state serves the requests."""
+
+    state: TeamState
+    thinking: Thinking
+    searches: Searches
+    certificates: Certificates
+    rivals: Mapping[str, bool]
+    failures: int = 0
+    spent: int = 0
+    starved: str = ""
+    served_nowhere: bool = False
+    _cut_off: frozenset[int] = frozenset()
+
+    @cached_property
+    def turning(self) -> bool:
+        """Whether a robot with headings shares its floor."""
+        problem = self.state.last_settled.floor.problem
+        return any(m.turns and problem.interferes(i) for i, m in enumerate(problem.members))
+
+    @property
+    def hindered(self) -> bool:
+        """Whether a robot out of service shares its floor, and plans are for the whole mission."""
+        robots = self.state.robots
+        out = any(not robot.active and self.rivals[name] for name, robot in robots.items())
+        return out and self.turning
+
+    def sought(
+        self, plain: Floor, floor: Floor, helping: bool
+    ) -> tuple[Floor, Course, Joint, Answer]:
+        """Search for a plan, the last resorts included; return also where it begins. Raises
+        RunEnded as ``_look_for_few``."""
+        course, start, search, answer = self._searched(floor, helping)
+        if self.state.live and start.stages != floor.stages:
+            return floor, course, start, answer
+        if isinstance(answer, Exhausted) and floor is not plain:
+            if remembering(floor.problem):
+                self.searches.give_up(plain)
+            floor = plain  # the strategies' own ways are not all that there are
+            course, start, search, answer = self._searched(floor, helping)
+        if isinstance(answer, Spent):
+            self._look_for_few(plain, course)
+            answer = (None if self.turning else local_plan(search)) or answer
+        return floor, course, start, answer
+
+    def quickest(self, floor: Floor, gate: int) -> list[Joint] | None:
+        """The quickest plan for the next need of an obstacle, if the team can continue then."""
+        if remembering(self.searches.aimed(floor).problem):
+            return None
+        goals = [self.searches.goal(floor, name) for name in floor.names]
+        found = quickest(floor, gate, goals, self.thinking.check)
+        if found is None:
+            return None
+        course = self.searches.course(floor)
+        counts = self.searches.counts(floor, course.rounds)
+        states = [course.begun(found[0], counts, floor.stages)]
+        for poses in found[1:]:
+            states.append(course.moved(states[-1], poses, range(len(poses))))
+        if self.turning:
+            after = self.searches.search(floor, course, states[-1]).run(1)
+            if not isinstance(after, Found):
+                return None
+            self.certificates.keep(course, (*states, *after.states[1:]))
+        return states
+
+    def straightened(self, floor: Floor, states: list[Joint]) -> list[Joint]:
+        """A plan on which a robot steps more often than it has poses (two that must stand in
+        different places drive each other round and round), or the quickest one instead of it."""
+        robot = self.state.robots[self.starved]
+        ways = zip(*(state.poses for state in states), strict=True)
+        graphs = (member.graph for member in floor.problem.members)
+        turns = any(
+            sum(a != b for a, b in pairwise(way)) > graph.everywhere.bit_count()
+            for way, graph in zip(ways, graphs, strict=True)
+        )
+        obstacle = robot.assignment.obstacle
+        if not turns or robot.assignment.role is not Role.HELPS or obstacle not in floor.gates:
+            return states
+        found = self.quickest(floor, floor.gates.index(obstacle))
+        return states if found is None or len(found) >= len(states) else found
+
+    def leg(self, floor: Floor, course: Course, start: Joint) -> list[Joint] | None:
+        """Return moves that bring at least the starving robot to its target: formulas may
+        remember, so that a plan for all assumes goals as met that are not. None if there are no
+        such moves, or the team could not continue after them."""
+        index = floor.index(self.starved)
+        goal = self.searches.goal(floor, self.starved)
+        search = self.searches.search(floor, course, start, {index: goal})
+        search.goal = lambda state: (
+            state.stages != start.stages or bool(goal >> state.poses[index] & 1)
+        )
+        answer = search.run(1)
+        if not isinstance(answer, Found):
+            return None
+        after = self.searches.search(floor, course, answer.states[-1])
+        if self.turning and not isinstance(after.run(1), Found):
+            return None
+        return list(answer.states)
+
+    def cut(
+        self, course: Course, start: Joint, states: Sequence[Joint], helping: bool
+    ) -> list[Joint]:
+        """The plan up to the first resolution, or until each has counted once."""
+        found = []
+        for state in states:
+            found.append(state)
+            if self.leg_done(course, start, state, helping):
+                break
+        return found
+
+    def leg_done(self, course: Course, start: Joint, state: Joint, helping: bool) -> bool:
+        if state.stages != start.stages:
+            return True
+        return not helping and self._each_has_counted(course, start, state)
+
+    def charges(self, robot: RobotState) -> bool:
+        """Whether it is the robot that starves, on its way to a charger."""
+        starves = robot.name == self.starved and robot.active
+        return starves and robot.assignment.role is Role.CHARGES
+
+    def _each_has_counted(self, course: Course, start: Joint, state: Joint) -> bool:
+        """Whether each robot with goal poses has reached them once; of those that go to a charger
+        only the one that starves."""
+        for index, robot in enumerate(self.state.robots.values()):
+            if self.charges(robot) and not self._at_stop(course, state, index, robot):
+                return False
+            if robot.assignment.role is not Role.OWN or not robot.active:
+                continue
+            if course.is_done(index, start.counts[index]) or index in self._cut_off:
+                continue
+            if state.counts[index] == start.counts[index]:
+                return False
+        return True
+
+    def _at_stop(self, course: Course, state: Joint, index: int, robot: RobotState) -> bool:
+        pose = plain_poses(course.problem, state.poses)[index]
+        return bool(robot.assignment.goal >> pose & 1)
+
+    def _searched(self, floor: Floor, helping: bool) -> tuple[Course, Joint, Search, Answer]:
+        """Search for a plan; return the search and its result."""
+        self.served_nowhere = False
+        self._cut_off = self.searches.cut_off(floor)
+        course = self.searches.course(floor)
+        start = course.begun(floor.poses, self.searches.counts(floor, course.rounds), floor.stages)
+        search = self.searches.search(floor, course, start)
+        if self.turning and self.searches.cut_off(floor, every=True):
+            return course, start, search, Spent(0)  # the mission cannot be completed as it is
+        if self.turning or remembering(floor.problem):
+            hindered = self.hindered
+            answer = search.run(1, chain=CERTIFICATE_CHAIN) if hindered else search.run(1)
+            if isinstance(answer, Spent):
+                answer = self.certificates.again(course, start) or answer
+            if isinstance(answer, Spent) and self.turning and not hindered:
+                answer = search.run(self._rounds)
+            if self.turning or not isinstance(answer, Spent):
+                return course, start, search, answer
+        # Everything can be undone: a plan that serves those that want something is safe.
+        search.goal = lambda state: self.leg_done(course, start, state, helping)
+        answer = search.run(self._rounds, 0)
+        self.served_nowhere = helping and isinstance(answer, Exhausted)
+        if isinstance(answer, Exhausted):
+            search.goal = course.completed
+            answer = search.run(ROUNDS_FIRST)
+        return course, start, search, answer
+
+    @property
+    def _rounds(self) -> int:
+        """Rounds of the next search. A team that moves on for a while often has it easier, so
+        each effort is made four times before a larger one."""
+        return ROUNDS_FIRST + self.failures // 4
+
+    def _look_for_few(self, floor: Floor, course: Course) -> None:
+        """When a search has spent its budget for the first time, and now and then: whether a few
+        of the robots can never complete. Raises RunEnded with the proof."""
+        self.spent += 1
+        if self.spent not in LOOKS_FOR_FEW:
+            return
+        counts = self.searches.counts(floor, course.rounds)
+        active = [i for i, robot in enumerate(self.state.robots.values()) if robot.active]
+        few = deadlock_of_few(floor, active, course.rounds, counts, self.thinking.check)
+        if few is not None:
+            raise deadlocked(self.state, *few)
