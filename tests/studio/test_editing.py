@@ -51,6 +51,67 @@ robots:
 catalogue: {obstacles: {photo: {action: sense, blocks: []}}}
 orders: [{at: 4, type: photo, region: 2}]
 """
+NAMED = """safenav: 1
+map: {grid: ["....", "...."]}
+catalogue:
+  obstacles:
+    leaf: {action: push, blocks: [ann, digit], sweeps: [[0, 2]]}
+    load: {needs: [{action: push, at: [5]}, {action: push, at: [6, 7], same: true}], blocks: []}
+    gate: {action: push, resolve_at: [7]}
+robots:
+  ann: {model: digit, start: 0, heading: east, tracks: [bob], objective: {hold: 0}}
+  bob: {model: digit, start: 3, heading: west, avoids: [ann], objective: {hold: 3}}
+obstacles:
+  - {type: leaf, region: 5, sweeps: [6]}
+  - {type: gate, region: 2}
+chargers: [[1, 3]]
+requirements: [apart: "always(distance(ann, bob) >= 0.2)"]
+expect: {resolved: [leaf@5], helpers: {leaf@5: ann, gate@2: [bob]}, rounds: {ann: 1}, late: [ann]}
+"""
+
+
+@pytest.mark.parametrize(
+    ("operation", "kept"),
+    [
+        (
+            {"op": "rename_robot", "robot": "ann", "name": "cid"},
+            [
+                "blocks: [cid, digit]",
+                "avoids: [cid]",
+                "distance(cid, bob)",
+                "{leaf@5: cid, gate@2: [bob]}",
+                "rounds: {cid: 1}, late: [cid]",
+            ],
+        ),
+        (
+            {"op": "remove_robot", "robot": "ann"},
+            ["blocks: [digit]", "avoids: []", "helpers: {gate@2: [bob]}, rounds: {}, late: []"],
+        ),
+        (
+            {"op": "resize", "left": 1},
+            [
+                "sweeps: [[0, 3]]",
+                "at: [7]",
+                "at: [8, 9]",
+                "resolve_at: [9]",
+                "region: 7, sweeps: [8]",
+                "chargers: [[1, 4]]",
+                "resolved: [leaf@7], helpers: {leaf@7: ann, gate@3: [bob]}",
+            ],
+        ),
+        (
+            {"op": "set_obstacle", "index": 1, "key": "sweeps", "value": "neighbours"},
+            ["region: 2, sweeps: neighbours", "region: 5, sweeps: [6]"],
+        ),
+        (
+            {"op": "set_obstacle", "index": 1, "key": "resolve_within", "value": 9},
+            ["region: 2, resolve_within: 9"],
+        ),
+    ],
+)
+def test_names_and_regions_follow_everywhere(operation: dict[str, Any], kept: list[str]) -> None:
+    text = edited(NAMED, operation)
+    assert all(part in text for part in kept), text
 
 
 @pytest.mark.parametrize(

@@ -157,7 +157,7 @@ def _obstacles(root: Node, placing: _Placing) -> list[dict[str, Any]]:
         region = placing.region(_get(node, "region"))
         if region is None or not isinstance(node, Mapping):
             continue
-        truth = _get(node, "traversable")
+        truth, sweeps = _get(node, "traversable"), _get(node, "sweeps")
         found.append(
             {
                 "index": index,
@@ -166,6 +166,8 @@ def _obstacles(root: Node, placing: _Placing) -> list[dict[str, Any]]:
                 "from": _number(_get(node, "from"), None),
                 "until": _number(_get(node, "until"), None),
                 "traversable": truth.value if isinstance(truth, Scalar) else None,
+                "within": _number(_get(node, "resolve_within"), None),
+                "sweeps": "listed" if isinstance(sweeps, Sequence) else _text(sweeps) or None,
                 "line": node.place.line,
             }
         )

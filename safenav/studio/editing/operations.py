@@ -102,11 +102,15 @@ def move_obstacle(data: Any, told: Operation) -> None:
     obstacle["region"] = places.written(told["region"], obstacle.get("region"))
 
 
+SETTINGS = ("traversable", "from", "until", "type", "resolve_within", "sweeps")
+"""The keys of an obstacle that can be set."""
+
+
 def set_obstacle(data: Any, told: Operation) -> None:
-    """``key`` (traversable, from, until, type) to ``value``; null takes it away."""
+    """``key`` (one of SETTINGS) to ``value``; null takes it away."""
     obstacle = _obstacle(data, told)
     key, value = told["key"], told.get("value")
-    if key not in ("traversable", "from", "until", "type"):
+    if key not in SETTINGS:
         raise UsageError(f"an obstacle has no '{str(key)[:40]}'")
     if value is None:
         obstacle.pop(key, None)

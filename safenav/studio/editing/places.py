@@ -80,6 +80,15 @@ class MapPlaces:
             for obstacle in listed if isinstance(listed, list) else ():
                 if isinstance(obstacle, dict):
                     yield from self._one(obstacle, "region")
+                    yield from self._list(obstacle, "sweeps")
+        yield from self._list(self.data, "chargers")
+        for kind in obstacle_types(self.data):
+            yield from self._list(kind, "resolve_at")
+            yield from self._list(kind, "sweeps")
+            needs = kind.get("needs")
+            for need in needs if isinstance(needs, list) else ():
+                if isinstance(need, dict):
+                    yield from self._list(need, "at")
         apart = self.data.get("never_together")
         for entry in apart if isinstance(apart, list) else ():
             where = entry.get("in") if isinstance(entry, dict) else None
@@ -99,6 +108,12 @@ class MapPlaces:
                         ends = [int(end) + by for end in str(item[key]).split("-")]
                         ends = [min(max(end, 0), most - 1) for end in ends]
                         item[key] = f"{ends[0]}-{ends[-1]}" if len(ends) > 1 else ends[0]
+
+    def _list(self, holder: Any, key: str) -> Iterator[tuple[Any, Callable[[Any], None]]]:
+        """The regions of a list."""
+        listed = holder.get(key)
+        for index in range(len(listed) if isinstance(listed, list) else 0):
+            yield from self._target(listed, index)
 
     def _objective(self, objective: Any) -> Iterator[tuple[Any, Callable[[Any], None]]]:
         for kind in (*OBJECTIVES, "avoid") if isinstance(objective, dict) else ():
@@ -125,6 +140,14 @@ class MapPlaces:
             holder[key] = value
 
         yield holder[key], replace
+
+
+def obstacle_types(data: Any) -> list[Any]:
+    """Return the obstacle types of a catalogue in the scenario."""
+    catalogue = data.get("catalogue")
+    listed = catalogue.get("obstacles") if isinstance(catalogue, dict) else None
+    types = listed.values() if isinstance(listed, dict) else ()
+    return [kind for kind in types if isinstance(kind, dict)]
 
 
 def any_of(target: Any) -> Any:

@@ -9,7 +9,7 @@ from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 from safenav.errors import UsageError
 from safenav.scenario.reading.objective import RULES, WITHIN
-from safenav.studio.editing.places import OBJECTIVES, MapPlaces, any_of
+from safenav.studio.editing.places import OBJECTIVES, MapPlaces, any_of, obstacle_types
 from safenav.studio.editing.round_trip import Operation, put
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -123,6 +123,21 @@ def rename_robot(data: Any, told: Operation) -> None:
         change["robot"] = new
     for entry in _apart(data):
         entry["robots"][:] = [new if name == old else name for name in entry["robots"]]
+    for listed in _mentions(data):
+        listed[:] = [new if name == old else name for name in listed]
+    for table in _expected(data):
+        for key, value in list(table.items()):
+            if key == old:
+                table[new] = table.pop(old)
+            elif value == old:
+                table[key] = new
+    formulas = data.get("requirements")
+    for index, formula in enumerate(formulas if isinstance(formulas, list) else ()):
+        if isinstance(formula, dict):
+            for key, text in formula.items():
+                formula[key] = _said_of(old, new, text)
+        else:
+            formulas[index] = _said_of(old, new, formula)
 
 
 def remove_robot(data: Any, told: Operation) -> None:
@@ -140,6 +155,16 @@ def remove_robot(data: Any, told: Operation) -> None:
     for key in ("changes", "never_together"):
         if data.get(key) == []:
             del data[key]
+    gone = told["robot"]
+    others = [r for r in data["robots"].values() if isinstance(r, dict)]
+    lists = [r[key] for r in others for key in ("avoids", "tracks") if isinstance(r.get(key), list)]
+    for listed in (*lists, *_mentions(data)):
+        if gone in listed:
+            listed.remove(gone)
+    for table in _expected(data):
+        for key, value in list(table.items()):
+            if gone in (key, value):
+                del table[key]
 
 
 def _robot(data: Any, told: Operation) -> Any:
@@ -154,6 +179,29 @@ def _apart(data: Any) -> list[Any]:
     listed = data.get("never_together")
     entries = listed if isinstance(listed, list) else ()
     return [e for e in entries if isinstance(e, dict) and isinstance(e.get("robots"), list)]
+
+
+def _mentions(data: Any) -> list[Any]:
+    """Return the lists outside of ``robots`` in which robots may stand."""
+    expect = data.get("expect")
+    found = [kind.get("blocks") for kind in obstacle_types(data)]
+    if isinstance(expect, dict):
+        helpers = expect.get("helpers")
+        found += [expect.get("late"), *(helpers.values() if isinstance(helpers, dict) else ())]
+    return [listed for listed in found if isinstance(listed, list)]
+
+
+def _expected(data: Any) -> list[Any]:
+    """Return the tables of ``expect`` that name robots."""
+    expect = data.get("expect")
+    tables = [expect.get(key) for key in ("helpers", "rounds")] if isinstance(expect, dict) else []
+    return [table for table in tables if isinstance(table, dict)]
+
+
+def _said_of(old: str, new: str, formula: Any) -> Any:
+    """Return a requirement on the robot under its new name: robots stand in parentheses."""
+    pattern = rf"(?<=[(,])(\s*){re.escape(old)}(?=\s*[,)])"
+    return re.sub(pattern, rf"\g<1>{new}", formula) if isinstance(formula, str) else formula
 
 
 def _changes_of(data: Any, robot: str) -> list[Any]:

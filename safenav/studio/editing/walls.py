@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Callable
 from typing import Any
 
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
@@ -51,12 +53,31 @@ def resize(data: Any, told: Operation) -> None:
     _draw(data, grid)
     after = MapPlaces(data)
     after.move_rectangles(top, left)
-    for value, put, region in moved:
-        if region is None or isinstance(value, str):
-            continue
+
+    def at(region: int) -> int:
         row = min(max(region // before + top, 0), rows - 1)
-        col = min(max(region % before + left, 0), cols - 1)
-        put(after.written(row * cols + col, value if isinstance(value, int) else [0, 0]))
+        return row * cols + min(max(region % before + left, 0), cols - 1)
+
+    for value, put, region in moved:
+        if region is not None and not isinstance(value, str):
+            put(after.written(at(region), value if isinstance(value, int) else [0, 0]))
+    if "expect" in data:
+        data["expect"] = _renamed(data["expect"], at)
+
+
+def _renamed(told: Any, at: Callable[[int], int]) -> Any:
+    """Return what is expected, with obstacles named after the regions that they have now."""
+    if isinstance(told, str):
+        return re.sub(r"(?<=@)[0-9]+", lambda found: str(at(int(found[0]))), told)
+    if isinstance(told, list):
+        told[:] = [_renamed(one, at) for one in told]
+    elif isinstance(told, CommentedMap):
+        for key, value in list(told.items()):
+            new = _renamed(key, at)
+            if new != key:
+                told.insert(list(told).index(key), new, told.pop(key))
+            told[new] = _renamed(value, at)
+    return told
 
 
 def _opened(grid: list[str], old: list[str], grown: tuple[int, int, int, int]) -> list[str]:

@@ -1,4 +1,4 @@
-/* sources 80016d3d431bfdfe5d16ebd873f461c1129859ca289b6a17b7139391769e4638 */
+/* sources 9ef9efd2eb6067768657a44083626efb51623d54c1ebcbfb917865b840b20163 */
 /* Contains Preact:
 The MIT License (MIT)
 

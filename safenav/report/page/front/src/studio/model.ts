@@ -22,6 +22,10 @@ export interface DrawnObstacle {
   from: number | null;
   until: number | null;
   traversable: boolean | null;
+  /** The most ticks from its request to its resolution. */
+  within: number | null;
+  /** The regions that its resolution sweeps: those beside it, or some that are listed. */
+  sweeps: "neighbours" | "listed" | null;
   line: number;
 }
 

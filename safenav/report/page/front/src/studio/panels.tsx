@@ -280,6 +280,23 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
         )}
         {tick("from", "appears at tick")}
         {tick("until", "disappears at tick")}
+        <Field
+          name="resolve within"
+          number
+          value={obstacle.within === null ? "" : String(obstacle.within)}
+          onChange={(value) => set("resolve_within", value === "" ? null : Number(value))}
+        />
+        <label>
+          sweeps
+          <select
+            value={obstacle.sweeps ?? ""}
+            onChange={(event) => set("sweeps", event.currentTarget.value || null)}
+          >
+            <option value="">as its type</option>
+            <option value="neighbours">all regions beside it</option>
+            {obstacle.sweeps === "listed" && <option value="listed" disabled>listed regions</option>}
+          </select>
+        </label>
       </section>
     );
   }
