@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from report.browser import Browser, Keys
+from report.browser import Browser, Keys, Select
 from safenav.audit.check import audit
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.reading import read_bytes
@@ -73,6 +73,15 @@ def test_case_study_1_is_drawn_run_and_undone(board: Board, tmp_path: Path) -> N
         (r.name, r.model, r.start, r.objective) for r in SHIPPED.robots
     ]
     assert [(o.name, o.appears) for o in drawn.obstacles] == [("door@47", None)]
+    board.choose("Select")
+    board.click(47)
+    browser.wait(lambda: browser.all(".chosen select"), MINUTES)
+    before = board.text
+    Select(browser.one(".chosen select")).select_by_value("neighbours")
+    board.until(", sweeps: neighbours}")
+    browser.button("Undo").click()
+    browser.wait(lambda: board.text == before, MINUTES)
+    browser.press(Keys.ESCAPE)
     browser.wait(lambda: len(browser.all('[data-verdict="realizable"]')) == 2, MINUTES)
     browser.press(Keys.CONTROL, "s")
     browser.wait(lambda: (tmp_path / "mine.yaml").exists(), MINUTES)
