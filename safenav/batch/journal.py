@@ -15,8 +15,11 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO
 
+from msgspec import convert
+
 from safenav.batch.cases.case import Result
 from safenav.errors import UsageError
+from safenav.lines import json_line
 
 NAME = "state.jsonl"
 
@@ -60,7 +63,7 @@ class StateFile:
     def add(self, result: Result) -> None:
         """Keep a result: on disk when this returns."""
         try:
-            self._file.write(json.dumps(result.record(), separators=(",", ":")) + "\n")
+            self._file.write(json_line(result.record()))
             self._file.flush()
         except OSError as error:
             raise self._unusable(error) from error
@@ -71,8 +74,8 @@ class StateFile:
         self._file.seek(0)
         for line in self._file:
             try:
-                result = Result.from_record(json.loads(line))
-            except (ValueError, KeyError, TypeError):
+                result = convert(json.loads(line), Result)
+            except ValueError:
                 continue
             found[result.fingerprint] = result
         return found

@@ -8,7 +8,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from msgspec import to_builtins
+from msgspec import convert, to_builtins
 
 import safenav
 from safenav.batch.baseline import BaselineComparison
@@ -91,8 +91,8 @@ def read_results(path: Path) -> dict[str, Result]:
     if not isinstance(data, dict) or data.get("batch") != VERSION:
         raise _no_results(path, f"it does not begin with 'batch': {VERSION}")
     try:
-        results = [Result.from_record(record) for record in data["results"]]
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        results = convert(data["results"], list[Result])
+    except (KeyError, ValueError) as error:
         raise _no_results(path, f"{type(error).__name__}: {error}") from error
     return {result.name: result for result in results}
 

@@ -25,6 +25,7 @@ from safenav.certify.page import page_of
 from safenav.certify.proved import Proof, prove, refusals
 from safenav.certify.run import Kept, read_lines
 from safenav.errors import NotCertifiedError, ResourceLimitError, UsageError
+from safenav.lines import json_line
 from safenav.spec.parsing import read_specification
 from safenav.synthesis.slugs import Synthesizer
 
@@ -182,7 +183,7 @@ def _counterstrategy(text: str, robot: str, synthesizer: Synthesizer) -> bytes |
 
 
 def _json(data: Any) -> bytes:
-    return json.dumps(data, separators=(",", ":")).encode() + b"\n"
+    return json_line(data).encode()
 
 
 def _manifest(files: Mapping[str, bytes], claims: list[dict[str, Any]]) -> dict[str, Any]:

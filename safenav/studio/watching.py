@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import threading
 import time
 from collections.abc import Mapping
@@ -13,6 +12,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from safenav.errors import UsageError
+from safenav.lines import json_line
 from safenav.scenario.model import Scenario
 from safenav.studio.run.live import StudioRun
 from safenav.studio.run.orders import RunOrder
@@ -137,7 +137,7 @@ class _WatchedRun(StudioRun):
         tick = int(data.get("tick", 0))
         if self._live is not None and tick > self.records[-1].tick:
             self._done()
-        self._take(json.dumps(data, separators=(",", ":")).encode() + b"\n")
+        self._take(json_line(data).encode())
         if data["type"] == "outcome":
             self._done()
             self._over()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import stat
 from collections.abc import Callable
@@ -11,6 +10,7 @@ from types import TracebackType
 from typing import IO, Any
 
 from safenav.errors import UsageError
+from safenav.lines import json_line
 from safenav.trace.fields import plain
 from safenav.trace.records import Header, Record
 
@@ -48,7 +48,7 @@ class TraceWriter:
             if not self._begun and self._is_regular():
                 self._file.truncate(0)
             self._begun = True
-            self._file.write(json.dumps(as_data(record), separators=(",", ":")) + "\n")
+            self._file.write(json_line(as_data(record)))
             self._file.flush()
         except OSError as error:
             raise self._failure(error) from error

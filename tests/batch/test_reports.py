@@ -106,7 +106,12 @@ def test_json_can_be_read_again(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "content",
-    ["", "[]", "{}", '{"batch": 2, "results": []}', '{"batch": 1}', '{"batch": 1, "results": [3]}'],
+    [
+        *("", "[]", "{}", '{"batch": 2, "results": []}', '{"batch": 1}'),
+        '{"batch": 1, "results": [3]}',
+        '{"batch": 1, "results": [{"name": "a", "file": "a.yaml", "settings": {},'
+        ' "fingerprint": "", "verdict": "passed", "ticks": "many"}]}',
+    ],
 )
 def test_a_baseline_that_is_none_is_an_error(tmp_path: Path, content: str) -> None:
     file = tmp_path / "batch.json"

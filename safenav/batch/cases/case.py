@@ -122,15 +122,6 @@ class Result(Struct, frozen=True):
         found: dict[str, Any] = to_builtins(self)
         return found
 
-    @staticmethod
-    def from_record(record: Mapping[str, Any]) -> Result:
-        """Raises KeyError, TypeError or ValueError if the object is not a result. Fields that
-        are not known are passed over: a later version may have written them."""
-        known = set(Result.__struct_fields__)
-        data = {key: value for key, value in record.items() if key in known}
-        data["verdict"] = CaseVerdict(record["verdict"])
-        return Result(**data)
-
 
 def without_a_run(case: Case, verdict: CaseVerdict, reasons: list[str], detail: str = "") -> Result:
     """The result of a case that has no outcome to tell."""

@@ -14,7 +14,7 @@ import uuid
 from pathlib import Path
 from typing import Any
 
-from msgspec import Struct, to_builtins
+from msgspec import Struct, convert, to_builtins
 from msgspec.structs import replace
 
 import safenav
@@ -98,7 +98,7 @@ class DaskCluster:
         case = sent.case
         try:
             record, content = future.result()
-            result = Result.from_record(record)
+            result = convert(record, Result)
         except SafenavError as error:
             result = without_a_run(case, CaseVerdict.ERROR, [str(error)])
             content = b""

@@ -15,13 +15,14 @@ import uuid
 from collections.abc import Iterable
 from pathlib import Path
 
-from msgspec import to_builtins
+from msgspec import convert, to_builtins
 from msgspec.structs import replace
 
 from safenav.batch.cases.case import Case, CaseVerdict, Conditions, Result, without_a_run
 from safenav.batch.workers.case_process import READY
 from safenav.batch.workers.process_tree import MARK, kill_family, kill_orphans
 from safenav.errors import SafenavError
+from safenav.lines import json_line
 
 _START_SECONDS = 60.0
 _LAST_WORDS = 4000
@@ -100,7 +101,7 @@ class Worker:
             "trace": None if trace is None else str(trace.resolve()),
         }
         with contextlib.suppress(BrokenPipeError):  # it is dead: ``receive`` will find out
-            self._process.stdin.write(json.dumps(task).encode() + b"\n")
+            self._process.stdin.write(json_line(task).encode())
             self._process.stdin.flush()
 
     def receive(self) -> Result | None:
@@ -150,7 +151,7 @@ class Worker:
         if not self._heard.endswith(b"\n"):
             return None
         answer, self._heard, self.case = self._heard, b"", None
-        return self._timed(Result.from_record(json.loads(answer)))
+        return self._timed(convert(json.loads(answer), Result))
 
     def _crashed(self) -> Result:
         status = self._process.wait()

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from math import ceil, log10
 from typing import Any
 
+from safenav.lines import json_line
 from safenav.motion.file.records import (
     VERSION,
     Action,
@@ -55,7 +55,7 @@ def text_of(motion: Motion) -> str:
     lines: list[dict[str, object]] = [{"type": "header", "motion": VERSION, **_object(header)}]
     lines += [{"type": NAMES[type(line)], **_object(line)} for line in motion.lines]
     lines.append({"type": "outcome", **_object(motion.outcome)})
-    return "".join(json.dumps(line, separators=(",", ":")) + "\n" for line in lines)
+    return "".join(map(json_line, lines))
 
 
 def _object(record: object) -> dict[str, object]:

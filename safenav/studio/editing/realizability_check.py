@@ -6,12 +6,12 @@ text changes, so it keeps nothing but the synthesis cache.
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 from typing import Any
 
 from safenav.errors import ResourceLimitError, SafenavError
+from safenav.lines import json_line
 from safenav.report.terminal.explanation_text import explanation_data
 from safenav.runtime.explanation import explain_team
 from safenav.runtime.mission import default_synthesizer, first_results
@@ -71,7 +71,7 @@ def _reason(scenario: Scenario, name: str) -> dict[str, Any]:
 
 
 def _say(out: Any, data: dict[str, Any]) -> None:
-    out.write(json.dumps(data) + "\n")
+    out.write(json_line(data))
     out.flush()
 
 

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from safenav.errors import UsageError
+from safenav.lines import json_line
 from safenav.report.page.live import LiveRun
 from safenav.studio.run.orders import DONE, FAILED, REFUSED, RunOrder
 from safenav.trace.fields import convert
@@ -292,7 +293,7 @@ class StudioRun:
         self._tell({"is": "state", "state": self.state})
 
     def _send(self, data: Mapping[str, Any]) -> None:
-        self._send_text(json.dumps(data) + "\n")
+        self._send_text(json_line(data))
 
     def _send_text(self, text: str) -> None:
         assert self._process is not None and self._process.stdin is not None

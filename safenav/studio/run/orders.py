@@ -10,8 +10,9 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from msgspec import Struct, to_builtins
+from msgspec import Struct, convert, to_builtins
 
+from safenav.lines import json_line
 from safenav.scenario.yaml.findings import ReadableFolder
 
 DONE, REFUSED, FAILED = "~done", "~refused", "~failed"
@@ -41,8 +42,8 @@ class RunOrder(Struct, frozen=True):
         return ReadableFolder(None if self.folder is None else Path(self.folder))
 
     def line(self) -> str:
-        return json.dumps(to_builtins(self)) + "\n"
+        return json_line(to_builtins(self))
 
     @classmethod
     def read(cls, line: str) -> RunOrder:
-        return cls(**json.loads(line))
+        return convert(json.loads(line), cls)

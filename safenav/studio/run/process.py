@@ -17,6 +17,7 @@ from typing import IO, Any
 from msgspec.structs import replace
 
 from safenav.errors import SafenavError, UsageError
+from safenav.lines import json_line
 from safenav.runtime.analysis.resuming import joins_words, rest_with
 from safenav.runtime.intervening import intervention
 from safenav.runtime.mission import Mission
@@ -33,7 +34,7 @@ def main() -> None:
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # whatever prints: not into the protocol
 
     def say(data: dict[str, Any]) -> None:
-        out.write(json.dumps(data, separators=(",", ":")) + "\n")
+        out.write(json_line(data))
         out.flush()
 
     try:

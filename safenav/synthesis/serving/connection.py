@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from typing import IO, Any
 
 from safenav.errors import SynthesizerError
+from safenav.lines import json_line
 from safenav.synthesis.process import Crew, Finished, kill_group
 
 _CHUNK = 1 << 16
@@ -51,7 +52,7 @@ class Connection:
         if self._closed:
             raise SynthesizerError(f"the synthesizer {self._program} has been closed")
         try:
-            self._given.write(json.dumps(request).encode() + b"\n")
+            self._given.write(json_line(request).encode())
             line = self.read_line(time.monotonic() + self._seconds)
         except TimeoutError:
             self.close()
