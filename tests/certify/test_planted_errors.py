@@ -84,7 +84,6 @@ TWO = """
     b: {model: rover, start: [1, 5], objective: {visit: [[1, 5], [3, 1]]}}
 """
 TWO_EXACT = TWO.replace("rover,", "rover, tracking: exact,", 1)
-TWO_BELIEF = TWO.replace("rover,", "rover, tracking: belief, vision: 2,", 1)
 FAIR = Circumstances(fairness=Fairness.OUT_OF_MY_WAY)
 EXERCISES = [
     Exercise(

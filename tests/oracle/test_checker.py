@@ -41,7 +41,6 @@ SOUND = (
     Node(0b01, 0, (3,)),
     Node(0b11, 0, (2, 3)),
 )
-TO_ONE = (Node(0b00, 0, (1,)), Node(0b10, 0, (2,)))  # the environment lets x become 1
 STARVING = (Node(0b00, 0, (1,)), Node(0b10, 0, (2, 1)), Node(0b01, 0, (1,)))
 
 

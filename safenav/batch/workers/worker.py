@@ -184,7 +184,8 @@ class Worker:
         return result
 
     def _timed(self, result: Result) -> Result:
-        return replace(result, wall_seconds=round(self.elapsed, 6))
+        """With the time since the case was given; its process knows better if it was heard late."""
+        return replace(result, wall_seconds=max(result.wall_seconds, round(self.elapsed, 6)))
 
     def _last_words(self) -> str:
         file = self._stderr.fileno()  # its offset is shared with the process: leave it alone
