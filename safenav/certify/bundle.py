@@ -10,7 +10,9 @@ import shutil
 import sys
 import tempfile
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from errno import EDQUOT, EFBIG, ENOSPC
 from pathlib import Path
 from typing import Any
 
@@ -57,11 +59,14 @@ def make_bundle(
     strategies of all ``synthesis`` lines (see ``Kept.complete``). ``motion``: the run in metres.
     ``proved``: also run the verified checker, and state on the page what it proves.
 
-    Raises UsageError if the target exists, NotCertifiedError if a checker refuses the bundle,
-    ResourceLimitError if a strategy is larger than the checker takes on."""
+    Raises UsageError if the target exists or the disk is full, NotCertifiedError if a checker
+    refuses the bundle, ResourceLimitError if a strategy is larger than the checker takes on."""
     if target.exists():
         raise UsageError(f"{target} exists; name a bundle that does not")
-    with tempfile.TemporaryDirectory(dir=_parent(target), prefix=".bundle-") as directory:
+    with (
+        _disk(target),
+        tempfile.TemporaryDirectory(dir=_parent(target), prefix=".bundle-") as directory,
+    ):
         folder = Path(directory) / "bundle"
         files = files_of_run(trace, sources, kept, synthesizer)
         if motion is not None:
@@ -88,6 +93,17 @@ def make_bundle(
         else:
             shutil.move(folder, target)
     return Made(target, verdict, len(files) + 1, sum(map(len, files.values())))
+
+
+@contextmanager
+def _disk(target: Path) -> Iterator[None]:
+    """Report a full disk as what cannot be written."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno not in (ENOSPC, EDQUOT, EFBIG):
+            raise
+        raise UsageError(f"cannot write {target}: {error.strerror}") from error
 
 
 def _proofs(folder: Path) -> tuple[Proof, ...]:

@@ -1,6 +1,7 @@
 """Bundles of the shipped scenarios: accepted by their own checker, and by nothing but Python."""
 
 import base64
+import errno
 import json
 import re
 import shutil
@@ -13,6 +14,9 @@ import pytest
 
 import warm
 from certify.making import SCENARIOS, bundle_at, files_of, rewrite, run_checker, shipped
+from safenav.certify import bundle as writing
+from safenav.certify.record import bundle_of_run
+from safenav.errors import UsageError
 from safenav.spec.task import Fairness
 from safenav.trace.labels import labels
 from safenav.trace.looks import looks
@@ -74,6 +78,18 @@ def test_the_checker_leaves_the_bundle_as_it_is() -> None:
 def test_a_bundle_that_was_copied_elsewhere_is_accepted(tmp_path: Path) -> None:
     copy = shutil.copytree(shipped("case_study_1"), tmp_path / "somewhere else")
     assert run_checker(copy)[0] == 0
+
+
+def test_a_full_disk_is_reported_and_nothing_stays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> int:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(writing, "_write_manifest", full)
+    with pytest.raises(UsageError, match=r"cannot write .*: No space left on device"):
+        bundle_of_run(SCENARIOS / "hello.yaml", tmp_path / "made")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_zip_holds_the_same(tmp_path: Path) -> None:
