@@ -172,7 +172,7 @@ def test_nothing_is_greyed_out_without_a_reason(house: Board) -> None:
     browser.wait(lambda: browser.all(".world button[aria-disabled]"), MINUTES)
     assert all(len(why) > 10 for why in reasons())
     house.choose("Close: door")
-    assert "Restart" in toast(browser)
+    browser.wait(lambda: "Restart" in toast(browser), MINUTES)
 
 
 def test_the_palette_stays_when_a_robot_is_selected(house: Board) -> None:
