@@ -9,6 +9,7 @@ are plain data. Its ``log`` holds what was so, in order of time, whether or not 
 - ``act``, ``acted``: an action of ``robot`` begins and ends; ``resolved``: an obstacle is gone for
   good (``open`` false: it was found to be a wall)
 - ``shown``: a sensor shows ``obstacle``, whether there or not; ``hidden``: it fails to
+- ``cancel``: a robot was asked to give up its step
 - ``told``: an event was handed over; ``put``: an operator has put a robot down; ``wrong``: a
   command that no robot can carry out
 """
@@ -145,7 +146,8 @@ class Floor:
         return None
 
     def cancel(self, name: str) -> None:
-        """Best effort: none."""
+        """Best effort: none, but that it was asked."""
+        self._write("cancel", robot=name)
 
     def wait(self, timeout: float | None) -> list[Line]:
         """The events of the next instant that has some, or none after the time."""

@@ -41,6 +41,9 @@ class Walk:
         self.actions: Counter[tuple[str, str]] = Counter()
         """Failed actions of a robot on an obstacle."""
         self.out: set[str] = set()
+        self.silent: set[str] = set()
+        """Robots that were asked to give up a step, and not sent anywhere since: their reports came
+        so late that the run may take them for lost."""
         self.moves, self.stopped, self.over = 0, 0, 0.0
         self.busy = dict.fromkeys(self.robots, 0.0)
         self.defects: list[str] = []
@@ -75,6 +78,8 @@ class Walk:
                     self.walls.add(line["obstacle"])
                 for other, seen in self.visits.items():
                     self.visits[other] = seen[-1:]
+            case "cancel":
+                self.silent.add(name)
             case "shown":
                 (self.known if line["there"] else self.believed).add(line["obstacle"])
             case "hidden":
@@ -93,6 +98,7 @@ class Walk:
 
     def _start(self, line: Line, name: str) -> None:
         self.moves += 1
+        self.silent.discard(name)
         # It may have decided to stay first, which counts again, and takes no time here. That it has
         # decided so is in the trace, which is audited.
         self.visits[name].append(line["from"])
@@ -175,7 +181,7 @@ class Walk:
     def unreliable(self) -> set[str]:
         """Robots that the run may have put out of service."""
         many = {n for n, failed in self.failures.items() if len(failed) >= 2 * RETRIES}
-        return self.out | many
+        return self.out | self.silent | many
 
     def unknowns(self) -> set[tuple[int, str]]:
         """Regions into which a robot has failed so often that something may stand there, with the
