@@ -231,8 +231,10 @@ DRIVEN = labs(
     (SECOND, "simulation"),
     (THIRD, "simulation"),
     (FIRST, "ros1", {"digit": "abort", "quad": "abort"}),
+    (SECOND, "ros1"),
     (THIRD, "ros1"),
     (FIRST, "ros2", {"digit": "abort+late", "quad": "doubled"}),
+    (SECOND, "ros2"),
     (THIRD, "ros2"),
 )
 
