@@ -78,6 +78,7 @@ class Course(Struct, dict=True):
     _steps: dict[Stages, tuple[Steps, ...]] = field(default_factory=dict)
     _hopeful: dict[Stages, tuple[Steps, ...]] = field(default_factory=dict)
     _alive: dict[Stages, tuple[Mask, ...]] = field(default_factory=dict)
+    _acting: dict[Stages, tuple[Mask, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         members = self.problem.members
@@ -182,7 +183,8 @@ class Course(Struct, dict=True):
         who: Iterable[int],
     ) -> Joint:
         """Let every robot act where it stands, and count the goals that waiting meets there."""
-        if stages and self.problem.open(stages):
+        acting = self._acting_at(stages)
+        if any(mask >> pose & 1 for mask, pose in zip(acting, poses, strict=True)):
             before = self._resolved(stages)
             stages = performed(self.problem, poses, stages)
             if self._resolved(stages) != before:
@@ -195,6 +197,19 @@ class Course(Struct, dict=True):
                 changed = changed or list(counts)
                 changed[robot] = count
         return Joint(poses, tuple(changed) if changed else counts, stages)
+
+    def _acting_at(self, stages: Stages) -> tuple[Mask, ...]:
+        """For each robot the poses in which it may have a part in the next need of an obstacle:
+        nearly all joint states are searched without a look at the obstacles."""
+        found = self._acting.get(stages)
+        if found is None:
+            problem, masks = self.problem, [0] * len(self.problem.members)
+            for gate in problem.open(stages):
+                regions = problem.next_need(gate, stages).regions
+                for i in problem.able(gate, stages):
+                    masks[i] |= problem.members[i].graph.poses_on(regions)
+            found = self._acting[stages] = tuple(masks)
+        return found
 
     def _resolved(self, stages: Stages) -> int:
         return sum(self.problem.resolved(gate, stages) for gate in range(len(stages)))
