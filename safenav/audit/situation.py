@@ -391,6 +391,8 @@ class Situation:
                 self.turn.failed = ended is not None and ended.result != "arrived"
                 if not self.live:
                     self._perform(record.robot, {})
+            case "hold" if record.signal is not None:  # after the ``act`` line of the same turn
+                self.signals[record.robot] = record.signal
             case "belief":
                 self.beliefs[record.robot, record.of] = record
             case "violation":

@@ -209,6 +209,8 @@ class Evidence(Rule):
                 self.synthesis(record.data, self.robots[record.robot], now)
             case "move":
                 self.move(record, self.robots[record.robot], now)
+            case "hold" if robot and record.signal is not None:  # after an ``act`` line
+                robot.signal = vars(record.signal)
             case "push" | "pop":
                 for name, objective in record.data["objectives"].items():
                     left = len(now.stack) + (1 if record.type == "push" else -1)
