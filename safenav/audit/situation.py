@@ -427,6 +427,10 @@ class Situation:
                 self.discovered.add(record.obstacle)
                 self.orders.add(record.obstacle)
             case "met":
+                if self.meets_at_once(record.robot, record.obstacle) and (
+                    self.stage[record.obstacle] == record.need
+                ):
+                    self._perform_at(record.robot, record.obstacle)
                 self._take(record)
             case "truth":
                 self.truth[record.obstacle] = record.traversable
@@ -575,6 +579,16 @@ class Situation:
         if not (whole and known) or robot not in there or len(there) < need.robots:
             return None
         return frozenset(there if need.together else [robot])
+
+    def meets_at_once(self, robot: str, obstacle: str) -> frozenset[str] | None:
+        """Return the robots that meet the next need of an obstacle, not its last, if an action of
+        one of them is over immediately: a live run has no lines for that."""
+        last = self.stage[obstacle] + 1 >= len(self.obstacles[obstacle].all_needs)
+        if not self.live or last or self.takes(obstacle) or robot in self.acting:
+            return None
+        need, there = self.need(obstacle), self.standing(obstacle)
+        group = there if need.together else {*self.done[obstacle], robot}
+        return frozenset(group) if robot in there and len(group) >= need.robots else None
 
     def _take(self, record: Line) -> None:
         """Note that robots take a load as a whole, and what the robot then does with it there."""

@@ -54,6 +54,7 @@ class Floor:
         self.pose = {name: robot.start for name, robot in self.robots.items()}
         self.log: list[Line] = []
         self.time, self._heap, self._ticket = 0.0, list[Any](), count()
+        self._reserved: dict[str, tuple[float, set[int]]] = {}
         self.open: dict[str, int] = {}
         """The command of each robot that has not been told of its end."""
         self.moving: dict[str, int] = {}
@@ -251,31 +252,35 @@ class Floor:
             end = self._dice.choice([end, *self._sliding(name)])
             told |= {"region": end[0], "heading": _spelt(end[1])}
         self.moving.pop(name, None)
-        self.bound.pop(name, None)
+        had = {self.pose[name][0], self.bound.pop(name, end[0])}
         self.pose[name] = end
         within = {"within": told["within"]} if "within" in told else {}
         self._write("end", robot=name, at=end[0], how=told["event"], **within)
-        self._tell(told)
+        self._reserved[name] = self._tell(told), had
 
     def _sliding(self, name: str) -> list[tuple[int, int]]:
-        """Poses beside it that nobody has, and nobody goes to."""
+        """Poses beside it that nobody has, and nobody goes to, as far as the team was told."""
         taken = {p[0] for n, p in self.pose.items() if n != name} | {
             r for n, r in self.bound.items() if n != name
         }
         taken |= {o.region for o in self._standing().values()}
+        for other, (until, regions) in self._reserved.items():
+            if other != name and until >= self.time:
+                taken |= regions
         return [
             p for p in self.mission.steps(self.robots[name], self.pose[name]) if p[0] not in taken
         ]
 
-    def _tell(self, event: Line) -> None:
+    def _tell(self, event: Line) -> float:
         """Hand an event over: now, or later if that leaves the robot within what it has reserved;
-        perhaps twice."""
+        perhaps twice. When it is told."""
         event = {**event, "at": self.time}
         later = event["event"] != "elsewhere" and self._strikes("told_late")
         due = self.time + (self._dice.uniform(0.5, 10.0) if later else 0.0)
         self._plan(due, "tell", event)
         if self._strikes("told_twice"):
             self._plan(due + self._dice.uniform(0.0, 5.0), "tell", event)
+        return due
 
     def _can(self, name: str, obstacle: str, on: Sequence[str]) -> bool:
         """Whether a robot can do what an obstacle needs next, with the others as they stand. What

@@ -151,13 +151,22 @@ class Walk:
             self._apart(line, name)
         if line["at"] != before and "within" not in line:
             self.visits[name].append(line["at"])
-            steps = (-self.mission.cols, 1, self.mission.cols, -1)
             if self.robots[name].has_heading:
-                self.heading[name] = steps.index(line["at"] - before)
+                self.heading[name] = self._way(before, line["at"])
         if line["how"] == "failed":
             self.failures[name].append(bound)
         elif line["how"] == "arrived":
             self.failures[name].clear()
+
+    def _way(self, before: int, to: int) -> int:
+        return (-self.mission.cols, 1, self.mission.cols, -1).index(to - before)
+
+    def pose(self, name: str) -> tuple[int, int]:
+        """Where a robot is; where it goes, if it is under way: it ends its step."""
+        if name not in self.way:
+            return min(self.at[name]), self.heading[name]
+        turns = self.robots[name].has_heading
+        return self.way[name][1], self._way(*self.way[name]) if turns else self.heading[name]
 
     def _told(self, event: Line, name: str) -> None:
         if event["event"] == "blocked" and event["obstacle"] in self.stages:
@@ -247,7 +256,7 @@ def _false_statement(data: Mapping[str, Any], walk: Walk, budget: int) -> str:
     mission = read_mission({**data, "obstacles": entries, "catalogue": catalogue})
     mission = _without(mission, walk.barred())
     known = {name: walk.stages[name] for name in walk.known & walk.stages.keys()} | shown
-    poses = {name: (min(walk.at[name]), walk.heading[name]) for name in walk.robots}
+    poses = {name: walk.pose(name) for name in walk.robots}
     begin = Situation(poses, dict.fromkeys(walk.robots, (0, 0)), known, frozenset(walk.walls))
     search = joint.can_complete if mission.crowded else independent.can_complete
     answer = search(mission, begin, budget)

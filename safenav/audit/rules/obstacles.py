@@ -144,7 +144,7 @@ class NeedRule(LineRule):
         what = f"need {record.need + 1} of {name}"
         group = now.turn.met.get((name, record.need))
         if group is None and record.need == now.stage[name]:
-            group = now.takers(record.robot, name)
+            group = now.takers(record.robot, name) or now.meets_at_once(record.robot, name)
         if group is None or len(needs) < 2:
             full = [n for n in record.robots or (record.robot,) if now.is_full(n)]
             for robot in full if record.need == now.stage[name] and now.takes(name) else ():

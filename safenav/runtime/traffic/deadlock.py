@@ -96,8 +96,13 @@ def _only(floor: Floor, group: tuple[int, ...]) -> Floor:
 def deadlocked(state: TeamState, floor: Floor, course: Course, answer: Exhausted) -> RunEnded:
     """The end of a run in which no order of moves of the robots of ``floor`` completes."""
     label = state.scenario.map.label
-    names = [name for name in floor.names if state.rivals(state.robots[name].robot)]
-    where = ", ".join(f"{n} at {label(state.robots[n].pose.region)}" for n in names)
+    robots = [state.robots[n] for n in floor.names if state.rivals(state.robots[n].robot)]
+    words = (
+        f"{robot.name} {'at' if robot.transit is None else 'on its way to'} "
+        f"{label(robot.next_pose.region)}"
+        for robot in robots
+    )
+    where = ", ".join(words)
     alone = ""
     if len(floor.names) < len(state.robots):
         alone = ", even with all other robots and open obstacles out of the way"
