@@ -149,7 +149,8 @@ class DeadlineRule(Rule):
         complete = outcome.outcome == "completed"
         if complete and MISSION in self._open:
             yield self.broken_by(outcome, None, "no line tells that the mission was in time")
-        if outcome.outcome in ("completed", "tick_limit"):
+        over = outcome.outcome in ("completed", "tick_limit") or outcome.cause == "deadlock"
+        if over:  # the last turn is: deadlocks are found between ticks
             yield from self._missing(outcome, [o for o in self._turn_owes if o[0] != MISSION])
         for of in _promised(outcome):
             yield from self._refused(of, outcome, now)

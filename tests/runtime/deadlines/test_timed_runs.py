@@ -82,6 +82,15 @@ def test_the_audit_follows(seed: int, run: Runner, tmp_path: Path) -> None:
             assert check_trace(path).findings
 
 
+def test_a_deadlock_after_the_last_turn_excuses_no_line(run: Runner) -> None:
+    lines = run(timed_scenario(700_253)).records
+    assert lines[-1]["cause"] == "deadlock"
+    (last,) = [k for k, x in enumerate(lines) if x["type"] == "deadline"][-1:]
+    assert lines[last]["tick"] == lines[-1]["tick"] and lines[last]["verdict"] == "set"
+    (found,) = check_trace(json.dumps(x) for x in lines[:last] + lines[last + 1 :]).findings
+    assert found.rule == "deadline"
+
+
 LATE = """
 safenav: 1
 map:
