@@ -127,7 +127,7 @@ class SimulationUse(Struct, frozen=True):
 class PyrobosimUse(Struct, frozen=True):
     """A ``world`` file of pyrobosim. A closed hallway is an obstacle of type ``hallway`` in the
     region of its middle; ``closing``: seconds of the simulation after which a hallway closes, as
-    soon as no robot is in it."""
+    soon as no robot is in it or sent there."""
 
     world: Path
     hallway: str

@@ -57,6 +57,13 @@ class HostedRobot:
             self._open_lines.append(line)
             self._commands.put(line)
 
+    def is_sent_to(self, place: tuple[float, float]) -> bool:
+        """Whether the regions of what is under way contain a place, be it where it sets out."""
+        from shapely import Point, Polygon
+
+        lines = list(self._open_lines)
+        return any(Polygon(c).covers(Point(place)) for line in lines for c in line["within"])
+
     def tick(self, sensor: str | None) -> None:
         """Tell where the robot is, what it knows and, while it stands, what its lidar sees."""
         if self.robot.path_executor is not None and any("stopped" in o for o in self._open_lines):
@@ -198,8 +205,11 @@ def main(world_file: Path, pace: float) -> None:
         for name, robot in robots.items():
             robot.tick(sensors.get(name))
         for name, at in list(closing.items()):
+            due = (time.monotonic() - begun) * pace >= at
+            if not due or any(robot.is_sent_to(halls[name]) for robot in robots.values()):
+                continue
             # pyrobosim refuses as long as a robot stands in the hallway
-            if (time.monotonic() - begun) * pace >= at and world.close_location(name).is_success():
+            if world.close_location(name).is_success():
                 del closing[name]
         time.sleep(1 / RATE)
 
