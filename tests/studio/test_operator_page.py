@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from report.browser import Browser
+from report.browser import Browser, Select
 from runtime.test_operator import GATE
 from safenav.audit.check import audit
 from safenav.trace.reading import read_bytes
@@ -43,28 +43,27 @@ def test_the_page_can_help_a_run_that_waits(tmp_path: Path) -> None:
         visit(served.address, story)
 
 
-def test_a_robot_joins_on_the_page(tmp_path: Path) -> None:
+def test_a_robot_joins_on_the_page(browser: Browser, tmp_path: Path) -> None:
     """The run that needs it ends, and the rest with it is shown, and has a trace of its own."""
     scenario, trace = tmp_path / "gate.yaml", tmp_path / "run.jsonl"
     scenario.write_text(GATE)
-    saved: list[bytes] = []
-
-    async def story(page: Page) -> None:
-        await page.say("speed", value=64)
-        await page.say("play")
-        await page.hear(
-            lambda m: "waiting" in str(m.get("news", m.get("run", {}).get("events", "")))
-        )
-        item = {"model": "digit", "start": 13, "heading": "east", "objective": {"hold": 13}}
-        await page.say("change", kind="add", robot="digit", item=item)
-        await page.hear(lambda m: m.get("state", {}).get("outcome") == "completed")
-        saved.append(await page.get("save/trace"))
-
     with Served("run", scenario, "--live", "--trace", trace) as served:
-        visit(served.address, story)
-        rest = read_bytes(saved[0])
-        assert (tmp_path / "run-2.jsonl").read_bytes() == saved[0]
-    assert "digit" in rest.header.scenario.robots
+        visit(served.address, begin)
+        board = Board(browser, served.address, cols=11)
+        board.fast()
+        browser.one('[aria-label="Run"]').click()
+        browser.wait(lambda: browser.all(".operator"), MINUTES)
+        browser.one('[aria-label="Name of the robot"]').send_keys("digit")
+        for label, chosen in (("Its model", "digit"), ("It faces", "east")):
+            Select(browser.one(f'[aria-label="{label}"]')).select_by_visible_text(chosen)
+        board.choose("Add robot")
+        board.click(13)
+        board.click(13)
+        board.choose("Hold")
+        browser.wait(lambda: browser.all(".badge.good"), MINUTES)
+        assert "digit" in browser.one(".crew").text
+        rest = read_bytes(board.saved("trace"))
+        assert (tmp_path / "run-2.jsonl").read_bytes() == board.saved("trace")
     first = read_bytes(trace.read_bytes())
     assert first.outcome is not None and "digit joins the team" in str(first.outcome)
     assert [r.obstacle for r in rest.records if isinstance(r, Resolved)] == ["gate@27"]

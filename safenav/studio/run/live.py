@@ -30,6 +30,10 @@ SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
 PATIENCE = 1.0
 """Seconds that a run has to end after a request to end; then its processes are killed."""
 
+IDLE = 0.1
+"""Seconds until the next tick after one that has written nothing: the run waits for its operator,
+and no time passes."""
+
 LIMIT = 32 * 2**20
 """Bytes of one line of a trace."""
 
@@ -68,7 +72,7 @@ class StudioRun:
         self._begun = False
         self._steps = 0
         self._wake = asyncio.Event()
-        self._shown = 0.0
+        self._shown, self._seen = 0.0, 0
         self._path = trace or Path()
         self._file = None if trace is None else opened(trace)
 
@@ -190,14 +194,18 @@ class StudioRun:
                 with suppress(TimeoutError):
                     await asyncio.wait_for(self._wake.wait(), due - time.monotonic())
             else:
-                due = max(time.monotonic() - 0.2, due) + self._pause() / self.speed
+                due = max(time.monotonic() - 0.2, due) + self._pause()
                 self._step()
 
     def _pause(self) -> float:
-        """The time that the last tick took: one tick, or seconds on the clock of the run."""
+        """Seconds until the next tick: as long as the last one took on the clock of the run."""
         before, now = self._shown, 0.0 if self._live is None else self._live.time
+        idle, self._seen = len(self.lines) == self._seen, len(self.lines)
         self._shown = now
-        return now - before if self._live is not None and self._live.timed else 1.0
+        if idle:
+            return IDLE
+        took = now - before if self._live is not None and self._live.timed else 1.0
+        return took / self.speed
 
     async def _tell_when_busy(self) -> None:
         """Let pages know of a tick that takes long."""
