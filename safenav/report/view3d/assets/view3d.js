@@ -1,4 +1,4 @@
-/* sources 9ef9efd2eb6067768657a44083626efb51623d54c1ebcbfb917865b840b20163 */
+/* sources cd1e2c7339d9b0bc941cf79d8e6cfe715554d0ed62967d43b83a0aa69cb7d0b7 */
 /* Contains Preact:
 The MIT License (MIT)
 

@@ -312,7 +312,7 @@ export function waitsFor(run: Run): string | null {
 }
 
 /** A hand that does what the chosen tool says where the map is clicked. */
-export function useWorldHand(run: Run | null, tool: Tool, choose: (tool: Tool) => void, say: Say): Hand | undefined {
+export function useWorldHand(run: Run | null, tool: Tool, choose: (next: Tool | ((now: Tool) => Tool)) => void, say: Say): Hand | undefined {
   const [hovered, hover] = useState(-1);
   if (run === null || tool.does === "look") return undefined;
   const regionAt = (x: number, y: number): number =>
@@ -344,7 +344,10 @@ export function useWorldHand(run: Run | null, tool: Tool, choose: (tool: Tool) =
       } else if (tool.does === "put") {
         say("change", { kind: "put_back", robot: tool.robot, region, heading: tool.heading });
         choose({ does: "look" });
-      } else if (tool.does === "send") choose({ ...tool, regions: [...tool.regions, region] });
+      } else if (tool.does === "send") {
+        // Two quick clicks come before the page is drawn again: the second adds to the first.
+        choose((now) => (now.does === "send" ? { ...now, regions: [...now.regions, region] } : now));
+      }
       return true;
     },
     move: (x, y) => hover(regionAt(x, y)),
