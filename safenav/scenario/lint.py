@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from safenav.scenario.model import Obstacle, Scenario
-from safenav.scenario.objective import Hold
+from safenav.scenario.objective import station
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.yaml.findings import closest
 
@@ -53,10 +53,10 @@ def _crowded(scenario: Scenario) -> Iterator[str]:
     """Robots that must hold the same region, which has room for one."""
     for number, robot in enumerate(scenario.robots):
         for other in scenario.robots[:number]:
-            own, theirs = robot.objective, other.objective
-            if not (isinstance(own, Hold) and isinstance(theirs, Hold)):
+            own, theirs = station(robot.objective), station(other.objective)
+            if own is None or theirs is None:
                 continue
-            both = own.target | theirs.target
+            both = own | theirs
             if len(both) == 1 and scenario.conflict(robot, other):
                 place = scenario.map.label(min(both))
                 yield (

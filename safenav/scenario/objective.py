@@ -4,8 +4,9 @@ A target is a set of regions, any of which counts. A kind is its data, its words
 it forbids; in which order its targets count is a ``Pursuit``. The specification states both in
 formulas (``spec.objective``); the runtime (``runtime.progress``) and joint plans
 (``runtime.traffic.joint``) count by the pursuit, and graph search plays it
-(``explain.undisturbed``). The audit and the checker of bundles have their own, on purpose. All else
-treats kinds alike.
+(``explain.undisturbed``). The audit and the checker of bundles have a table of their own
+(``audit.kinds``), on purpose. All else queries the kind and never names it
+(``tests/architecture/test_kinds.py``).
 
 Raw formulas (``ltl``) are not such an automaton: the synthesizer makes theirs.
 """
@@ -13,7 +14,7 @@ Raw formulas (``ltl``) are not such an automaton: the synthesizer makes theirs.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import ClassVar
 
 from msgspec import Struct, field
@@ -42,21 +43,46 @@ EMPTY = "is empty"
 class TargetObjective(Struct, frozen=True, kw_only=True):
     """An objective about targets, which are numbered in its own order. ``avoid``: regions that the
     robot never enters; ``always``: formulas over ``region`` and ``heading`` that each of its steps
-    keeps. Both hold whatever it does, also while it helps others. ``kind``: its key in a
-    scenario; ``one``: it has a single target, no list of them;
-    ``least``: how many it has at least; ``in_turn``: its targets count in
+    keeps. Both hold whatever it does, also while it helps others. ``literal``: of a ``strict`` kind
+    no weaker form is accepted.
+
+    ``kind``: its key in a scenario; ``meaning``: that in a few words, for editors; ``drawing``: its
+    verb phrase while a user clicks its targets; ``one``: it has a single target, no list of them;
+    ``least``, ``most``: the numbers of targets that it can have (None: any);
+    ``in_turn``: its targets count in
     their order only; ``turn``: the variable of specifications that remembers whose turn it is, if
     there is more than one target. ``settles``: it ends at its last target and stays there, where
-    each tick is a round."""
+    each tick is a round. ``strict``: it forbids to touch targets out of turn, and has a weaker form
+    (``relaxed``)."""
 
     kind: ClassVar[str]
+    meaning: ClassVar[str]
+    drawing: ClassVar[str]
     one: ClassVar[bool] = False
     least: ClassVar[int] = 1
+    most: ClassVar[int | None] = None
     in_turn: ClassVar[bool] = False
     turn: ClassVar[str] = ""
     settles: ClassVar[bool] = False
+    strict: ClassVar[bool] = False
     avoid: Target = frozenset()
     always: tuple[str, ...] = ()
+    literal: bool = False
+
+    @classmethod
+    def timed(cls) -> bool:
+        """Whether its rounds can be promised within a number of ticks."""
+        return cls.in_turn and not cls.settles
+
+    @classmethod
+    def ordered(cls) -> bool:
+        """Whether the target that is next is always known."""
+        return cls.in_turn or cls.one
+
+    @classmethod
+    def example(cls) -> str:
+        """An objective of this kind as one writes it in a scenario, without braces."""
+        return f"{cls.kind}: {'3' if cls.one else '[3, 8]'}"
 
     def listed(self) -> tuple[Target, ...]:
         """The targets."""
@@ -75,6 +101,17 @@ class TargetObjective(Struct, frozen=True, kw_only=True):
     def words(self, word: Word) -> str:
         """The objective in a few words."""
         return f"{self.kind} " + ", ".join(map(word, self.listed()))
+
+    def relaxed(self) -> TargetObjective:
+        """Its weakest form: plain alternation if it is strict and may be weakened, else itself."""
+        weaker = self.strict and not self.literal
+        return alternation(self.listed(), self) if weaker else self
+
+    def milder(self) -> Iterator[TargetObjective]:
+        """Objectives that demand less of the same targets, those that demand most first."""
+        targets = self.listed()
+        for target in targets if len(targets) > 1 else ():
+            yield alternation((target,), self)
 
     @property
     def remembers(self) -> bool:
@@ -130,11 +167,14 @@ class Patrol(TargetObjective, frozen=True):
 
     kind: ClassVar[str] = "patrol"
     least: ClassVar[int] = 2
+    meaning: ClassVar[str] = "back and forth between two regions"
+    drawing: ClassVar[str] = "patrols between two regions"
+    most: ClassVar[int | None] = 2
     in_turn: ClassVar[bool] = True
     turn: ClassVar[str] = "scout"
+    strict: ClassVar[bool] = True
     first: Target
     second: Target
-    literal: bool = False
 
     def listed(self) -> tuple[Target, ...]:
         return (self.first, self.second)
@@ -178,6 +218,8 @@ class Visit(TargetObjective, frozen=True):
     """Visit the targets in order, forever; passing another target on the way is allowed."""
 
     kind: ClassVar[str] = "visit"
+    meaning: ClassVar[str] = "all of its targets, in order"
+    drawing: ClassVar[str] = "visits regions in order"
     in_turn: ClassVar[bool] = True
     turn: ClassVar[str] = "goal"
     targets: tuple[Target, ...]
@@ -197,6 +239,8 @@ class Cover(TargetObjective, frozen=True):
     """Visit all targets in any order, forever."""
 
     kind: ClassVar[str] = "cover"
+    meaning: ClassVar[str] = "all of its targets, in any order"
+    drawing: ClassVar[str] = "covers regions in any order"
     targets: tuple[Target, ...]
 
     def listed(self) -> tuple[Target, ...]:
@@ -211,12 +255,18 @@ class Hold(TargetObjective, frozen=True):
     """Go to the target and stay there (the paper's Patrol(s, s))."""
 
     kind: ClassVar[str] = "hold"
+    meaning: ClassVar[str] = "go to a region and stay there"
+    drawing: ClassVar[str] = "holds one region"
     one: ClassVar[bool] = True
+    most: ClassVar[int | None] = 1
     settles: ClassVar[bool] = True
     target: Target
 
     def listed(self) -> tuple[Target, ...]:
         return (self.target,)
+
+    def milder(self) -> Iterator[TargetObjective]:
+        yield alternation(self.listed(), self)
 
     @classmethod
     def made(cls, targets: Sequence[Target]) -> Hold:
@@ -227,6 +277,8 @@ class Once(TargetObjective, frozen=True):
     """Visit each target once, in order, and stay at the last one."""
 
     kind: ClassVar[str] = "once"
+    meaning: ClassVar[str] = "each target once, in order, then stay at the last"
+    drawing: ClassVar[str] = "visits regions in order, once"
     in_turn: ClassVar[bool] = True
     turn: ClassVar[str] = "goal"
     settles: ClassVar[bool] = True
@@ -255,6 +307,13 @@ KINDS: Mapping[str, type[TargetObjective]] = {
 }
 """The kinds of objectives about targets, by their key in a scenario."""
 
+STAYING: type[TargetObjective] = Hold
+"""The kind of a robot that waits, charges, or has no task yet."""
+ALTERNATING: type[TargetObjective] = Visit
+"""The kind of a helper, and the weakest form of a strict kind."""
+EXAMPLE = f"{{{Patrol.kind}: [14, 20]}}"
+"""An objective for messages that ask for one."""
+
 
 class Ltl(Struct, frozen=True):
     """Guarantees in the structured-slugs language over the robot's own variables
@@ -269,6 +328,8 @@ class Ltl(Struct, frozen=True):
     liveness: tuple[str, ...] = ()
     memory: Mapping[str, tuple[int, int] | None] = field(default_factory=dict)
     inputs: tuple[str, ...] = ()
+    strict: ClassVar[bool] = False
+    literal: ClassVar[bool] = False
 
     def __hash__(self) -> int:
         return hash((self.init, self.safety, self.liveness, tuple(sorted(self.memory))))
@@ -280,6 +341,38 @@ Objective = TargetObjective | Ltl
 def targets_of(objective: Objective) -> tuple[Target, ...]:
     """The objective's targets in its own order; none for ``ltl``."""
     return () if isinstance(objective, Ltl) else objective.listed()
+
+
+def kinds_that(has: Callable[[type[TargetObjective]], bool] = bool) -> tuple[str, ...]:
+    """The keys of the kinds for which ``has`` is true, in the order of ``KINDS``."""
+    return tuple(key for key, kind in KINDS.items() if has(kind))
+
+
+def one_of(keys: Sequence[str], quote: str = "") -> str:
+    """Keys as a choice in a message: ``patrol, visit or hold``."""
+    *some, last = (f"{quote}{key}{quote}" for key in keys)
+    return f"{', '.join(some)} or {last}" if some else last
+
+
+def alternation(targets: Sequence[Target], like: Objective) -> TargetObjective:
+    """The objective to go from target to target in turn, under the rules of another objective."""
+    return ruled(ALTERNATING.made(targets), like)
+
+
+def staying(target: Target, like: Objective | None = None) -> TargetObjective:
+    """The objective to go to a target and stay there, under the rules of another objective."""
+    objective = STAYING.made((target,))
+    return objective if like is None else ruled(objective, like)
+
+
+def station(objective: Objective) -> Target | None:
+    """The target of an objective that is no more than to stay there; None if it is another."""
+    return objective.listed()[0] if isinstance(objective, STAYING) else None
+
+
+def relaxed(objective: Objective) -> Objective:
+    """The weakest form of an objective."""
+    return objective if isinstance(objective, Ltl) else objective.relaxed()
 
 
 def with_targets(objective: Objective, targets: Sequence[Target]) -> Objective:
@@ -329,7 +422,7 @@ def to_data(objective: Objective) -> dict[str, object]:
         return {"ltl": {key: value for key, value in parts.items() if value}}
     listed = [_target_data(target) for target in objective.listed()]
     told: dict[str, object] = {objective.kind: listed[0] if objective.one else listed}
-    if isinstance(objective, Patrol) and objective.literal:
+    if objective.literal:
         told["form"] = "literal"
     if objective.avoid:
         told["avoid"] = sorted(objective.avoid)
@@ -365,7 +458,7 @@ def written(objective: Objective, word: Word = number_word) -> str:
         return json.dumps(to_data(objective))
     listed = [target(regions) for regions in targets_of(objective)]
     parts = {objective.kind: listed[0] if objective.one else f"[{', '.join(listed)}]"}
-    if isinstance(objective, Patrol) and objective.literal:
+    if objective.literal:
         parts["form"] = "literal"
     if objective.avoid:
         parts["avoid"] = f"[{', '.join(word(region) for region in sorted(objective.avoid))}]"

@@ -5,7 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from safenav.scenario.model import Robot, RobotChange
-from safenav.scenario.objective import Ltl, Objective, avoided, targets_of
+from safenav.scenario.objective import (
+    Ltl,
+    Objective,
+    avoided,
+    kinds_that,
+    one_of,
+    targets_of,
+)
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading.objective import ObjectiveReader
 from safenav.scenario.reading.obstacles import MOST_TICKS
@@ -81,7 +88,7 @@ class ChangeReader:
         mobility = robot.model.mobility if robot is not None else None
         found = reader.read(node, name or "a change", mobility)
         if isinstance(found, Ltl):
-            hint = "formulas can be given from the beginning only: patrol, visit, cover or hold"
+            hint = f"formulas can be given from the beginning only: {one_of(kinds_that())}"
             self._findings.add(node, f"objective of {name}: formulas in a change", hint)
             return None, None
         if robot is not None and robot.when:

@@ -30,7 +30,7 @@ from safenav.scenario.model import (
     Scenario,
     Until,
 )
-from safenav.scenario.objective import Ltl, Patrol
+from safenav.scenario.objective import Ltl
 from safenav.scenario.reading.areas import read_areas
 from safenav.scenario.reading.catalogue import RESOLVE_WITHIN, built_in, extended, read_catalogue
 from safenav.scenario.reading.changes import ChangeReader
@@ -323,7 +323,7 @@ class _Loader:
                 self._findings.add(node, found, "use 'coordination: resynthesis'")
         given = [(robot.name, robot.objective) for robot in robots]
         given += [(change.robot, change.objective) for change in changes if change.objective]
-        for name in dict.fromkeys(n for n, o in given if isinstance(o, Patrol) and o.literal):
+        for name in dict.fromkeys(n for n, o in given if o.literal):
             found = f"'coordination: assignable' cannot keep 'form: literal' of {name}"
             hint = "leave out the form, or use 'coordination: resynthesis'"
             self._findings.add(node, found, hint)

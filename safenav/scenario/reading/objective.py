@@ -13,13 +13,15 @@ from safenav.formula.printer import to_text
 from safenav.formula.syntax import RESERVED_WORDS, Comparison, Name, resolve_constants, variables
 from safenav.scenario.objective import (
     EMPTY,
+    EXAMPLE,
     KINDS,
     Ltl,
     Objective,
-    Patrol,
     Target,
     TargetObjective,
+    kinds_that,
     on_steps,
+    one_of,
     targets_of,
 )
 from safenav.scenario.reading.regions import RegionReader
@@ -36,7 +38,8 @@ FORM = "form"
 RULES = ("avoid", "always")
 WITHIN = "within"
 KEYS = (*KINDS, "ltl", FORM, WITHIN, *RULES)
-TIMED = ("patrol", "visit")
+TIMED = kinds_that(lambda kind: kind.timed())
+STRICT = kinds_that(lambda kind: kind.strict)
 LTL_KEYS = ("init", "safety", "liveness", "memory")
 
 
@@ -67,7 +70,7 @@ class ObjectiveReader:
             return None
         given = [(key.text, value) for key, value in item.entries if key.text in (*KINDS, "ltl")]
         if not given:
-            hint = "give it one, for example {patrol: [14, 20]}"
+            hint = f"give it one, for example {EXAMPLE}"
             if not item.entries or any(item.get(key) is not None for key in (FORM, *RULES)):
                 self._findings.add(item, f"{what} is empty", hint)
         if len(given) > 1:
@@ -122,7 +125,7 @@ class ObjectiveReader:
         kind = "ltl" if isinstance(objective, Ltl) else objective.kind
         if kind not in TIMED:
             said = f"'{WITHIN}' of {robot}: rounds of '{kind}' are not promised"
-            self._findings.add(at, said, f"use it with {' or '.join(TIMED)}")
+            self._findings.add(at, said, f"use it with {one_of(TIMED)}")
         return found
 
     def _formed(
@@ -135,10 +138,11 @@ class ObjectiveReader:
         if word != "literal":
             found = f"'form' of {robot} is 'literal', not '{clipped(word)}'"
             self._findings.add(node, found, "leave it out to accept a weaker form")
-        elif kind != "patrol":
+        elif kind not in STRICT:
             found = f"'form' of {robot}: '{kind}' has one form only"
-            self._findings.add(node, found, "leave it out: it is for 'patrol'")
-        elif isinstance(objective, Patrol):
+            hint = f"leave it out: it is for {one_of(STRICT, chr(39))}"
+            self._findings.add(node, found, hint)
+        elif isinstance(objective, TargetObjective):
             return replace(objective, literal=True)
         return objective
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from safenav.scenario.model import Clock, Coordination, Scenario
-from safenav.scenario.objective import Ltl
+from safenav.scenario.objective import Ltl, kinds_that, one_of
 from safenav.scenario.yaml.document import Mapping
 from safenav.scenario.yaml.findings import Findings
 from safenav.world.moves import distances
@@ -17,9 +17,10 @@ def check_promises(scenario: Scenario, item: Mapping, findings: Findings) -> Non
         findings.add(item.get("clock") or item, found, hint)
     for robot in [robot for robot in scenario.robots if robot.model.battery is not None]:
         objective = robot.objective
-        if isinstance(objective, Ltl) or objective.kind == "cover":
+        if isinstance(objective, Ltl) or not objective.ordered():
             found = f"{robot.name} has a battery, and an objective without an order of its targets"
-            findings.add(item.get("robots") or item, found, "use 'visit', 'patrol' or 'hold'")
+            hint = f"use {one_of(kinds_that(lambda kind: kind.ordered()), chr(39))}"
+            findings.add(item.get("robots") or item, found, hint)
         if scenario.coordination is Coordination.ASSIGNABLE:
             found = f"{robot.name} has a battery, which 'coordination: assignable' does not know"
             findings.add(item.get("coordination") or item, found, "use 'resynthesis'")

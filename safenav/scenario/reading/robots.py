@@ -9,12 +9,25 @@ from msgspec.structs import replace
 
 from safenav.formula.syntax import RESERVED_WORDS
 from safenav.scenario.model import Catalogue, Robot, RobotModel, Tracking, conflict
-from safenav.scenario.objective import Hold, Ltl, Objective, avoided, ruled, targets_of
+from safenav.scenario.objective import (
+    EXAMPLE,
+    KINDS,
+    STAYING,
+    Ltl,
+    Objective,
+    avoided,
+    kinds_that,
+    one_of,
+    ruled,
+    staying,
+    targets_of,
+)
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading.catalogue import read_vision
 from safenav.scenario.reading.objective import (
     IDENTIFIER,
     OWN_VARIABLES,
+    TIMED,
     ObjectiveReader,
 )
 from safenav.scenario.reading.regions import RegionReader
@@ -36,24 +49,21 @@ KEYS = (
     "tracking",
     "when",
 )
+_EXAMPLES = {key: kind.example() for key, kind in KINDS.items()}
 INSIDE_OBJECTIVE = {
     key: f"it belongs in the objective, for example 'objective: {{{example}}}'"
     for key, example in {
-        "avoid": "patrol: [3, 8], avoid: [5]",
-        "always": "hold: 3, always: region != 5",
-        "within": "patrol: [3, 8], within: 20",
-        "patrol": "patrol: [3, 8]",
-        "visit": "visit: [3, 8]",
-        "cover": "cover: [3, 8]",
-        "hold": "hold: 3",
-        "once": "once: [3, 8]",
+        "avoid": f"{_EXAMPLES[TIMED[0]]}, avoid: [5]",
+        "always": f"{STAYING.example()}, always: region != 5",
+        "within": f"{_EXAMPLES[TIMED[0]]}, within: 20",
+        **_EXAMPLES,
         "ltl": "ltl: {liveness: [region = 3]}",
     }.items()
 }
 REQUIRED = {
     "model": "a robot model of the catalogue, for example 'model: digit'",
     "start": "a region, for example 'start: 47' or 'start: [3, 8]'",
-    "objective": "its task, for example 'objective: {patrol: [14, 20]}'",
+    "objective": f"its task, for example 'objective: {EXAMPLE}'",
 }
 
 _HEADINGS = {heading.label: heading for heading in Heading}
@@ -127,7 +137,7 @@ class _RobotReader:
         tracking = read.choice(item.get("tracking"), what, Tracking, self._findings)
         if start is not None and model is not None:
             # Whatever its objective is, it stands there.
-            target = Hold(frozenset({start}))
+            target = staying(frozenset({start}))
             there = Robot(
                 key.text, model, Pose(start), target, avoids, tracks, tracking or Tracking.NEARBY
             )
@@ -158,7 +168,7 @@ class _RobotReader:
             return None
         found = self._objectives.read(node, name, mobility)
         if isinstance(found, Ltl) or isinstance(own, Ltl):
-            hint = "use patrol, visit, cover or hold for both, or leave out 'while_waiting'"
+            hint = f"use {one_of(kinds_that())} for both, or leave out 'while_waiting'"
             self._findings.add(node, f"'while_waiting' of {name} cannot be used with 'ltl'", hint)
             return None
         return found and own and ruled(found, own)
