@@ -169,7 +169,8 @@ def test_nothing_is_greyed_out_without_a_reason(house: Board) -> None:
     start(house)
     assert all(len(why) > 10 for why in reasons())
     house.choose("End")
-    browser.wait(lambda: browser.all(".world button[aria-disabled]"), MINUTES)
+    ended = '.world button[aria-disabled][title^="The run has ended"]'
+    browser.wait(lambda: browser.all(ended), MINUTES)
     assert all(len(why) > 10 for why in reasons())
     house.choose("Close: door")
     browser.wait(lambda: "Restart" in toast(browser), MINUTES)
