@@ -37,9 +37,28 @@ class Actions(Struct):
         """Let the robot perform its actions where it stands; changes are decided immediately."""
         if not self.world.simulated and self._must_not_sweep(robot):
             return  # such a world would do all that it can
+        event, robot.acted = robot.acted, None
+        event = event or self._done_by(robot)
+        robot.asked, robot.acts_on = True, tuple(self._within_reach(robot)[0])
+        yield from self._resolve(robot, event)
+
+    def acts_first(self, robot: RobotState) -> bool:
+        """Lockstep: whether a robot stays to act where it stands before it leaves, as a live one
+        does: where it starts, or on what it could not act on when it came."""
+        if not robot.active or not robot.robot.capabilities:
+            return False
+        reach = self.world.within_reach(robot.robot, self.state.cleared(robot.robot))
+        if reach is not None:
+            return reach
+        if not robot.asked and not self._must_not_sweep(robot):
+            robot.asked, robot.acted = True, self._done_by(robot)
+            return bool(robot.acted.found)
+        return any(obstacle not in robot.acts_on for obstacle in self._within_reach(robot)[0])
+
+    def _done_by(self, robot: RobotState) -> Acted:
         event = self.world.act(robot.robot, robot.pose, self.state.cleared(robot.robot))
         assert event is not None, "actions take no time in lockstep"
-        yield from self._resolve(robot, event)
+        return event
 
     def waits_to_sweep(self, robot: RobotState) -> bool:
         """Whether a helper stands where it is to act, and others still where that sweeps."""

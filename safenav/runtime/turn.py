@@ -75,6 +75,8 @@ class Turns(Struct, dict=True):
             yield from self._stand_still(robot, HoldReason.OPERATOR)
         elif robot.held is not None:
             yield from self._stand_still(robot, robot.held)
+        elif not self.state.live and self.actions.acts_first(robot):
+            yield from self._stand_still(robot, HoldReason.ACTING)
         elif self.traffic.active and not self._released(robot):
             yield from self._follow_plan(robot)
         elif self.state.live and self.actions.waits_to_sweep(robot):
@@ -322,10 +324,10 @@ class Turns(Struct, dict=True):
             if transit.planned:
                 self.traffic.arrived(robot.name)
         before, after = self._values_around(robot, start, transit.before, strayed=strayed)
-        robot.arriving = transit.planned
+        robot.arriving, robot.asked = transit.planned, False
         if not self.state.live:
             yield from self.actions.act(robot)
-        robot.arriving, robot.asked = False, False
+        robot.arriving = False
         self._count(robot, progress, before, after, strayed=strayed)
         if reaction is not None:
             yield from self._react(robot, reaction, violation, event)

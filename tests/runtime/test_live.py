@@ -16,6 +16,7 @@ from safenav import Mission
 from safenav.audit.check import check_trace
 from safenav.errors import UsageError
 from safenav.outcome import Outcome
+from safenav.runtime.actions import Actions
 from safenav.runtime.analysis.expectation import Ledger, differences
 from safenav.runtime.failures import Reaction, Troubles
 from safenav.runtime.termination import Conclusion, RunEnded
@@ -33,11 +34,12 @@ from safenav.runtime.worlds.protocol import (
     WorldEvent,
 )
 from safenav.runtime.worlds.simulation import LiveSimulation
+from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.model import Clock, FailedMoves, Failures, Obstacle, Robot, Scenario
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.trace.vocabulary import ActResult
-from safenav.trace.writing import TraceWriter
+from safenav.trace.writing import TraceWriter, as_data
 from safenav.world.moves import Pose
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
@@ -331,6 +333,67 @@ def test_after_two_failed_actions_another_robot_helps(tmp_path: Path) -> None:
     assert len(of(lines, "acted", robot="b")) == 2
     (resolved,) = of(lines, "resolved")
     assert resolved["robot"] == "a"
+
+
+STARTS = """
+safenav: 1
+name: starts where it can act
+map: {grid: ["#########", "#.......#", "#.......#", "#########"]}
+catalogue:
+  robots: {lifter: {mobility: free, layer: ground, capabilities: [lift]}}
+  obstacles: {crate: {needs: [{action: lift, at: neighbours}, {action: sense, at: neighbours}]}}
+robots:
+  lifter: {model: lifter, start: [1, 2], objective: {visit: [[2, 1], [1, 2]]}}
+  seer: {model: quadcopter, start: [1, 4], objective: {visit: [[2, 7], [1, 4]]}}
+obstacles: [%s]
+until: {rounds: 1}
+limits: {ticks: 60}
+"""
+SUSPECT = "{type: uncertainty, region: [1, 5], traversable: true}"
+CRATE = "{type: crate, region: [1, 3]}"
+
+
+class Calls:
+    """A world of blocking calls: the simulation, which does not say before what a robot can do."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        world = SimulatedWorld(scenario)
+        self.sense, self.move, self.act = world.sense, world.move, world.act
+
+
+@pytest.mark.parametrize(
+    ("obstacle", "clock", "world"),
+    [
+        (SUSPECT, Clock.LOCKSTEP, None),
+        (SUSPECT, Clock.LOCKSTEP, Calls),
+        (SUSPECT, Clock.LIVE, None),
+        (CRATE, Clock.LOCKSTEP, None),  # its second need comes after the robot that meets it
+    ],
+)
+def test_robots_act_where_they_start_before_they_leave(
+    obstacle: str, clock: Clock, world: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On both clocks; in lockstep the tick is used up by that, and the audit asks for it."""
+    scenario = replace(load_scenario_text(STARTS % obstacle), clock=clock)
+
+    def run() -> list[dict[str, Any]]:
+        told: list[dict[str, Any]] = []
+        place = None if world is None else world(scenario)
+        mission = Mission(scenario, world=place, listeners=[lambda r: told.append(as_data(r))])
+        assert mission.run().outcome == "completed"
+        return told
+
+    told = run()
+    assert check_trace(map(json.dumps, told)).findings == ()
+    (resolved,) = of(told, "resolved")
+    start = scenario.robots[1].start.region
+    steps = [m for m in of(told, "move", robot="seer") if m["to"] != m["from"]]
+    steps += of(told, "depart", robot="seer")
+    assert resolved["robot"] == "seer" and resolved["at"] == start
+    assert told.index(resolved) < told.index(steps[0])
+    if clock is Clock.LOCKSTEP and world is None:
+        monkeypatch.setattr(Actions, "acts_first", lambda *_: False)
+        assert "missed-resolution" in {f.rule for f in check_trace(map(json.dumps, run())).findings}
 
 
 def test_an_action_that_finds_nothing_is_not_repeated(tmp_path: Path) -> None:

@@ -166,7 +166,7 @@ class NeedRule(LineRule):
 class MissedResolutionRule(Rule):
     """Robots that have the action which an obstacle needs next, and stand after a turn where it is
     performed, as many as it takes, have met the need, whether or not a request was made (D 5.2);
-    live, they act on it before they depart. Where two could be resolved and the first ended the
+    they act on it before they depart. Where two could be resolved and the first ended the
     run, the second is not missed; where the world is not simulated, actions may fail."""
 
     name = "missed-resolution"
@@ -179,7 +179,7 @@ class MissedResolutionRule(Rule):
             self._tried |= {(record.robot, name) for name in record.results}
         elif record.type == "arrive":
             self._tried = {tried for tried in self._tried if tried[0] != record.robot}
-        elif record.type == "depart" and not now.external:
+        elif _departs(record, now) and not now.external:
             for name in now.obstacles:
                 if (record.robot, name) not in self._tried and _could_act(record.robot, name, now):
                     problem = f"{record.robot} departs without acting on {name}, as it could"
@@ -207,6 +207,12 @@ class MissedResolutionRule(Rule):
                     f"{now.show(now.region[turn.robot])}, but does not resolve {name}"
                 )
                 yield self.broken_by(move, turn.robot, problem)
+
+
+def _departs(record: Line, now: Situation) -> bool:
+    if now.live or record.type != "move" or now.toward[record.robot] is not None:
+        return bool(record.type == "depart")
+    return record.to != now.region[record.robot] or record.toward is not None
 
 
 def _could_act(robot: str, obstacle: str, now: Situation) -> bool:

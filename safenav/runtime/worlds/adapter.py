@@ -73,6 +73,13 @@ class BlockingAdapter:
         ]
         return Acted(self.now(), robot.name, tuple(found), command=command)
 
+    def within_reach(self, robot: Robot, cleared: Sequence[Obstacle]) -> bool | None:
+        """Whether the robot can act on something where it stands; None if only acting shows it."""
+        if self._simulated is None:
+            return None
+        self._simulated.cleared = {obstacle.name for obstacle in cleared}
+        return bool(self._simulated.within_reach(robot))
+
     def cancel(self, robot: Robot) -> None:
         """A step that is under way ends."""
 

@@ -197,6 +197,12 @@ class Commands(Struct, dict=True):
         self._under_way(robot, event, step=False)
         return self.acted(robot)
 
+    def within_reach(self, robot: Robot, cleared: Sequence[Obstacle]) -> bool | None:
+        """Lockstep: whether a robot can act on something where it stands; None if the world does
+        not say so before it acts."""
+        assert isinstance(self.world, BlockingAdapter), "a live world is asked by a command"
+        return self.world.within_reach(robot, cleared)
+
     def acted(self, robot: Robot) -> Acted | None:
         """The end of a robot's action, taken in its turn; None while it is under way."""
         found = self._ended.pop(robot.name, None)
