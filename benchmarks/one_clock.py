@@ -3,6 +3,8 @@
     python benchmarks/one_clock.py                          # shipped teams, rooms, large floors
     python benchmarks/one_clock.py --draws 5 --only floor-20
     python benchmarks/one_clock.py --only floor --long-plans   # joint plans as they are found
+    git archive 0d548be safenav | tar x -C /tmp/before         # the last before live runs
+    python benchmarks/one_clock.py --before /tmp/before        # its serial runs, beside
 
 Each draw gives every robot a speed from 0.5 to 2 steps per second; a tenth of the steps takes
 five times as long; an action takes 2 s over the speed. ``rooms``: three to six robots in rooms
@@ -14,19 +16,25 @@ with doors one region wide, two rounds; ``closed``: one round, some doors closed
 robot alone on the floor, without obstacles, its objective in the form in which it shares a floor.
 Seconds of the simulated clock, medians.
 ``serial/bound`` is what ``serial/live`` can be at most: runs in which nobody waits for anybody.
+``before``: seconds of ``serial`` in another tree, of the draws that it completes as well (with this
+tree's synthesizer; an old one may let robots move after their last round, for instance).
 ``ms``: CPU milliseconds of the runtime for each step of the live run, without syntheses. Nothing
 here is a test: it reports.
 """
 
 from __future__ import annotations
 
+import json
+import os
 import random
+import subprocess
 import sys
 import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
+from tempfile import TemporaryDirectory
 
 import click
 import yaml
@@ -44,7 +52,8 @@ from safenav.runtime.worlds.protocol import Acted, Arrived
 from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.objective import Patrol, Visit
-from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.synthesis.binary import find_binary
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
 from safenav.world.moves import Pose
@@ -53,8 +62,15 @@ SCENARIOS = Path(__file__).parents[1] / "scenarios"
 HEADINGS = (
     *("team", "runs", "serial s", "live s", "bound s"),
     *("serial/live", "live/bound", "serial/bound", "ms"),
+    *("before", "before s", "before/live", "before/bound"),
 )
 SIDE = 2.7
+PROGRAM = """\
+import runpy, sys
+sys.meta_path[:] = [f for f in sys.meta_path if "editable" not in str(f.__module__)]
+runpy.run_path(sys.argv[1], run_name="__main__")
+"""
+"""Run a file with the tree on the path, whichever is installed."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +81,7 @@ class Draw:
     live: float
     bound: float
     milliseconds: float
+    before: float | None = None
 
 
 class Serial:
@@ -105,15 +122,40 @@ class Steps(TickPace):
         return super().step(now, origin, to, None, slower)
 
 
-def simulation(scenario: Scenario, draw: int) -> LiveSimulation:
+def speeds_of(scenario: Scenario, draw: int) -> dict[str, float]:
     rng = random.Random(f"speeds {draw}")
-    speeds = {robot.name: rng.uniform(0.5, 2) for robot in scenario.robots}
+    return {robot.name: rng.uniform(0.5, 2) for robot in scenario.robots}
+
+
+def simulation(scenario: Scenario, draw: int) -> LiveSimulation:
+    speeds = speeds_of(scenario, draw)
     paces = {robot.name: Steps(scenario.map.cols, SIDE, None) for robot in scenario.robots}
     return LiveSimulation(scenario, speeds=speeds, delayed=0.1, seed=draw, paces_of=paces)
 
 
-def measure(scenario: Scenario, draw: int) -> Draw | None:
-    """None if a run is not completed."""
+def before(tree: Path, text: str, draw: int) -> float | None:
+    """Seconds of the serial run in another tree; None if it does not complete there."""
+    speeds = speeds_of(load_scenario_text(text), draw)
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "scenario.yaml"
+        path.write_text(text)
+        variables = {"SAFENAV_SLUGS": str(find_binary().path), "PYTHONPATH": str(tree)}
+        done = subprocess.run(
+            [sys.executable, "-c", PROGRAM, str(Path(__file__).with_name("serial_run.py"))],
+            input=json.dumps([[str(path), draw, speeds]]),
+            env={**os.environ, **variables},
+            cwd=tree,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+    outcome, seconds = json.loads(done.stdout)
+    return float(seconds) if outcome == Outcome.COMPLETED.value else None
+
+
+def measure(text: str, draw: int, other: Path | None = None) -> Draw | None:
+    """None if a run is not completed. ``other``: a tree for ``before``."""
+    scenario = load_scenario_text(text)
     serial, live = simulation(scenario, draw), simulation(scenario, draw)
     first = Mission(scenario, world=Serial(serial)).run()
     synthesizer = default_synthesizer(scenario)
@@ -156,10 +198,11 @@ def measure(scenario: Scenario, draw: int) -> Draw | None:
             alone, speeds=world._speeds, delayed=0.1, seed=draw, paces_of=world._paces
         )
         bound = max(bound, Mission(alone, world=world).run().makespan or 0.0)
-    return Draw(serial.now(), second.makespan or 0.0, bound, 1000 * spent / max(1, moves))
+    earlier = None if other is None else before(other, text, draw)
+    return Draw(serial.now(), second.makespan or 0.0, bound, 1000 * spent / max(1, moves), earlier)
 
 
-def floor(robots: int, seed: int, side: int = 32) -> Scenario:
+def floor(robots: int, seed: int, side: int = 32) -> str:
     """A floor of ``side`` x ``side`` with a wall in a tenth of its regions."""
     rng = random.Random(f"floor {seed}")
     grid = [["#" if rng.random() < 0.1 else "." for _ in range(side)] for _ in range(side)]
@@ -183,10 +226,10 @@ def floor(robots: int, seed: int, side: int = 32) -> Scenario:
             f"  r{i}: {{model: cart, start: {start}, objective: {{visit: [{goal}, {start}]}}}}"
         )
     lines += ["until: {rounds: 1}", "limits: {ticks: 2000}"]
-    return load_scenario_text("\n".join(lines) + "\n")
+    return "\n".join(lines) + "\n"
 
 
-def benchmark_floor(robots: int, draw: int) -> Scenario:
+def benchmark_floor(robots: int, draw: int) -> str:
     """random-32-32-10 with other starts and targets in each of 23 draws of 20 robots."""
     folder = maps_folder()
     if folder is None:
@@ -217,34 +260,34 @@ def benchmark_floor(robots: int, draw: int) -> Scenario:
         "until": {"rounds": 1},
         "limits": {"ticks": 4000},
     }
-    return read(data)
+    return written(data)
 
 
-def rooms(draws: int) -> Iterator[tuple[Scenario, int]]:
+def rooms(draws: int) -> Iterator[tuple[str, int]]:
     """The first crowds of the campaigns with three to six robots, and their seeds."""
     found, seed = 0, 0
     while found < draws:
         data = mission("crowd", seed)
         if 3 <= len(data["robots"]) <= 6:
             found += 1
-            yield read(data), seed
+            yield written(data), seed
         seed += 1
 
 
-def closed(seed: int) -> Scenario:
+def closed(seed: int) -> str:
     """Three to six robots in rooms with doors, some of them closed."""
-    return read(crowd(seed, 3 + seed % 4))
+    return written(crowd(seed, 3 + seed % 4))
 
 
-def read(data: dict[str, object]) -> Scenario:
-    return load_scenario_text(yaml.safe_dump(data, sort_keys=False))
+def written(data: dict[str, object]) -> str:
+    return str(yaml.safe_dump(data, sort_keys=False))
 
 
-def families(draws: int) -> dict[str, Iterable[tuple[Scenario, int]]]:
+def families(draws: int) -> dict[str, Iterable[tuple[str, int]]]:
     """The scenarios and draws of each line."""
-    found: dict[str, Iterable[tuple[Scenario, int]]] = {}
+    found: dict[str, Iterable[tuple[str, int]]] = {}
     for name in ("team_of_six", "warehouse"):
-        shipped = load_scenario(SCENARIOS / f"{name}.yaml")
+        shipped = (SCENARIOS / f"{name}.yaml").read_text()
         found[name] = [(shipped, draw) for draw in range(draws)]
     found["rooms"] = rooms(draws)
     found["closed"] = ((closed(d), d) for d in range(draws))
@@ -258,7 +301,8 @@ def families(draws: int) -> dict[str, Iterable[tuple[Scenario, int]]]:
 @click.option("--draws", default=20, show_default=True, help="Runs of each line.")
 @click.option("--only", help="Only lines with this in their name.")
 @click.option("--long-plans", is_flag=True, help="Follow joint plans without shortening them.")
-def main(draws: int, only: str | None, long_plans: bool) -> None:
+@click.option("--before", "other", type=Path, help="Another tree, for its serial runs.")
+def main(draws: int, only: str | None, long_plans: bool, other: Path | None) -> None:
     """Print a line for each team."""
     if long_plans:
         planning.shortened = lambda _, states, __: states  # type: ignore[assignment]
@@ -266,10 +310,12 @@ def main(draws: int, only: str | None, long_plans: bool) -> None:
     for name, cases in families(draws).items():
         if only is not None and only not in name:
             continue
-        found = [m for scenario, draw in cases if (m := measure(scenario, draw)) is not None]
+        found = [m for text, draw in cases if (m := measure(text, draw, other)) is not None]
         if not found:
             continue
-        middle = {key: median(getattr(d, key) for d in found) for key in Draw.__annotations__}
+        keys = ("serial", "live", "bound", "milliseconds")
+        middle = {key: median(getattr(d, key) for d in found) for key in keys}
+        earlier = [(d.before, d) for d in found if d.before is not None]
         rows.append(
             (
                 name,
@@ -279,6 +325,11 @@ def main(draws: int, only: str | None, long_plans: bool) -> None:
                 f"{median(d.live / d.bound for d in found):.2f}",
                 f"{median(d.serial / d.bound for d in found):.1f}",
                 f"{middle['milliseconds']:.2f}",
+                str(len(earlier)),
+                *(f"{median(seconds for seconds, _ in earlier):.0f}" for _ in earlier[:1]),
+                *(f"{median(s / d.live for s, d in earlier):.1f}" for _ in earlier[:1]),
+                *(f"{median(s / d.bound for s, d in earlier):.1f}" for _ in earlier[:1]),
+                *("" for _ in range(0 if earlier else 3)),
             )
         )
         click.echo(" ".join(rows[-1]))
