@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from safenav.cli import options
 from safenav.cli.output import FILE, FOLDER
 from safenav.errors import ExitCode, UsageError
 
@@ -64,7 +65,7 @@ class _Batch(click.Command):
 )
 @click.option(
     "--time-limit",
-    type=click.FloatRange(min=0, min_open=True),
+    type=options.SECONDS,
     default=600.0,
     show_default=True,
     help="End a scenario after this many seconds; it then counts as hung.",
@@ -77,7 +78,7 @@ class _Batch(click.Command):
     show_default=True,
     help="Run a failed scenario again, up to this many times.",
 )
-@click.option("--verify/--no-verify", default=True, help="Check each strategy before it is used.")
+@options.verify
 @click.option(
     "--certify",
     type=FOLDER,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from safenav.cli import options
 from safenav.cli.output import BUNDLE
 from safenav.errors import ExitCode, NotCertifiedError, UsageError
 
@@ -42,7 +43,7 @@ Exit codes:
 )
 @click.option("--with-motion", is_flag=True, help="Also compute the motion of SCENARIO's run.")
 @click.option("--proved", is_flag=True, help="Also run the proved checker (docs/proof.md).")
-@click.option("--seed", type=click.IntRange(min=0), help="Override the scenario's seed.")
+@options.seed
 def command(
     scenario: Path | None,
     trace: Path | None,

@@ -7,12 +7,14 @@ from typing import Any
 
 import click
 
+from safenav.cli import options
+
 _OPTIONS = (
     click.option("--rows", type=click.IntRange(min=1), help="Number of rows of a map file."),
     click.option("--cols", type=click.IntRange(min=1), help="Number of columns of a map file."),
     click.option(
         "--side",
-        type=click.FloatRange(min=0, min_open=True),
+        type=options.SECONDS,
         metavar="M",
         help="Side of a square region, in metres.",
     ),

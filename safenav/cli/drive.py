@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 from msgspec.structs import replace
 
+from safenav.cli import options
 from safenav.cli.output import FILE
 
 if TYPE_CHECKING:
@@ -56,18 +57,16 @@ Exit codes:
     metavar="FILE",
     help="Where the run needs an operator, read interventions from this file (-: ask here).",
 )
-@click.option(
-    "--live", is_flag=True, help="Watch the run in a browser as it happens (extra: studio)."
-)
-@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON, not the events.")
+@options.live
+@options.result_as_json
 @click.option(
     "--time-limit",
-    type=click.FloatRange(min=0, min_open=True),
+    type=options.SECONDS,
     help="Stop after this many seconds.",
 )
 @click.option(
     "--patience",
-    type=click.FloatRange(min=0, min_open=True),
+    type=options.SECONDS,
     default=10.0,
     show_default=True,
     help="Seconds in which each robot has to answer at the start.",

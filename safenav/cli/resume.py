@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from safenav.cli import options
 from safenav.cli.output import FILE
 from safenav.cli.status import exit_code_of
 from safenav.errors import UsageError
@@ -26,11 +27,7 @@ Exit codes: those of 'safenav run', for the rest of the run
 @click.argument("trace", type=click.Path(path_type=Path))
 @click.argument("scenario", type=click.Path(path_type=Path), required=False)
 @click.option("--trace", "output", type=FILE, help="Write the trace of the rest (JSON Lines).")
-@click.option(
-    "--operator",
-    metavar="FILE",
-    help="Where a live run needs an operator, read interventions from this file (-: ask here).",
-)
+@options.operator
 @click.option(
     "--add",
     metavar="ROBOT",

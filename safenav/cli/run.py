@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from msgspec.structs import replace
 
+from safenav.cli import options
 from safenav.cli.output import FILE, TRACE_PAGE_OR_FOLDER
 from safenav.cli.status import exit_code_of
 from safenav.errors import ExitCode, UsageError
@@ -59,12 +60,12 @@ Exit codes:
 @click.option("--trace", type=FILE, help="Write the trace (JSON Lines).")
 @click.option("--html", type=FILE, help="Write the replay as one HTML page.")
 @click.option("--motion", type=FILE, help="Write the run in metres and seconds.")
-@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON, not the events.")
-@click.option("--seed", type=click.IntRange(min=0), help="Override the scenario's seed.")
+@options.result_as_json
+@options.seed
 @click.option("--max-ticks", type=click.IntRange(min=1), help="Stop after this many ticks.")
 @click.option(
     "--time-limit",
-    type=click.FloatRange(min=0, min_open=True),
+    type=options.SECONDS,
     help="Stop after this many seconds (of the simulated clock, in a live run).",
 )
 @click.option(
@@ -73,15 +74,9 @@ Exit codes:
     help="Override the scenario's clock: seconds (live) or ticks (lockstep).",
 )
 @click.option("--lockstep", "clock", flag_value="lockstep", help="Short for --clock lockstep.")
-@click.option(
-    "--operator",
-    metavar="FILE",
-    help="Where a live run needs an operator, read interventions from this file (-: ask here).",
-)
-@click.option("--verify/--no-verify", default=True, help="Check each strategy before it is used.")
-@click.option(
-    "--live", is_flag=True, help="Watch the run in a browser as it happens (extra: studio)."
-)
+@options.operator
+@options.verify
+@options.live
 @click.option(
     "--map/--no-map",
     "maps",

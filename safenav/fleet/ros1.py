@@ -26,6 +26,7 @@ from safenav.fleet.transport import (
     Message,
     Performed,
     Reported,
+    ignore,
     result_of,
 )
 from safenav.trace.vocabulary import ActResult
@@ -71,7 +72,7 @@ class Ros1Transport:
         self._network = network
         self._inputs = inputs
         self._stations = stations
-        self._post: Callable[[Message], None] = _ignore
+        self._post: Callable[[Message], None] = ignore
         self._drives: dict[str, Any] = {}
         self._services: dict[tuple[str, str], Any] = {}
         self._topics: list[Any] = []
@@ -238,7 +239,7 @@ class Ros1Transport:
             drive.cancel_all_goals()
         for topic in self._topics:
             topic.unregister()
-        self._post = _ignore
+        self._post = ignore
         self._ros.signal_shutdown("the mission is over")
         self._ros = None
 
@@ -250,7 +251,3 @@ class Ros1Transport:
 
     def _reported(self, robot: str, report: Any) -> None:
         self._post(Reported(robot, report.data.strip()))
-
-
-def _ignore(message: Message) -> None:
-    """Nobody listens."""

@@ -10,18 +10,9 @@ from typing import TYPE_CHECKING, Any
 from msgspec.structs import replace
 
 from safenav.extras import missing
+from safenav.fleet import transport
 from safenav.fleet.fleet_file import SimulationUse, Station
 from safenav.fleet.place import Places
-from safenav.fleet.transport import (
-    GoalEnd,
-    GoalEnded,
-    GoalPoint,
-    Located,
-    Message,
-    Performed,
-    Reported,
-    Scanned,
-)
 from safenav.runtime.worlds.world import draw_truths
 from safenav.scenario.model import Scenario
 from safenav.trace.vocabulary import ActResult
@@ -63,16 +54,16 @@ class SimulationTransport:
         self._pace = use.pace
         self._goals: dict[str, int] = {}
         self._acts: dict[str, int] = {}
-        self._post: Callable[[Message], None] = print  # until it is open
+        self._post: Callable[[transport.Message], None] = print  # until it is open
         self._due, self._steps = 0.0, 0
 
-    def open(self, post: Callable[[Message], None]) -> None:
+    def open(self, post: Callable[[transport.Message], None]) -> None:
         self._post = post
 
     def missing(self) -> list[str]:
         return []
 
-    def navigate(self, robot: str, goal: GoalPoint) -> None:
+    def navigate(self, robot: str, goal: transport.GoalPoint) -> None:
         with self.physics.lock:
             self._goals[robot] = goal.number
             self.physics.send(robot, goal.x, goal.y, goal.yaw)
@@ -104,15 +95,15 @@ class SimulationTransport:
 
     def _tell(self, name: str, state: dict[str, Any], *, looks: bool) -> None:
         post = self._post
-        post(Located(name, state["now"], state["x"], state["y"], state["yaw"]))
+        post(transport.Located(name, state["now"], state["x"], state["y"], state["yaw"]))
         if state["end"] is not None:
-            post(GoalEnded(name, self._goals[name], GoalEnd(state["end"])))
+            post(transport.GoalEnded(name, self._goals[name], transport.GoalEnd(state["end"])))
         if state["acted"] is not None:
-            post(Performed(name, self._acts[name], ActResult(state["acted"])))
+            post(transport.Performed(name, self._acts[name], ActResult(state["acted"])))
         if not looks or state["goal"] is not None:
             return
         for found in self.physics.noticed(name):
-            post(Reported(name, found))
+            post(transport.Reported(name, found))
         if self._stations[name].scan is not None:
             stamp, ranges = self.physics.scan(name)
-            post(Scanned(name, stamp, 0.0, tau / len(ranges), ranges))
+            post(transport.Scanned(name, stamp, 0.0, tau / len(ranges), ranges))

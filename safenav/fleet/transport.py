@@ -139,3 +139,7 @@ def result_of(success: bool, text: str) -> ActResult:
     if said in set(ActResult):
         return ActResult(said)
     return ActResult.DONE if success else ActResult.FAILED
+
+
+def ignore(message: Message) -> None:
+    """Drop a message: no receiver is connected before ``open`` or after ``close``."""

@@ -19,7 +19,7 @@ from safenav.formula.syntax import Formula
 from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.synthesis.export import in_words
 from safenav.synthesis.strategy import Field, Strategy
-from safenav.verify.bitparallel import Evaluator, Vector, add
+from safenav.verify.bitparallel import Evaluator, Vector, add, first_row
 from safenav.verify.completions import Completions, Condition, Row, Slot, condition_of
 from safenav.verify.edges import Edges
 from safenav.verify.failures import Failure, Fault
@@ -46,6 +46,16 @@ class Clause(Struct, frozen=True):
         return self.condition.holds
 
 
+Against = list[tuple[Clause, int]]
+"""Clauses, each with the plane of the edges that do not satisfy it."""
+_OF_MOVES = (
+    Section.ENV_TRANS,
+    Section.SYS_TRANS,
+    Section.ENV_LIVENESS,
+    Section.SYS_LIVENESS,
+)
+
+
 class Automaton:
     """The part of ``strategy`` that is reachable from ``starts``."""
 
@@ -68,6 +78,22 @@ class Automaton:
 
     def clauses(self, section: Section) -> list[Clause]:
         return clauses(self.spec, section)
+
+    def against(self) -> list[Against]:
+        """The clauses of ENV_TRANS, SYS_TRANS, ENV_LIVENESS and SYS_LIVENESS, each with the plane
+        of the edges that do not satisfy it."""
+        parts = [self.clauses(section) for section in _OF_MOVES]
+        planes = iter(self.violated([clause.formula for part in parts for clause in part]))
+        return [[(clause, next(planes)) for clause in part] for part in parts]
+
+    def edge_failures(self, assumed: Against, promised: Against) -> Iterator[Failure]:
+        """The first edge against each assumption or guarantee about moves."""
+        faults = ((Fault.FORBIDDEN_INPUT, assumed), (Fault.BROKEN_GUARANTEE, promised))
+        for fault, against in faults:
+            for clause, wrong in against:
+                if wrong:
+                    source, target = self.edges[first_row(wrong)]
+                    yield self.failure(fault, source, successor=target, clause=clause)
 
     @cached_property
     def values(self) -> dict[int, Row]:

@@ -17,7 +17,6 @@ from itertools import islice
 from safenav.spec.specification import Owner, Section, Specification
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.automaton import Automaton, Clause, clauses
-from safenav.verify.bitparallel import first_row
 from safenav.verify.cycles import fair_cycle
 from safenav.verify.failures import Failure, Fault
 
@@ -47,22 +46,12 @@ def counterstrategy_failures(automaton: Automaton) -> Iterator[Failure]:
     """Everything that is wrong with a counterstrategy whose starts are known."""
     yield from _start_failures(automaton)
     yield from automaton.range_failures()
-    assumed = automaton.clauses(Section.ENV_TRANS)
-    promised = automaton.clauses(Section.SYS_TRANS)
-    fair = automaton.clauses(Section.ENV_LIVENESS)
-    goals = automaton.clauses(Section.SYS_LIVENESS)
-    together = [*assumed, *promised, *fair, *goals]
-    violated = automaton.violated([clause.formula for clause in together])
-    for k, clause in enumerate((*assumed, *promised)):
-        if violated[k]:
-            fault = Fault.FORBIDDEN_INPUT if k < len(assumed) else Fault.BROKEN_GUARANTEE
-            source, target = automaton.edges[first_row(violated[k])]
-            yield automaton.failure(fault, source, successor=target, clause=clause)
-    yield from _answer_failures(automaton, assumed, promised)
-    live = violated[len(assumed) + len(promised) :]
-    for clause, unmet in zip(fair, live, strict=False):
+    assumed, promised, fair, goals = automaton.against()
+    yield from automaton.edge_failures(assumed, promised)
+    yield from _answer_failures(automaton, [c for c, _ in assumed], [c for c, _ in promised])
+    for clause, unmet in fair:
         yield from _starvation(automaton, clause, unmet)
-    yield from _goals_met(automaton, live[len(fair) :])
+    yield from _goals_met(automaton, [unmet for _, unmet in goals])
 
 
 def _start_failures(automaton: Automaton) -> Iterator[Failure]:

@@ -21,7 +21,6 @@ from msgspec.structs import replace
 from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.automaton import Automaton, Clause
-from safenav.verify.bitparallel import first_row
 from safenav.verify.completions import Completions, Slot
 from safenav.verify.counterstrategy import counterstrategy_failures, counterstrategy_starts
 from safenav.verify.cycles import fair_cycle
@@ -65,28 +64,15 @@ def _verification(automaton: Automaton, failures: Iterator[Failure]) -> Verifica
 def _strategy_failures(automaton: Automaton) -> Iterator[Failure]:
     yield from _start_failures(automaton)
     yield from automaton.range_failures()
-    assumed = automaton.clauses(Section.ENV_TRANS)
-    promised = automaton.clauses(Section.SYS_TRANS)
-    fair = automaton.clauses(Section.ENV_LIVENESS)
-    goals = automaton.clauses(Section.SYS_LIVENESS)
-    together = [*assumed, *promised, *fair, *goals]
-    violated = iter(automaton.violated([clause.formula for clause in together]))
+    assumed, promised, fair, goals = automaton.against()
+    yield from automaton.edge_failures(assumed, promised)
     forbidden = 0
-    for clauses_of, fault in (
-        (assumed, Fault.FORBIDDEN_INPUT),
-        (promised, Fault.BROKEN_GUARANTEE),
-    ):
-        for clause in clauses_of:
-            wrong = next(violated)
-            if fault is Fault.FORBIDDEN_INPUT:
-                forbidden |= wrong
-            if wrong:
-                source, target = automaton.edges[first_row(wrong)]
-                yield automaton.failure(fault, source, successor=target, clause=clause)
-    yield from _successor_failures(automaton, assumed, forbidden)
-    unfair = [next(violated) for _ in fair]
-    for clause in goals:
-        yield from _starvation(automaton, clause, next(violated), unfair)
+    for _, wrong in assumed:
+        forbidden |= wrong
+    yield from _successor_failures(automaton, [clause for clause, _ in assumed], forbidden)
+    unfair = [unmet for _, unmet in fair]
+    for clause, missing in goals:
+        yield from _starvation(automaton, clause, missing, unfair)
 
 
 def _start_failures(automaton: Automaton) -> Iterator[Failure]:

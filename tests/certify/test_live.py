@@ -16,6 +16,7 @@ from audit.trace_script import edit, find
 from certify.making import SCENARIOS, files_of, rewrite, run_checker, shipped
 from certify.mutants import lines_of, with_lines
 from certify.tasks import scenario_of, task_of, verdict_of
+from runtime.counting import COUNTING
 from safenav import Mission, TraceWriter, load_scenario
 from safenav.certify.record import bundle_of_trace
 from safenav.outcome import Outcome
@@ -94,22 +95,6 @@ def test_a_live_run_is_certified(name: str, tmp_path: Path) -> None:
     assert f"{by['strategy']} follow strategies; the others follow a joint plan" in said
 
 
-COUNTS = """
-safenav: 1
-map: {grid: ["...", "..."]}
-robots:
-  q:
-    model: quadcopter
-    start: 0
-    objective:
-      ltl:
-        memory: {n: [0, 3]}
-        init: n = 0
-        safety: ["n' = n | region = 5 & n < 3 & n' = n + 1 | n = 3 & n' = 0"]
-        liveness: [n = 3, region = 2]
-"""
-
-
 ENDS = """
 safenav: 1
 map: {grid: [".....", "....."]}
@@ -118,7 +103,7 @@ until: {rounds: 3}
 """
 
 
-@pytest.mark.parametrize("text", [COUNTS, ENDS], ids=["memory", "the last pass"])
+@pytest.mark.parametrize("text", [COUNTING, ENDS], ids=["memory", "the last pass"])
 def test_passes_without_a_line_count_for_what_a_strategy_remembers(
     text: str, tmp_path: Path
 ) -> None:

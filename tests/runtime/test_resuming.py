@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from runtime.counting import COUNTING
 from safenav.audit.check import check_trace
 from safenav.errors import UsageError
 from safenav.outcome import Outcome
@@ -97,20 +98,6 @@ robots:
   q: {model: quadcopter, start: 9, objective: {visit: [0, 9]}}
 obstacles: [{type: door, region: 2, until: 6}, {type: door, region: 2, from: 8}]
 """
-MEMORY = """
-safenav: 1
-map: {grid: ["...", "..."]}
-robots:
-  q:
-    model: quadcopter
-    start: 0
-    objective:
-      ltl:
-        memory: {n: [0, 2], seen: bool}
-        init: n = 0
-        safety: ["n' = n | region = 5 & n < 2 & n' = n + 1 | n = 2 & n' = 0", "seen' -> seen'"]
-        liveness: [n = 2, region = 2]
-"""
 BATTERY = """
 safenav: 1
 map: {grid: ["......."]}
@@ -134,7 +121,7 @@ obstacles:
 
 @pytest.mark.parametrize(
     "text",
-    [ORDERS, COMES_BACK, MEMORY, BATTERY, CLOSED],
+    [ORDERS, COMES_BACK, COUNTING, BATTERY, CLOSED],
     ids=["orders", "back", "memory", "charge", "closed"],
 )
 def test_a_run_continues_from_each_of_its_lines(text: str, tmp_path: Path) -> None:

@@ -19,18 +19,9 @@ from typing import TYPE_CHECKING, Any
 
 from safenav.errors import UsageError
 from safenav.extras import missing
+from safenav.fleet import transport
 from safenav.fleet.fleet_file import PyrobosimUse, Station
 from safenav.fleet.place import Places
-from safenav.fleet.transport import (
-    GoalEnd,
-    GoalEnded,
-    GoalPoint,
-    Located,
-    Message,
-    Performed,
-    Reported,
-    Scanned,
-)
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
 
@@ -63,11 +54,11 @@ class PyrobosimTransport:
         self._child: subprocess.Popen[str] | None = None
         self._log = tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace")  # noqa: SIM115
         self._writing = Lock()
-        self._post: Callable[[Message], None] = _ignore
+        self._post: Callable[[transport.Message], None] = transport.ignore
         self._halls: dict[Region, str] = {}
         self._at: dict[str, Region | None] = {}
 
-    def open(self, post: Callable[[Message], None]) -> None:
+    def open(self, post: Callable[[transport.Message], None]) -> None:
         self._post = post
         words = ["-m", "safenav.fleet.pyrobosim.host", self._use.world, self._use.pace]
         self._child = subprocess.Popen(
@@ -109,7 +100,7 @@ class PyrobosimTransport:
     def missing(self) -> list[str]:
         return []
 
-    def navigate(self, robot: str, goal: GoalPoint) -> None:
+    def navigate(self, robot: str, goal: transport.GoalPoint) -> None:
         within = self._regions(robot, self._places.region(goal.x, goal.y))
         self._order(
             do="go",
@@ -133,13 +124,15 @@ class PyrobosimTransport:
         region = int(obstacle.rpartition("@")[2].partition("#")[0])
         hallway = self._halls.get(region)
         if hallway is None:
-            self._post(Performed(robot, number, ActResult.NOTHING, f"no hallway in {region}"))
+            self._post(
+                transport.Performed(robot, number, ActResult.NOTHING, f"no hallway in {region}")
+            )
             return
         within = self._regions(robot, region)
         self._order(do="open", robot=robot, number=number, hallway=hallway, within=within)
 
     def close(self) -> None:
-        child, self._child, self._post = self._child, None, _ignore
+        child, self._child, self._post = self._child, None, transport.ignore
         if child is None:
             return
         assert child.stdin is not None
@@ -176,30 +169,32 @@ class PyrobosimTransport:
                 for message in self._messages(json.loads(text)):
                     self._post(message)
 
-    def _messages(self, line: dict[str, Any]) -> list[Message]:
+    def _messages(self, line: dict[str, Any]) -> list[transport.Message]:
         if "at" in line:
             name = line["at"]
             self._at[name] = self._places.region(line["x"], line["y"])
-            return [Located(name, line["t"], line["x"], line["y"], line["yaw"])]
+            return [transport.Located(name, line["t"], line["x"], line["y"], line["yaw"])]
         if "scan" in line:
             ranges = [inf if metres is None else metres for metres in line["ranges"]]
-            return [Scanned(line["scan"], line["t"], 0.0, line["step"], ranges)]
+            return [transport.Scanned(line["scan"], line["t"], 0.0, line["step"], ranges)]
         if "closed" in line:
             return list(self._reported(line["by"], set(line["closed"])))
         if "end" in line:
-            end = GoalEnd(line["result"])
-            return [GoalEnded(line["end"], line["number"], end, line["reason"])]
+            end = transport.GoalEnd(line["result"])
+            return [transport.GoalEnded(line["end"], line["number"], end, line["reason"])]
         result = ActResult(line["result"])
-        return [Performed(line["acted"], line["number"], result, line["reason"])]
+        return [transport.Performed(line["acted"], line["number"], result, line["reason"])]
 
-    def _reported(self, robot: str, closed: set[str]) -> list[Reported]:
+    def _reported(self, robot: str, closed: set[str]) -> list[transport.Reported]:
         """Reports of the hallways beside a robot, as far as it knows them."""
         here, station = self._at.get(robot), self._stations.get(robot)
         if here is None or station is None or station.report is None:
             return []
         beside = [r for r in self._places.world.neighbours(here) if r in self._halls]
         return [
-            Reported(robot, f"{'' if self._halls[r] in closed else '-'}{self._use.hallway}@{r}")
+            transport.Reported(
+                robot, f"{'' if self._halls[r] in closed else '-'}{self._use.hallway}@{r}"
+            )
             for r in beside
         ]
 
@@ -207,7 +202,3 @@ class PyrobosimTransport:
         """The last line that the child wrote before it died."""
         self._log.seek(0)
         return next((line for line in reversed(self._log.read().splitlines()) if line.strip()), "")
-
-
-def _ignore(message: Message) -> None:
-    """Nobody listens."""

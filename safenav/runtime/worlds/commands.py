@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import queue
 from collections import deque
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from statistics import median
 
 from msgspec import Struct, field
@@ -160,13 +160,7 @@ class Commands(Struct, dict=True):
     def start(self, robot: Robot, here: Pose, pose: Pose) -> Ended | None:
         """Send a robot to ``pose``; the end of its step, if that is over already."""
         number = self._begin(robot, here, pose, ())
-        try:
-            event = self.world.start(robot, pose, number)
-        except WorldError:
-            raise
-        except Exception as error:
-            event = Failed(self.now(), robot.name, here, f"start: {error}", True, command=number)
-        self._under_way(robot, event, step=True)
+        self._send(robot, here, "start", lambda: self.world.start(robot, pose, number))
         return self.ended(robot)
 
     def ended(self, robot: Robot) -> Ended | None:
@@ -188,13 +182,7 @@ class Commands(Struct, dict=True):
         if isinstance(self.world, BlockingAdapter):
             return self.world.act(robot, obstacles, self._count)  # also while it is on its way
         number = self._begin(robot, here, None, obstacles)
-        try:
-            event = self.world.act(robot, obstacles, number)
-        except WorldError:
-            raise
-        except Exception as error:
-            event = Failed(self.now(), robot.name, here, f"act: {error}", True, command=number)
-        self._under_way(robot, event, step=False)
+        self._send(robot, here, "act", lambda: self.world.act(robot, obstacles, number))
         return self.acted(robot)
 
     def within_reach(self, robot: Robot, cleared: Sequence[Obstacle]) -> bool | None:
@@ -268,11 +256,22 @@ class Commands(Struct, dict=True):
         )
         return self._count
 
-    def _under_way(self, robot: Robot, event: WorldEvent | None, *, step: bool) -> None:
+    def _send(
+        self, robot: Robot, here: Pose, word: str, send: Callable[[], WorldEvent | None]
+    ) -> None:
+        """Give the world the command that has just begun; an exception of the world ends it."""
+        command = self._open[robot.name]
+        try:
+            event = send()
+        except WorldError:
+            raise
+        except Exception as error:
+            reason, number = f"{word}: {error}", command.command
+            event = Failed(self.now(), robot.name, here, reason, True, command=number)
         if event is not None:
             self._take(event)
         elif self.live:
-            self._open[robot.name].limit = self._limit(robot, step=step)
+            command.limit = self._limit(robot, step=command.target is not None)
 
     def _drain(self) -> bool:
         heard = False

@@ -20,7 +20,7 @@ from msgspec import Struct
 from safenav.errors import UsageError
 from safenav.scenario.objective import Target
 from safenav.spec.movement import headings, step_formula
-from safenav.spec.other_robots.exact import out_of_my_way
+from safenav.spec.other_robots import exact
 from safenav.spec.other_robots.knowledge import (
     Belief,
     Knowledge,
@@ -115,12 +115,7 @@ def guarantees(task: Task) -> Iterator[Constraint]:
     That is enough: the robot sees all regions that it can step to, so it never steps into one
     that holds somebody out of sight.
     """
-    for other in task.observed:
-        if not other.danger:
-            continue
-        rule = f"never enter the region where {other.name} is seen"
-        origin = Origin(f"robots.{other.name}", rule, SOURCE)
-        yield Constraint(Section.SYS_TRANS, f"region' != {other.variable}'", origin)
+    return exact.guarantees(task, "is seen", SOURCE)
 
 
 def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
@@ -148,7 +143,7 @@ def fairness(task: Task, world: RegionMap) -> Iterator[Constraint]:
     other, and cannot break the assumption by looking away.
     """
     if task.fairness is Fairness.OUT_OF_MY_WAY:
-        yield from out_of_my_way(task, world)
+        yield from exact.out_of_my_way(task, world)
         return
     for model in models(task, world):
         other, item = model.other, f"robots.{model.other.name}"

@@ -25,14 +25,13 @@ def inputs(task: Task, world: RegionMap) -> tuple[Variable, ...]:
     )
 
 
-def guarantees(task: Task) -> Iterator[Constraint]:
-    """Never enter the region where another robot is."""
+def guarantees(task: Task, rule: str = "is", source: str = SOURCE) -> Iterator[Constraint]:
+    """Never enter the region where another robot is, or ``is seen``."""
     for other in task.observed:
-        if not other.danger:
-            continue
-        rule = f"never enter the region where {other.name} is"
-        origin = Origin(f"robots.{other.name}", rule, SOURCE)
-        yield Constraint(Section.SYS_TRANS, f"region' != {other.variable}'", origin)
+        if other.danger:
+            never = f"never enter the region where {other.name} {rule}"
+            origin = Origin(f"robots.{other.name}", never, source)
+            yield Constraint(Section.SYS_TRANS, f"region' != {other.variable}'", origin)
 
 
 def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
