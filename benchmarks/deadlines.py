@@ -24,7 +24,7 @@ from statistics import median
 from tempfile import TemporaryDirectory
 
 from safenav.report.terminal.table import table
-from safenav.runtime.deadlines.ahead import run_ahead
+from safenav.runtime.analysis.ahead import run_ahead
 from safenav.runtime.deadlines.worst import visited, worst_cases
 from safenav.runtime.mission import default_synthesizer, first_results
 from safenav.scenario.reading.loader import load_scenario

@@ -69,7 +69,7 @@ def patient(monkeypatch: pytest.MonkeyPatch) -> None:
     for constant in (
         "safenav.explain.investigation.REPAIR_SECONDS",
         "safenav.runtime.analysis.postmortem.RUN_SECONDS",
-        "safenav.runtime.deadlines.ahead.SECONDS",
+        "safenav.runtime.analysis.ahead.SECONDS",
         "safenav.runtime.deadlines.worst.SECONDS",
         "safenav.runtime.explanation.QUESTION_SECONDS",
     ):

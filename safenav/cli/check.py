@@ -39,8 +39,8 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
     from safenav.report.terminal.synthesis_progress import WaitingLine
     from safenav.report.terminal.vacuity_warning import vacuity_data, vacuity_lines
     from safenav.report.terminal.worst_cases import worst_data, worst_lines
+    from safenav.runtime.analysis.ahead import run_ahead
     from safenav.runtime.coordination.foresight import foreseen
-    from safenav.runtime.deadlines.ahead import run_ahead
     from safenav.runtime.deadlines.worst import visited, worst_cases
     from safenav.runtime.explanation import explain_unrealizable
     from safenav.runtime.mission import Mission, default_synthesizer, first_results

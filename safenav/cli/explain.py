@@ -72,8 +72,8 @@ def _of_the_run(plan: Scenario, as_json: bool) -> int:
     """Why the run of a team of realizable robots needs an operator, if it does."""
     from safenav.report.terminal.postmortem_text import postmortem_data, postmortem_lines
     from safenav.report.terminal.promises import promise_lines
+    from safenav.runtime.analysis.ahead import run_ahead
     from safenav.runtime.analysis.postmortem import explain_run
-    from safenav.runtime.deadlines.ahead import run_ahead
     from safenav.runtime.mission import default_synthesizer
 
     found = explain_run(plan, plan.catalogue.robots, lambda: default_synthesizer(plan))

@@ -43,10 +43,10 @@ from safenav.runtime.coordination.strategy_search import (
     TaskResult,
     failed,
 )
-from safenav.runtime.deadlines.ledger import Deadlines
-from safenav.runtime.deadlines.refusal import refuse_what_cannot_be_kept
 from safenav.runtime.energy.batteries import Batteries
 from safenav.runtime.interventions import Interventions
+from safenav.runtime.promises.ledger import Deadlines
+from safenav.runtime.promises.refusal import refuse_what_cannot_be_kept
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.termination import RunEnded, Stop
 from safenav.runtime.traffic.planning import Traffic

@@ -19,14 +19,14 @@ from msgspec import Struct
 import safenav
 from safenav.errors import SafenavError, UsageError
 from safenav.outcome import Outcome
-from safenav.runtime.coordination.reasons import Shortfall
 from safenav.runtime.coordination.strategies import Strategies
 from safenav.runtime.coordination.strategy_search import StrategySearch, TaskResult
-from safenav.runtime.deadlines.ledger import Deadlines
-from safenav.runtime.deadlines.refusal import refusal_of
+from safenav.runtime.duties.reasons import Shortfall
 from safenav.runtime.energy.batteries import Batteries
 from safenav.runtime.interventions import Intervention, Interventions
 from safenav.runtime.passes import Passes
+from safenav.runtime.promises.ledger import Deadlines
+from safenav.runtime.promises.refusal import refusal_of
 from safenav.runtime.team import TeamState
 from safenav.runtime.termination import Conclusion, RunEnded, Stop
 from safenav.runtime.traffic.planning import Traffic

@@ -13,15 +13,15 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.runtime.beliefs import Beliefs
-from safenav.runtime.coordination.duties import Settled
-from safenav.runtime.coordination.problem import Floor
-from safenav.runtime.coordination.reasons import Shortfall
-from safenav.runtime.coordination.requests import Requests
 from safenav.runtime.deadlines.choice import Dues
+from safenav.runtime.duties.reasons import Shortfall
+from safenav.runtime.duties.requests import Requests
+from safenav.runtime.duties.settlement import Settled
 from safenav.runtime.failures import Troubles
 from safenav.runtime.knowledge import Knowledge
 from safenav.runtime.navigation import Planner
 from safenav.runtime.progress import Progress
+from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.termination import Conclusion
 from safenav.runtime.worlds.protocol import Acted
 from safenav.scenario.model import Obstacle, Robot, Scenario

@@ -80,6 +80,24 @@ def test_no_modules_import_each_other() -> None:
     assert [circle for circle in circles if len(circle) > 1] == []
 
 
+@pytest.mark.parametrize("package", sorted({name.rpartition(".")[0] for name in MODULES} - {""}))
+def test_the_members_of_a_package_need_each_other_in_one_direction(package: str) -> None:
+    """A member is a module or a folder with all that it contains."""
+
+    def member(name: str) -> str:
+        return name.removeprefix(f"{package}.").split(".")[0]
+
+    inside = [name for name in MODULES if name.startswith(f"{package}.") and name not in FACES]
+    graph = networkx.DiGraph(
+        (member(name), member(other))
+        for name in inside
+        for other in own(name)
+        if other in inside and member(name) != member(other)
+    )
+    circles = [sorted(part) for part in networkx.strongly_connected_components(graph)]
+    assert [circle for circle in circles if len(circle) > 1] == []
+
+
 def test_a_package_s_init_is_a_docstring() -> None:
     faces = {name for name, path in MODULES.items() if path.name == "__init__.py"} - FACES
     assert faces

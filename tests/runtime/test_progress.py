@@ -6,8 +6,8 @@ from random import Random
 
 import pytest
 
-from safenav.runtime.coordination.problem import Member, Problem
 from safenav.runtime.progress import Progress
+from safenav.runtime.resolution.problem import Member, Problem
 from safenav.runtime.traffic.joint import Course
 from safenav.scenario.objective import (
     Cover,

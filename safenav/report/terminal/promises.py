@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from safenav.runtime.deadlines.ahead import Ahead
+from safenav.runtime.analysis.ahead import Ahead
 from safenav.scenario.model import Scenario
 
 MISSION = "mission"

@@ -15,7 +15,7 @@ from msgspec.structs import replace
 from safenav.errors import SafenavError
 from safenav.outcome import Outcome
 from safenav.runtime.coordination.foresight import Foresight, foresee
-from safenav.runtime.coordination.reasons import Hindrance, Shortfall
+from safenav.runtime.duties.reasons import Hindrance, Shortfall
 from safenav.runtime.mission import Mission, RunResult
 from safenav.runtime.team import TeamState
 from safenav.scenario.model import (

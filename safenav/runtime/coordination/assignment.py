@@ -7,10 +7,10 @@ from collections.abc import Collection
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.runtime.coordination.duties import Duty, Settlement
 from safenav.runtime.coordination.ladder import TaskDraft
-from safenav.runtime.coordination.problem import Floor
 from safenav.runtime.coordination.waiting import clear_region, in_the_way
+from safenav.runtime.duties.settlement import Duty, Settlement
+from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
 from safenav.scenario.objective import Hold, Ltl, Objective, Target, Visit, ruled, targets_of
 from safenav.spec.movement import one_of

@@ -8,13 +8,13 @@ from collections.abc import Iterator, Mapping
 
 from msgspec.structs import replace
 
-from safenav.runtime.coordination.duties import Settled, Settlement
 from safenav.runtime.coordination.ladder import TaskDraft
-from safenav.runtime.coordination.problem import Floor
-from safenav.runtime.coordination.reasons import why_nobody
-from safenav.runtime.coordination.requests import OpenRequest, Requests
 from safenav.runtime.coordination.strategy_search import TaskResult
 from safenav.runtime.coordination.synthesis_recorder import synthesis_record
+from safenav.runtime.duties.reasons import why_nobody
+from safenav.runtime.duties.requests import OpenRequest, Requests
+from safenav.runtime.duties.settlement import Settled, Settlement
+from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import Role, TeamState
 from safenav.runtime.worlds.world import Change
 from safenav.scenario.model import Coordination, Obstacle

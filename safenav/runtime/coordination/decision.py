@@ -16,7 +16,6 @@ from safenav.runtime.characterization import ForbiddenMove
 from safenav.runtime.coordination import coordination_recorder as lines
 from safenav.runtime.coordination.assignable_goals import own_objective
 from safenav.runtime.coordination.assignment import Assigner
-from safenav.runtime.coordination.duties import Settled, settle
 from safenav.runtime.coordination.events import (
     Astray,
     BatteryFlat,
@@ -38,17 +37,18 @@ from safenav.runtime.coordination.infeasibility import (
     spent,
 )
 from safenav.runtime.coordination.ladder import Ladder, TaskDraft, ladder
-from safenav.runtime.coordination.problem import Floor, SpentError
-from safenav.runtime.coordination.proofs import TeamClosure, closure_of
-from safenav.runtime.coordination.reasons import Shortfall, shortfall_words, shortfalls
-from safenav.runtime.coordination.requests import OpenRequest, Requests
 from safenav.runtime.coordination.snapshot import floor_of
-from safenav.runtime.coordination.solve import Plan, Solver
 from safenav.runtime.coordination.strategies import outdated
 from safenav.runtime.coordination.strategy_search import TaskResult, failed
 from safenav.runtime.coordination.synthesis_recorder import synthesis_record
 from safenav.runtime.deadlines.choice import InTime, after, choose
+from safenav.runtime.duties.reasons import Shortfall, shortfall_words, shortfalls
+from safenav.runtime.duties.requests import OpenRequest, Requests
+from safenav.runtime.duties.settlement import Settled, settle
 from safenav.runtime.knowledge import PERMANENT, UNTRAVERSABLE, Knowledge
+from safenav.runtime.resolution.problem import Floor, SpentError
+from safenav.runtime.resolution.proofs import TeamClosure, closure_of
+from safenav.runtime.resolution.solve import Plan, Solver
 from safenav.runtime.team import Role, TeamState
 from safenav.runtime.termination import Conclusion
 from safenav.scenario.model import Coordination, Obstacle

@@ -9,7 +9,7 @@ from __future__ import annotations
 from msgspec import Struct
 
 from safenav.runtime.coordination.decision import closed
-from safenav.runtime.coordination.reasons import Shortfall, shortfall_words, shortfalls
+from safenav.runtime.duties.reasons import Shortfall, shortfall_words, shortfalls
 from safenav.runtime.team import TeamState
 from safenav.scenario.model import Scenario
 from safenav.trace.wording import listed

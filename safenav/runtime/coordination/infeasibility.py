@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from safenav.outcome import Outcome
-from safenav.runtime.coordination.problem import Floor
-from safenav.runtime.coordination.proofs import Refutation, TeamClosure
-from safenav.runtime.coordination.reasons import (
+from safenav.runtime.coordination.snapshot import poses_in
+from safenav.runtime.coordination.strategy_search import TaskResult, failed
+from safenav.runtime.duties.reasons import (
     Shortfall,
     cause_of,
     shortfall_words,
     shortfalls,
     without_room,
 )
-from safenav.runtime.coordination.snapshot import poses_in
-from safenav.runtime.coordination.strategy_search import TaskResult, failed
+from safenav.runtime.resolution.problem import Floor
+from safenav.runtime.resolution.proofs import Refutation, TeamClosure
 from safenav.runtime.team import TeamState
 from safenav.runtime.termination import Conclusion
 from safenav.scenario.objective import Ltl

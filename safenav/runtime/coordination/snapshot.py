@@ -7,7 +7,9 @@ from functools import lru_cache
 
 from msgspec.structs import replace
 
-from safenav.runtime.coordination.problem import (
+from safenav.runtime.formulas import formulas_of, graph_of
+from safenav.runtime.progress import Progress
+from safenav.runtime.resolution.problem import (
     Floor,
     GateNeed,
     Member,
@@ -16,8 +18,6 @@ from safenav.runtime.coordination.problem import (
     Stage,
     Zones,
 )
-from safenav.runtime.formulas import formulas_of, graph_of
-from safenav.runtime.progress import Progress
 from safenav.runtime.team import RobotState, TeamState
 from safenav.scenario.model import RequestOrder, Robot, Scenario
 from safenav.scenario.objective import Ltl, targets_of

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
-from safenav.runtime.coordination.duties import Duty
-from safenav.runtime.coordination.problem import Floor
-from safenav.runtime.coordination.solve import fits
+from safenav.runtime.duties.settlement import Duty
+from safenav.runtime.resolution.problem import Floor
+from safenav.runtime.resolution.solve import fits
 from safenav.world.map import Region
 from safenav.world.poses import Mask, bits
 

@@ -1,1 +1,1 @@
-"""Promises in ticks: what can be kept, when each is kept, broken or lost."""
+"""Promises in ticks: which can be kept, and by which acts. Pure functions."""

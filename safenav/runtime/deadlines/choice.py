@@ -9,10 +9,10 @@ from collections.abc import Mapping, Sequence
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from safenav.runtime.coordination.problem import Floor, SpentError, Stages
-from safenav.runtime.coordination.solve import Plan, Solver, Step
 from safenav.runtime.deadlines.bound import NEVER, BoundMoment, BoundNeed, BoundObstacle, BoundRobot
 from safenav.runtime.deadlines.schedule import Acts, Scheduler, possible
+from safenav.runtime.resolution.problem import Floor, SpentError, Stages
+from safenav.runtime.resolution.solve import Plan, Solver, Step
 from safenav.world.poses import Mask
 
 

@@ -14,7 +14,6 @@ from itertools import combinations, product
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from safenav.runtime.coordination.problem import SpentError
 from safenav.runtime.deadlines.bound import (
     NEVER,
     BoundMoment,
@@ -25,6 +24,7 @@ from safenav.runtime.deadlines.bound import (
     own_turn,
     still,
 )
+from safenav.runtime.resolution.problem import SpentError
 
 BUDGET = 300
 """Nodes of all searches from one moment; the campaigns needed 111 at most for one of them."""

@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Sequence
 from itertools import pairwise
 
-from safenav.runtime.coordination.problem import Floor
+from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import TeamState
 from safenav.runtime.traffic.budgets import (
     CERTIFICATE_CHAIN,

@@ -14,7 +14,7 @@ from itertools import chain, combinations, islice
 from msgspec.structs import replace
 
 from safenav.outcome import Outcome
-from safenav.runtime.coordination.problem import Floor, Problem
+from safenav.runtime.resolution.problem import Floor, Problem
 from safenav.runtime.team import TeamState
 from safenav.runtime.termination import Conclusion, RunEnded
 from safenav.runtime.traffic.budgets import FEW_GROUPS, FEW_SIZES, FEW_STATES

@@ -14,7 +14,7 @@ from itertools import chain, pairwise
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from safenav.runtime.coordination.problem import Problem, Zones
+from safenav.runtime.resolution.problem import Problem, Zones
 from safenav.runtime.traffic.joint import Count, Joint
 from safenav.world.poses import Mask, bits
 

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping
 
 from msgspec import Struct, field
 
-from safenav.runtime.coordination.problem import Problem, Stage, Stages
+from safenav.runtime.resolution.problem import Problem, Stage, Stages
 from safenav.world.poses import Mask, PoseGraph
 
 Count = tuple[int, int, int]

@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterator, Sequence
 from enum import Enum
 from itertools import count as counting
 
-from safenav.runtime.coordination.problem import Stages
+from safenav.runtime.resolution.problem import Stages
 from safenav.runtime.traffic.budgets import (
     CHAIN_BUDGET,
     FIRST_BUDGET,

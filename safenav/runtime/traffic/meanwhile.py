@@ -11,7 +11,7 @@ from collections.abc import Collection, Hashable, Sequence
 
 from msgspec import Struct
 
-from safenav.runtime.coordination.problem import Floor
+from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import RobotState
 from safenav.runtime.traffic.joint import Count, Course, Joint
 from safenav.runtime.traffic.remembering import remembering

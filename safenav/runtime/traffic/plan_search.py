@@ -9,7 +9,7 @@ from itertools import pairwise
 
 from msgspec import Struct
 
-from safenav.runtime.coordination.problem import Floor
+from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.traffic.budgets import CERTIFICATE_CHAIN, LOOKS_FOR_FEW, ROUNDS_FIRST
 from safenav.runtime.traffic.continuation_plans import Certificates

@@ -15,11 +15,11 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.outcome import Outcome
-from safenav.runtime.coordination.duties import Settlement
-from safenav.runtime.coordination.problem import Floor
 from safenav.runtime.coordination.snapshot import awaited_by
 from safenav.runtime.coordination.waiting import in_the_way
+from safenav.runtime.duties.settlement import Settlement
 from safenav.runtime.formulas import formulas_of
+from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded, Stop
 from safenav.runtime.traffic.budgets import (

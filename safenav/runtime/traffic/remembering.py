@@ -12,7 +12,7 @@ from functools import cached_property, lru_cache
 
 from msgspec.structs import replace
 
-from safenav.runtime.coordination.problem import Problem
+from safenav.runtime.resolution.problem import Problem
 from safenav.runtime.traffic.budgets import REMEMBERED_STATES
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import Ltl

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 
 from msgspec.structs import replace
 
-from safenav.runtime.coordination.duties import settle
-from safenav.runtime.coordination.problem import Floor, Problem, SpentError, Stages
 from safenav.runtime.coordination.snapshot import awaited_by
+from safenav.runtime.duties.settlement import settle
+from safenav.runtime.resolution.problem import Floor, Problem, SpentError, Stages
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.traffic.budgets import ROUNDS_AHEAD
 from safenav.runtime.traffic.joint import Count, Course, Joint

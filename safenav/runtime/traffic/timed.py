@@ -13,7 +13,7 @@ from itertools import count as counting
 
 from msgspec import Struct
 
-from safenav.runtime.coordination.problem import Floor, Problem, Stages
+from safenav.runtime.resolution.problem import Floor, Problem, Stages
 from safenav.runtime.traffic.budgets import MOST_HELPERS, TIMED_STATES
 from safenav.world.poses import FAR, Mask
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from safenav.runtime.coordination.problem import GateNeed, Member, OpenObstacle, Problem
+from safenav.runtime.resolution.problem import GateNeed, Member, OpenObstacle, Problem
 from safenav.world.map import Heading, RegionMap
 from safenav.world.moves import Mobility, Pose
 from safenav.world.poses import PoseGraph, region_mask

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from runtime.played import Runner
-from safenav.runtime.coordination.reasons import (
+from safenav.runtime.duties.reasons import (
     Helper,
     Hindrance,
     Shortfall,

@@ -20,9 +20,9 @@ from runtime.coordination.floors import Bot, Floor
 from runtime.played import Runner
 from safenav.certify.record import bundle_of_run
 from safenav.errors import InputError
-from safenav.runtime.coordination.problem import GateNeed, OpenObstacle, Problem
-from safenav.runtime.coordination.proofs import TeamClosure, closure_of, refute
-from safenav.runtime.coordination.solve import Solver
+from safenav.runtime.resolution.problem import GateNeed, OpenObstacle, Problem
+from safenav.runtime.resolution.proofs import TeamClosure, closure_of, refute
+from safenav.runtime.resolution.solve import Solver
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.world.poses import bits, region_mask
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import pytest
 
 from runtime.coordination.floors import Block, Bot, Floor
-from safenav.runtime.coordination.duties import Settlement, settle
-from safenav.runtime.coordination.proofs import TeamClosure, closure_of, refute
-from safenav.runtime.coordination.solve import Solver
+from safenav.runtime.duties.settlement import Settlement, settle
+from safenav.runtime.resolution.proofs import TeamClosure, closure_of, refute
+from safenav.runtime.resolution.solve import Solver
 
 HALL = ["############", "#..........#", "############"]
 

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from runtime.deadlines.timed import timed_scenario
 from safenav.cli.check import command
 from safenav.errors import InputError
-from safenav.runtime.deadlines.ahead import run_ahead
+from safenav.runtime.analysis.ahead import run_ahead
 from safenav.runtime.mission import Mission, default_synthesizer
 from safenav.scenario.model import LatePolicy, Timing, Until
 from safenav.scenario.reading.loader import load_scenario_text

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from runtime.coordination.floors import Block, Bot, Floor
-from safenav.runtime.coordination.problem import Floor as Moment
+from safenav.runtime.resolution.problem import Floor as Moment
 from safenav.runtime.traffic.deadlock import deadlock_of_few
 
 APART = ["######", "#....#", "##.###", "######", "#....#", "#....#", "######"]

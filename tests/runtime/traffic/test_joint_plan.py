@@ -8,7 +8,7 @@ from collections.abc import Callable
 import pytest
 
 from runtime.coordination.floors import Bot, Floor
-from safenav.runtime.coordination.problem import Stages
+from safenav.runtime.resolution.problem import Stages
 from safenav.runtime.traffic.execution import Execution, dues_of, schedule
 from safenav.runtime.traffic.joint import Count, Course, Exhausted, Found, Joint, Spent, has_met
 from safenav.runtime.traffic.joint_plan import Search, Variant

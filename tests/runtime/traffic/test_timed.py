@@ -10,7 +10,7 @@ from random import Random
 import pytest
 
 from runtime.played import Runner
-from safenav.runtime.coordination.problem import (
+from safenav.runtime.resolution.problem import (
     Floor,
     GateNeed,
     Member,

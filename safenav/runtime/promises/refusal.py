@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from safenav.outcome import Outcome
 from safenav.runtime.deadlines.bound import earliest
-from safenav.runtime.deadlines.ledger import MISSION, mission_end
-from safenav.runtime.deadlines.moment import moment_of
 from safenav.runtime.deadlines.within import Walk, least_within
 from safenav.runtime.energy.batteries import Batteries, least_charge
+from safenav.runtime.promises.ledger import MISSION, mission_end
+from safenav.runtime.promises.moment import moment_of
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded
 from safenav.scenario.objective import targets_of

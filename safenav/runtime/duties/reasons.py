@@ -7,9 +7,9 @@ from enum import Enum
 
 from msgspec import Struct
 
-from safenav.runtime.coordination.duties import Settlement
-from safenav.runtime.coordination.problem import Floor
-from safenav.runtime.coordination.proofs import TeamClosure
+from safenav.runtime.duties.settlement import Settlement
+from safenav.runtime.resolution.problem import Floor
+from safenav.runtime.resolution.proofs import TeamClosure
 from safenav.scenario.objective import Word
 from safenav.trace.vocabulary import OperatorCause
 from safenav.trace.wording import listed, obstacle_words

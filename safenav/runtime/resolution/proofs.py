@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from msgspec import Struct
 
-from safenav.runtime.coordination.problem import Stage, Stages
-from safenav.runtime.coordination.solve import Sets, Solver, Step
+from safenav.runtime.resolution.problem import Stage, Stages
+from safenav.runtime.resolution.solve import Sets, Solver, Step
 from safenav.world.poses import Mask
 
 

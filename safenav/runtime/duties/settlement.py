@@ -13,10 +13,10 @@ from collections.abc import Callable, Mapping, Sequence
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from safenav.runtime.coordination.problem import Floor, Stages
-from safenav.runtime.coordination.proofs import Refutation, refute
-from safenav.runtime.coordination.solve import Plan, Sets, Solver, Step
 from safenav.runtime.deadlines.choice import InTime
+from safenav.runtime.resolution.problem import Floor, Stages
+from safenav.runtime.resolution.proofs import Refutation, refute
+from safenav.runtime.resolution.solve import Plan, Sets, Solver, Step
 from safenav.world.poses import Mask, bits
 
 

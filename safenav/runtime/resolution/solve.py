@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping
 
 from msgspec import Struct, field
 
-from safenav.runtime.coordination.problem import Problem, SpentError, Stages, groups
+from safenav.runtime.resolution.problem import Problem, SpentError, Stages, groups
 from safenav.world.poses import FAR, Mask
 
 BUDGET = 20_000

@@ -12,7 +12,6 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.outcome import Outcome
-from safenav.runtime.coordination.problem import Floor
 from safenav.runtime.deadlines.bound import (
     NEVER,
     BoundMoment,
@@ -22,7 +21,8 @@ from safenav.runtime.deadlines.bound import (
     tick_of,
 )
 from safenav.runtime.deadlines.choice import Dues
-from safenav.runtime.deadlines.moment import goals_left, moment_of
+from safenav.runtime.promises.moment import goals_left, moment_of
+from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded
 from safenav.scenario.model import LatePolicy

@@ -1,0 +1,1 @@
+"""Promises of a running mission: their begin, their course, their refusal (docs/deadlines.md)."""

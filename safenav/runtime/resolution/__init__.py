@@ -1,0 +1,1 @@
+"""Resolvable obstacles and the order of acts: pure functions of poses, stages, capabilities."""
