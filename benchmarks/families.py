@@ -1,7 +1,7 @@
 """Scalable families of specifications in structuredslugs, for measuring synthesizers.
 
     python benchmarks/families.py grid --rows 12 --cols 12 --adversary four > grid.structuredslugs
-    python benchmarks/families.py errands --size 8 --goals 6
+    python benchmarks/families.py requests --size 8 --goals 6
     python benchmarks/families.py arbiter --clients 5
 
 Each family is one function from sizes to text, so that tests and runners can import them.
@@ -90,13 +90,13 @@ def regions(rows: int, cols: int, adversary: str = "none") -> str:
     return str(text)
 
 
-def errands(size: int, goals: int) -> str:
+def requests(size: int, goals: int) -> str:
     """Many goals: a robot on a square grid serves requests at scattered cells.
 
     Each request stays until the robot is there, and a slow door (open infinitely often) divides the
     grid, so that every goal needs both the other player's patience and a path.
     """
-    text = _Text(f"{goals} errands on a {size} x {size} grid with a door in the middle")
+    text = _Text(f"{goals} requests on a {size} x {size} grid with a door in the middle")
     text.add("INPUT", "open", *(f"ask{j}" for j in range(goals)))
     text.add("OUTPUT", f"row:0...{size - 1}", f"col:0...{size - 1}")
     text.add("ENV_INIT", "!open", *(f"!ask{j}" for j in range(goals)))
@@ -243,12 +243,12 @@ def regions_command(rows: int, cols: int, adversary: str) -> None:
     click.echo(regions(rows, cols, adversary), nl=False)
 
 
-@main.command("errands")
+@main.command("requests")
 @click.option("--size", type=click.IntRange(2), default=8, show_default=True)
 @click.option("--goals", type=click.IntRange(1), default=6, show_default=True)
-def errands_command(size: int, goals: int) -> None:
+def requests_command(size: int, goals: int) -> None:
     """Serve many requests on a grid."""
-    click.echo(errands(size, goals), nl=False)
+    click.echo(requests(size, goals), nl=False)
 
 
 @main.command("arbiter")

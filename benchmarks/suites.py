@@ -136,7 +136,7 @@ def families_suite(scratch: Path) -> list[Case]:
         **{f"king_{n}x{n}": families.grid(n, n, "king") for n in (9, 12, 20)},
         **{f"regions_{n}x{n}": families.regions(n, n, "four") for n in (9, 12, 16)},
         **{f"goals_12x12_{k}": families.grid(12, 12, "four", goals=k) for k in (8, 16, 32)},
-        **{f"errands_16_{k}": families.errands(16, k) for k in (4, 6, 8)},
+        **{f"requests_16_{k}": families.requests(16, k) for k in (4, 6, 8)},
         **{f"arbiter_{k}": families.arbiter(k) for k in (4, 7, 10)},
     }
     return [

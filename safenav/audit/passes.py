@@ -153,6 +153,6 @@ class Passes:
                 self._begun.add(record.robot)
             case "goal":
                 self._begun.discard(record.robot)
-            case "operator" if record.deed == "put_back" and record.robot is not None:
+            case "operator" if record.intervention == "put_back" and record.robot is not None:
                 self._region[record.robot] = record.region
                 self._heading[record.robot] = record.heading

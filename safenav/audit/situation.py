@@ -373,7 +373,7 @@ class Situation:
             case "reopened":
                 self.status[record.obstacle] = Status.UNRESOLVED
                 self.requests[record.obstacle] = self.given_up.pop(record.obstacle, {})
-            case "operator" if record.deed == "permanent" and record.obstacle is not None:
+            case "operator" if record.intervention == "permanent" and record.obstacle is not None:
                 self.permanent.add(record.obstacle)
             case "operator" if record.region is not None and record.robot is not None:
                 self.region[record.robot] = record.region

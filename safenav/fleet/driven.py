@@ -33,7 +33,7 @@ from safenav.motion.file.records import (
 )
 from safenav.motion.making import described, floor_of, movers_of
 from safenav.motion.mover import Mover
-from safenav.motion.timing.given import TraceLedger, deeds_of, when
+from safenav.motion.timing.given import TraceLedger, actions_of, when
 from safenav.trace import records
 from safenav.trace.trace import Trace
 
@@ -68,7 +68,7 @@ def driven_motion(
     floor = floor_of(trace)
     movers = movers_of(trace, floor)
     ledger = TraceLedger({name: body.region for name, body in movers.items()})
-    deeds, _ = deeds_of(trace)
+    actions, _ = actions_of(trace)
     steps: list[Step] = []
     lines: list[Line] = []
     for record in trace.records:
@@ -76,7 +76,7 @@ def driven_motion(
         if step:
             steps.append(step)
         if action:
-            lines += _actions(trace, *action, deeds.get(action[1].command, []))
+            lines += _actions(trace, *action, actions.get(action[1].command, []))
     steps += [(depart, None) for depart in ledger.departs.values()]
     over = max((record.t or 0.0 for record in trace.records), default=0.0)
     for name, body in movers.items():
@@ -157,13 +157,13 @@ class _Turns:
 
 
 def _actions(
-    trace: Trace, act: records.Act, acted: records.ActionEnd, deeds: list[tuple[str, str]]
+    trace: Trace, act: records.Act, acted: records.ActionEnd, actions: list[tuple[str, str]]
 ) -> Iterator[Line]:
     """The acts of each robot of an action on each obstacle, one after the other."""
     begin, end = act.t or 0.0, acted.t or 0.0
-    span = (end - begin) / max(1, len(deeds))
+    span = (end - begin) / max(1, len(actions))
     for robot in act.robots:
-        for number, (name, action) in enumerate(deeds):
+        for number, (name, action) in enumerate(actions):
             times = (begin + number * span, begin + (number + 1) * span)
             region = trace.obstacles[name].region
             yield Action(robot, acted.tick, action, name, region, *times)

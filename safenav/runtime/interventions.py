@@ -24,7 +24,7 @@ from safenav.scenario.objective import Objective, avoided, targets_of
 from safenav.spec.objective import NO_MEMORY
 from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace, objective_in_trace
-from safenav.trace.vocabulary import OperatorDeed
+from safenav.trace.vocabulary import OperatorIntervention
 from safenav.world.map import Region
 from safenav.world.moves import Mobility, Pose, distances
 
@@ -241,21 +241,21 @@ class Interventions(Struct, dict=True):
         tick, emit = self.state.tick, self.state.emit
         match wanted:
             case MarkResolved(name) | TakeAway(name):
-                emit(records.Operator(tick, OperatorDeed.RESOLVED, obstacle=name))
+                emit(records.Operator(tick, OperatorIntervention.RESOLVED, obstacle=name))
             case MarkPermanent(name):
-                emit(records.Operator(tick, OperatorDeed.PERMANENT, obstacle=name))
+                emit(records.Operator(tick, OperatorIntervention.PERMANENT, obstacle=name))
             case PutBack(name, pose):
                 at = pose.region, heading_in_trace(pose)
-                deed = OperatorDeed.PUT_BACK
-                emit(records.Operator(tick, deed, name, region=at[0], heading=at[1]))
+                what = OperatorIntervention.PUT_BACK
+                emit(records.Operator(tick, what, name, region=at[0], heading=at[1]))
             case Give(name, objective):
                 told = objective_in_trace(objective)
-                emit(records.Operator(tick, OperatorDeed.OBJECTIVE, name, objective=told))
+                emit(records.Operator(tick, OperatorIntervention.OBJECTIVE, name, objective=told))
             case Serve(name, active):
-                deed = OperatorDeed.ADDED if active else OperatorDeed.OUT_OF_SERVICE
-                emit(records.Operator(tick, deed, name))
+                what = OperatorIntervention.ADDED if active else OperatorIntervention.OUT_OF_SERVICE
+                emit(records.Operator(tick, what, name))
             case GiveUp():
-                emit(records.Operator(tick, OperatorDeed.GIVE_UP))
+                emit(records.Operator(tick, OperatorIntervention.GIVE_UP))
 
     def _bring_about(self, wanted: Intervention) -> Iterator[Event]:
         state = self.state

@@ -30,7 +30,7 @@ from safenav.trace.vocabulary import (
     MovedBy,
     MoveEnd,
     OperatorCause,
-    OperatorDeed,
+    OperatorIntervention,
     Place,
     PlanEndReason,
     Reason,
@@ -279,7 +279,7 @@ class Operator(Record, frozen=True):
     """Live: an intervention of an operator."""
 
     type: ClassVar[str] = "operator"
-    deed: OperatorDeed
+    intervention: OperatorIntervention
     robot: str | None = None
     obstacle: str | None = None
     region: Region | None = None

@@ -135,7 +135,7 @@ class ActResult(StrEnum):
     """There is no such obstacle."""
 
 
-class OperatorDeed(StrEnum):
+class OperatorIntervention(StrEnum):
     """An intervention of an operator."""
 
     RESOLVED = "resolved"

@@ -229,7 +229,7 @@ class Wording(Struct, frozen=True):
                 verb = "act" if len(line.robots) > 1 else "acts"
                 return f"{self._all(frozenset(line.robots))} {verb} on {names or 'what is there'}"
             case records.ActionEnd():
-                results = (f"{self.obstacle(name)}: {deed}" for name, deed in line.results.items())
+                results = (f"{self.obstacle(name)}: {done}" for name, done in line.results.items())
                 return f"the action of {self.robot(line.robot)} ends ({', '.join(results)})"
             case records.Held():
                 return f"{self.robot(line.robot)} stays ({_HOLDS[line.why]})"
@@ -281,7 +281,7 @@ class Wording(Struct, frozen=True):
         return f"chosen by what is due: {'; '.join([*said, *late])}"
 
     def _operator(self, line: records.Operator) -> str:
-        what = line.deed.value.replace("_", " ")
+        what = line.intervention.value.replace("_", " ")
         words = [self.obstacle(line.obstacle)] if line.obstacle else []
         words += [self.robot(line.robot)] if line.robot else []
         words += [f"at {self._at(line.region)}"] if line.region is not None else []

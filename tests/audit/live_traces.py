@@ -63,7 +63,7 @@ class Live(Script):
         return self.command("act", names[0], robots=list(names), obstacles=[on])
 
     def acted(self, name: str, **results: str) -> Self:
-        results = {what.replace("_", "@"): deed for what, deed in results.items()}
+        results = {what.replace("_", "@"): result for what, result in results.items()}
         number = self.open.pop(name)["command"]
         return self.add("acted", robot=name, command=number, results=results)
 
@@ -123,7 +123,7 @@ def lost() -> list[Line]:
     s.at(5).arrive("b").goal("b", 0, 1)
     s.at(5).add("waiting", outcome="assumption_violated", explanation="a is out of service")
     s.hold("b", "operator")
-    s.at(9).add("operator", deed="put_back", robot="a", region=7, heading=None)
+    s.at(9).add("operator", intervention="put_back", robot="a", region=7, heading=None)
     s.add("service", robot="a", active=True, cause="user").at(9).depart("a", 8)
     s.position["a"] = 7
     s.at(10).arrive("a").goal("a", 0, 1)
@@ -137,12 +137,12 @@ def waits() -> list[Line]:
     told = ("tick", "t", "outcome", "explanation", "cause", "proof")
     waiting = {"type": "waiting", **{key: outcome[key] for key in told}}
     later = {"tick": outcome["tick"] + 1, "t": 9.0}
-    deed = {"type": "operator", **later, "deed": "resolved", "obstacle": "gate@10"}
+    given = {"type": "operator", **later, "intervention": "resolved", "obstacle": "gate@10"}
     reopened = {"type": "reopened", **later, "obstacle": "gate@10"}
     for key in ("cause", "proof"):
         del outcome[key]
     outcome |= later | {"outcome": "interrupted", "ticks": later["tick"]}
-    return [*lines[:-1], waiting, deed, reopened, outcome]
+    return [*lines[:-1], waiting, given, reopened, outcome]
 
 
 def simulated() -> list[Line]:
@@ -235,7 +235,7 @@ CASES_OF_LIVE: list[Case] = [
     ("late", "opened", edit("late", {}, at=4.5), 10, None),
     ("late", "opened", edit("late", {}, reason=""), 10, None),
     ("waiting", "lost", edit("waiting", {}, outcome="completed"), 4, None),
-    ("waiting", "lost", drop("operator", deed="put_back"), 7, None),
+    ("waiting", "lost", drop("operator", intervention="put_back"), 7, None),
     ("waiting", "waits", drop("operator"), 3, None),
     ("proof", "waits", edit("waiting", {}, proof=None), 2, None),
     ("outcome", "simulated", insert_after("goal", {}, **ACTS), 6, None),

@@ -15,7 +15,7 @@ import warm
 
 BOUNDED = {
     "apart": 20,
-    "errands": 20,
+    "apart_needs": 20,
     "traps": 15,
     "tight": 20,
     "tight_hidden": 15,

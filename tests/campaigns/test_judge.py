@@ -13,7 +13,7 @@ from campaigns.judge.poses import Poses
 from campaigns.judge.replay import replay, rounds_done
 from campaigns.judge.situation import FIRST, Answer, Situation, at_start
 
-SMALL = ("apart", "errands", "traps", "tight", "tight_hidden", "tight_needs")
+SMALL = ("apart", "apart_needs", "traps", "tight", "tight_hidden", "tight_needs")
 
 
 def told(mission: Mission) -> Situation:
@@ -118,7 +118,7 @@ def test_a_spent_budget_is_no_answer() -> None:
     assert joint.can_complete(found, at_start(found), budget=10) is Answer.OVER_BUDGET
 
 
-@pytest.mark.parametrize("family", ["apart", "errands", "traps"])
+@pytest.mark.parametrize("family", ["apart", "apart_needs", "traps"])
 def test_both_searches_agree_where_nobody_collides(family: str) -> None:
     """One reasons with sets of poses, the other tries every single move."""
     answers = []

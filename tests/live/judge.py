@@ -175,8 +175,8 @@ class Walk:
             self.out.add(name)
 
     def _worked(self, line: Line) -> None:
-        self.believed -= {n for n, deed in line["found"].items() if deed == "nothing"}
-        failed = [n for n, deed in line["found"].items() if deed == "failed"]
+        self.believed -= {n for n, result in line["found"].items() if result == "nothing"}
+        failed = [n for n, result in line["found"].items() if result == "failed"]
         self.actions.update((line["robot"], n) for n in failed)
         for obstacle, (index, done) in line["stages"].items():
             if obstacle in self.stages:

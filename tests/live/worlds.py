@@ -104,11 +104,11 @@ class Live(_Seen):
             case _:
                 known = {o.name: o for o in about}
                 found = [
-                    (known.get(one) or self.obstacle(one), ActResult(deed))
-                    for one, deed in told["found"].items()
-                    if deed != "part"
+                    (known.get(one) or self.obstacle(one), ActResult(result))
+                    for one, result in told["found"].items()
+                    if result != "part"
                 ]
-                return Acted(at, name, [(o, deed) for o, deed in found if o], command=number)
+                return Acted(at, name, [(o, result) for o, result in found if o], command=number)
 
 
 class Serial(_Seen):
@@ -134,10 +134,10 @@ class Serial(_Seen):
         event = self.floor.act(robot.name, self._everything, self._next()) or self._event()
         truths = {"done": True, "untraversable": False}
         found = []
-        for name, deed in event["found"].items():
+        for name, result in event["found"].items():
             obstacle = self.obstacle(name)
-            if obstacle is not None and deed in truths:
-                found.append((obstacle, truths[deed] if obstacle.type.has_truth else None))
+            if obstacle is not None and result in truths:
+                found.append((obstacle, truths[result] if obstacle.type.has_truth else None))
         return found
 
     def _event(self) -> dict[str, Any]:

@@ -23,7 +23,7 @@ from safenav.trace.reading import read_bytes
 
 RUNS = int(os.environ.get("SAFENAV_FUZZ", "12"))
 FIRST = int(os.environ.get("SAFENAV_FUZZ_SEED", "0"))
-FAMILIES = ("errands", "crowd_hidden", "apart", "tight_needs")
+FAMILIES = ("apart_needs", "crowd_hidden", "apart", "tight_needs")
 TICKS = 60
 """Runs are cut here: what is moved need not have come to an end."""
 

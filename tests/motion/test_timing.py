@@ -27,8 +27,8 @@ class Stroller(Mover):
 
     chance: random.Random
 
-    def move(self, errand: Crossing) -> list[Moving]:
-        self.region = errand.to
+    def move(self, crossing: Crossing) -> list[Moving]:
+        self.region = crossing.to
         self.time += self.chance.uniform(1, 3)
         return []
 
@@ -57,7 +57,7 @@ def strolled(trace: Trace, seed: int) -> list[Line]:
     lines: list[Line] = [*actions_of(done)]
     lines += [Reserve(name, 0, robot.region, 0.0) for name, robot in movers.items()]
     for step in done:
-        if step.team and step.deed is None:
+        if step.team and step.fulfils is None:
             origin, to = map(int, step.what.split(" -> "))
             lines.append(Reserve(step.robot, step.tick, to, step.begun))
             lines.append(Release(step.robot, step.tick, origin, step.end))

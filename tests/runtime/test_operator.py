@@ -98,8 +98,8 @@ def test_a_run_waits_and_goes_on(
     told = trace.all("waiting")
     assert len(told) == len(waits)
     assert all(line["explanation"] for line in told)
-    deeds = [line["deed"] for line in trace.all("operator")]
-    assert len(deeds) == sum(map(len, waits))
+    given = [line["intervention"] for line in trace.all("operator")]
+    assert len(given) == sum(map(len, waits))
 
 
 def test_fixes_together_are_settled_once(attended: Played) -> None:
@@ -212,7 +212,7 @@ def changed(*kinds: str, **fields: Any) -> Callable[[list[dict[str, Any]]], None
         ([["put_back cart [2, 8]"]], changed("operator", region=0), "waiting"),
         ([["give_up"]], changed("waiting", proof=None), "proof"),
     ],
-    ids=["no deed", "no end", "unknown", "not given up", "wall", "no proof"],
+    ids=["no intervention", "no end", "unknown", "not given up", "wall", "no proof"],
 )
 def test_a_broken_trace_is_found(
     attended: Played,

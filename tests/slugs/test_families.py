@@ -18,7 +18,7 @@ FAMILIES = Path(__file__).resolve().parents[2] / "benchmarks" / "families.py"
         "grid --rows 4 --cols 4 --adversary king --goals 9",
         "regions --rows 3 --cols 5",
         "regions --rows 4 --cols 4 --adversary four",
-        "errands --size 4 --goals 3",
+        "requests --size 4 --goals 3",
         "arbiter --clients 3",
         "synt15 --masters 2",
         "synt15 --masters 2 --coupled",

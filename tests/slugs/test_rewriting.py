@@ -21,7 +21,7 @@ FAMILIES = [
     "grid --rows 9 --cols 9 --adversary king --goals 7",
     "grid --rows 20 --cols 20 --walls",
     "regions --rows 7 --cols 8 --adversary four",
-    "errands --size 8 --goals 6",
+    "requests --size 8 --goals 6",
     "arbiter --clients 7",
 ]
 

@@ -37,7 +37,7 @@ def test_the_page_can_help_a_run_that_waits(tmp_path: Path) -> None:
         trace = read_bytes(await page.get("save/trace"))
         assert audit(trace).findings == ()
         assert [r.outcome for r in trace.records if isinstance(r, Waiting)] == ["operator_needed"]
-        assert [r.deed for r in trace.records if isinstance(r, Operator)] == ["resolved"]
+        assert [r.intervention for r in trace.records if isinstance(r, Operator)] == ["resolved"]
 
     with Served("run", scenario, "--live") as served:
         visit(served.address, story)

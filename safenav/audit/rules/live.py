@@ -323,7 +323,7 @@ class WaitingRule(Rule):
                 pass
 
     def _deed(self, record: Line, now: Situation) -> Iterator[str]:
-        if record.deed != "put_back" or record.robot is None:
+        if record.intervention != "put_back" or record.robot is None:
             return
         if record.region is None or not now.grid.is_free(record.region):
             yield f"{record.robot} is put down on no free region"

@@ -223,7 +223,7 @@ class Evidence(Rule):
             case "resolved":
                 for each in self.robots.values():
                     each.goals = []
-            case "operator" if record.deed == "put_back" and robot:
+            case "operator" if record.intervention == "put_back" and robot:
                 put: Pose = record.region, record.heading
                 robot.nodes = robot.task.of_pose.get(put, set()) if robot.task else set()
             case "service" if record.active and robot and now.toward[robot.name] is None:

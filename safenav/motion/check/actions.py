@@ -18,7 +18,7 @@ STILL = 1e-6
 """Metres that a body at rest may move by rounding."""
 
 
-def check_deeds(
+def check_actions(
     trace: Trace,
     actions: Sequence[Action],
     pieces: Mapping[str, Sequence[Moving]],

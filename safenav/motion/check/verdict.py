@@ -6,7 +6,7 @@ from bisect import bisect_left
 from collections.abc import Mapping
 from itertools import pairwise
 
-from safenav.motion.check.actions import check_deeds
+from safenav.motion.check.actions import check_actions
 from safenav.motion.check.bodies import check_distances
 from safenav.motion.check.charge import check_charge
 from safenav.motion.check.execution import GOALS, check_execution, driven_robots
@@ -77,7 +77,7 @@ def check_motion(motion: Motion, trace: Trace, digest: str) -> list[Finding]:
     steps = passages(trace, {**goals, **pieces}, report, driven=driven)
     check_clock(trace, steps, lines, report, driven=driven)
     check_order(trace, steps, actions, report)
-    check_deeds(trace, actions, pieces, grid, limits, report)
+    check_actions(trace, actions, pieces, grid, limits, report)
     check_charge(trace, steps, actions, pieces, limits, makespan, report)
     check_distances(pieces, limits, conflicts, makespan, report)
     check_execution(motion, trace, pieces, held, conflicts, report)

@@ -105,7 +105,7 @@ class _Run:
         self._obstacles = trace.obstacles
         self._ledger = TraceLedger({name: mover.region for name, mover in movers.items()})
         self._lines = self._ledger.lines
-        self._deeds, self._short = deeds_of(trace)
+        self._actions, self._short = actions_of(trace)
 
     def take(self, record: records.Record) -> None:
         if step := self._ledger.step(record):
@@ -157,8 +157,8 @@ class _Run:
     def _acted(self, act: records.Act, acted: records.ActionEnd) -> None:
         begin, end = _time(act), _time(acted)
         team = [self._movers[name] for name in act.robots]
-        deeds = self._deeds.get(acted.command, [])
-        names = [obstacle for obstacle, _ in deeds] or list(act.obstacles)
+        actions = self._actions.get(acted.command, [])
+        names = [obstacle for obstacle, _ in actions] or list(act.obstacles)
         for mover in team:
             self._rest(mover, acted.tick, begin)
             self._lines += mover.halt(acted.tick)
@@ -169,11 +169,11 @@ class _Run:
                 raise self._refused(acted, late)
         lasting = max(mover.values.get(ACTION_SECONDS, 2.0) for mover in team)
         start = min(end, max(end - lasting, *(mover.time for mover in team)))
-        span = (end - start) / max(1, len(deeds))
+        span = (end - start) / max(1, len(actions))
         for mover in team:
             if end > mover.time:
                 self._lines += mover.rest(acted.tick, end)
-            for number, (name, action) in enumerate(deeds):
+            for number, (name, action) in enumerate(actions):
                 times = (start + number * span, start + (number + 1) * span)
                 at = self._obstacles[name].region
                 self._lines.append(Action(mover.robot, acted.tick, action, name, at, *times))
@@ -217,7 +217,7 @@ def _time(record: records.Record) -> float:
     return record.t or 0.0
 
 
-def deeds_of(
+def actions_of(
     trace: Trace,
 ) -> tuple[dict[int, list[tuple[str, str]]], set[tuple[str, int]]]:
     """By the command of each action: the obstacles that it deals with, and what it does; robots and

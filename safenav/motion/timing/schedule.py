@@ -51,7 +51,7 @@ class LinkCause(StrEnum):
 class Activity(Struct, frozen=True):
     """A step, an action, or a decision, which takes no time and has no ``team``. It may ``start``
     when the last that it comes ``after`` has ended; its robots, ``free`` since then, have come to
-    rest for it when it has ``begun``. ``deed``: obstacle, its region and the action."""
+    rest for it when it has ``begun``. ``fulfils``: obstacle, its region and the action."""
 
     robot: str
     tick: int
@@ -63,7 +63,7 @@ class Activity(Struct, frozen=True):
     cause: LinkCause
     after: Activity | None
     free: Mapping[str, float]
-    deed: tuple[str, int, str] | None = None
+    fulfils: tuple[str, int, str] | None = None
 
 
 Before = tuple[Activity, LinkCause]
@@ -145,9 +145,7 @@ class _Run(Struct, dict=True):
             for other, step in self.left[move.to].items()
             if self._conflict(name, other)
         ]
-        before += [
-            (deed, LinkCause.OBSTACLE) for kept, deed in self.opened[move.to] if name in kept
-        ]
+        before += [(act, LinkCause.OBSTACLE) for kept, act in self.opened[move.to] if name in kept]
         if (replaced := self.charged.pop(name, None)) is not None:
             before.append((replaced, LinkCause.OBSTACLE))
         heading = self.floor.heading(move.from_, move.to)
@@ -181,34 +179,34 @@ class _Run(Struct, dict=True):
         """The action that fulfils one of several needs. Robots that resolve the rest by entering
         are let in."""
         obstacle = self.obstacles[record.obstacle]
-        deed = self._act(record, obstacle, record.need)
+        act = self._act(record, obstacle, record.need)
         if record.need == len(obstacle.all_needs) - 1:
-            self.told[obstacle.name] = deed
+            self.told[obstacle.name] = act
             return
         let_in = frozenset(
             name
             for name in obstacle.blocks & self.robots.keys()
             if obstacle.resolved_by_entering(self.robots[name], record.need + 1)
         )
-        self._open(obstacle, let_in, deed)
+        self._open(obstacle, let_in, act)
 
     def _resolved(self, record: records.Resolved) -> None:
         obstacle = self.obstacles[record.obstacle]
-        deed = self.told.pop(obstacle.name, None)
-        if deed is None:
-            deed = self._act(record, obstacle, len(obstacle.all_needs) - 1)
+        act = self.told.pop(obstacle.name, None)
+        if act is None:
+            act = self._act(record, obstacle, len(obstacle.all_needs) - 1)
         if record.traversable is not False:
-            self._open(obstacle, obstacle.blocks, deed)
+            self._open(obstacle, obstacle.blocks, act)
 
     def _served(self, record: records.Service) -> None:
         """A robot without charge moves again when its battery was replaced."""
         if record.active and record.cause is ChangeCause.BATTERY:
             region, _ = self.entered.get(record.robot, (self.robots[record.robot].start, 0))
-            for _, deed in self.opened[region][-1:]:
-                self.charged[record.robot] = deed
+            for _, act in self.opened[region][-1:]:
+                self.charged[record.robot] = act
 
-    def _open(self, obstacle: ObstacleHeader, to: frozenset[str], deed: Activity) -> None:
-        self.opened[obstacle.region].append((to, deed))
+    def _open(self, obstacle: ObstacleHeader, to: frozenset[str], act: Activity) -> None:
+        self.opened[obstacle.region].append((to, act))
 
     def _act(
         self, record: records.Met | records.Resolved, obstacle: ObstacleHeader, number: int
@@ -231,12 +229,12 @@ class _Run(Struct, dict=True):
         if self.decided is not None:
             before.append((self.decided, LinkCause.SYNTHESIS))
         self.deciding = False
-        deed = (obstacle.name, obstacle.region, need.action)
+        act = (obstacle.name, obstacle.region, need.action)
         for name in team:
             region, tick = self.entered.get(name, (-1, 0))
             if region == obstacle.region and name not in self.begun:
                 self.found_short.add((name, tick))
-        return self._do(record.robot, record.tick, team, before, deed)
+        return self._do(record.robot, record.tick, team, before, act)
 
     def _do(
         self,
@@ -268,8 +266,8 @@ class _Run(Struct, dict=True):
         elif what is not None:
             words = f"{what[2]} {what[0]}"
             end = _acted(movers, what[1])
-        deed = what if isinstance(what, tuple) else None
-        done = Activity(robot, tick, words, team, start, begun, end, cause, after, free, deed)
+        act = what if isinstance(what, tuple) else None
+        done = Activity(robot, tick, words, team, start, begun, end, cause, after, free, act)
         self.done.append(done)
         self.last.update(dict.fromkeys(team, done))
         return done
@@ -294,15 +292,15 @@ def _rest(mover: Mover, until: float) -> None:
 
 def steps_of(done: Iterable[Activity]) -> dict[tuple[str, int], tuple[float, float]]:
     """When each step begins and ends, by robot and tick."""
-    return {(a.robot, a.tick): (a.begun, a.end) for a in done if a.team and a.deed is None}
+    return {(a.robot, a.tick): (a.begun, a.end) for a in done if a.team and a.fulfils is None}
 
 
 def actions_of(done: Iterable[Activity]) -> Iterator[Action]:
     """The actions, each from when its robots may come to rest for it."""
     for activity in done:
-        for name in activity.team if activity.deed is not None else ():
-            assert activity.deed is not None
-            obstacle, region, action = activity.deed
+        for name in activity.team if activity.fulfils is not None else ():
+            assert activity.fulfils is not None
+            obstacle, region, action = activity.fulfils
             times = (activity.start, activity.end)
             yield Action(name, activity.tick, action, obstacle, region, *times)
 

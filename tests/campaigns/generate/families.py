@@ -29,7 +29,7 @@ def apart(random: Random, name: str, seed: int) -> Data | None:
     return _apart(random, name, seed, needs=0.0, passing=0.0)
 
 
-def errands(random: Random, name: str, seed: int) -> Data | None:
+def apart_needs(random: Random, name: str, seed: int) -> Data | None:
     """The same with obstacles that need several actions or robots, that appear and go."""
     return _apart(random, name, seed, needs=0.6, passing=0.25)
 
@@ -306,7 +306,7 @@ def big(random: Random, name: str, seed: int) -> Data | None:  # noqa: ARG001
 
 FAMILIES: dict[str, Callable[[Random, str, int], Data | None]] = {
     "apart": apart,
-    "errands": errands,
+    "apart_needs": apart_needs,
     "traps": traps,
     "labs": labs,
     "tight": tight,
