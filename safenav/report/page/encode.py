@@ -67,6 +67,10 @@ def encoded(replay: Replay, source: str) -> dict[str, Any]:
             {
                 **obstacle_data(hidden, replay.map),
                 "status": _changes(replay.statuses[hidden.name], lambda status: [status.value]),
+                "carried": _changes(
+                    replay.loads.get(hidden.name, Changes.of((), ())),
+                    lambda robots: [[index[robot] for robot in robots]],
+                ),
             }
             for hidden in replay.hidden
         ],
@@ -141,6 +145,9 @@ def _robot(replay: Replay, track: RobotTrack) -> dict[str, Any]:
         "progress": _changes(
             progress, lambda p: [p.rounds, -1 if p.reached is None else p.reached]
         ),
+        "charge": None
+        if track.name not in replay.charges
+        else _changes(replay.charges[track.name], lambda percent: [percent]),
     }
 
 

@@ -82,6 +82,11 @@ class LiveRun:
                 name: [[max(0, tick), status.value] for tick, status in self._new(told, "s", name)]
                 for name, told in telling.statuses.items()
             },
+            "carried": {
+                name: [[tick, [self._index[one] for one in who]] for tick, who in new]
+                for name, told in telling.loads.items()
+                if (new := self._new(told, "carried", name))
+            },
             "stack": [
                 [tick, [frame_data(frame, telling.map) for frame in frames]]
                 for tick, frames in self._new(telling.stack, "stack")
@@ -109,6 +114,7 @@ class LiveRun:
                 [max(0, tick), done.rounds, -1 if done.reached is None else done.reached]
                 for tick, done in self._new(telling.progress[name], "progress", name)
             ],
+            "charge": self._new(telling.charges.percent.get(name, ()), "charge", name),
             "view": self._view_news(name, last),
         }
 

@@ -23,7 +23,12 @@ from safenav.report.picture.glyphs import (
 )
 from safenav.report.picture.legend import Row, key_row, legend_of
 from safenav.report.picture.names import draw_areas, draw_names, outline, placed_names
-from safenav.report.picture.pictograms import PLATE, obstacle_pictogram, robot_pictogram
+from safenav.report.picture.pictograms import (
+    OBSTACLES,
+    PLATE,
+    obstacle_pictogram,
+    robot_pictogram,
+)
 from safenav.report.picture.shading import draw_shading, draw_taken, shading_rows, taken_row
 from safenav.report.picture.svg import SvgWriter, number
 from safenav.report.picture.text import wrapped
@@ -40,6 +45,10 @@ NARROWEST = 260.0
 CAPTION_LINES = 3
 ROBOT = 0.28
 """Radius of a robot's body, in cells."""
+
+BADGE = 0.96
+"""How far the silhouette of its model is below and beside a body, in radii of it; a load that it
+carries is as far above."""
 
 
 class Options(Struct, frozen=True):
@@ -174,6 +183,8 @@ class _Drawing(Struct):
         )
         radius = cell * (0.16 if status is ObstacleStatus.HIDDEN else 0.22)
         middle_x, middle_y = self._centre(obstacle.region)
+        if obstacle.name in self.scene.carried:
+            return
         if shape := obstacle_pictogram(obstacle.type):
             self.page.glyph(shape, middle_x, middle_y, cell * 0.27, fill=mark.colour)
             radius, middle_x, middle_y = cell * 0.11, x + cell * 0.83, y + cell * 0.17
@@ -276,6 +287,16 @@ class _Drawing(Struct):
         centred = {"fill": look.ink, "text_anchor": "middle"}
         self.page.text(x, baseline, look.letters, size, bold=True, **centred)
         if shape := robot_pictogram(robot.model):
-            badge_x, badge_y = x + radius, y + radius
-            self.page.glyph(PLATE, badge_x, badge_y, radius * 0.52, fill="#FFFFFF")
-            self.page.glyph(shape, badge_x, badge_y, radius * 0.42, fill=INK)
+            badge_x, badge_y = x + BADGE * radius, y + BADGE * radius
+            self.page.glyph(PLATE, badge_x, badge_y, radius * 0.7, fill="#FFFFFF")
+            self.page.glyph(shape, badge_x, badge_y, radius * 0.6, fill=INK)
+        if robot.loads:
+            held_x, held_y, side = x - BADGE * radius, y - BADGE * radius, 1.4 * radius
+            corner = (held_x - side / 2, held_y - side / 2, side, side)
+            self.page.rect(*corner, rx=side / 12, fill="#FFFFFF", stroke=INK, stroke_width=0.8)
+            shape = obstacle_pictogram(robot.loads[0]) or OBSTACLES["crate"]
+            self.page.glyph(shape, held_x, held_y, radius * 0.6, fill=INK)
+            if len(robot.loads) > 1:
+                words = f"{len(robot.loads)} x"
+                above = {"fill": INK, "text_anchor": "middle"}
+                self.page.text(held_x, held_y - side * 0.6, words, radius * 0.7, bold=True, **above)

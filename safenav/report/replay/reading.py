@@ -15,6 +15,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError
+from safenav.report.replay.charges import ChargeLevels
 from safenav.report.replay.timeline import (
     Changes,
     Event,
@@ -81,6 +82,7 @@ class ReplayBuilder(Struct):
     statuses: dict[str, list[tuple[int, ObstacleStatus]]]
     objectives: dict[str, list[tuple[int, Objective | None]]]
     progress: dict[str, list[tuple[int, RobotProgress]]]
+    charges: ChargeLevels
     frames: list[StackRow] = field(default_factory=list)
     stack: list[tuple[int, tuple[StackRow, ...]]] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
@@ -94,6 +96,7 @@ class ReplayBuilder(Struct):
     """Steps of a live run."""
     plans: list[tuple[int, Mapping[str, tuple[Region, ...]]]] = field(default_factory=list)
     deadlines: list[Slack] = field(default_factory=list)
+    loads: dict[str, list[tuple[int, tuple[str, ...]]]] = field(default_factory=dict)
     violation: records.Violation | None = None
     ending: RunEnd | None = None
     ended: int | None = None
@@ -126,6 +129,7 @@ class ReplayBuilder(Struct):
             {name: [] for name in hidden},
             {name: [(-1, objective_of(r.objective))] for name, r in header.robots.items()},
             {name: [] for name in tracks},
+            ChargeLevels.begin(header),
             times=None if trace.header.clock is None else [0.0],
             steps={name: [] for name in tracks},
         )
@@ -174,12 +178,22 @@ class ReplayBuilder(Struct):
                 if self.violation is not None:
                     self._reword(self.wording.backing_up(self.violation, line))
             case records.Request():
+                known_as = self.statuses.get(line.obstacle, ())
                 if line.helper is not None:
                     self._status(line.obstacle, line.tick, ObstacleStatus.REQUESTED)
+                elif (
+                    not known_as or known_as[-1][1] is ObstacleStatus.HIDDEN
+                ):  # an order that has to wait
+                    self._status(line.obstacle, line.tick, ObstacleStatus.FOUND)
                 self._about(line, StoryKind.REQUEST, line.requester, line.obstacle)
             case records.Met():
+                self._carried(line)
                 self._event(line, StoryKind.RESOLVED, line.robot, line.at, line.obstacle)
             case records.Resolved():
+                self._put_down(line)
+                if (known := self.hidden.get(line.obstacle)) is not None:
+                    here = {name: regions[-1] for name, regions in self.regions.items()}
+                    self.charges.filled(line.tick, known.type, known.region, here)
                 untraversable = line.traversable is False
                 status = ObstacleStatus.BLOCKED if untraversable else ObstacleStatus.RESOLVED
                 self._status(line.obstacle, line.tick, status)
@@ -207,6 +221,7 @@ class ReplayBuilder(Struct):
                 self._appear(line)
                 self._about(line, StoryKind.APPEARED, None, line.obstacle)
             case records.Gone():
+                self._put_down(line)
                 self._status(line.obstacle, line.tick, ObstacleStatus.RESOLVED)
                 self._about(line, StoryKind.GONE, None, line.obstacle)
             case records.Truth():
@@ -243,6 +258,7 @@ class ReplayBuilder(Struct):
     def _timed(self, line: records.Record, times: list[float]) -> records.Record:
         """Return the line with the number of its instant; until then all is as it was."""
         if line.t is not None and line.t > times[-1] + SAME:
+            self.charges.passed(line.t - times[-1], len(times), self._standing)
             times.append(line.t)
             for name in self.tracks:
                 self.regions[name].append(self.regions[name][-1])
@@ -251,6 +267,11 @@ class ReplayBuilder(Struct):
                 if steps and steps[-1].last == len(times) - 2:
                     steps[-1] = replace(steps[-1], last=len(times) - 1)
         return replace(line, tick=len(times) - 1)
+
+    def _standing(self, robot: str) -> Region | None:
+        """Return the region of a robot that is not on its way, in a live run."""
+        steps, now = self.steps[robot], len(self.times or ()) - 1
+        return None if steps and steps[-1].last == now else self.regions[robot][-1]
 
     def _step(self, line: records.Depart | records.Arrive) -> None:
         self._known(line.robot)
@@ -263,6 +284,7 @@ class ReplayBuilder(Struct):
             return
         if not steps or steps[-1].last < line.tick:
             raise ContradictionError(f"{line.robot} arrives, and is not under way")
+        self.charges.arrived(line.robot, line.tick)
         steps[-1] = replace(steps[-1], last=line.tick - 1, end=now)
         if steps[-1].last < steps[-1].first:
             del steps[-1]
@@ -278,6 +300,7 @@ class ReplayBuilder(Struct):
             expected = f"the next move of {line.robot} is that of tick {len(regions)}"
             raise ContradictionError(f"{expected}, not of tick {line.tick}")
         regions.append(_on_map(self.map, line.to))
+        self.charges.moved(line)
         headings.append(_HEADINGS[line.heading] if line.heading is not None else None)
         toward = None if line.toward is None else _on_map(self.map, line.toward)
         self.bound.setdefault(line.robot, [None]).append(toward)
@@ -362,6 +385,19 @@ class ReplayBuilder(Struct):
         if obstacle not in self.hidden:
             raise ContradictionError(f"the header has no obstacle {obstacle}")
         self.statuses[obstacle].append((tick, status))
+
+    def _carried(self, line: records.Met) -> None:
+        known = self.hidden.get(line.obstacle)
+        if known is not None and line.need < len(known.carried) and known.carried[line.need]:
+            robots = line.robots or (line.robot,)
+            self.loads.setdefault(line.obstacle, []).append((line.tick, robots))
+        else:
+            self._put_down(line)
+
+    def _put_down(self, line: records.Met | records.Resolved | records.Gone) -> None:
+        told = self.loads.get(line.obstacle, [])
+        if told and told[-1][1]:
+            told.append((line.tick, ()))
 
     def _appear(self, line: records.Appeared) -> None:
         self._status(line.obstacle, line.tick, ObstacleStatus.HIDDEN)
@@ -458,6 +494,8 @@ class ReplayBuilder(Struct):
             plans=Changes.of({}, self.plans),
             beliefs={pair: Changes.of(None, told) for pair, told in self.beliefs.items()},
             deadlines=tuple(self.deadlines),
+            loads={name: Changes.of((), told) for name, told in self.loads.items()},
+            charges={name: Changes.of(100, told) for name, told in self.charges.percent.items()},
         )
 
 
@@ -472,6 +510,7 @@ def _hidden(
         tuple(_on_map(world, region) for region in obstacle.resolution_regions),
         tuple(robot for robot in header.robots if robot in obstacle.blocks),
         obstacle.from_ or 0,
+        tuple(need.same is True for need in obstacle.all_needs[1:]),
     )
 
 

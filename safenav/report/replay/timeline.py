@@ -136,7 +136,8 @@ class RobotBelief(Struct, frozen=True):
 
 class Hidden(Struct, frozen=True):
     """A hidden obstacle as the trace describes it: the ``actions`` of its needs in order, the
-    regions of the first; it stands there from tick ``since`` on."""
+    regions of the first; it stands there from tick ``since`` on. ``carried``: for each need but
+    the last, whether the robots that met it carry the obstacle to the next one."""
 
     name: str
     type: str
@@ -145,6 +146,7 @@ class Hidden(Struct, frozen=True):
     resolution_regions: tuple[Region, ...]
     blocks: tuple[str, ...]
     since: int = 0
+    carried: tuple[bool, ...] = ()
 
     def label(self, world: RegionMap) -> str:
         """``door@47``, or ``door@dock`` if the region has a name."""
@@ -230,6 +232,8 @@ class Placed(Struct, frozen=True):
     trail: tuple[Region, ...] = ()
     taken: tuple[Region, ...] = ()
     """The two regions that it occupies while a step takes several ticks; else none."""
+    loads: tuple[str, ...] = ()
+    """The types of the obstacles that it carries."""
 
 
 class Scene(Struct, frozen=True):
@@ -242,6 +246,8 @@ class Scene(Struct, frozen=True):
     obstacles: tuple[tuple[Hidden, ObstacleStatus], ...]
     stack: tuple[StackRow, ...] = ()
     happened: tuple[Event, ...] = ()
+    carried: frozenset[str] = frozenset()
+    """The obstacles that robots carry."""
 
 
 class Slack(Struct, frozen=True):
@@ -282,6 +288,10 @@ class Replay(Struct, frozen=True):
     beliefs: Mapping[tuple[str, str], Changes[RobotBelief | None]] = field(default_factory=dict)
     """Knowledge of a robot (first name) about another one (second), None while none is recorded."""
     deadlines: tuple[Slack, ...] = ()
+    loads: Mapping[str, Changes[tuple[str, ...]]] = field(default_factory=dict)
+    """The robots that carry an obstacle; only of obstacles that are ever carried."""
+    charges: Mapping[str, Changes[int]] = field(default_factory=dict)
+    """The charge of each robot with a battery, in percent of its capacity."""
     _by_tick: dict[int, list[Event]] = field(default_factory=dict)
 
     @property
@@ -339,7 +349,8 @@ class Replay(Struct, frozen=True):
             moment += f"{when}: {self.ending.outcome.replace('_', ' ')}"
         stack = self.stack.at(tick)
         events = self.happened(tick)
-        return Scene(self.name, moment, self.map, robots, obstacles, stack, events)
+        carried = frozenset(name for name, told in self.loads.items() if told.at(tick))
+        return Scene(self.name, moment, self.map, robots, obstacles, stack, events, carried)
 
     def _moment(self, tick: int, fraction: float) -> float:
         here = self.time(tick)
@@ -370,6 +381,7 @@ class Replay(Struct, frozen=True):
         trail *= 1 if self.times is None else len(self.robots)
         way = track.regions[max(0, tick - trail) : tick + 1]
         both = () if taken is None else (region, taken.toward)
-        return Placed(
-            track.name, track.model, track.layer, *place, degrees, objective, tuple(way), both
-        )
+        types = {obstacle.name: obstacle.type for obstacle in self.hidden}
+        loads = tuple(types[n] for n, told in self.loads.items() if track.name in told.at(tick))
+        named = (track.name, track.model, track.layer)
+        return Placed(*named, *place, degrees, objective, tuple(way), both, loads)

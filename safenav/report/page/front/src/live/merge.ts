@@ -9,6 +9,7 @@ interface RobotNews {
   steps: [from: number, steps: Robot["steps"]];
   tasks: Task[];
   progress: Progress[];
+  charge: [tick: number, percent: number][];
   view: { sight: [number, string][]; beliefs: [of: number, tick: number, seen: number, set: string | -1][] } | null;
 }
 
@@ -16,8 +17,9 @@ export interface News {
   last: number;
   times: number[];
   robots: RobotNews[];
-  obstacles: Omit<Obstacle, "status">[];
+  obstacles: Omit<Obstacle, "status" | "carried">[];
   status: Record<string, [number, Status][]>;
+  carried: Record<string, [number, number[]][]>;
   stack: [number, Frame[]][];
   events: RunEvent[];
   deadlines: Slack[];
@@ -32,8 +34,11 @@ export function merged(run: Run, news: News): Run {
     fresh.delete(old.name);
     return told ? { ...old, ...told } : old;
   });
-  const added = [...fresh.values()].map((told): Obstacle => ({ ...told, status: [[0, "hidden"]] }));
-  for (const obstacle of [...known, ...added]) append(obstacle.status, news.status[obstacle.name] ?? []);
+  const added = [...fresh.values()].map((told): Obstacle => ({ ...told, status: [[0, "hidden"]], carried: [[0, []]] }));
+  for (const obstacle of [...known, ...added]) {
+    append(obstacle.status, news.status[obstacle.name] ?? []);
+    append(obstacle.carried, news.carried[obstacle.name] ?? []);
+  }
   append(run.times ?? [], news.times);
   append(run.stack, news.stack);
   append(run.events, news.events);
@@ -45,6 +50,7 @@ function joined(run: Run, robot: Robot, news: RobotNews): Robot {
   append(robot.path, news.path);
   append(robot.tasks, news.tasks);
   append(robot.progress, news.progress);
+  append(robot.charge ?? [], news.charge);
   return {
     ...robot,
     headings: robot.headings === null ? null : robot.headings + news.headings,

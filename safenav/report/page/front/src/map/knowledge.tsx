@@ -21,19 +21,20 @@ export const Knowledge = memo(({ run, tick, shown, grown }: KnowledgeProps) => (
   <>
     {run.obstacles.map((obstacle) => {
       const status = at(obstacle.status, tick)[1];
+      const carried = at(obstacle.carried, tick)[1].length > 0;
       if (tick < obstacle.since || (status === "hidden" && !shown.hidden)) return null;
       const x = (obstacle.region % run.cols) * CELL;
       const y = Math.floor(obstacle.region / run.cols) * CELL;
       return (
         <g
           key={obstacle.name}
-          class={`obstacle status-${status}`}
+          class={`obstacle status-${status} ${carried ? "carried" : ""}`}
           data-obstacle={obstacle.name}
           data-status={status}
           transform={`translate(${x} ${y})`}
         >
           <rect x={1.2} y={1.2} width={CELL - 2.4} height={CELL - 2.4} rx={3.5} />
-          {obstacle.shape && (
+          {obstacle.shape && !carried && (
             <path class="shape" transform={`translate(${CELL / 2} ${CELL / 2}) scale(${CELL * 0.27})`} d={obstacle.shape} fill-rule="evenodd" />
           )}
           <path

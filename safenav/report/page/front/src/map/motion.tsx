@@ -3,12 +3,16 @@
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { CELL, type Camera } from "./camera";
 import type { Player } from "../run/player";
-import { poseAt, separate, tickAt, type Pose, type Robot, type Run } from "../run/run";
+import { loadsOf, poseAt, separate, tickAt, type Obstacle, type Pose, type Robot, type Run } from "../run/run";
 import { calm } from "../settings";
 
 const BODY = 0.28 * CELL;
+/** The silhouette of the model beside the body: the place and the radius of its plate. */
+const BADGE = { at: 0.96 * BODY, radius: 0.7 * BODY, shape: 0.6 * BODY };
 /** The least radius of a robot, in pixels. */
 const LEAST = 8.5;
+/** The silhouette of a load whose type has none. */
+const ANY_LOAD = "M-0.8,-0.8H0.8V0.8H-0.8ZM-0.62,-0.62V0.62H0.62V-0.62Z";
 const TRAIL = 24;
 const STRENGTHS = [0.25, 0.45, 0.75];
 
@@ -28,7 +32,12 @@ export function Robots({ run, player, camera }: MotionProps) {
   useLayoutEffect(() => {
     const robots = [...root.current!.children];
     const noses = robots.map((robot) => robot.querySelector(".nose"));
+    const loads = robots.map((robot) => robot.querySelector(".load")!);
+    let drawn = -1;
     const draw = (moment: number): void => {
+      const tick = tickAt(run, moment);
+      if (tick !== drawn) loads.forEach((load, i) => showLoads(load, loadsOf(run, i, tick)));
+      drawn = tick;
       const grown = growth(camera, BODY, LEAST);
       const scale = grown === 1 ? "" : ` scale(${grown.toFixed(3)})`;
       separate(run.robots.map((robot) => poseAt(run, robot, moment))).forEach((pose, i) => {
@@ -50,11 +59,16 @@ export function Robots({ run, player, camera }: MotionProps) {
             {look.letters}
           </text>
           {shape && (
-            <g class="shape" transform={`translate(${BODY} ${BODY})`}>
-              <circle r={BODY * 0.52} />
-              <path transform={`scale(${BODY * 0.42})`} d={shape} fill-rule="evenodd" />
+            <g class="shape" transform={`translate(${BADGE.at} ${BADGE.at})`}>
+              <circle r={BADGE.radius} />
+              <path transform={`scale(${BADGE.shape})`} d={shape} fill-rule="evenodd" />
             </g>
           )}
+          <g class="load" transform={`translate(${-BADGE.at} ${-BADGE.at})`} visibility="hidden">
+            <rect x={-BADGE.radius} y={-BADGE.radius} width={2 * BADGE.radius} height={2 * BADGE.radius} rx={2} />
+            <path transform={`scale(${BADGE.shape})`} fill-rule="evenodd" />
+            <text y={-BADGE.radius * 1.15} />
+          </g>
         </g>
       ))}
     </g>
@@ -87,6 +101,14 @@ export function Trails({ run, player }: { run: Run; player: Player }) {
       ))}
     </g>
   );
+}
+
+/** The first load that a robot carries, and how many there are. */
+function showLoads(sign: Element, loads: Obstacle[]): void {
+  sign.setAttribute("visibility", loads.length ? "visible" : "hidden");
+  if (loads.length === 0) return;
+  sign.querySelector("path")!.setAttribute("d", loads[0]!.shape || ANY_LOAD);
+  sign.querySelector("text")!.textContent = loads.length > 1 ? `${loads.length} x` : "";
 }
 
 /** Draws now and with every frame; in whole ticks for those who want less motion. */

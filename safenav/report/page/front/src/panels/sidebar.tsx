@@ -8,7 +8,7 @@ import type { Player } from "../run/player";
 import { EventSign, RobotSign, StatusSign } from "./icons";
 import { ARROW } from "../map/knowledge";
 import { DOINGS } from "./lanes";
-import { areaOf, at, label, transitAt, type EventKind, type Frame, type Run, type Status } from "../run/run";
+import { areaOf, at, label, loadsOf, transitAt, type EventKind, type Frame, type Run, type Status } from "../run/run";
 import { Hatch, knowledgeOf, viewersOf } from "../map/shading";
 
 interface PanelProps {
@@ -70,6 +70,8 @@ export function Robots({ run, tick, eye, player, where }: RobotsProps) {
           const facing = here.heading ? `, facing ${DIRECTIONS[here.heading]}` : "";
           const role = roleOf(robot.name, frames);
           const transit = where ? null : transitAt(robot, tick);
+          const loads = loadsOf(run, i, tick);
+          const charge = robot.charge ? at(robot.charge, tick)[1] : null;
           const onItsWay = transit ? `, in transit to ${label(run, transit[2])}` : "";
           return (
             <li key={robot.name}>
@@ -84,7 +86,14 @@ export function Robots({ run, tick, eye, player, where }: RobotsProps) {
               </button>
               <div>
                 <p>
-                  <b>{robot.name}</b> <span class="quiet model">{robot.model}</span>
+                  <b>{robot.name}</b>{" "}
+                  {robot.shape && (
+                    <svg class="likeness" viewBox="-1.05 -1.05 2.1 2.1" aria-hidden="true">
+                      <path d={robot.shape} fill-rule="evenodd" />
+                    </svg>
+                  )}
+                  <span class="quiet model">{robot.model}</span>
+                  {charge !== null && <Charge percent={charge} />}
                   {role && <span class={`role ${role[0]}`}>{role[1]}</span>}
                 </p>
                 <p class="objective">
@@ -98,6 +107,7 @@ export function Robots({ run, tick, eye, player, where }: RobotsProps) {
                   at {label(run, here.region)}
                   {onItsWay}
                   {facing}
+                  {loads.length > 0 && ` · carries ${loads.map((load) => load.label).join(", ")}`}
                 </p>
                 {knowledgeOf(run, robot, tick).map((words) => (
                   <p class="quiet knowledge-of">{words}</p>
@@ -108,6 +118,18 @@ export function Robots({ run, tick, eye, player, where }: RobotsProps) {
         })}
       </ul>
     </section>
+  );
+}
+
+/** What a battery holds, in percent. */
+function Charge({ percent }: { percent: number }) {
+  return (
+    <span class={`charge ${percent <= 20 ? "low" : ""}`} title="Charge of its battery">
+      <span class="cell" aria-hidden="true">
+        <span style={{ width: `${percent}%` }} />
+      </span>
+      {percent} %
+    </span>
   );
 }
 

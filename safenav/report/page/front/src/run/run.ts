@@ -68,6 +68,8 @@ export interface Robot {
   look: Look;
   tasks: Task[];
   progress: Progress[];
+  /** Of a robot with a battery: its charge, in percent of what it holds. */
+  charge: [tick: number, percent: number][] | null;
   view: View | null;
 }
 
@@ -102,6 +104,8 @@ export interface Obstacle {
   /** The tick from which on it stands there. */
   since: number;
   status: [tick: number, status: Status][];
+  /** The robots that carry it. */
+  carried: [tick: number, robots: number[]][];
 }
 
 /** Helpers: who resolves the obstacle, or who gives way. */
@@ -186,6 +190,11 @@ export interface Pose {
   y: number;
   /** Degrees clockwise from north, or null. */
   heading: number | null;
+}
+
+/** The obstacles that a robot carries after a tick. */
+export function loadsOf(run: Run, robot: number, tick: number): Obstacle[] {
+  return run.obstacles.filter((obstacle) => at(obstacle.carried, tick)[1].includes(robot));
 }
 
 /** The step that a robot is making after a tick. */

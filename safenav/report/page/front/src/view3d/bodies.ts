@@ -28,6 +28,10 @@ export interface Body {
   readonly group: Group;
   /** Where signs over the robot hang, in metres above its group. */
   readonly top: number;
+  /** Where it holds a load: metres ahead of its middle, and above its group or, of a flyer, its middle. */
+  readonly hold: [ahead: number, up: number];
+  /** Metres that a load may measure. */
+  readonly room: number;
   pose(sample: Sample, seconds: number, doing: Doing | null): void;
 }
 
@@ -36,14 +40,28 @@ const MODELS: Record<string, (size: number, colour: string) => Body> = {
   cassie: (_, colour) => new Biped(colour, false),
   spot: (size, colour) => new Quadruped(size / 1.21, colour, 1.1, 0.5, 0.84),
   go2: (size, colour) => new Quadruped(size / 0.77, colour, 0.7, 0.31, 0.4),
-  turtlebot4: (size, colour) => new Vehicle(size / 0.35, colour, turtlebot, 0.036, []),
-  jackal: (size, colour) => new Vehicle(size / 0.67, colour, buggy(0.508, 0.43, 0.25, 0.095), 0.095, axles(0.13, 0.19)),
-  husky: (size, colour) => new Vehicle(size / 1.2, colour, buggy(0.99, 0.67, 0.39, 0.165), 0.165, axles(0.256, 0.285)),
-  mir250: (size, colour) => new Vehicle(size / 0.99, colour, carrier, 0.08, axles(0.25, 0.22)),
-  forklift: (size, colour) => new Vehicle(size / 2.2, colour, truck, 0.15, axles(0.45, 0.36)),
-  fetch: (size, colour) => new Vehicle(size / 0.56, colour, manipulator, 0.06, axles(0, 0.19)),
-  stretch: (size, colour) => new Vehicle(size / 0.48, colour, mast, 0.05, axles(0, 0.16)),
+  turtlebot4: (size, colour) => new Vehicle(size / 0.35, colour, turtlebot, 0.036, [], [0, 0.31, 0.3]),
+  jackal: (size, colour) => new Vehicle(size / 0.67, colour, buggy(0.508, 0.43, 0.25, 0.095), 0.095, axles(0.13, 0.19), [0, 0.25, 0.4]),
+  husky: (size, colour) => new Vehicle(size / 1.2, colour, buggy(0.99, 0.67, 0.39, 0.165), 0.165, axles(0.256, 0.285), [0, 0.39, 0.7]),
+  mir250: (size, colour) => new Vehicle(size / 0.99, colour, carrier, 0.08, axles(0.25, 0.22), [0, 0.3, 0.75]),
+  forklift: (size, colour) => new Vehicle(size / 2.2, colour, truck, 0.15, axles(0.45, 0.36), [0.6, 0.15, 0.95]),
+  fetch: (size, colour) => new Vehicle(size / 0.56, colour, manipulator, 0.06, axles(0, 0.19), [0.7, 0.66, 0.25]),
+  stretch: (size, colour) => new Vehicle(size / 0.48, colour, mast, 0.05, axles(0, 0.16), [0.02, 0.84, 0.2]),
 };
+
+/** Models of the library that fly. */
+const FLYERS: Record<string, Airframe> = {
+  crazyflie: { hub: "board", rings: false, legs: 0 },
+  bebop2: { hub: "nose", rings: false, legs: 0 },
+  x500: { hub: "plate", rings: false, legs: 0.55 },
+};
+
+interface Airframe {
+  hub: "ball" | "board" | "nose" | "plate";
+  rings: boolean;
+  /** Height of its landing gear, in reaches of its arms. */
+  legs: number;
+}
 
 /** The longest key that a name is, or ends in after `_` or `-`: `lab_husky` looks like `husky`. */
 export function likeness<T>(known: Record<string, T>, name: string): T | null {
@@ -61,7 +79,7 @@ export function bodyOf(model: string, kind: Kind, size: number, colour: string, 
     case "walker":
       return new Biped(colour);
     case "flyer":
-      return new Quadrotor(size, colour);
+      return new Quadrotor(size, colour, likeness(FLYERS, model) ?? { hub: "ball", rings: true, legs: 0 });
     case "rover":
       return new Rover(size, colour);
     case "disc":
@@ -128,6 +146,8 @@ const ARM = 0.27;
 class Biped implements Body {
   readonly group = new Group();
   readonly top: number;
+  readonly hold: [number, number] = [0.42, 0.95];
+  readonly room = 0.35;
   private readonly torso = new Group();
   private readonly feet: Mesh[];
   private readonly legs: [Limb, Limb][];
@@ -202,17 +222,36 @@ class Biped implements Body {
 class Quadrotor implements Body {
   readonly group = new Group();
   readonly top = 0.45;
+  readonly hold: [number, number];
+  readonly room: number;
   private readonly frame = new Group();
   private readonly rotors: Mesh[];
   private readonly ground: Mesh;
   private readonly cone: Mesh;
 
-  constructor(size: number, colour: string) {
+  constructor(size: number, colour: string, { hub, rings, legs }: Airframe) {
     const reach = Math.max(0.18, size / 2) * 0.72;
     const radius = reach * 0.55;
+    this.room = reach;
+    this.hold = [0, -reach - reach * 0.3];
     const dark = paint(DARK);
     const blade = new MeshBasicMaterial({ color: new Color(colour), transparent: true, opacity: 0.35, depthWrite: false });
-    this.frame.add(solid(new SphereGeometry(reach * 0.42, 16, 10).scale(1.2, 0.9, 0.5), paint(colour)));
+    const skin = paint(colour);
+    const hubs: Record<Airframe["hub"], BufferGeometry> = {
+      ball: new SphereGeometry(reach * 0.42, 16, 10).scale(1.2, 0.9, 0.5),
+      board: new BoxGeometry(reach * 0.75, reach * 0.6, reach * 0.16),
+      nose: new CapsuleGeometry(reach * 0.22, reach * 0.9, 4, 12).rotateZ(Math.PI / 2),
+      plate: new BoxGeometry(reach * 0.9, reach * 0.7, reach * 0.2),
+    };
+    this.frame.add(solid(hubs[hub], skin, hub === "nose" ? reach * 0.15 : 0));
+    for (const y of legs ? [1, -1] : []) {
+      const skid = new Limb(reach * 0.05, dark);
+      const [foot, half] = [new Vector3(0, y * reach * 0.55, -reach * legs), reach * 0.55];
+      skid.span(foot.clone().setX(-half), foot.clone().setX(half));
+      const strut = new Limb(reach * 0.05, dark);
+      strut.span(new Vector3(0, y * reach * 0.25, 0), foot);
+      this.frame.add(skid.mesh, strut.mesh);
+    }
     this.frame.add(solid(new SphereGeometry(reach * 0.14, 10, 8), paint(0x8fd3ff), reach * 0.45, 0, 0));
     this.rotors = [];
     for (let i = 0; i < 4; i++) {
@@ -224,7 +263,9 @@ class Quadrotor implements Body {
       const disc = solid(new CircleGeometry(radius, 20), blade, x, y, 0.045);
       const bar = solid(new BoxGeometry(radius * 1.9, radius * 0.16, 0.008), dark, x, y, 0.05);
       this.rotors.push(bar);
-      this.frame.add(arm.mesh, ring, disc, bar);
+      this.frame.add(arm.mesh, disc, bar);
+      if (rings) this.frame.add(ring);
+      else this.frame.add(solid(new CylinderGeometry(reach * 0.12, reach * 0.12, reach * 0.14, 12).rotateX(Math.PI / 2), dark, x, y, 0.01));
     }
     this.ground = shade(reach);
     const beam = new MeshBasicMaterial({ color: 0xffd36b, transparent: true, opacity: 0.28, depthWrite: false });
@@ -257,6 +298,8 @@ class Quadrotor implements Body {
 class Rover implements Body {
   readonly group = new Group();
   readonly top = 0.85;
+  readonly hold: [number, number];
+  readonly room: number;
   private readonly wheels: Mesh[];
   private previous: [x: number, y: number] | null = null;
   private rolled = 0;
@@ -265,6 +308,8 @@ class Rover implements Body {
     const length = Math.max(0.3, size);
     const width = length * 0.72;
     const wheel = length * 0.17;
+    this.hold = [-length * 0.1, wheel + length * 0.26];
+    this.room = length * 0.7;
     this.group.add(
       solid(new BoxGeometry(length, width * 0.8, length * 0.26), paint(colour), 0, 0, wheel + length * 0.13),
       solid(new BoxGeometry(length * 0.3, width * 0.5, length * 0.16), paint(DARK), length * 0.22, 0, wheel + length * 0.34),
@@ -293,11 +338,14 @@ type Builder = (add: (mesh: Mesh) => void, skin: Material, dark: Material) => vo
 class Vehicle implements Body {
   readonly group = new Group();
   readonly top: number;
+  readonly hold: [number, number];
+  readonly room: number;
   private readonly wheels: Mesh[] = [];
   private previous: [x: number, y: number] | null = null;
   private rolled = 0;
 
-  constructor(scale: number, colour: string, build: Builder, private readonly radius: number, places: [x: number, y: number][]) {
+  constructor(scale: number, colour: string, build: Builder, private readonly radius: number, places: [x: number, y: number][], [ahead, up, room]: [number, number, number]) {
+    [this.hold, this.room] = [[ahead * scale, up * scale], room * scale];
     const inner = new Group();
     let high = 0;
     build(
@@ -392,6 +440,8 @@ const mast: Builder = (add, skin, dark) => {
 class Quadruped implements Body {
   readonly group = new Group();
   readonly top: number;
+  readonly hold: [number, number];
+  readonly room: number;
   private readonly inner = new Group();
   private readonly legs: [Limb, Limb][];
   private readonly hips: Vector3[];
@@ -405,6 +455,8 @@ class Quadruped implements Body {
     const dark = paint(DARK);
     this.high = height * 0.72;
     this.link = this.high * 0.56;
+    this.hold = [-0.1 * length * scale, (this.high + height * 0.2) * scale];
+    this.room = width * 0.8 * scale;
     const body = solid(new BoxGeometry(length * 0.8, width * 0.5, height * 0.24), skin, 0, 0, this.high + height * 0.08);
     const head = solid(new BoxGeometry(length * 0.14, width * 0.42, height * 0.2), dark, length * 0.43, 0, this.high + height * 0.1);
     const eye = solid(new BoxGeometry(0.01, width * 0.3, height * 0.05), paint(0x8fd3ff), length * 0.505, 0, this.high + height * 0.12);
@@ -440,10 +492,13 @@ class Quadruped implements Body {
 class Disc implements Body {
   readonly group = new Group();
   readonly top = 0.6;
+  readonly hold: [number, number] = [0, 0.28];
+  readonly room: number;
 
   /** `turns`: it has a heading, which is shown. */
   constructor(size: number, colour: string, turns: boolean) {
     const radius = Math.max(0.15, size / 2);
+    this.room = radius * 1.3;
     this.group.add(
       solid(new CylinderGeometry(radius, radius, 0.25, 28).rotateX(Math.PI / 2), paint(colour), 0, 0, 0.14),
       shade(radius * 1.1),

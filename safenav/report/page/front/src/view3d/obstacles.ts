@@ -5,13 +5,28 @@
  */
 
 import { BoxGeometry, CapsuleGeometry, Color, CylinderGeometry, DoubleSide, EdgesGeometry, Group, IcosahedronGeometry, LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial, SphereGeometry, type BufferGeometry } from "three";
-import { at, type Obstacle, type Run, type Status } from "../run/run";
+import { at, loadsOf, type Obstacle, type Run, type Status } from "../run/run";
 import { likeness } from "./bodies";
 import { themeColour } from "./colours";
 import { centreOf, isWall } from "./floor";
 import { sampleAt, type Motion, type Sampled } from "./motion";
 
 const HEIGHT = 1.5;
+
+/** Where a load is while robots carry it: metres from its region, at a share of its size. */
+interface Held {
+  x: number;
+  y: number;
+  z: number;
+  yaw: number;
+  scale: number;
+}
+
+/** What a load needs to know of the bodies that carry it. */
+export interface Holder {
+  readonly hold: [ahead: number, up: number];
+  readonly room: number;
+}
 
 /** One obstacle; `gone` runs from 0 to 1 while it is being resolved. */
 abstract class Thing {
@@ -26,15 +41,33 @@ abstract class Thing {
     this.group.add(this.outline, this.solid);
   }
 
+  /** Puts it where robots hold it, until it is shown again. */
+  carry({ x, y, z, yaw, scale }: Held): void {
+    this.solid.scale.setScalar(scale);
+    this.solid.position.set(x, y, z);
+    this.solid.rotation.z = yaw;
+  }
+
+  /** How the thing is turned in its region. */
+  protected get turned(): number {
+    return 0;
+  }
+
   show(status: Status, gone: number, hidden: boolean): void {
     this.outline.visible = status === "hidden" && hidden;
     (this.outline.material as LineBasicMaterial).color = themeColour("hidden");
+    this.solid.position.set(0, 0, 0);
+    this.solid.rotation.z = this.turned;
+    this.solid.scale.setScalar(1);
     this.solid.visible = status !== "hidden" && (gone < 1 || this.stays);
     this.become(status, gone);
   }
 
   /** Whether something of it is left when it is resolved. */
   protected readonly stays: boolean = false;
+
+  /** How many of its actions have been done. */
+  stage(_done: number): void {}
 
   protected abstract become(status: Status, gone: number): void;
 }
@@ -48,6 +81,7 @@ class Door extends Thing {
   protected override readonly stays = true;
   private readonly hinge = new Group();
   private readonly leaf = new MeshLambertMaterial({ side: DoubleSide });
+  private lock: Mesh | null = null;
 
   /** `opens`: 1 or -1, so that the leaf swings away from the robot that pushes it. */
   constructor(
@@ -67,14 +101,25 @@ class Door extends Thing {
     if (barred) {
       for (let i = 0; i < 9; i++) this.hinge.add(box(0.05, 0.05, HEIGHT * 0.94, this.leaf, ((width - 0.14) * (i + 0.5)) / 9, 0, HEIGHT * 0.48));
       for (const z of [0.12, 0.85]) this.hinge.add(box(width - 0.14, 0.06, 0.06, this.leaf, (width - 0.14) / 2, 0, HEIGHT * z));
-      this.hinge.add(box(0.24, 0.14, 0.24, frame, width - 0.4, 0, HEIGHT * 0.5));
+      this.lock = box(0.3, 0.18, 0.3, new MeshLambertMaterial({ color: 0xd9a520 }), width - 0.4, 0, HEIGHT * 0.5);
+      this.hinge.add(this.lock);
     } else this.hinge.add(box(width - 0.14, 0.07, HEIGHT * 0.94, this.leaf, (width - 0.14) / 2, 0, HEIGHT * 0.48));
     const knob = new Mesh(new BoxGeometry(0.07, 0.2, 0.07), frame);
     knob.position.set(width - 0.34, 0, HEIGHT * 0.5);
     this.hinge.position.set(-(width - 0.14) / 2, 0, 0);
     this.hinge.add(knob);
     this.solid.add(this.hinge);
-    this.solid.rotation.z = northSouth ? 0 : Math.PI / 2;
+    this.across = northSouth ? 0 : Math.PI / 2;
+  }
+
+  private readonly across: number;
+
+  protected override get turned(): number {
+    return this.across;
+  }
+
+  override stage(done: number): void {
+    if (this.lock !== null) this.lock.visible = done === 0;
   }
 
   protected become(status: Status, gone: number): void {
@@ -112,13 +157,23 @@ class Sliding extends Thing {
     this.solid.add(box(width, 0.2, 0.14, frame, 0, 0, HEIGHT));
     this.leaves = [-1, 1].map((x) => box(width / 2 - 0.08, 0.07, HEIGHT * 0.92, this.material, (x * width) / 4, 0, HEIGHT * 0.46));
     this.solid.add(...this.leaves);
-    if (lifts) for (const [z, turn] of [[HEIGHT + 0.3, 0], [HEIGHT + 0.14, Math.PI]] as const) {
-      const arrow = placed(new CylinderGeometry(0.1, 0.1, 0.05, 3), this.lamp, 0, -0.06, z);
-      arrow.rotation.y = turn;
-      this.solid.add(arrow);
+    if (lifts) {
+      const dark = new MeshLambertMaterial({ color: 0x2b3038 });
+      this.solid.add(box(width, 0.24, 0.62, dark, 0, 0, HEIGHT + 0.36));
+      for (const [x, turn] of [[-0.34, 0], [0.34, Math.PI]] as const) for (const front of [-1, 1]) {
+        const arrow = placed(new CylinderGeometry(0.24, 0.24, 0.05, 3), this.lamp, x, front * 0.13, HEIGHT + 0.36);
+        arrow.rotation.y = turn;
+        this.solid.add(arrow);
+      }
     }
     else this.solid.add(placed(new SphereGeometry(0.07, 12, 8), this.lamp, width / 2, -0.16, HEIGHT * 0.55));
-    this.solid.rotation.z = northSouth ? 0 : Math.PI / 2;
+    this.across = northSouth ? 0 : Math.PI / 2;
+  }
+
+  private readonly across: number;
+
+  protected override get turned(): number {
+    return this.across;
   }
 
   protected become(status: Status, gone: number): void {
@@ -152,6 +207,46 @@ function shrink(solid: Group, gone: number): void {
   solid.scale.setScalar(Math.max(0.001, 1 - gone));
 }
 
+const LIFTED: (solid: Group, gone: number) => void = (solid, gone) => {
+  solid.position.z = Math.min(0.5, gone);
+  shrink(solid, Math.max(0, gone * 2 - 1));
+};
+
+/** Boxes on a pallet of boards. */
+function pallet(side: number): Thing {
+  return new Still(
+    side,
+    (own, s) => {
+      const [wood, card] = [0xb08a5a, 0xcaa472].map((color) => new MeshLambertMaterial({ color }));
+      const w = s * 0.5;
+      const boards = [-0.4, -0.13, 0.13, 0.4].map((y) => box(w, w * 0.16, w * 0.04, wood!, 0, y * w, w * 0.15));
+      const feet = [-0.4, 0, 0.4].map((x) => box(w * 0.14, w * 0.95, w * 0.13, wood!, x * w, 0, w * 0.065));
+      const boxes = [-1, 1].flatMap((x) => [-1, 1].map((y) => box(w * 0.43, w * 0.43, w * 0.4, card!, x * w * 0.23, y * w * 0.23, w * 0.38)));
+      return [...boards, ...feet, ...boxes, box(w * 0.92, w * 0.05, w * 0.42, own, 0, 0, w * 0.38)];
+    },
+    LIFTED,
+  );
+}
+
+/** A cardboard box with tape, or a white case with a cross. */
+function parcel(side: number, medicine: boolean): Thing {
+  return new Still(
+    side,
+    (own, s) => {
+      const w = s * 0.36;
+      const paper = new MeshLambertMaterial({ color: medicine ? 0xf4f6f8 : 0xcaa472 });
+      const red = new MeshLambertMaterial({ color: 0xd0342c });
+      const body = box(w, w * 0.8, w * 0.6, paper, 0, 0, w * 0.3);
+      if (!medicine) return [body, box(w * 1.01, w * 0.14, w * 0.61, own, 0, 0, w * 0.3)];
+      const cross = [w * 0.61, -w * 0.41].map((at, i) =>
+        [[0.5, 0.16], [0.16, 0.5]].map(([a, b]) => (i === 0 ? box(w * a!, w * b!, 0.02, red, 0, 0, at) : box(w * a!, 0.02, w * b!, red, 0, at, w * 0.3))),
+      );
+      return [body, box(w * 1.02, w * 0.82, w * 0.06, own, 0, 0, w * 0.45), ...cross.flat()];
+    },
+    LIFTED,
+  );
+}
+
 /** A wooden box that is lifted and taken away. */
 function load(side: number): Thing {
   return new Still(
@@ -166,10 +261,7 @@ function load(side: number): Thing {
       ]));
       return [box(size, size, size, wood, 0, 0, size / 2), ...edges];
     },
-    (solid, gone) => {
-      solid.position.z = Math.min(0.5, gone);
-      shrink(solid, Math.max(0, gone * 2 - 1));
-    },
+    LIFTED,
   );
 }
 
@@ -184,9 +276,9 @@ const STILL: Record<string, (side: number) => Thing> = {
       shrink,
     ),
   crate: load,
-  pallet: load,
-  parcel: load,
-  medicine: load,
+  pallet,
+  parcel: (side) => parcel(side, false),
+  medicine: (side) => parcel(side, true),
   person: (side) =>
     new Still(
       side,
@@ -256,10 +348,13 @@ class Heap extends Thing {
 
   constructor(side: number) {
     super(side);
-    for (let i = 0; i < 7; i++) {
-      const stone = new Mesh(new IcosahedronGeometry(side * (0.12 + 0.03 * (i % 3)), 0), this.material);
+    // Eight stones around, and three on top of one another in the middle.
+    for (let i = 0; i < 11; i++) {
+      const stone = new Mesh(new IcosahedronGeometry(side * (0.1 + 0.025 * (i % 3)), 0), this.material);
       const angle = i * 2.4;
-      stone.position.set(Math.cos(angle) * side * 0.22, Math.sin(angle) * side * 0.22, 0.16 + 0.1 * (i % 2));
+      const out = i < 8 ? side * (0.2 + 0.06 * (i % 2)) : side * 0.05;
+      const up = i < 8 ? side * 0.06 : side * (0.08 + 0.12 * (i - 8));
+      stone.position.set(Math.cos(angle) * out, Math.sin(angle) * out, up);
       stone.rotation.set(i, i * 2, i * 3);
       this.solid.add(stone);
     }
@@ -274,11 +369,13 @@ class Heap extends Thing {
 export class Obstacles {
   readonly group = new Group();
   private readonly things: Thing[];
+  private tick = 0;
 
   constructor(
     private readonly run: Run,
     private readonly motion: Motion,
     private readonly robots: Sampled[],
+    private readonly holders: Holder[],
   ) {
     this.things = run.obstacles.map((obstacle) => {
       const thing = this.made(obstacle);
@@ -290,10 +387,38 @@ export class Obstacles {
   }
 
   update(tick: number, seconds: number, hidden: boolean): void {
+    this.tick = tick;
     this.run.obstacles.forEach((obstacle, i) => {
       const status = at(obstacle.status, tick)[1];
-      this.things[i]!.show(status, this.resolved(obstacle, status, seconds), hidden);
+      const thing = this.things[i]!;
+      const carriers = at(obstacle.carried, tick)[1];
+      thing.show(status, carriers.length > 0 ? 0 : this.resolved(obstacle, status, seconds), hidden);
+      if (carriers.length > 0) thing.carry(this.held(obstacle, carriers, seconds));
+      thing.stage(this.motion.actions.filter((action) => action[1] === obstacle.name && action[4] <= seconds).length);
     });
+  }
+
+  /** Between the robots that carry it, where the first holds it; several loads lie on one another. */
+  private held(obstacle: Obstacle, carriers: number[], seconds: number): Held {
+    const { run, motion } = this;
+    const samples = carriers.map((robot) => sampleAt(motion, this.robots[robot]!, seconds));
+    const first = this.holders[carriers[0]!]!;
+    const [x, y] = centreOf(run, motion.side, obstacle.region);
+    const mean = (of: string): number => samples.reduce((sum, sample) => sum + sample[of]!, 0) / samples.length;
+    const { qw, qx, qy, qz } = samples[0]! as Record<string, number | undefined>;
+    const yaw = samples[0]!.yaw ?? (qw === undefined ? 0 : Math.atan2(2 * (qw * qz! + qx! * qy!), 1 - 2 * (qy! * qy! + qz! * qz!)));
+    const tick = this.tick;
+    const below = loadsOf(run, carriers[0]!, tick).findIndex((load) => load.name === obstacle.name);
+    const [ahead, up] = carriers.length > 1 ? [0, first.hold[1]] : first.hold;
+    const scale = carriers.length > 1 ? 1 : Math.min(1, first.room / (motion.side * 0.5));
+    const flies = this.robots[carriers[0]!]!.track.kind === "flyer";
+    return {
+      x: mean("x") + ahead * Math.cos(yaw) - x,
+      y: mean("y") + ahead * Math.sin(yaw) - y,
+      z: up + (flies ? samples[0]!.z! : 0) + Math.max(0, below) * motion.side * 0.5 * scale,
+      yaw,
+      scale,
+    };
   }
 
   private made(obstacle: Obstacle): Thing {

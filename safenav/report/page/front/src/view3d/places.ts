@@ -61,17 +61,8 @@ export class Places {
   declutter(camera: PerspectiveCamera, canvas: HTMLCanvasElement, shown: boolean, others: Sprite[]): void {
     this.group.visible = shown;
     if (!shown) return;
-    const [width, height] = [canvas.clientWidth, canvas.clientHeight];
     camera.updateMatrixWorld();
-    const where = new Vector3();
-    const boxOf = (found: Sprite): Box | null => {
-      found.getWorldPosition(where).project(camera);
-      if (where.z >= 1) return null;
-      const [x, y] = [((where.x + 1) / 2) * width, ((1 - where.y) / 2) * height];
-      const [w, h] = [(found.scale.x / FIELD) * height, (found.scale.y / FIELD) * height];
-      const bottom = y + found.center.y * h;
-      return { left: x - w / 2, right: x + w / 2, top: bottom - h, bottom };
-    };
+    const boxOf = (found: Sprite): Box | null => boxOn(found, camera, canvas);
     const placed = others.map(boxOf).filter((box) => box !== null);
     const away = (found: Sprite): number => found.position.distanceTo(camera.position);
     for (const found of [...this.signs].sort((a, b) => away(a) - away(b))) {
@@ -85,6 +76,29 @@ export class Places {
     }
     canvas.dataset.names = this.signs.filter((found) => found.visible).map((found) => found.name).join(" ");
   }
+}
+
+/** Where a sign is on the canvas; null behind the camera. */
+function boxOn(found: Sprite, camera: PerspectiveCamera, canvas: HTMLCanvasElement): Box | null {
+  const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+  const where = found.getWorldPosition(new Vector3()).project(camera);
+  if (where.z >= 1) return null;
+  const [x, y] = [((where.x + 1) / 2) * width, ((1 - where.y) / 2) * height];
+  const [w, h] = [(found.scale.x / FIELD) * height, (found.scale.y / FIELD) * height];
+  const bottom = y + found.center.y * h;
+  return { left: x - w / 2, right: x + w / 2, top: bottom - h, bottom };
+}
+
+/** Hides each sign that would lie over one before it; returns those that are seen. */
+export function tidied(signs: Sprite[], camera: PerspectiveCamera, canvas: HTMLCanvasElement): Sprite[] {
+  camera.updateMatrixWorld();
+  const placed: Box[] = [];
+  return signs.filter((found) => {
+    const box = boxOn(found, camera, canvas);
+    found.visible = box !== null && !placed.some((other) => overlap(box, other));
+    if (found.visible) placed.push(box!);
+    return found.visible;
+  });
 }
 
 /** The lines of a path on the flat map, as points on the ground. */

@@ -24,7 +24,7 @@ import type { Lens, View } from "./eye";
 import { centreOf, Floor, HIGH, LOW } from "./floor";
 import { sampleAt, type Motion, type Sampled } from "./motion";
 import { Obstacles } from "./obstacles";
-import { Places } from "./places";
+import { Places, tidied } from "./places";
 import { focusAt } from "./story";
 import { FIELD_ANGLE, Notice, sign } from "./signs";
 import { Trails } from "./trails";
@@ -84,11 +84,11 @@ export class RunScene implements Lens {
     this.orbit.addEventListener("start", () => (this.touched = true));
     const colours = run.robots.map((robot) => robot.look.colour);
     this.floor = new Floor(run, motion.side);
-    this.obstacles = new Obstacles(run, motion, robots);
     this.trails = new Trails(motion, robots, colours);
     this.bodies = robots.map(({ track }, i) =>
       bodyOf(run.robots[i]!.model, track.kind, track.size, colours[i]!, run.robots[i]!.headings !== null),
     );
+    this.obstacles = new Obstacles(run, motion, robots, this.bodies);
     this.ghosts = robots.map(({ track, ghost }, i) => {
       if (ghost === null) return null;
       const robot = run.robots[i]!;
@@ -175,9 +175,10 @@ export class RunScene implements Lens {
     } else if (this.view === "story") {
       this.frameStory(1);
     } else {
-      const { x, y } = this.sample(this.view, this.moment);
-      this.orbit.target.set(x!, y!, 0.8);
-      this.camera.position.set(x! - 3.4, y! - 5.2, 4.2);
+      const { x, y, z } = this.sample(this.view, this.moment);
+      const high = this.robots[this.view]!.track.kind === "flyer" ? z! : 0.8;
+      this.orbit.target.set(x!, y!, high);
+      this.camera.position.set(x! - 3.4, y! - 5.2, high + 3.4);
     }
     this.orbit.update();
   }
@@ -232,13 +233,20 @@ export class RunScene implements Lens {
     this.showNotices(tick, seconds);
     this.showTargets(tick, shown.targets);
     this.orbit.update();
-    const signs: Sprite[] = [];
-    for (const group of [this.targets, ...this.anchors]) {
-      if (group.visible) group.traverse((found) => found instanceof Sprite && signs.push(found));
-    }
     this.scene.updateMatrixWorld();
+    const signs = tidied(this.signs(), this.camera, this.renderer.domElement);
     this.places.declutter(this.camera, this.renderer.domElement, shown.names, signs);
     this.renderer.render(this.scene, this.camera);
+  }
+
+  /** The names of the robots (the followed one, then the nearest, first), what they do, and targets. */
+  private signs(): Sprite[] {
+    const away = (anchor: Group): number =>
+      anchor === this.anchors[Number(this.view)] ? 0 : anchor.position.distanceTo(this.camera.position);
+    const anchors = [...this.anchors].sort((a, b) => away(a) - away(b));
+    const rows = anchors.map((anchor) => anchor.children.filter((found) => found instanceof Sprite));
+    const flags = this.targets.visible ? this.targets.children.filter((found) => found instanceof Sprite) : [];
+    return [...rows.map(([name]) => name!), ...rows.flatMap(([, notice]) => notice ?? []), ...flags];
   }
 
   private doing(robot: number, seconds: number): Doing | null {

@@ -1,0 +1,148 @@
+"""Replays follow the loads that robots carry and the charge of their batteries; pages show both."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from report.browser import Browser
+from safenav.cli import group
+from safenav.report.page.encode import encoded
+from safenav.report.page.html import page_of
+from safenav.report.page.live import LiveRun
+from safenav.report.picture.pictograms import OBSTACLES
+from safenav.report.picture.scene import svg_of
+from safenav.report.replay.reading import read_replay
+from safenav.report.replay.timeline import ObstacleStatus, Replay
+from safenav.trace.reading import read_trace
+
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
+
+CART = """
+safenav: 1
+map: {grid: ["###############", "#.............#", "#.............#", "###############"]}
+catalogue:
+  robots:
+    cart:
+      {mobility: free, layer: ground, capabilities: [], motion: disc, speed: 1,
+       battery: {capacity: 20, start: 15, move: 1, stay: 0, charge: 4}}
+robots: {cart: {model: cart, start: [1, 1], objective: {visit: [[1, 13], [1, 1]]}}}
+chargers: [[1, 1], [2, 9]]
+until: {rounds: 1}
+"""
+
+
+@pytest.fixture(scope="module")
+def warehouse(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return _run(SCENARIOS / "warehouse_orders.yaml", tmp_path_factory.mktemp("loads"))
+
+
+@pytest.fixture(scope="module")
+def replay(warehouse: Path) -> Replay:
+    return read_replay(warehouse)
+
+
+def test_a_load_is_carried_from_the_need_that_takes_it_to_the_last(
+    warehouse: Path, replay: Replay
+) -> None:
+    told = [json.loads(line) for line in warehouse.read_text().splitlines()]
+    for load in ("pallet@71", "pallet@72"):
+        taken, put = (
+            line["tick"] for line in told if line["type"] == "met" and line["obstacle"] == load
+        )
+        carriers = [replay.loads[load].at(tick) for tick in range(replay.last + 1)]
+        assert carriers[:taken] == [()] * taken
+        assert carriers[taken:put] == [("carrier",)] * (put - taken)
+        assert carriers[put:] == [()] * (replay.last + 1 - put)
+        robots = {robot.name: robot for robot in replay.scene(taken).robots}
+        assert robots["carrier"].loads == ("pallet",)
+        assert robots["truck"].loads == ()
+    assert set(replay.loads) == {"pallet@71", "pallet@72"}
+
+
+def test_a_picture_shows_the_load_at_its_robot_and_not_in_its_region(replay: Replay) -> None:
+    (taken,) = (tick for tick in range(replay.last) if _takes(replay, "pallet@71", tick))
+    places = [
+        re.findall(f'd="{OBSTACLES["pallet"]}" transform="([^"]*)"', svg_of(replay.scene(tick)))
+        for tick in (taken - 1, taken)
+    ]
+    assert [len(found) for found in places] == [1, 1]
+    assert places[0] != places[1]
+    assert replay.scene(taken - 1).carried == frozenset()
+    assert replay.scene(taken).carried == {"pallet@71"}
+
+
+def test_an_order_that_has_to_wait_for_its_helper_is_known(replay: Replay) -> None:
+    assert replay.statuses["pallet@71"].at(9) is ObstacleStatus.HIDDEN
+    assert replay.statuses["pallet@71"].at(10) is ObstacleStatus.FOUND
+
+
+def test_the_page_shows_loads_and_follows_them_live(
+    browser: Browser, warehouse: Path, replay: Replay, tmp_path: Path
+) -> None:
+    trace = read_trace(warehouse)
+    whole = encoded(replay, "x")
+    live = LiveRun(trace.header, "x")
+    carried: dict[str, list[object]] = {}
+    for record in trace.records:
+        live.tell(record)
+        for name, changes in live.news()["carried"].items():
+            carried.setdefault(name, []).extend(list(change) for change in changes)
+    assert carried == {o["name"]: o["carried"][1:] for o in whole["obstacles"] if o["carried"][1:]}
+    page = tmp_path / "page.html"
+    page.write_text(page_of(replay, "x.jsonl"), encoding="utf-8")
+    (taken,) = (tick for tick in range(replay.last) if _takes(replay, "pallet@71", tick))
+    for tick, shown in ((taken - 1, "hidden"), (taken, "visible")):
+        browser.open(page, f"#tick={tick}")
+        sign = browser.one('[data-robot="carrier"] .load')
+        assert sign.get_attribute("visibility") == shown
+        assert ("carries pallet@shelf" in browser.one(".robots").text) == (shown == "visible")
+        assert bool(browser.all('[data-obstacle="pallet@71"].carried')) == (shown == "visible")
+    assert browser.errors() == []
+
+
+@pytest.mark.parametrize(
+    ("clock", "left"),
+    [
+        # It begins with 15 of 20, gains 4 in a tick at home, and pays 1 for each of seven steps.
+        ("lockstep", {0: 75, 1: 95, 8: 60}),
+        ("live", {0: 75}),
+    ],
+)
+def test_charges_fall_by_steps_and_rise_at_chargers(
+    clock: str, left: dict[int, int], tmp_path: Path, browser: Browser
+) -> None:
+    scenario = tmp_path / "cart.yaml"
+    scenario.write_text(CART, encoding="utf-8")
+    replay = read_replay(_run(scenario, tmp_path, "--clock", clock))
+    charge = replay.charges["cart"]
+    track = replay.track("cart")
+    assert {tick: charge.at(tick) for tick in left} == left
+    levels = [charge.at(tick) for tick in range(replay.last + 1)]
+    for tick in range(1, replay.last + 1):
+        if track.regions[tick] != track.regions[tick - 1]:
+            assert levels[tick] == max(0, levels[tick - 1] - 5) or levels[tick] > levels[tick - 1]
+    assert 0 <= min(levels) <= max(levels) <= 100
+    rises = [tick for tick in range(1, replay.last + 1) if levels[tick] > levels[tick - 1]]
+    assert rises
+    assert {track.regions[tick - 1] for tick in rises} <= {16, 39}
+    if clock == "lockstep":
+        page = tmp_path / "page.html"
+        page.write_text(page_of(replay, "x.jsonl"), encoding="utf-8")
+        browser.open(page, "#tick=8")
+        assert browser.one(".robots .charge").text.strip() == "60 %"
+
+
+def _takes(replay: Replay, load: str, tick: int) -> bool:
+    carriers = replay.loads[load]
+    return carriers.at(tick) != () and carriers.at(tick - 1) == ()
+
+
+def _run(scenario: Path, folder: Path, *options: str) -> Path:
+    trace = folder / "run.jsonl"
+    arguments = ["run", str(scenario), "--trace", str(trace), "--no-map", *options]
+    group.main(arguments, standalone_mode=False)
+    return trace
