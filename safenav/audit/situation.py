@@ -369,7 +369,8 @@ class Situation:
             case "acted":
                 acted = self.acting.pop(record.robot, None)
                 self.barred |= {(record.robot, one) for one in record.barred or ()}
-                self._perform(record.robot, record.results, acted)
+                if record.results or not record.reason:  # else it has failed
+                    self._perform(record.robot, record.results, acted)
             case "reopened":
                 self.status[record.obstacle] = Status.UNRESOLVED
                 self.requests[record.obstacle] = self.given_up.pop(record.obstacle, {})

@@ -54,7 +54,8 @@ class FleetProgress:
 
 class TeamAction(Struct):
     """One command to act. ``on``: the obstacle that is acted on now, and ``team`` the answers of
-    those who do; ``advanced``: obstacles of which a need was met, and not the last one."""
+    those who do; ``advanced``: obstacles of which a need was met, and not the last one;
+    ``reasons``: why parts of it have failed."""
 
     robot: Robot
     obstacles: Sequence[Obstacle]
@@ -63,6 +64,7 @@ class TeamAction(Struct):
     on: Obstacle | None = None
     team: dict[str, ActResult | None] = field(default_factory=dict)
     advanced: set[str] = field(default_factory=set)
+    reasons: list[str] = field(default_factory=list)
 
     def next(self, idle: Mapping[str, Region], stations: Mapping[str, Station]) -> dict[str, str]:
         """The service to call at each robot that takes part in the next action, on ``on``; empty if
@@ -78,13 +80,18 @@ class TeamAction(Struct):
                 self.on, self.team = obstacle, dict.fromkeys(names)
                 return {name: stations[name].act[action] for name in names}
             self.results[obstacle.name] = ActResult.FAILED
+            self.reasons.append(f"no service for {action!r} in the fleet file")
         return {}
 
-    def answer(self, robot: str, result: ActResult, idle: Mapping[str, Region]) -> bool:
+    def answer(
+        self, robot: str, result: ActResult, idle: Mapping[str, Region], reason: str = ""
+    ) -> bool:
         """Take the answer of one of the team; whether all have answered."""
         if robot not in self.team or self.team[robot] is not None or self.on is None:
             return False
         self.team[robot] = result
+        if reason and result is ActResult.FAILED:
+            self.reasons.append(reason if robot == self.robot.name else f"{robot}: {reason}")
         answers = [answer for answer in self.team.values() if answer is not None]
         if len(answers) < len(self.team):
             return False

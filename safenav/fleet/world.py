@@ -492,7 +492,9 @@ class FleetWorld:
         services = team_action.next(self._idle(task), stations)
         if not services:
             found = team_action.found
-            ended = Acted(self.now(), body.robot.name, found, command=task.command)
+            failed = any(result is ActResult.FAILED for _, result in found)
+            why = "; ".join(team_action.reasons) if failed else ""
+            ended = Acted(self.now(), body.robot.name, found, why, command=task.command)
             self._end(body, body.pose, ended)
             return
         assert team_action.on is not None
@@ -513,7 +515,8 @@ class FleetWorld:
             task = leader.task
             if task is None or task.team_action is None or task.goal != message.number:
                 continue
-            if task.team_action.answer(message.robot, message.result, self._idle(task)):
+            told = message.robot, message.result, self._idle(task), message.reason
+            if task.team_action.answer(*told):
                 if task.team_action.resolved is not None:
                     self._forget(task.team_action.resolved)
                 self._act_on_next(leader, task, task.team_action)

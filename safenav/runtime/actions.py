@@ -75,7 +75,7 @@ class Actions(Struct):
                 return False
             robot.asked, robot.acts_on = True, tuple(obstacles)
             event = self._answered(self.world.act(robot.robot, robot.pose, obstacles), obstacles)
-            if event is not None and not event.found:
+            if event is not None and not (event.found or event.reason):
                 yield from self._resolve(robot, event)
                 return False
             command = self.world.number(name) if event is None else event.command or 0
@@ -101,7 +101,8 @@ class Actions(Struct):
                 and state.failures.action_failed(state.scenario.failures, name, obstacle)
             )
             number = event.command or 0
-            state.emit(records.ActionEnd(state.tick, number, name, results, barred or None))
+            ended = results, barred or None, event.reason or None
+            state.emit(records.ActionEnd(state.tick, number, name, *ended))
             robot.asked = not event.found  # else there may be more to do
             state.changes += 1
             yield from self._acted(robot, event, barred=bool(barred))
@@ -199,6 +200,7 @@ class Actions(Struct):
         # An action that fails has the reported effects only. One that finds nothing where it was
         # directed has still met the other needs that are met where the robots stand.
         failed = any(result is ActResult.FAILED for _, result in event.found)
+        failed = failed or bool(event.reason and not event.found)
         if done or not failed:
             only = {obstacle.name for obstacle, _ in done} if failed else None
             yield from self._resolve(robot, replace(event, found=tuple(done)), only)

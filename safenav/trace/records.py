@@ -223,13 +223,15 @@ class Act(Record, frozen=True):
 
 class ActionEnd(Record, frozen=True):
     """Live: the end of an action. ``results``: the result for each obstacle. ``barred``: those on
-    which the robot has failed too often, which it leaves to others from now on."""
+    which the robot has failed too often, which it leaves to others from now on. ``reason``: why it
+    has failed."""
 
     type: ClassVar[str] = "acted"
     command: Count
     robot: str
     results: Mapping[str, ActResult]
     barred: tuple[str, ...] | None = None
+    reason: str | None = None
 
 
 class Held(Record, frozen=True):

@@ -230,7 +230,8 @@ class Wording(Struct, frozen=True):
                 return f"{self._all(frozenset(line.robots))} {verb} on {names or 'what is there'}"
             case records.ActionEnd():
                 results = (f"{self.obstacle(name)}: {done}" for name, done in line.results.items())
-                return f"the action of {self.robot(line.robot)} ends ({', '.join(results)})"
+                ends = ", ".join([*results, *([line.reason] if line.reason else [])])
+                return f"the action of {self.robot(line.robot)} ends ({ends})"
             case records.Held():
                 return f"{self.robot(line.robot)} stays ({_HOLDS[line.why]})"
             case records.Late():

@@ -246,6 +246,7 @@ CASES_OF_LIVE: list[Case] = [
         5,
         "a",
     ),
+    ("command", "simulated", edit("acted", {}, reason="it jams"), 4, "a"),  # it did not fail
     ("resolution", "opened", second_resolution, 8, "digit"),
     ("follows-plan", "released", passes_again, 3, "a"),
 ]

@@ -46,7 +46,8 @@ def test_all_that_lift_are_asked_and_the_worst_answer_counts(
     assert team_action.next(BESIDE, stations) == {"one": "grip", "two": "grip"}
     assert not team_action.answer("one", answers[0], BESIDE) and team_action.silent == ["two"]
     assert not team_action.answer("one", FAILED, BESIDE)  # it has answered
-    assert team_action.answer("two", answers[1], BESIDE)
+    assert team_action.answer("two", answers[1], BESIDE, "its arm jams")
+    assert team_action.reasons == (["two: its arm jams"] if result is FAILED else [])
     assert team_action.resolved == (None if result is FAILED else 10)
     assert team_action.next(BESIDE, stations) == {} and team_action.found == [(crate, result)]
 
@@ -56,6 +57,7 @@ def test_who_cannot_be_asked_fails_for_all() -> None:
     stations["two"] = Station("/two")
     team_action = TeamAction(scenario.robots[0], (crate,), FleetProgress(scenario))
     assert team_action.next(BESIDE, stations) == {} and team_action.found == [(crate, FAILED)]
+    assert team_action.reasons == ["no service for 'lift' in the fleet file"]
 
 
 def test_a_need_that_is_met_is_not_the_end() -> None:

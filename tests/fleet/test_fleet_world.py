@@ -26,7 +26,7 @@ from safenav.fleet.transport import (
 )
 from safenav.fleet.world import FleetClock, FleetError, FleetWorld
 from safenav.outcome import Outcome
-from safenav.runtime.worlds.protocol import WorldEvent
+from safenav.runtime.worlds.protocol import Acted, WorldEvent
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.records import Depart
@@ -272,9 +272,11 @@ def test_an_action_is_always_answered(result: ActResult) -> None:
     world.wait(0.05)
     door = world.sense(scenario.robots[0], 9)
     assert door is not None
-    robots.results = [(result, "")]
+    robots.results = [(result, "so it is")]
     world.act(scenario.robots[0], [door], 9)
     (event,) = world.wait(5.0)
+    assert isinstance(event, Acted)
+    assert event.reason == ("so it is" if result is ActResult.FAILED else "")
     assert told(event) == ("Acted", [(door, result)]) and event.command == 9
     assert (world.sense(scenario.robots[0], 9) is None) == (result is not ActResult.FAILED)
 

@@ -16,6 +16,7 @@ from safenav import Mission
 from safenav.audit.check import check_trace
 from safenav.errors import UsageError
 from safenav.outcome import Outcome
+from safenav.report.terminal.story import Story
 from safenav.runtime.actions import Actions
 from safenav.runtime.analysis.expectation import Ledger, differences
 from safenav.runtime.failures import Reaction, Troubles
@@ -55,6 +56,11 @@ obstacles: [{type: door, region: [3, 3]}]
 until: {rounds: 1}
 clock: live
 """
+
+DEBRIS = RING.replace("type: door", "type: debris").replace(
+    "capabilities: [push]}}}",
+    "capabilities: [clear]}}, obstacles: {debris: {action: clear, resolve_at: neighbours}}}",
+)
 
 Change = Callable[["Faulty", WorldEvent], Sequence[WorldEvent]]
 
@@ -320,11 +326,7 @@ def test_after_two_failed_actions_another_robot_helps(tmp_path: Path) -> None:
             found = tuple((obstacle, ActResult.FAILED) for obstacle in obstacles)
             return Acted(self.now(), "b", found, command=command)
 
-    text = RING.replace("type: door", "type: debris").replace(
-        "capabilities: [push]}}}",
-        "capabilities: [clear]}}, obstacles: {debris: {action: clear, resolve_at: neighbours}}}",
-    )
-    scenario = load_scenario_text(text)
+    scenario = load_scenario_text(DEBRIS)
     trace = tmp_path / "trace.jsonl"
     with TraceWriter(trace) as writer:
         result = Mission(scenario, world=Jammed(scenario), listeners=[writer]).run()
@@ -394,6 +396,50 @@ def test_robots_act_where_they_start_before_they_leave(
     if clock is Clock.LOCKSTEP and world is None:
         monkeypatch.setattr(Actions, "acts_first", lambda *_: False)
         assert "missed-resolution" in {f.rule for f in check_trace(map(json.dumps, run())).findings}
+
+
+@pytest.mark.parametrize(
+    ("first", "told"),
+    [
+        (OSError("no answer of its arm"), "act: no answer of its arm"),
+        (Arrived(0.0, "b"), "Arrived ends no action"),
+        (Acted(0.0, "b", ("door",)), "its results are ('door',)"),  # type: ignore[arg-type]
+        (Acted(0.0, "b", reason="it jams"), "it jams"),
+        (None, "no end within 10.0 s"),
+    ],
+    ids=["exception", "event", "results", "reason", "silent"],
+)
+@pytest.mark.parametrize("known", [False, True], ids=["first", "debris"])
+def test_the_trace_says_why_an_action_has_failed(
+    first: WorldEvent | Exception | None, told: str, known: bool, tmp_path: Path
+) -> None:
+    """Where the robot was to act on what the team knows, and where it starts; then it goes on."""
+
+    class Wrong(LiveSimulation):
+        failed = False
+
+        def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Any:
+            if robot.name != "b" or self.failed:
+                return super().act(robot, obstacles, command)
+            if known and not obstacles:
+                return Acted(self.now(), "b", command=command)  # it sees nothing there yet
+            self.failed = True
+            if isinstance(first, Exception):
+                raise first
+            return first and replace(first, at=self.now(), command=command)
+
+    scenario = load_scenario_text(DEBRIS + "failures: {timeout: 5}\n")
+    trace, story = tmp_path / "trace.jsonl", list[str]()
+    with TraceWriter(trace) as writer:
+        listeners = [writer, Story(scenario, story.append)]
+        result = Mission(scenario, world=Wrong(scenario), listeners=listeners).run()
+    lines = [json.loads(line) for line in trace.read_text().splitlines()]
+    assert result.outcome == "completed", result.explanation
+    (failed,) = [line for line in of(lines, "acted") if "reason" in line]
+    assert (failed["robot"], failed["reason"]) == ("b", told)
+    assert failed["results"] == ({"debris@24": "failed"} if known else {})
+    assert any(told in line for line in story)
+    assert check_trace(trace).findings == ()
 
 
 def test_an_action_that_finds_nothing_is_not_repeated(tmp_path: Path) -> None:

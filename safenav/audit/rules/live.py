@@ -134,6 +134,9 @@ class CommandRule(Rule):
                 yield f"{robot} has acted by command {record.command}, which is not open"
             elif missing := {n for n in act.obstacles if _single(n, now)} - record.results.keys():
                 yield f"no result for {', '.join(sorted(missing))}, on which {robot} acted"
+            failed = not record.results or "failed" in record.results.values()
+            if record.reason and not failed:
+                yield f"{robot} has acted, and has a reason for a failure: {record.reason}"
             for name in record.barred or ():
                 if record.results.get(name) != "failed":
                     yield f"{robot} leaves {name} to others, but its action has not failed"

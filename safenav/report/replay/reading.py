@@ -155,7 +155,7 @@ class ReplayBuilder(Struct):
                 self._move(line)
             case records.Depart() | records.Arrive():
                 self._step(line)
-            case records.ActionEnd() if ActResult.FAILED in line.results.values():
+            case records.ActionEnd() if line.reason or ActResult.FAILED in line.results.values():
                 self._event(line, StoryKind.FAILURE, line.robot)
             case records.Late():
                 self._event(line, StoryKind.FAILURE, line.robot)

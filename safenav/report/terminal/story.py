@@ -103,6 +103,8 @@ class Story:
                 self._closed.pop(region, None)
                 self._barred[region] = self._wording.obstacle(event.obstacle)
                 self._say(event)
+            case records.ActionEnd() if event.reason:
+                self._say(event)
             case records.Goal():
                 self._goal(event)
             case (

@@ -34,6 +34,7 @@ from safenav.runtime.worlds.protocol import (
 from safenav.runtime.worlds.world import Change, ChangingWorld
 from safenav.scenario.model import Failures, Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
+from safenav.trace.wording import seconds_words
 from safenav.world.map import Region
 from safenav.world.moves import Mobility, Pose
 
@@ -309,10 +310,11 @@ class Commands(Struct, dict=True):
         """The event; a fatal failure, or a failed action, if it cannot be true."""
         name, here = open_.robot.name, open_.start
         if open_.target is None:
-            if isinstance(event, Acted):
+            wrong = _wrong_result(event)
+            if wrong is None:
                 return event
             found = tuple((obstacle, ActResult.FAILED) for obstacle in open_.obstacles)
-            return Acted(event.at, name, found, command=open_.command)
+            return Acted(event.at, name, found, wrong, command=open_.command)
         wrong = self._wrong(event, open_.robot, here, open_.target)
         if wrong is None:
             return event
@@ -367,4 +369,24 @@ class Commands(Struct, dict=True):
                 regions = frozenset({open_.start.region, open_.target.region})
                 self._take(Lost(now, open_.robot.name, regions, command=open_.command))
             else:
-                self._take(Acted(now, open_.robot.name, command=open_.command))
+                said = f"no end within {seconds_words(now - open_.since)}"
+                found = tuple((obstacle, ActResult.FAILED) for obstacle in open_.obstacles)
+                self._take(Acted(now, open_.robot.name, found, said, command=open_.command))
+
+
+def _wrong_result(event: WorldEvent) -> str | None:
+    """The reason why an event reports no results of an action."""
+    match event:
+        case Acted(found=found, reason=str()) if isinstance(found, Sequence) and all(
+            isinstance(pair, tuple | list)
+            and len(pair) == 2
+            and isinstance(pair[0], Obstacle)
+            and isinstance(pair[1], ActResult)
+            for pair in found
+        ):
+            return None
+        case Acted():
+            return f"its results are {event.found!r}"
+        case Failed():
+            return event.reason
+    return f"{type(event).__name__} ends no action"

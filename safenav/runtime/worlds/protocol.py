@@ -81,10 +81,12 @@ class Sensed(WorldEvent, frozen=True):
 
 class Acted(WorldEvent, frozen=True):
     """The action of a robot is over: the result for each obstacle that it was to act on, and for
-    each other one that it has resolved. ``done``: its last need is met."""
+    each other one that it has resolved. ``done``: its last need is met. ``reason``: why it has
+    failed, or ended without doing anything."""
 
     robot: str
     found: Sequence[tuple[Obstacle, ActResult]] = ()
+    reason: str = ""
 
 
 Ended = Arrived | Elsewhere | Blocked | Failed | Lost
