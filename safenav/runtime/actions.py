@@ -16,7 +16,7 @@ from safenav.runtime.coordination.events import (
 from safenav.runtime.move_recorder import MoveRecorder
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.worlds.commands import Commands
-from safenav.runtime.worlds.protocol import Acted
+from safenav.runtime.worlds.protocol import Acted, Arrived
 from safenav.runtime.worlds.world import Change
 from safenav.scenario.model import Obstacle
 from safenav.trace import records, vocabulary
@@ -51,8 +51,10 @@ class Actions(Struct):
         if reach is not None:
             return reach
         if not robot.asked and not self._must_not_sweep(robot):
-            robot.asked, robot.acted = True, self._done_by(robot)
-            return bool(robot.acted.found)
+            robot.asked = True
+            here = self.world.start(robot.robot, robot.pose, robot.pose)  # as before any action
+            robot.acted = self._done_by(robot) if isinstance(here, Arrived) else None
+            return robot.acted is not None and bool(robot.acted.found)
         return any(obstacle not in robot.acts_on for obstacle in self._within_reach(robot)[0])
 
     def _done_by(self, robot: RobotState) -> Acted:

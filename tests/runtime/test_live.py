@@ -356,11 +356,21 @@ CRATE = "{type: crate, region: [1, 3]}"
 
 
 class Calls:
-    """A world of blocking calls: the simulation, which does not say before what a robot can do."""
+    """A world of blocking calls: the simulation, which does not say before what a robot can do.
+    It learns from the moves which robots there are."""
 
     def __init__(self, scenario: Scenario) -> None:
-        world = SimulatedWorld(scenario)
-        self.sense, self.move, self.act = world.sense, world.move, world.act
+        self.there = set[str]()
+        self.world = SimulatedWorld(scenario)
+        self.sense = self.world.sense
+
+    def move(self, robot: Robot, pose: Pose) -> None:
+        self.there.add(robot.name)
+        self.world.move(robot, pose)
+
+    def act(self, robot: Robot) -> Any:
+        assert robot.name in self.there
+        return self.world.act(robot)
 
 
 @pytest.mark.parametrize(

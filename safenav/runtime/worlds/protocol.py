@@ -150,9 +150,9 @@ class BlockingWorld(Protocol):
         ...
 
     def act(self, robot: Robot) -> Iterable[tuple[Obstacle, bool | None]]:
-        """Let the robot perform its actions where it stands: after each ``move``, and once before
-        its first one. Return the obstacles whose last need that fulfils, each with whether its
-        region is traversable (None: its type has no truth).
+        """Let the robot perform its actions where it stands: after each ``move``, of which the
+        first one is to stay where it starts. Return the obstacles whose last need that fulfils,
+        each with whether its region is traversable (None: its type has no truth).
 
         Earlier needs are not returned: the mission derives them from where robots are."""
         ...
