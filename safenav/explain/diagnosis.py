@@ -1,7 +1,7 @@
 """Fast path: diagnosis of a robot without a strategy by graph search.
 
-One restriction at a time is removed (walls, obstacles, the heading, the strictness of patrol); the
-first without which the robot could meet its objective alone is the cause."""
+One restriction at a time is removed (walls, obstacles, the heading, the strictness of the
+objective); the first without which the robot could meet its objective alone is the cause."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from safenav.explain.explanation import Diagnosis, NoStrategyCause
 from safenav.explain.undisturbed import Solo, play
 from safenav.scenario.model import Scenario
-from safenav.scenario.objective import Hold, Ltl, Patrol, Target, Visit, ruled, targets_of
+from safenav.scenario.objective import Ltl, Target, alternation, station, targets_of
 from safenav.spec.task import Known, Task
 from safenav.world.map import Heading, RegionMap
 from safenav.world.moves import Mobility, Pose, distances
@@ -41,8 +41,8 @@ def diagnose(task: Task, world: RegionMap) -> Diagnosis:
     free = replace(task, objective=replace(task.objective, always=()))
     if task.objective.always and _solo(free, world).winnable:
         return replace(found, cause=NoStrategyCause.FORBIDDEN_WAY)
-    relaxed = replace(task, objective=ruled(Visit(task.targets), task.objective))
-    if isinstance(task.objective, Patrol) and _solo(relaxed, world).winnable:
+    plain = replace(task, objective=alternation(task.targets, task.objective))
+    if task.objective.strict and _solo(plain, world).winnable:
         return replace(
             found,
             cause=NoStrategyCause.CROSSING,
@@ -60,9 +60,7 @@ def held_ways(task: Task, world: RegionMap, scenario: Scenario) -> tuple[Known, 
     held = tuple(
         Known(other.region, f"robots.{other.name}", f"{other.name} holds this place")
         for other in task.observed
-        if other.danger
-        and isinstance(objective := scenario.robot(other.name).objective, Hold)
-        and other.region in objective.target
+        if other.danger and other.region in (station(scenario.robot(other.name).objective) or ())
     )
     if not held:
         return ()
@@ -107,14 +105,13 @@ def _facing_elsewhere(task: Task, world: RegionMap) -> bool:
 
 
 def _crossing(task: Task, world: RegionMap) -> Target | None:
-    """Return the patrol target that is in the way of the other one."""
-    assert isinstance(task.objective, Patrol)
+    """Return the target that is in the way of another one."""
     blocked = {known.region for known in task.blocked}
-    first, second = task.objective.first, task.objective.second
-    for target, other in ((first, second), (second, first)):
+    targets = targets_of(task.objective)
+    for target in targets:
         if task.pose.region in target:
             continue
         reach = distances(task.robot.model.mobility, task.pose, world, blocked | target)
-        if not any(region in reach for region in other):
+        if any(reach.keys().isdisjoint(other) for other in targets if other != target):
             return target
     return None

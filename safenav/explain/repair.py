@@ -17,16 +17,14 @@ from safenav.explain.map_repair import map_repairs
 from safenav.explain.undisturbed import play
 from safenav.scenario.model import Robot, Scenario, Tracking
 from safenav.scenario.objective import (
-    Hold,
     Ltl,
     Objective,
-    Patrol,
-    Visit,
-    ruled,
-    targets_of,
+    avoided,
+    relaxed,
+    station,
+    staying,
     written,
 )
-from safenav.spec.forms import alternating
 from safenav.spec.objective import NO_MEMORY
 from safenav.spec.task import Task
 from safenav.world.map import Heading, Region
@@ -197,18 +195,14 @@ def _milder(objective: Objective) -> Iterator[Objective]:
             for place in range(len(lines)):
                 yield replace(objective, **{part: lines[:place] + lines[place + 1 :]})
         return
-    targets = targets_of(objective)
-    if isinstance(objective, Patrol) and objective.literal:
+    if objective.literal:
         yield replace(objective, literal=False)
     for place in range(len(objective.always)):
         kept = objective.always[:place] + objective.always[place + 1 :]
         yield replace(objective, always=kept)
     if objective.avoid:
         yield replace(objective, avoid=frozenset())
-    if isinstance(objective, Hold):
-        yield ruled(Visit(targets), objective)
-    for target in targets if len(targets) > 1 else ():
-        yield ruled(Visit((target,)), objective)
+    yield from objective.milder()
 
 
 def _other_starts(problem: RepairProblem) -> Iterator[Repair]:
@@ -223,12 +217,12 @@ def _other_starts(problem: RepairProblem) -> Iterator[Repair]:
         for region in _nearest(other.start.region, scenario)[:LOOKED_AT]:
             if problem.late:
                 return
-            if region == other.start.region or region in taken:
+            if region == other.start.region or region in taken | avoided(other.objective):
                 continue
             moved = replace(other, start=replace(other.start, region=region))
             change = [(f"robots.{name}.start", scenario.map.word(region))]
-            if isinstance(other.objective, Hold):
-                moved = replace(moved, objective=Hold(frozenset({region})))
+            if station(other.objective) is not None:
+                moved = replace(moved, objective=staying(frozenset({region}), other.objective))
                 change.append(
                     (f"robots.{name}.objective", written(moved.objective, scenario.map.word))
                 )
@@ -277,7 +271,7 @@ def _hopeful(
     if blocked is None:
         blocked = frozenset(known.region for known in problem.task.blocked)
     world = problem.scenario.map
-    weakest = alternating(robot.objective)
+    weakest = relaxed(robot.objective)
     solo = play(robot.model.mobility, robot.start, weakest, NO_MEMORY, world, blocked)
     return solo.winnable
 

@@ -12,7 +12,7 @@ from functools import lru_cache
 
 from safenav.formula.evaluator import Predicate, predicate
 from safenav.formula.parser import parse
-from safenav.scenario.objective import Ltl, Objective, Patrol, Target
+from safenav.scenario.objective import Ltl, Objective, Target
 from safenav.spec.objective import NO_MEMORY, Memory
 from safenav.world.map import Region
 
@@ -45,10 +45,10 @@ class Progress:
         """The goals that were met in the current round."""
         return frozenset(self._seen)
 
-    def other_way_round(self) -> None:
-        """Let a patrol continue with its other target."""
-        assert isinstance(self.objective, Patrol)
-        self._state = 1 - self._state
+    def begin_with(self, index: int) -> None:
+        """Continue with another target than the one whose turn it was."""
+        assert self.objective.strict
+        self._state = index
 
     def awaited(self) -> Target:
         """The regions of which the robot must reach one next; none known for ``ltl``."""
@@ -80,7 +80,7 @@ class Progress:
         return the goals to record (for holding, those of the first tick).
 
         ``values``: the variables of its specification there. A robot that stands on a target
-        of a patrol begins with that one, as its specification does.
+        of a strict objective begins with that one, as its specification does.
         """
         if isinstance(self.objective, Ltl):
             self.remember(values)

@@ -36,8 +36,7 @@ from safenav.runtime.worlds.commands import Commands
 from safenav.runtime.worlds.protocol import Arrived, Blocked, Elsewhere, Ended, Failed, Lost
 from safenav.scenario.guarantees import guarantees_of, values_of
 from safenav.scenario.model import Obstacle, Tracking
-from safenav.scenario.objective import Ltl
-from safenav.spec.forms import alternating
+from safenav.scenario.objective import Ltl, relaxed
 from safenav.spec.other_robots.tracking import Sightings, observe
 from safenav.spec.specification import Constraint
 from safenav.spec.task import Task
@@ -120,8 +119,8 @@ class Turns(Struct, dict=True):
             return
         self.monitors.watch(robot.robot, robot.planner)
         robot.planner.node = None
-        told = alternating(robot.progress.objective)
-        if alternating(robot.planner.task.objective) == told:
+        told = relaxed(robot.progress.objective)
+        if relaxed(robot.planner.task.objective) == told:
             self.strategies.relocate(robot)  # else its assignment has changed meanwhile
 
     def _follow_strategy(self, robot: RobotState) -> Iterator[Event]:

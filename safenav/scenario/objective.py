@@ -160,19 +160,34 @@ class TargetObjective(Struct, frozen=True, kw_only=True):
         return count - 1 in seen if self.settles else len(seen) == count
 
 
-class Patrol(TargetObjective, frozen=True):
+class StrictObjective(TargetObjective, frozen=True):
+    """A robot leaves each target with its next step, and touches none whose turn it is not. Unless
+    it is to be ``literal``, plain alternation will do where that cannot be kept
+    (``spec.forms``)."""
+
+    in_turn: ClassVar[bool] = True
+    strict: ClassVar[bool] = True
+
+    def begin(self, region: Region, memory: int = 0) -> int:
+        """A robot that stands on a target begins with that one: the formula forbids to be there
+        in another's turn (paper, Section VI)."""
+        return next((i for i, target in enumerate(self.listed()) if region in target), memory)
+
+    def forbidden(self, memory: int, region: Region, after: Region) -> bool:
+        now = self.turned(memory, region)
+        return any(after in target for i, target in enumerate(self.listed()) if i != now)
+
+
+class Patrol(StrictObjective, frozen=True):
     """Alternate between two targets by the paper's Patrol formula (Section VI), which also
-    forbids to touch the target whose turn it is not. Unless it is to be ``literal``, plain
-    alternation will do where the formula cannot be kept (``spec.forms``)."""
+    forbids to touch the target whose turn it is not."""
 
     kind: ClassVar[str] = "patrol"
     least: ClassVar[int] = 2
     meaning: ClassVar[str] = "back and forth between two regions"
     drawing: ClassVar[str] = "patrols between two regions"
     most: ClassVar[int | None] = 2
-    in_turn: ClassVar[bool] = True
     turn: ClassVar[str] = "scout"
-    strict: ClassVar[bool] = True
     first: Target
     second: Target
 
@@ -199,19 +214,6 @@ class Patrol(TargetObjective, frozen=True):
     def words(self, word: Word) -> str:
         strictly = " (form: literal)" if self.literal else ""
         return f"patrol {word(self.first)} <-> {word(self.second)}{strictly}"
-
-    def begin(self, region: Region, memory: int = 0) -> int:
-        """Standing on a target settles it: the formula forbids the first one with ``scout`` and the
-        second one without (paper, Section VI)."""
-        if region in self.second:
-            return 1
-        return 0 if region in self.first else memory
-
-    def forbidden(self, memory: int, region: Region, after: Region) -> bool:
-        """It turns round immediately at its target, and never touches the one out of turn."""
-        now = self.turned(memory, region)
-        left = self.listed()[memory] if now != memory else frozenset()
-        return after in left or after in (self.first if now == 1 else self.second)
 
 
 class Visit(TargetObjective, frozen=True):

@@ -1,29 +1,32 @@
 """The forms in which an objective can stand in a specification, the strongest first.
 
-A patrol is the paper's formula (Section VI) if the robot can keep it by the letter: with the memory
-that it has, else with the other target first, else as plain alternation, which allows to cross a
-target out of turn and to wait at one. Robots that share a floor, or get goals assigned at runtime,
-patrol by plain alternation from the start. Every other objective has one form. A patrol with
-``form: literal`` has only its first.
+A strict objective, such as a patrol, is its own formula (of the paper's Section VI) if the robot
+can keep it by the letter: with the memory that it has, else with another target first, else as
+plain alternation, which allows to cross a target out of turn and to wait at one. Robots that share
+a floor, or get goals assigned at runtime, alternate plainly from the start. Every other objective
+has one form. A strict one with ``form: literal`` has only its first.
 
 ``run``, ``check``, ``synth``, ``explain``, the studio and certificates all climb this one ladder.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from enum import StrEnum
+from functools import reduce
+from operator import or_
 
 from msgspec import Struct
 
 from safenav.scenario.objective import (
+    Ltl,
     Objective,
-    Patrol,
-    Visit,
+    Target,
+    TargetObjective,
     Word,
     avoided,
     number_word,
-    ruled,
+    relaxed,
     targets_of,
 )
 from safenav.spec.task import Task
@@ -74,27 +77,20 @@ def forms(
     """The forms to ask for, the strongest first, for a robot at ``pose`` that has target number
     ``turn`` next. ``blocked``: a mask of the regions that it cannot enter. Forms that the robot
     could not keep even alone are left out, but for the last one."""
-    if not isinstance(objective, Patrol) or objective.literal:
+    plain = relaxed(objective)
+    if isinstance(objective, Ltl) or plain == objective:
         yield Rung(objective, turn)
         return
-    plain = alternating(objective)
     if shared or assigned:
         yield Rung(plain, turn, Weakening.SHARED if shared else Weakening.ASSIGNED)
         return
-    tried = [
-        first for first in (turn, 1 - turn) if can_patrol(graph, pose, objective, first, blocked)
-    ]
+    count = len(objective.listed())
+    turns = [(turn + k) % count for k in range(count)]
+    tried = [first for first in turns if can_keep(graph, pose, objective, first, blocked)]
     for first in tried:
         yield Rung(objective, first, None if first == turn else Weakening.TURNED)
     why = Weakening.KEPT if tried else _obstruction(graph, pose, objective, blocked)
     yield Rung(plain, turn, why)
-
-
-def alternating(objective: Objective) -> Objective:
-    """The objective as plain alternation: the weakest form of a patrol."""
-    if isinstance(objective, Patrol) and not objective.literal:
-        return ruled(Visit((objective.first, objective.second)), objective)
-    return objective
 
 
 def concession(
@@ -106,8 +102,8 @@ def concession(
     if rung.weakening is None:
         return None
     if rung.weakening is Weakening.TURNED:
-        names = [word(target) for target in targets_of(asked)]
-        first, other = names[rung.turn], names[1 - rung.turn]
+        first, *others = (word(target) for target in _from(rung.turn, targets_of(asked)))
+        other = others[0] if len(others) == 1 else "the one whose turn it is"
         return f"{first} first: from here it cannot begin with {other} without crossing {first}"
     why = _WHY[rung.weakening]
     if others and rung.weakening is Weakening.SHARED:
@@ -118,7 +114,11 @@ def concession(
 def asked_of(task: Task) -> Objective:
     """The objective of the user, of which a task may have a weaker form."""
     own = task.robot.objective
-    return own if task.objective in (own, alternating(own)) else task.objective
+    return own if task.objective in (own, relaxed(own)) else task.objective
+
+
+def _from(turn: int, targets: Sequence[Target]) -> Sequence[Target]:
+    return (*targets[turn:], *targets[:turn])
 
 
 _CROSS = "may cross a target on the way"
@@ -143,42 +143,47 @@ _WHY = {
 }
 
 
-def _obstruction(graph: PoseGraph, pose: Pose, patrol: Patrol, blocked: Mask) -> Weakening:
-    """The obstruction that keeps a robot from the literal patrol."""
-    shut = region_mask(avoided(patrol))
-    if blocked & ~shut and any(can_patrol(graph, pose, patrol, turn, shut) for turn in (0, 1)):
+def _obstruction(graph: PoseGraph, pose: Pose, strict: TargetObjective, blocked: Mask) -> Weakening:
+    """The obstruction that keeps a robot from a strict objective."""
+    shut, turns = region_mask(avoided(strict)), range(len(strict.listed()))
+    if blocked & ~shut and any(can_keep(graph, pose, strict, turn, shut) for turn in turns):
         return Weakening.OBSTACLES
     plain = plain_graph(graph.world, graph.mobility)
-    if (shut or patrol.always) and any(can_patrol(plain, pose, patrol, t) for t in (0, 1)):
+    if (shut or strict.always) and any(can_keep(plain, pose, strict, t) for t in turns):
         return Weakening.RULES
     free = plain_graph(graph.world, Mobility.FREE)
     there = Pose(pose.region)
-    if graph.one_way and any(can_patrol(free, there, patrol, turn, blocked) for turn in (0, 1)):
+    if graph.one_way and any(can_keep(free, there, strict, turn, blocked) for turn in turns):
         return Weakening.MOBILITY
     return Weakening.CORRIDOR
 
 
-def can_patrol(
-    graph: PoseGraph, pose: Pose, patrol: Patrol, memory: int, blocked: Mask = 0
+def can_keep(
+    graph: PoseGraph, pose: Pose, strict: TargetObjective, memory: int, blocked: Mask = 0
 ) -> bool:
-    """Whether a robot at ``pose`` that remembers ``memory`` can by itself patrol by the letter,
-    forever, while some regions are ``blocked``: it can neither enter them nor stay there.
+    """Whether a robot at ``pose`` that remembers ``memory`` can by itself keep a strict objective
+    by the letter, forever, while some regions are ``blocked``: it can neither enter them nor stay
+    there.
 
     The letter is strict (paper, Section VI): a robot leaves a target immediately, and never touches
-    the one out of turn. A one-player game on sets of poses, in a fraction of a millisecond.
+    one out of turn. A one-player game on sets of poses, in a fraction of a millisecond.
     """
-    begun = patrol.begin(pose.region, memory)
-    targets = [graph.poses_on(region_mask(target)) for target in (patrol.first, patrol.second)]
+    begun = strict.begin(pose.region, memory)
+    targets = [graph.poses_on(region_mask(target)) for target in strict.listed()]
+    count = len(targets)
     open_poses = graph.everywhere & ~graph.poses_on(blocked)
     # Where the robot may be on its way, and of each target the poses that it can continue from.
-    way = open_poses & ~targets[0] & ~targets[1]
-    met = [targets[turn] & open_poses & ~targets[1 - turn] for turn in (0, 1)]
+    way, met = open_poses, []
+    for turn, target in enumerate(targets):
+        way &= ~target
+        others = reduce(or_, targets[:turn] + targets[turn + 1 :], 0)
+        met.append(target & open_poses & ~others)
     while True:
         before = list(met)
-        for turn in (0, 1):
-            met[turn] &= graph.backward(graph.back(met[1 - turn], way))
+        for turn in range(count):
+            met[turn] &= graph.backward(graph.back(met[(turn + 1) % count], way))
         if met == before:
             break
     here = 1 << graph.number(pose)
-    after = 1 - begun if here & targets[begun] else begun
+    after = (begun + 1) % count if here & targets[begun] else begun
     return bool(graph.forward(here) & graph.back(met[after], way))

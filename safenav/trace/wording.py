@@ -19,7 +19,6 @@ from safenav.scenario.objective import (
     KINDS,
     Ltl,
     Objective,
-    Patrol,
     Word,
     describe,
     number_word,
@@ -46,9 +45,8 @@ def objective_of(told: TracedObjective) -> Objective | None:
     kind = KINDS.get(told.kind)
     if kind is None or kind.wrong(told.targets) or kind.one > (len(told.targets) == 1):
         return None
-    found = kind.made(told.targets)
-    found = replace(found, avoid=told.avoid, always=told.always)
-    return replace(found, literal=True) if told.literal and isinstance(found, Patrol) else found
+    rules = {"avoid": told.avoid, "always": told.always}
+    return replace(kind.made(told.targets), literal=told.literal and kind.strict, **rules)
 
 
 def _ltl(spelled: str) -> Ltl:

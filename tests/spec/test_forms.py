@@ -11,7 +11,7 @@ import pytest
 
 from safenav.explain.undisturbed import play
 from safenav.scenario.objective import Cover, Hold, Objective, Once, Patrol, Visit
-from safenav.spec.forms import Rung, Weakening, can_patrol, concession, forms
+from safenav.spec.forms import Rung, Weakening, can_keep, concession, forms
 from safenav.spec.objective import Memory
 from safenav.world.map import Heading, RegionMap
 from safenav.world.moves import Mobility, Pose
@@ -29,7 +29,7 @@ def patrols(
     mobility = Mobility.FREE if heading is None else Mobility.HEADING
     patrol = Patrol(frozenset(first), frozenset(second))
     graph = PoseGraph(world, mobility)
-    return [can_patrol(graph, Pose(at, heading), patrol, memory) for memory in (0, 1)]
+    return [can_keep(graph, Pose(at, heading), patrol, memory) for memory in (0, 1)]
 
 
 def test_a_corridor_is_patrolled_between_its_targets() -> None:
@@ -64,7 +64,7 @@ def test_it_agrees_with_the_game_played_out() -> None:
         for memory in (0, 1):
             played = play(mobility, pose, patrol, Memory(memory), world, blocked).winnable
             graph = PoseGraph(world, mobility)
-            told = can_patrol(graph, pose, patrol, memory, region_mask(blocked))
+            told = can_keep(graph, pose, patrol, memory, region_mask(blocked))
             assert told == played, (world.grid_rows(), pose, patrol, blocked, memory)
             counts[played] += 1
     assert min(counts.values()) > 100

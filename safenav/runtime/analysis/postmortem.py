@@ -28,7 +28,7 @@ from safenav.scenario.model import (
     RobotModel,
     Scenario,
 )
-from safenav.scenario.objective import Hold, Ltl, Target, targets_of, with_targets, written
+from safenav.scenario.objective import Ltl, Target, staying, targets_of, with_targets, written
 from safenav.synthesis.slugs import Synthesizer
 from safenav.world.map import Heading, Region
 from safenav.world.moves import Mobility, Pose
@@ -222,12 +222,11 @@ def _robots(failed: _Failure) -> Iterator[Candidate]:
                 names = {robot.name for robot in failed.scenario.robots}
                 number = next(k for k in range(1, 1000) if f"{model.name}_{k}" not in names)
                 name, pose = f"{model.name}_{number}", _start(model, region, Heading.EAST)
-                robot = Robot(name, model, pose, Hold(frozenset({region})))
-                place = failed.word(region)
+                robot = Robot(name, model, pose, staying(frozenset({region})))
                 turned = ", heading: east" if pose.heading is not None else ""
-                said = (
-                    f"{{model: {model.name}, start: {place}{turned}, objective: {{hold: {place}}}}}"
-                )
+                where = f"start: {failed.word(region)}{turned}"
+                objective = written(robot.objective, failed.word)
+                said = f"{{model: {model.name}, {where}, objective: {objective}}}"
                 scenario = replace(failed.scenario, robots=(*failed.scenario.robots, robot))
                 yield Candidate("robot", ((f"robots.{name}", said),), scenario)
 

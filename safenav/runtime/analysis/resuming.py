@@ -37,7 +37,7 @@ from safenav.scenario.model import (
     name_parts,
 )
 from safenav.scenario.motion import MotionModel
-from safenav.scenario.objective import Cover, Ltl, targets_of, with_targets
+from safenav.scenario.objective import Ltl, targets_of, with_targets
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.joining import joined
 from safenav.trace import records, setting, vocabulary
@@ -151,7 +151,7 @@ def resumed(trace: Trace, scenario: Scenario | None = None) -> Scenario:
 def _robot(robot: Robot, state: _State, charges: TracedCharges) -> Robot:
     told = objective_of(state.own[robot.name])
     objective = robot.objective if told is None or isinstance(told, Ltl) else told
-    if not isinstance(objective, Ltl | Cover):
+    if not isinstance(objective, Ltl) and objective.in_turn:
         targets = targets_of(objective)
         turn = state.turns.get(robot.name, 0)
         if objective.settles:

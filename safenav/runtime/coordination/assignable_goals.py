@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from safenav.runtime.coordination.ladder import TaskDraft
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.team import RobotState, Role, TeamState
-from safenav.scenario.objective import Hold
+from safenav.scenario.objective import station
 from safenav.spec.assignable import AssignedGoal
 from safenav.world.map import Region
 from safenav.world.poses import FAR, Mask, region_mask
@@ -45,8 +45,8 @@ def signal(team: TeamState, robot: RobotState) -> dict[str, int]:
             return switch.inputs(None, here)
     if assignment.role is Role.HELPS:
         place = _next(team, robot, assignment.goal)
-    elif isinstance(assignment.objective, Hold):
-        place = _next(team, robot, _poses(team, robot, assignment.objective.target))
+    elif (stay := station(assignment.objective)) is not None:
+        place = _next(team, robot, _poses(team, robot, stay))
     if place is None or place == here:
         return switch.inputs(AssignedGoal(here, wait=True), here)
     return switch.inputs(AssignedGoal(place, wait=False), here)

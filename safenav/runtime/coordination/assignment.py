@@ -12,7 +12,17 @@ from safenav.runtime.coordination.waiting import clear_region, in_the_way
 from safenav.runtime.duties.settlement import Duty, Settlement
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
-from safenav.scenario.objective import Hold, Ltl, Objective, Target, Visit, ruled, targets_of
+from safenav.scenario.objective import (
+    ALTERNATING,
+    Ltl,
+    Objective,
+    Target,
+    TargetObjective,
+    alternation,
+    station,
+    staying,
+    targets_of,
+)
 from safenav.spec.movement import one_of
 from safenav.world.map import Region
 from safenav.world.moves import Pose
@@ -29,7 +39,7 @@ def holding(objective: Objective, region: Region) -> Objective:
         return replace(
             objective, safety=(*objective.safety, stay), liveness=(f"region = {region}",)
         )
-    return ruled(Hold(frozenset({region})), objective)
+    return staying(frozenset({region}), objective)
 
 
 def helping(objective: Objective, places: Target, own: Target | None, *, stays: bool) -> Objective:
@@ -42,8 +52,8 @@ def helping(objective: Objective, places: Target, own: Target | None, *, stays: 
     if isinstance(objective, Ltl):
         return replace(objective, liveness=(one_of("region", places),))
     if stays:
-        return ruled(Hold(places), objective)
-    return ruled(Visit((places,) if own is None else (places, own)), objective)
+        return staying(places, objective)
+    return alternation((places,) if own is None else (places, own), objective)
 
 
 class Assigner(Struct, frozen=True):
@@ -87,7 +97,7 @@ class Assigner(Struct, frozen=True):
         own, pending = robot.robot.objective, self._pending(index)
         objective = holding(own, charger.region)
         if robot.next_pose.region == charger.region and robot.next_pose != charger:
-            objective = ruled(Visit((frozenset({charger.region}),)), own)
+            objective = alternation((frozenset({charger.region}),), own)
         goal = self._mask(index, {charger.region})
         role = Role.OWN if objective == robot.own.objective else Role.CHARGES
         assignment = Assignment(role, objective, goal=goal, safe_poses=self.found.safe_poses[index])
@@ -102,7 +112,7 @@ class Assigner(Struct, frozen=True):
         own = None if direct else self._own_target(robot, index, duty.goal)
         objective = helping(robot.robot.objective, places, own, stays=duty.stays)
         for before in () if direct else self._before(robot, gate.name):
-            if before.targets[0] == places and self._goes_between(index, duty.goal, before):
+            if before.listed()[0] == places and self._goes_between(index, duty.goal, before):
                 objective = before  # it continues what it has begun
                 break
         safe = self.found.safe_poses[index]
@@ -123,16 +133,16 @@ class Assigner(Struct, frozen=True):
                 return target
         return None
 
-    def _before(self, robot: RobotState, obstacle: str) -> list[Visit]:
+    def _before(self, robot: RobotState, obstacle: str) -> list[TargetObjective]:
         """The objectives with which a robot has served an obstacle: the present one, and those that
         were pushed with the requests that are popped now, the last first."""
         popped = reversed(self.state.requests.closed)
         found = [(robot.assignment.obstacle, robot.assignment.objective)]
         found += [request.saved[robot.name] for request in popped if robot.name in request.saved]
-        return [o for served, o in found if served == obstacle and isinstance(o, Visit)]
+        return [o for served, o in found if served == obstacle and isinstance(o, ALTERNATING)]
 
-    def _goes_between(self, index: int, goal: Mask, objective: Visit) -> bool:
-        masks = [self._mask(index, target) for target in objective.targets[1:]]
+    def _goes_between(self, index: int, goal: Mask, objective: TargetObjective) -> bool:
+        masks = [self._mask(index, target) for target in objective.listed()[1:]]
         return self._alternates(index, (goal, *masks))
 
     def _alternates(self, index: int, targets: tuple[Mask, ...]) -> bool:
@@ -191,8 +201,8 @@ class Assigner(Struct, frozen=True):
     def _waiting_places(self, robot: RobotState) -> list[Region]:
         places = [r.requesters[robot.name] for r in reversed(self.state.requests.waits(robot.name))]
         before = robot.assignment
-        if before.role is Role.WAITS and isinstance(before.objective, Hold):
-            places += before.objective.target
+        if before.role is Role.WAITS:
+            places += station(before.objective) or ()
         return places[:1]
 
     def _own(self, robot: RobotState, index: int) -> TaskDraft | None:

@@ -15,7 +15,7 @@ from safenav.runtime.deadlines.within import Walk, best_places, keep, least_with
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
 from safenav.scenario.model import Coordination, Tracking
-from safenav.scenario.objective import Ltl, Objective, Patrol, Target, targets_of
+from safenav.scenario.objective import Ltl, Objective, Target, targets_of
 from safenav.spec.forms import Rung, forms
 from safenav.spec.objective import Memory
 from safenav.spec.task import LADDERS, Fairness, Observed, Task
@@ -65,13 +65,13 @@ def ladder(team: TeamState, name: str, draft: TaskDraft) -> Ladder:
 
 def _forms(team: TeamState, robot: RobotState, draft: TaskDraft) -> Iterator[tuple[Rung, Memory]]:
     assigned = team.scenario.coordination is Coordination.ASSIGNABLE
-    patrol = isinstance(draft.objective, Patrol)
+    strict = draft.objective.strict
     own = draft.assignment.role is Role.OWN or assigned
     memory = robot.memory if own or isinstance(draft.objective, Ltl) else Memory()
     walls = team.knowledge.walls_for(robot.robot, draft.avoid)
     found = forms(
         draft.objective,
-        robot.own.memory.index if patrol else memory.index,
+        robot.own.memory.index if strict else memory.index,
         robot.next_pose,
         graph_of(robot.robot, team.scenario.map),
         region_mask(known.region for known in walls),
@@ -79,7 +79,7 @@ def _forms(team: TeamState, robot: RobotState, draft: TaskDraft) -> Iterator[tup
         assigned=assigned,
     )
     for rung in found:
-        yield rung, Memory(rung.turn) if patrol else memory
+        yield rung, Memory(rung.turn) if strict else memory
 
 
 def wants_places(team: TeamState, robot: RobotState, draft: TaskDraft) -> bool:
@@ -126,7 +126,7 @@ def _walk(team: TeamState, robot: RobotState, objective: Objective, memory: Memo
     if not isinstance(objective, Ltl):
         turned = objective.turned(objective.begin(pose.region, memory.index), pose.region)
     targets = tuple(graph.poses_on(region_mask(target)) for target in targets_of(objective))
-    ticks, strict = robot.robot.model.timing.most, isinstance(objective, Patrol)
+    ticks, strict = robot.robot.model.timing.most, objective.strict
     return Walk(graph, targets, graph.everywhere, graph.number(pose), ticks, turned, strict=strict)
 
 

@@ -13,10 +13,9 @@ from safenav.runtime.coordination.synthesis_recorder import synthesis_record
 from safenav.runtime.navigation import Planner
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.scenario.model import Tracking
-from safenav.scenario.objective import Ltl
+from safenav.scenario.objective import Ltl, relaxed
 from safenav.spec.assignable import Switch
 from safenav.spec.assignable_regions import assignable_regions
-from safenav.spec.forms import alternating
 from safenav.spec.other_robots.belief import models
 from safenav.spec.task import Task
 from safenav.trace import records, vocabulary
@@ -63,7 +62,7 @@ class Strategies(Struct, frozen=True):
             and state.assignment.role is Role.OWN
             and found.task.memory.index != state.own.memory.index
         ):
-            state.own.other_way_round()
+            state.own.begin_with(found.task.memory.index)
         if state.planner is not None:
             state.planner.strategy.close()
         state.planner = planner
@@ -138,7 +137,7 @@ def outdated(team: TeamState, name: str, draft: TaskDraft) -> bool:
     if planner.node is None and state.transit is None and not state.arriving:
         return True  # others find their node when they have arrived
     old = planner.task
-    if alternating(old.objective) != alternating(draft.objective):
+    if relaxed(old.objective) != relaxed(draft.objective):
         return True
     known = {(k.region, k.item) for k in old.blocked}
     walls = team.knowledge.walls_for(state.robot, draft.must)
