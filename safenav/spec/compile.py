@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from safenav.scenario.objective import Ltl, Patrol, describe
+from safenav.scenario.objective import Ltl, describe
 from safenav.spec import assignable
 from safenav.spec.movement import heading_rules, stepping, walls
-from safenav.spec.objective import encode
+from safenav.spec.objective import encode, next_is
 from safenav.spec.other_robots.tracking import OthersEncoding, encode_others
 from safenav.spec.specification import (
     Constraint,
@@ -99,11 +99,7 @@ def _goal_places(task: Task) -> Iterator[Constraint]:
     origin = Origin(f"{task.item}.objective", "where a round is short", "rounds within N ticks")
     for index, places in enumerate(task.goal_places):
         assert not isinstance(objective, Ltl)
-        turn = ""
-        if isinstance(objective, Patrol):
-            turn = "!scout' & " if index == 0 else "scout' & "
-        elif objective.remembers:
-            turn = f"{objective.turn}' = {index} & "
+        turn = f"{next_is(objective, index)} & " if objective.remembers else ""
         for region in sorted(objective.listed()[index]):
             turning = task.robot.model.mobility is Mobility.HEADING
             for heading in Heading if turning else (None,):

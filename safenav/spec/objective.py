@@ -73,6 +73,13 @@ def _about_targets(
     return (), _settled(objective, item) if objective.settles else _recur(objective, item)
 
 
+def next_is(objective: TargetObjective, index: int) -> str:
+    """The condition that a target is next after a step, for an objective that remembers that."""
+    if isinstance(objective, Patrol):
+        return "scout'" if index else "!scout'"
+    return f"{objective.turn}' = {index}"
+
+
 def _patrol(patrol: Patrol, item: str, region: Region, memory: Memory) -> Iterator[Constraint]:
     first, second = one_of("region", patrol.first), one_of("region", patrol.second)
     first_next = one_of("region", patrol.first, "'")

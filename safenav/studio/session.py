@@ -20,6 +20,7 @@ from safenav.errors import UsageError
 from safenav.scenario.model import Catalogue
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.yaml.source import STDIN
+from safenav.studio.editing.drawing import objective_kinds
 from safenav.studio.run.live import StudioRun
 from safenav.studio.run.orders import RunOrder
 from safenav.studio.saving import SAVERS
@@ -137,7 +138,8 @@ class Studio:
     def _hello(self) -> dict[str, Any]:
         """Return the description of this studio."""
         kinds, models = obstacle_kinds(self._catalogue), robot_models(self._catalogue)
-        return {"is": "hello", "editor": False, "types": kinds, "models": models}
+        told = {"types": kinds, "models": models, "objectives": objective_kinds()}
+        return {"is": "hello", "editor": False, **told}
 
     def _ordered(self) -> RunOrder:
         """Return the run to start now. Raises InputError for a scenario that cannot be run."""

@@ -18,7 +18,7 @@ from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
 from msgspec import NODEFAULT, Struct
 
-from safenav.trace.objective import Objective
+from safenav.trace.objective import EXAMPLE, Objective
 from safenav.trace.vocabulary import Least, Pattern
 
 _SHOWN_CHARACTERS = 60
@@ -76,7 +76,7 @@ def _converter(annotation: Any) -> Converter:
     if origin is not None and issubclass(origin, Mapping):
         return _mapping(_converter(arguments[1]))
     if annotation is Objective:
-        return _leaf(Objective.of, 'an objective such as {"visit": [3, 5]}')
+        return _leaf(Objective.of, f"an objective such as {EXAMPLE}")
     if isinstance(annotation, type) and issubclass(annotation, StrEnum):
         return _leaf(_member_of(annotation), "one of " + ", ".join(annotation))
     if _is_struct(annotation):

@@ -7,14 +7,23 @@ from collections.abc import Mapping
 
 from msgspec import Struct
 
+ONE_TARGET = ("hold",)
+"""Kinds with a single target, so that a list is a set of regions."""
+TWO_TARGETS = ("patrol",)
+TARGETS = ("patrol", "visit", "cover")
+"""Kinds that are nothing without a list of targets."""
+EXAMPLE = '{"visit": [3, [5, 6]]}'
+"""An objective, for messages and the schema."""
+
 
 class Objective(Struct, frozen=True):
     """The objective of a robot.
 
     ``targets``: sets of regions of which any counts, in the objective's own order; none for
-    ``ltl`` and for kinds that this version does not know. ``body``: what stands behind the
+    ``ltl`` and for kinds that this version does not know. A list beside any other kind holds
+    targets, so that a new kind needs nothing here. ``body``: what stands behind the
     kind, as JSON in one spelling, so that equal objectives are equal data. ``literal``: no weaker
-    form of a patrol will do. ``avoid``: regions that the robot never enters; ``always``: formulas
+    form will do. ``avoid``: regions that the robot never enters; ``always``: formulas
     that each of its steps keeps.
     """
 
@@ -30,7 +39,7 @@ class Objective(Struct, frozen=True):
         """The objective in a JSON value; None if it is none."""
         if not isinstance(value, Mapping):
             return None
-        literal = "patrol" in value and value.get("form") == "literal"
+        literal = value.get("form") == "literal"
         rules = {"avoid", "always"} if len(value) > 1 + literal else set[str]()
         avoid, always = (value.get(key, []) if key in rules else [] for key in ("avoid", "always"))
         if not _all(avoid, int) or not _all(always, str):
@@ -40,9 +49,9 @@ class Objective(Struct, frozen=True):
             return None
         ((kind, body),) = rest
         targets: list[frozenset[int]] = []
-        if kind == "hold" or isinstance(body, list):
-            listed = [body] if kind == "hold" else body
-            if not listed or (kind == "patrol") > (len(listed) == 2):
+        if kind in ONE_TARGET or isinstance(body, list):
+            listed = [body] if kind in ONE_TARGET else body
+            if not listed or (kind in TWO_TARGETS) > (len(listed) == 2):
                 return None
             for item in listed:
                 regions = item if isinstance(item, list) else [item]
@@ -50,8 +59,8 @@ class Objective(Struct, frozen=True):
                     return None
                 targets.append(frozenset(regions))
             plain = [_plain(target) for target in targets]
-            body = plain[0] if kind == "hold" else plain
-        elif kind in ("patrol", "visit", "cover"):
+            body = plain[0] if kind in ONE_TARGET else plain
+        elif kind in TARGETS:
             return None
         try:
             spelled = json.dumps(body, sort_keys=True)

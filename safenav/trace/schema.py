@@ -12,7 +12,7 @@ from typing import Annotated, Any, Union, get_args, get_origin
 from msgspec import Struct
 
 from safenav.trace.fields import entries
-from safenav.trace.objective import Objective
+from safenav.trace.objective import EXAMPLE, Objective
 from safenav.trace.records import KINDS, VERSION, Header
 from safenav.trace.vocabulary import Least, Pattern
 
@@ -26,10 +26,14 @@ _PLAIN: dict[Any, Schema] = {
     object: {},
 }
 _OBJECTIVE: Schema = {
-    "description": 'An objective, such as {"visit": [3, [5, 6]]}.',
+    "description": f"An objective, such as {EXAMPLE}.",
     "type": "object",
     "minProperties": 1,
-    "maxProperties": 1,
+    "properties": {
+        "form": {"const": "literal"},
+        "avoid": {"type": "array", "items": {"type": "integer"}},
+        "always": {"type": "array", "items": {"type": "string"}},
+    },
 }
 
 

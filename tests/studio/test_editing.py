@@ -223,7 +223,7 @@ def test_the_form_of_a_patrol_stays_with_it() -> None:
     visit = edited(strict, {**told, "kind": "visit"})
     assert "{visit: [54, 14]}" in visit
     assert edited(strict, {"op": "set_form", "robot": "quad", "literal": False}) == DOOR
-    with pytest.raises(UsageError, match="only a patrol"):
+    with pytest.raises(UsageError, match="only patrol"):
         edited(visit, {"op": "set_form", "robot": "quad", "literal": True})
 
 

@@ -12,10 +12,10 @@ import click
 from safenav.outcome import Outcome
 from safenav.report.terminal.map import MapPicture, Marker, draw
 from safenav.scenario.model import Scenario
-from safenav.scenario.objective import describe, targets_of
+from safenav.scenario.objective import describe, station, targets_of
 from safenav.trace import records, vocabulary
 from safenav.trace.labels import labels
-from safenav.trace.wording import Wording, counted, seconds_words, synthesis_words
+from safenav.trace.wording import Wording, counted, objective_of, seconds_words, synthesis_words
 from safenav.world.map import Heading, Region
 
 Echo = Callable[[str], None]
@@ -182,7 +182,9 @@ class Story:
             self._charging.discard(event.robot)
             if event.reason is vocabulary.Reason.CHARGE:
                 words = self._wording.objective(event.objective)
-                if event.objective.data.get("hold") in self._scenario.chargers:
+                objective = objective_of(event.objective)
+                place = None if objective is None else station(objective)
+                if place is not None and place <= {*self._scenario.chargers}:
                     self._charging.add(event.robot)
                     words += ", to charge"
                 self._echo(f"             {self._name(event.robot)}: {words}")

@@ -8,10 +8,10 @@ from typing import Any
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 from safenav.errors import UsageError
-from safenav.scenario.objective import KINDS
+from safenav.scenario.objective import kinds_that
 
-OBJECTIVES = tuple(KINDS)
-LISTS = tuple(kind for kind, found in KINDS.items() if not found.one)
+OBJECTIVES = kinds_that()
+LISTS = kinds_that(lambda kind: not kind.one)
 
 
 class MapPlaces:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
+from itertools import chain
 from typing import Any
 
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 from safenav.errors import UsageError
-from safenav.scenario.reading.objective import RULES, WITHIN
+from safenav.scenario.objective import KINDS, STAYING, one_of
+from safenav.scenario.reading.objective import FORM, RULES, STRICT, TIMED, WITHIN
 from safenav.studio.editing.places import OBJECTIVES, MapPlaces, any_of, obstacle_types
 from safenav.studio.editing.round_trip import Operation, put
 
@@ -32,9 +34,9 @@ def add_robot(data: Any, told: Operation) -> None:
     robot = CommentedMap({"model": told["model"], "start": start})
     if told.get("heading"):
         robot["heading"] = told["heading"]
-    hold = CommentedMap({"hold": places.written(told["region"], like)})
-    hold.fa.set_flow_style()
-    robot["objective"] = hold
+    stays = CommentedMap({STAYING.kind: places.written(told["region"], like)})
+    stays.fa.set_flow_style()
+    robot["objective"] = stays
     robot.fa.set_flow_style()
     robots[name] = robot
 
@@ -44,9 +46,9 @@ def move_robot(data: Any, told: Operation) -> None:
     before = places.read(robot.get("start"))
     robot["start"] = places.written(told["region"], robot.get("start"))
     objective = robot.get("objective")
-    held = objective.get("hold") if isinstance(objective, dict) else None
+    held = objective.get(STAYING.kind) if isinstance(objective, dict) else None
     if held is not None and places.read(held) == before:  # it held where it stood
-        objective["hold"] = places.written(told["region"], held)
+        objective[STAYING.kind] = places.written(told["region"], held)
 
 
 def set_heading(data: Any, told: Operation) -> None:
@@ -74,13 +76,15 @@ def set_objective(data: Any, told: Operation) -> None:
     like: Any = robot.get("start", [])
     written = [_target(target, places, like) for target in regions]
     value: Any = written[0]
-    if kind != "hold":
+    if not KINDS[kind].one:
         value = CommentedSeq(written)
         value.fa.set_flow_style()
     before = robot.get("objective")
-    beside = {"patrol": ("form", WITHIN, *RULES), "visit": (WITHIN, *RULES)}.get(kind, RULES)
+    beside = ((FORM,) * (kind in STRICT), (WITHIN,) * (kind in TIMED), RULES)
     kept = before if isinstance(before, dict) else {}
-    objective = CommentedMap({kind: value} | {key: kept[key] for key in beside if key in kept})
+    objective = CommentedMap(
+        {kind: value} | {key: kept[key] for key in chain(*beside) if key in kept}
+    )
     objective.fa.set_flow_style()
     robot["objective"] = objective
 
@@ -95,14 +99,14 @@ def _target(target: Any, places: MapPlaces, like: Any) -> Any:
 
 
 def set_form(data: Any, told: Operation) -> None:
-    """Whether a patrol is to be ``literal``."""
+    """Whether a strict objective is to be ``literal``."""
     objective = _robot(data, told).get("objective")
-    if not isinstance(objective, dict) or "patrol" not in objective:
-        raise UsageError("only a patrol has other forms")
+    if not isinstance(objective, dict) or objective.keys().isdisjoint(STRICT):
+        raise UsageError(f"only {one_of(STRICT)} has a literal form")
     if told["literal"]:
-        objective["form"] = "literal"
+        objective[FORM] = "literal"
     else:
-        objective.pop("form", None)
+        objective.pop(FORM, None)
 
 
 def rename_robot(data: Any, told: Operation) -> None:

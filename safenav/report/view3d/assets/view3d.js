@@ -1,4 +1,4 @@
-/* sources b74a7703c885da4b1f8c5f5f5b0c116c45205137b2a1191c90b657fd860995f8 */
+/* sources 50e3f3a972ce944fbef70157211195b2913e7512404ed140e8c711a36691ca2c */
 /* Contains Preact:
 The MIT License (MIT)
 

@@ -22,6 +22,20 @@ export interface RobotModel {
   heading: boolean;
 }
 
+/** A kind of objective about targets: how many it takes (`most` null: any number), and its words. */
+export interface ObjectiveKind {
+  kind: string;
+  label: string;
+  meaning: string;
+  drawing: string;
+  least: number;
+  most: number | null;
+  /** Its target is written as it is, not in a list. */
+  one: boolean;
+  /** It has a literal form, and a weaker one. */
+  strict: boolean;
+}
+
 /** What the next click on the map does. */
 export type Tool =
   | { does: "look" }
@@ -228,12 +242,14 @@ function Newcomer({ run, models, off, choose }: Pick<WorldProps, "run" | "models
   );
 }
 
+type ToolLineProps = Pick<WorldProps, "run" | "tool" | "choose" | "say" | "over"> & { objectives: ObjectiveKind[] };
+
 /** One line above the map: what a click does; the regions of an objective, and its kind. */
-export function ToolLine({ run, tool, choose, say, over }: Pick<WorldProps, "run" | "tool" | "choose" | "say" | "over">) {
+export function ToolLine({ run, tool, choose, say, over, objectives }: ToolLineProps) {
   return (
     <div class="tool-line" aria-live="polite">
       {tool.does === "send" && !over ? (
-        <Sending run={run} tool={tool} choose={choose} say={say} />
+        <Sending run={run} tool={tool} choose={choose} say={say} objectives={objectives} />
       ) : (
         <p class="quiet">{over ? `${OVER}.` : hintOf(tool)}</p>
       )}
@@ -246,11 +262,17 @@ export function ToolLine({ run, tool, choose, say, over }: Pick<WorldProps, "run
   );
 }
 
+/** Why a kind of objective cannot have this number of regions. */
+function wrongCount({ least, most }: ObjectiveKind, count: number): string | false {
+  if (most === 1) return count !== 1 && "click exactly one region";
+  if (most === null) return count < Math.max(2, least) && `click ${least > 2 ? least : "two"} regions or more`;
+  return (count < least || count > most) && `click exactly ${most === 2 ? "two" : most} regions`;
+}
+
 /** The regions clicked so far, and what to make of them. */
-function Sending({ run, tool, choose, say }: Pick<WorldProps, "run" | "choose" | "say"> & { tool: Tool & { does: "send" } }) {
+function Sending({ run, tool, choose, say, objectives }: Omit<ToolLineProps, "tool" | "over"> & { tool: Tool & { does: "send" } }) {
   const { robot, joins } = tool;
   const [start, regions] = joins ? [tool.regions[0], tool.regions.slice(1)] : [undefined, tool.regions];
-  const several = regions.length < 2 && "click two regions or more";
   const send = (objective: object): void => {
     if (!joins) say("change", { kind: "objective", robot, objective });
     else {
@@ -266,15 +288,15 @@ function Sending({ run, tool, choose, say }: Pick<WorldProps, "run" | "choose" |
       <p>
         <b>{robot}</b>: {regions.length === 0 ? next : from + regions.map((r) => label(run, r)).join(", ")}
       </p>
-      <button type="button" {...unless(regions.length !== 1 && "click exactly one region to hold", () => send({ hold: regions[0] }))}>
-        Hold
-      </button>
-      <button type="button" {...unless(several, () => send({ visit: regions }), "all of them, in this order")}>
-        Visit
-      </button>
-      <button type="button" {...unless(several, () => send({ cover: regions }), "all of them, in any order")}>
-        Cover
-      </button>
+      {objectives.map((kind) => (
+        <button
+          type="button"
+          key={kind.kind}
+          {...unless(wrongCount(kind, regions.length), () => send({ [kind.kind]: kind.one ? regions[0] : regions }), kind.meaning)}
+        >
+          {kind.label}
+        </button>
+      ))}
     </>
   );
 }

@@ -211,9 +211,9 @@ function hintOf(pen: Pen, drawing: Drawing): string {
       return `Click a free region: a hidden ${pen.type} closes it.`;
     case "objective": {
       const { robot, kind, targets } = pen;
-      if (kind === "hold") return `${robot} holds one region: click it.`;
-      if (kind === "patrol") return `${robot} patrols between two regions: click the ${targets.length === 0 ? "first" : "second"}.`;
-      return `${robot} ${kind === "cover" ? "covers regions in any order" : "visits regions in order"}${kind === "once" ? ", once" : ""}: click them${targets.length > 0 ? `, ${targets.length} so far` : ""}.`;
+      const some = `click them${targets.length > 0 ? `, ${targets.length} so far` : ""}`;
+      const next = kind.most === 1 ? "click it" : kind.most === 2 ? `click the ${targets.length === 0 ? "first" : "second"}` : some;
+      return `${robot} ${kind.drawing}: ${next}.`;
     }
     default:
       return drawing.robots.length === 0

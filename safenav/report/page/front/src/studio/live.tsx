@@ -3,7 +3,7 @@
 import type { ComponentChildren } from "preact";
 import { useLayoutEffect, useMemo, useState } from "preact/hooks";
 import { App } from "../app";
-import { outOfService, ToolLine, useWorldHand, World, type ObstacleKind, type RobotModel, type Tool } from "../live/changes";
+import { outOfService, ToolLine, useWorldHand, World, type ObjectiveKind, type ObstacleKind, type RobotModel, type Tool } from "../live/changes";
 import { LiveControls } from "../live/controls";
 import type { LivePlayer } from "../live/player";
 import type { Wire } from "../live/wire";
@@ -18,6 +18,7 @@ interface LiveViewProps {
   wire: Wire;
   types: ObstacleKind[];
   models: RobotModel[];
+  objectives: ObjectiveKind[];
   /** A program drives the run: pages only look. */
   watches?: boolean;
   bar?: ComponentChildren;
@@ -32,7 +33,7 @@ const KEYS: Keys = [
   ["Esc", "cancel a change; close a menu"],
 ];
 
-export function LiveView({ run, player, wire, types, models, watches, bar, saving }: LiveViewProps) {
+export function LiveView({ run, player, wire, types, models, objectives, watches, bar, saving }: LiveViewProps) {
   const [tool, choose] = useState<Tool>({ does: "look" });
   const { cols, rows } = run ?? { cols: 0, rows: 0 };
   const stage = useMemo(() => flatStage({ cols, rows }), [cols, rows]);
@@ -63,7 +64,7 @@ export function LiveView({ run, player, wire, types, models, watches, bar, savin
             {saving || <Saving />}
           </>
         ),
-        above: !watches && <ToolLine run={run} tool={tool} choose={choose} say={wire.say} over={over} />,
+        above: !watches && <ToolLine run={run} tool={tool} choose={choose} say={wire.say} over={over} objectives={objectives} />,
         beside: !watches && (
           <World
             run={run}

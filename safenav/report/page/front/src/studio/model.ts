@@ -1,5 +1,6 @@
 /** Messages of the studio about the scenario being drawn. */
 
+import type { ObjectiveKind } from "../live/changes";
 import type { Run } from "../run/run";
 
 export interface DrawnRobot {
@@ -48,6 +49,7 @@ export interface Problem {
 }
 
 export interface Palette {
+  objectives: ObjectiveKind[];
   robots: { name: string; shape: string; turns: boolean; layer: string; can: string[] }[];
   obstacles: { name: string; shape: string; action: string; truth: boolean }[];
 }
@@ -91,7 +93,7 @@ export type Pen =
   | { does: "name" }
   /** Draws `area`, from `corner` if that was clicked. */
   | { does: "area"; area: string | null; corner: number | null }
-  | { does: "objective"; robot: string; kind: string; targets: Target[] };
+  | { does: "objective"; robot: string; kind: ObjectiveKind; targets: Target[] };
 
 /** A region, several of which any counts, or the name of an area. */
 export type Target = number | number[] | string;

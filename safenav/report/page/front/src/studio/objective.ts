@@ -6,10 +6,9 @@ import type { DrawnRobot, Pen, Target } from "./model";
 /** Takes one more target; the objective is set as soon as it is whole. */
 export function choose(pen: Pen & { does: "objective" }, target: Target, setPen: (pen: Pen) => void, say: Say): void {
   const targets = [...pen.targets, target];
-  const most = pen.kind === "hold" ? 1 : pen.kind === "patrol" ? 2 : Infinity;
-  const whole = pen.kind !== "patrol" || targets.length >= 2;
-  if (whole) say("edit", { op: "set_objective", robot: pen.robot, kind: pen.kind, regions: targets });
-  setPen(targets.length >= most ? { does: "select" } : { ...pen, targets });
+  const { kind, least, most } = pen.kind;
+  if (targets.length >= least) say("edit", { op: "set_objective", robot: pen.robot, kind, regions: targets });
+  setPen(targets.length >= (most ?? Infinity) ? { does: "select" } : { ...pen, targets });
 }
 
 /** The targets of a robot as an edit writes them. */

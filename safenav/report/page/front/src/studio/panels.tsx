@@ -127,14 +127,6 @@ function Settings({ drawing, say }: { drawing: Drawing; say: Say }) {
   );
 }
 
-const KINDS: [kind: string, words: string, meaning: string][] = [
-  ["patrol", "Patrol", "back and forth between two regions"],
-  ["visit", "Visit", "all of its targets, in order"],
-  ["cover", "Cover", "all of its targets, in any order"],
-  ["hold", "Hold", "go to a region and stay there"],
-  ["once", "Once", "each target once, in order, then stay at the last"],
-];
-
 export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verdict }: Drawn & { verdict: Verdict | null }) {
   const edit = (op: string, data: object): void => say("edit", { op, ...data });
   if (chosen && "robot" in chosen) {
@@ -194,15 +186,15 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
           {robot.kind ?? "none"} {robot.targets.map((target, i) => robot.areas[i] ?? target.map(called).join(" or ")).join(", ")}
         </p>
         <div class="pens">
-          {KINDS.map(([kind, words, meaning]) => (
+          {doc.palette.objectives.map((kind) => (
             <button
               type="button"
-              key={kind}
-              title={meaning}
-              aria-pressed={drawingObjective && pen.kind === kind}
+              key={kind.kind}
+              title={kind.meaning}
+              aria-pressed={drawingObjective && pen.kind.kind === kind.kind}
               onClick={() => setPen({ does: "objective", robot: robot.name, kind, targets: [] })}
             >
-              {words}
+              {kind.label}
             </button>
           ))}
         </div>
@@ -213,7 +205,7 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
                 type="button"
                 key={area}
                 {...unless(
-                  !drawingObjective && "choose Patrol, Visit, Cover or Hold first: then this area can be a target",
+                  !drawingObjective && "choose a kind of objective first: then this area can be a target",
                   () => drawingObjective && chooseTarget(pen, area, setPen, say),
                 )}
               >
@@ -222,7 +214,7 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
             ))}
           </div>
         )}
-        {robot.kind === "patrol" && (
+        {doc.palette.objectives.some(({ kind, strict }) => strict && kind === robot.kind) && (
           <label class="check" title="The paper's formula: no target is crossed out of turn. Otherwise a weaker form is accepted.">
             <input
               type="checkbox"

@@ -11,7 +11,7 @@ import { packedIn } from "./links";
 import { LiveView } from "./live";
 import { useClosingMenus } from "./menus";
 import type { Doc, Verdict } from "./model";
-import type { ObstacleKind, RobotModel } from "../live/changes";
+import type { ObjectiveKind, ObstacleKind, RobotModel } from "../live/changes";
 import { onNotice } from "../panels/notice";
 
 interface Hello {
@@ -20,6 +20,7 @@ interface Hello {
   watches?: boolean;
   types: ObstacleKind[];
   models: RobotModel[];
+  objectives: ObjectiveKind[];
   templates: Record<string, string>;
   folder: string;
 }
@@ -97,6 +98,7 @@ export function Studio() {
           wire={wire}
           types={hello.types}
           models={hello.models}
+          objectives={hello.objectives}
           watches={hello.watches ?? false}
           saving={doc && <SaveMenu doc={doc} ran={run !== null} say={wire.say} ask={ask} />}
           bar={
