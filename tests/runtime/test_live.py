@@ -408,6 +408,19 @@ def test_robots_act_where_they_start_before_they_leave(
         assert "missed-resolution" in {f.rule for f in check_trace(map(json.dumps, run())).findings}
 
 
+@pytest.mark.parametrize("place", ["[1, 5]", "[2, 5]", "[1, 6]"])
+def test_blocking_calls_resolve_what_the_simulation_does(place: str) -> None:
+    """Where a robot starts, by its first step, or later: in the same ticks."""
+    suspect = SUSPECT.replace("[1, 5]", place)
+    scenario = load_scenario_text(STARTS % suspect)
+    resolved = []
+    for world in (SimulatedWorld(scenario), Calls(scenario)):
+        told: list[dict[str, Any]] = []
+        Mission(scenario, world=world, listeners=[lambda r: told.append(as_data(r))]).run()  # noqa: B023
+        resolved.append([(line["tick"], line["at"]) for line in of(told, "resolved")])
+    assert resolved[0] == resolved[1] != []
+
+
 @pytest.mark.parametrize(
     ("first", "told"),
     [
