@@ -27,6 +27,7 @@ def impossible(
     group = {name: {*now.group.get(name, ())} for name in open_}
     done = {name: set() if now.need(name).together else {*now.done[name]} for name in open_}
     since, last = dict.fromkeys(open_, first), first
+    unloaded = dict.fromkeys(bound.names, first)
 
     def is_full(robot: str) -> bool:
         most, count = now.header.robots[robot].carries, 0
@@ -61,6 +62,8 @@ def impossible(
                 return
             turns.append(came[robot] * count + own)
         there = max(since[act.obstacle], *turns)
+        if _takes(obstacle, act.need):
+            there = max(there, *(unloaded[robot] for robot in act.robots))
         mine = [there + (bound.names.index(robot) - there) % count for robot in act.robots]
         turn = min(mine)
         if not need.together:
@@ -72,7 +75,7 @@ def impossible(
         if turn // count != act.at or turn < there or turn < last or gone:
             yield f"{act.obstacle} is not reached in tick {act.at} and in this order"
             return
-        last = turn
+        last, full = turn, {robot for robot in bound.names if is_full(robot)}
         for robot, tick in came.items():
             seeds[robot] = {tuple(act.robots[robot]): max(bound.sets_out(robot, turn), tick)}
         done[act.obstacle] |= {*act.robots}
@@ -81,6 +84,7 @@ def impossible(
             group[act.obstacle] = {*act.robots} if need.together else done[act.obstacle]
             stage[act.obstacle] += 1
             done[act.obstacle], since[act.obstacle] = set(), turn
+        unloaded |= {robot: turn for robot in full if not is_full(robot)}
 
 
 def _leaves(robot: str, place: Iterable[object], now: Situation) -> bool:

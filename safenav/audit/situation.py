@@ -171,6 +171,10 @@ class Situation:
         """Live: the robots that wait for a strategy."""
         self.ended: dict[str, Line] = {}
         """Live: the end of each robot's step that its next move shows."""
+        self.acts: tuple[Line, ...] = ()
+        """Who acts where next, by the last line of that kind; ``has_plan``: a joint plan is in
+        force instead."""
+        self.has_plan = False
         self.outcome: Line | None = None
         self.turn = Turn(0, None, self.header_line, dict(self.objectives))
 
@@ -371,6 +375,10 @@ class Situation:
                 self.barred |= {(record.robot, one) for one in record.barred or ()}
                 if record.results or not record.reason:  # else it has failed
                     self._perform(record.robot, record.results, acted)
+            case "acts":
+                self.acts = record.acts
+            case "plan" | "plan_end":
+                self.has_plan = record.type == "plan"
             case "reopened":
                 self.status[record.obstacle] = Status.UNRESOLVED
                 self.requests[record.obstacle] = self.given_up.pop(record.obstacle, {})
@@ -531,8 +539,49 @@ class Situation:
         able = self.capable(obstacle) - self.under_way.keys()
         there = {robot for robot in able if self.region[robot] in regions}
         if self.takes(obstacle):
-            there = {n for n in there if n in self.carriers(obstacle) or not self.is_full(n)}
+            there = {
+                n for n in there if n in self.carriers(obstacle) or self._may_take(n, obstacle)
+            }
         return there
+
+    def _may_take(self, robot: str, obstacle: str) -> bool:
+        """Return whether a robot has room for a load that is not left to others: while acts are in
+        force and no joint plan is, the robots of its act take it, or, if it has none, those
+        without an act."""
+        acts = self._acts_to_come()
+        if self.is_full(robot) or not acts:
+            return not self.is_full(robot)
+        next_ = obstacle, self.stage[obstacle]
+        groups = [act.robots for act in acts if (act.obstacle, act.need) == next_]
+        if groups:
+            return any(robot in group for group in groups)
+        return all(robot not in act.robots for act in acts)
+
+    def has_act(self, robot: str) -> bool:
+        """Return whether acts that are due say where a robot acts next."""
+        return any(robot in act.robots for act in self._acts_to_come())
+
+    def _acts_to_come(self) -> list[Line]:
+        return [
+            act
+            for act in (() if self.has_plan else self.acts)
+            if self.status[act.obstacle] is Status.UNRESOLVED
+            and self.stage[act.obstacle] <= act.need
+        ]
+
+    def _is_next(self, robot: str, obstacle: str) -> bool:
+        """Return whether a robot's acts let it have its part in a load now: none of those before
+        it is done elsewhere."""
+        mine = [act for act in self._acts_to_come() if robot in act.robots]
+        if not mine:
+            return True
+        for act in mine:
+            need = self.obstacles[act.obstacle].all_needs[act.need]
+            if self.region[robot] not in need.regions:
+                return False
+            if act.obstacle == obstacle:
+                return True
+        return False
 
     def _asks_for(self, robot: str) -> None:
         """Note that a robot whose charge is used up asks for the obstacle that appeared there."""
@@ -568,7 +617,8 @@ class Situation:
         for name in sorted(filter(self.takes, found), key=self._order):
             # Whether robots take a load as a whole is their choice, which the line ``met`` tells.
             whole = self.need(name).robots == 1 or self.need(name).together
-            if not whole and name in self.requests and (act is None or name in act.obstacles):
+            asked = self._is_next(robot, name) if act is None else name in act.obstacles
+            if not whole and name in self.requests and asked:
                 self._perform_at(robot, name)
 
     def takers(self, robot: str, obstacle: str) -> frozenset[str] | None:

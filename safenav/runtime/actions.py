@@ -13,6 +13,7 @@ from safenav.runtime.coordination.events import (
     ObstaclesResolved,
     Unsettled,
 )
+from safenav.runtime.deadlines.choice import InTime
 from safenav.runtime.move_recorder import MoveRecorder
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.worlds.commands import Commands
@@ -25,12 +26,13 @@ from safenav.trace.vocabulary import ActResult, HoldReason, PlanEndReason
 
 class Actions(Struct):
     """Carries out actions in a world. ``leave_plan`` ends the joint plan, as a decision follows;
-    ``stand_still`` is the turn of a robot that stays."""
+    ``planned``: whether there is one; ``stand_still`` is the turn of a robot that stays."""
 
     state: TeamState
     world: Commands
     tell: MoveRecorder
     leave_plan: Callable[[PlanEndReason], Iterator[Event]]
+    planned: Callable[[], bool]
     stand_still: Callable[[RobotState, HoldReason], Iterator[Event]]
 
     def act(self, robot: RobotState) -> Iterator[Event]:
@@ -47,7 +49,10 @@ class Actions(Struct):
         does: where it starts, or on what it could not act on when it came."""
         if not robot.active or not robot.robot.capabilities:
             return False
-        reach = self.world.within_reach(robot.robot, self.state.cleared(robot.robot))
+        chosen = self._chosen()
+        if chosen is not None and chosen.has_act(self.state.last_settled.floor, robot.name):
+            return False  # it keeps to its acts, and may leave without others
+        reach = self.world.within_reach(robot.robot, self._cleared(robot))
         if reach is not None:
             return reach
         if not robot.asked and not self._must_not_sweep(robot):
@@ -59,7 +64,8 @@ class Actions(Struct):
         return any(obstacle not in robot.acts_on for obstacle in self._within_reach(robot)[0])
 
     def _done_by(self, robot: RobotState) -> Acted:
-        event = self.world.act(robot.robot, robot.pose, self.state.cleared(robot.robot))
+        self.world.leave_to(self._takers())
+        event = self.world.act(robot.robot, robot.pose, self._cleared(robot))
         assert event is not None, "actions take no time in lockstep"
         return event
 
@@ -122,7 +128,7 @@ class Actions(Struct):
     def _must_not_sweep(self, robot: RobotState) -> list[str]:
         """The obstacles that a robot would resolve where it stands, but for other robots where
         they sweep."""
-        knowledge, clear = self.state.knowledge, self.state.cleared(robot.robot)
+        knowledge, clear = self.state.knowledge, self._cleared(robot)
         reach = knowledge.within_reach(robot.robot, self.state.regions(), knowledge.pending)
         swept = [o for o, _ in reach if o.swept(self.state.scenario.map)]
         return [obstacle.name for obstacle in swept if obstacle not in clear]
@@ -133,9 +139,9 @@ class Actions(Struct):
         """Take in what an action has resolved, and which other needs were met by it (``only``: of
         these obstacles)."""
         state = self.state
-        cleared = robot.acts_on if state.live else state.cleared(robot.robot)
-        names = [obstacle.name for obstacle in cleared]
-        further, met = state.knowledge.perform(robot.robot, state.regions(), names, only)
+        cleared = robot.acts_on if state.live else self._cleared(robot)
+        names, takers = [obstacle.name for obstacle in cleared], self._takers()
+        further, met = state.knowledge.perform(robot.robot, state.regions(), names, only, takers)
         resolved = []
         for obstacle, result in event.found:
             state.introduce(obstacle)
@@ -154,6 +160,18 @@ class Actions(Struct):
         elif further:
             yield from self.leave_plan(PlanEndReason.CHANGED)
             yield Unsettled(vocabulary.Reason.REQUEST)
+
+    def _cleared(self, robot: RobotState) -> list[Obstacle]:
+        return self.state.cleared(robot.robot, self._chosen())
+
+    def _takers(self) -> dict[str, frozenset[str]]:
+        chosen = self._chosen()
+        return {} if chosen is None else chosen.takers(self.state.last_settled.floor)
+
+    def _chosen(self) -> InTime | None:
+        """The acts that robots keep to: on a joint plan they take what they pass."""
+        settled = self.state.settled
+        return None if settled is None or self.planned() else settled.in_time
 
     def _answered(self, event: Acted | None, obstacles: Sequence[Obstacle]) -> Acted | None:
         """The results of an action; one on an obstacle for the last need of which nothing is

@@ -23,6 +23,9 @@ UNTRAVERSABLE = "found to be untraversable"
 PERMANENT = "an operator says that it stays"
 
 
+NO_TAKERS: Mapping[str, Collection[str]] = {}
+
+
 class NeedMet(Struct, frozen=True):
     """One of several needs of an obstacle was met by ``group``."""
 
@@ -113,10 +116,12 @@ class Knowledge:
         regions: Mapping[str, Region],
         cleared: Collection[str] = (),
         only: Collection[str] | None = None,
+        takers: Mapping[str, Collection[str]] = NO_TAKERS,
     ) -> tuple[bool, tuple[NeedMet, ...]]:
         """Take note of what a robot does where it stands: whether that brought a pending
         obstacle nearer to its resolution without resolving it, and which needs are met by it.
-        ``only``: the obstacles by name on which it acts (None: all that it can act on)."""
+        ``only``: the obstacles by name on which it acts (None: all that it can act on);
+        ``takers``: of some loads the only robots that take them."""
         before = {name: (work.need, work.done) for name, work in self.pending.items()}
         unmet = self._unmet.among(only)
         works = [*self._known.among(only).open.values(), *unmet.open.values()]
@@ -125,6 +130,7 @@ class Knowledge:
         for work in finished:
             del self._unmet.open[work.obstacle.name]
         known = self._known.among(only)
+        known.takers = takers
         known.perform(robot, regions, cleared)  # whether it is resolved, the world says
         self._finished = {work.obstacle.name: work for work in finished}
         further = any(

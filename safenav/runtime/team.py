@@ -13,7 +13,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.runtime.beliefs import Beliefs
-from safenav.runtime.deadlines.choice import Dues
+from safenav.runtime.deadlines.choice import Dues, InTime
 from safenav.runtime.duties.reasons import Shortfall
 from safenav.runtime.duties.requests import Requests
 from safenav.runtime.duties.settlement import Settled
@@ -305,12 +305,17 @@ class TeamState(Struct):
         others = (state for name, state in self.robots.items() if name != robot.name)
         return not sweeps or all(sweeps.isdisjoint(other.occupied) for other in others)
 
-    def cleared(self, robot: Robot) -> list[Obstacle]:
+    def cleared(self, robot: Robot, chosen: InTime | None = None) -> list[Obstacle]:
         """The known obstacles that sweep regions or are loads to be taken, and that a robot may
         act on now: no other robot is where they sweep, and a robot that is sent for a load keeps
-        room for it."""
+        room for it. ``chosen``: the acts that it keeps to."""
         pending = self.knowledge.pending.values()
         loads = self.knowledge.to_take(robot, *self._sent_for(robot))
+        if chosen is not None:
+            floor, here = self.last_settled.floor, self.robots[robot.name].pose.region
+            mine = chosen.next_at(floor, robot.name, here)
+            if mine is not None:
+                loads = [work.obstacle for work in pending if work.obstacle.name in mine]
         return [
             work.obstacle
             for work in pending

@@ -60,7 +60,12 @@ class Turns(Struct, dict=True):
         self.sightings = BeliefRecorder(self.state)
         self.tell = MoveRecorder(self.state, self.sightings)
         leave_plan = partial(self.leave_plan, settling=True)
-        self.actions = Actions(self.state, self.world, self.tell, leave_plan, self._stand_still)
+        self.actions = Actions(
+            self.state, self.world, self.tell, leave_plan, self._planned, self._stand_still
+        )
+
+    def _planned(self) -> bool:
+        return self.traffic.active
 
     def step(self, robot: RobotState) -> Iterator[Event]:
         """One turn: its events as they happen, each to be settled before the turn continues."""

@@ -166,8 +166,9 @@ class NeedRule(LineRule):
 class MissedResolutionRule(Rule):
     """Robots that have the action which an obstacle needs next, and stand after a turn where it is
     performed, as many as it takes, have met the need, whether or not a request was made (D 5.2);
-    they act on it before they depart. Where two could be resolved and the first ended the
-    run, the second is not missed; where the world is not simulated, actions may fail."""
+    they act on it before they depart, but for robots that keep to their acts. Where two could be
+    resolved and the first ended the run, the second is not missed; where the world is not
+    simulated, actions may fail."""
 
     name = "missed-resolution"
 
@@ -179,7 +180,7 @@ class MissedResolutionRule(Rule):
             self._tried |= {(record.robot, name) for name in record.results}
         elif record.type == "arrive":
             self._tried = {tried for tried in self._tried if tried[0] != record.robot}
-        elif _departs(record, now) and not now.external:
+        elif _departs(record, now) and not now.external and not now.has_act(record.robot):
             for name in now.obstacles:
                 if (record.robot, name) not in self._tried and _could_act(record.robot, name, now):
                     problem = f"{record.robot} departs without acting on {name}, as it could"

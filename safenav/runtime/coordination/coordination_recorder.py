@@ -75,6 +75,8 @@ def acts(team: TeamState, settled: Settled) -> Iterator[records.Record]:
     """The line of the acts that were chosen since something is due."""
     floor, chosen = settled.floor, settled.in_time
     if chosen is None or not (chosen.acts or chosen.beyond or chosen.spent):
+        if _has_acts_to_come(team.settled, floor):
+            yield records.Acts(team.tick, (), ())  # the robots no longer keep to them
         return
     told = []
     for act in chosen.acts:
@@ -91,6 +93,13 @@ def acts(team: TeamState, settled: Settled) -> Iterator[records.Record]:
         if duty.around
     }
     yield records.Acts(team.tick, tuple(told), beyond, chosen.spent or None, around or None)
+
+
+def _has_acts_to_come(settled: Settled | None, floor: Floor) -> bool:
+    """Whether there were acts on obstacles that are still open."""
+    if settled is None or settled.in_time is None:
+        return False
+    return any(settled.floor.gates[a.gate] in floor.gates for a in settled.in_time.acts)
 
 
 def stack(

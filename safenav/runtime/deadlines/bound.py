@@ -20,7 +20,8 @@ class BoundRobot(Struct, frozen=True, eq=False):
     """A robot at a moment: in ``pose`` from the end of tick ``ready`` on; ``ticks``: of its fastest
     step. ``walls``: the poses that are closed to it permanently. ``leaves``: in transit, where it
     set out; it acts there until it arrives, in tick ``until`` at the latest.
-    ``room``: the most loads that it can carry, which bounds ignore."""
+    ``room``: the most loads that it can carry, which bounds ignore; ``unloaded``: the turn to come
+    in which it puts one down, having had no room before."""
 
     graph: PoseGraph
     pose: int
@@ -31,6 +32,7 @@ class BoundRobot(Struct, frozen=True, eq=False):
     leaves: int | None = None
     until: int = 0
     room: int = 1
+    unloaded: int = 0
 
 
 class BoundNeed(Struct, frozen=True):

@@ -13,6 +13,7 @@ from safenav.runtime.deadlines.bound import NEVER, BoundMoment, BoundNeed, Bound
 from safenav.runtime.deadlines.schedule import Acts, Scheduler, possible
 from safenav.runtime.resolution.problem import Floor, SpentError, Stages
 from safenav.runtime.resolution.solve import Plan, Solver, Step
+from safenav.world.map import Region
 from safenav.world.poses import Mask
 
 
@@ -43,6 +44,38 @@ class InTime(Struct, frozen=True):
     spent: bool = False
     ends: Mapping[int, int] = field(default_factory=dict)
     around: bool = False
+
+    def takers(self, floor: Floor) -> dict[str, frozenset[str]]:
+        """Robots that may take each load that is to be taken next: those of its act; of a load
+        without an act, those that have none."""
+        if not self.acts:
+            return {}
+        found, idle = dict[str, frozenset[str]](), frozenset(floor.names)
+        idle -= {floor.names[robot] for act in self.acts for robot in act.group}
+        for gate, name in enumerate(floor.gates):
+            if floor.problem.resolved(gate, floor.stages) or not floor.problem.takes(
+                gate, floor.stages
+            ):
+                continue
+            need = floor.stages[gate].need
+            groups = [a.group for a in self.acts if (a.gate, a.need) == (gate, need)]
+            members = frozenset(floor.names[robot] for group in groups for robot in group)
+            found[name] = members or idle
+        return found
+
+    def has_act(self, floor: Floor, robot: str) -> bool:
+        return any(floor.index(robot) in act.group for act in self.acts)
+
+    def next_at(self, floor: Floor, robot: str, region: Region) -> list[str] | None:
+        """The obstacles on which a robot acts next in its region, before it acts elsewhere; None if
+        it has no act."""
+        mine = [act for act in self.acts if floor.index(robot) in act.group]
+        found: list[str] = []
+        for act in mine:
+            if not floor.problem.gates[act.gate].needs[act.need].regions >> region & 1:
+                break
+            found.append(floor.gates[act.gate])
+        return found if mine else None
 
 
 def choose(solver: Solver, floor: Floor, served: frozenset[int], dues: Dues) -> InTime:

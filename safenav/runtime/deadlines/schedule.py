@@ -3,7 +3,7 @@
 A search over acts in the order of their turns; between two acts each robot takes the fastest path.
 Whatever a node leads to, no obstacle opens before its lower bound (``bound``): nodes beyond a due
 turn are left out. Resolving more never delays anything, so a robot may act or not where it passes;
-where the ``same`` robots must meet two needs the times are lower bounds.
+loads it takes only as the acts say (docs/scenario.md, Loads).
 """
 
 from __future__ import annotations
@@ -99,8 +99,7 @@ class Scheduler(Struct, eq=False):
         if any(times[gate][-1] > turn for gate, turn in due.items()):
             return None
         last = done[-1].turn if done else moment.now
-        forced = self._forced(moment)
-        options = [act for act in self._acts(moment) if last <= act.turn <= forced]
+        options = [act for act in self._acts(moment) if last <= act.turn]
         options.sort(key=lambda act: (due.get(act.gate, NEVER), act.turn, act.group))
         for act in options:
             if act.turn > due.get(act.gate, NEVER - 1) or not self.allowed((*done, act)):
@@ -117,13 +116,16 @@ class Scheduler(Struct, eq=False):
         for gate, one in enumerate(moment.opens):
             if one.over:
                 continue
-            part, since = one.parts[one.stage], _since(moment, gate)
+            part, next_ = one.parts[one.stage], _since(moment, gate)
             spots: dict[int, list[Spot]] = {}
             for robot in self._able(moment, gate):
                 walker = moment.walkers[robot]
                 goal, n = walker.graph.poses_on(part.regions), moment.count
+                since = max(next_, walker.unloaded) if one.takes else next_
                 found = fields[robot].arrivals(goal)
-                spots[robot] = [Spot(pose, tick, tick * n + robot) for pose, tick in found]
+                spots[robot] = [
+                    Spot(pose, tick, max(tick * n + robot, since)) for pose, tick in found
+                ]
                 if walker.leaves is not None and spreads[robot].leaving(part, since) < NEVER:
                     spots[robot].insert(0, Spot(walker.leaves, None, since))
             if part.together:
@@ -132,7 +134,7 @@ class Scheduler(Struct, eq=False):
             for robot, places in spots.items():
                 acts = [
                     TimedAct(
-                        own_turn(max(spot.turn, since), robot, moment.count),
+                        own_turn(spot.turn, robot, moment.count),
                         gate,
                         one.stage,
                         (robot,),
@@ -157,35 +159,15 @@ class Scheduler(Struct, eq=False):
             and (not part.same or robot in one.group)
         ]
 
-    def _forced(self, moment: BoundMoment) -> int:
-        """The first turn in which a robot cannot but take a load: it is there, and has not arrived
-        elsewhere, nor could it be sent for another load. Other acts never delay anything; this one
-        decides who puts it down."""
-        found, count = NEVER, moment.count
-        loads = {g: self._able(moment, g) for g, one in enumerate(moment.opens) if one.takes}
-        for gate, able in loads.items():
-            one = moment.opens[gate]
-            part, since = one.parts[one.stage], _since(moment, gate)
-            for robot in able:
-                if part.together or sum(robot in each for each in loads.values()) > 1:
-                    continue
-                walker, spread = moment.walkers[robot], Spread(moment, robot, known(moment))
-                here = walker.ready * count + robot
-                turn = own_turn(max(since, here), robot, count)
-                there = part.regions >> walker.pose % walker.graph.size & 1
-                if there and turn < here + walker.ticks * count:
-                    found = min(found, turn)
-                found = min(found, spread.leaving(part, since))
-        return found
-
     def _together(
         self, moment: BoundMoment, gate: int, spots: Mapping[int, list[Spot]]
     ) -> Iterator[TimedAct]:
         one, since = moment.opens[gate], _since(moment, gate)
         fewest = one.parts[one.stage].robots
         then = one.parts[one.stage + 1 : one.stage + 2]
-        # All that are there meet it; who of them meets the next one is a choice.
-        most = len(spots) if then and then[0].same else fewest
+        # All that are there meet it (a load is taken by those that are to); who of them meets the
+        # next one is a choice.
+        most = len(spots) if then and then[0].same and not one.takes else fewest
         sizes = range(fewest, most + 1)
         for group in (group for size in sizes for group in combinations(spots, size)):
             found = []
@@ -247,7 +229,7 @@ def _since(moment: BoundMoment, gate: int) -> int:
 def _after(moment: BoundMoment, act: TimedAct) -> BoundMoment:
     """The moment after an act; a robot may have set out by then, and arrives later."""
     walkers, opens, count = list(moment.walkers), list(moment.opens), moment.count
-    one = opens[act.gate]
+    one, full = opens[act.gate], _full(moment)
     part = one.parts[one.stage]
     for robot, pose, came in zip(act.group, act.poses, act.came, strict=True):
         if came is None:
@@ -260,4 +242,9 @@ def _after(moment: BoundMoment, act: TimedAct) -> BoundMoment:
         opens[act.gate] = replace(one, stage=one.stage + 1, done=frozenset(), group=group, met=met)
     else:
         opens[act.gate] = replace(one, done=done)
-    return BoundMoment(tuple(walkers), tuple(opens), moment.now)
+    after = BoundMoment(tuple(walkers), tuple(opens), moment.now)
+    if full <= _full(after):
+        return after
+    for robot in full - _full(after):
+        walkers[robot] = replace(walkers[robot], unloaded=act.turn)
+    return replace(after, walkers=tuple(walkers))

@@ -4,7 +4,7 @@ but for steps that take several ticks by their robots' timing."""
 from __future__ import annotations
 
 import random
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from safenav.runtime.worlds.checked_world import CheckedWorld
 from safenav.runtime.worlds.protocol import (
@@ -79,6 +79,11 @@ class BlockingAdapter:
             return None
         self._simulated.cleared = {obstacle.name for obstacle in cleared}
         return bool(self._simulated.within_reach(robot))
+
+    def leave_to(self, takers: Mapping[str, Collection[str]]) -> None:
+        """Let only these robots take the loads with these names."""
+        if self._simulated is not None:
+            self._simulated.leave_to(takers)
 
     def cancel(self, robot: Robot) -> None:
         """A step that is under way ends."""

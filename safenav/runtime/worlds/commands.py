@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import queue
 from collections import deque
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from statistics import median
 
 from msgspec import Struct, field
@@ -191,6 +191,11 @@ class Commands(Struct, dict=True):
         not say so before it acts."""
         assert isinstance(self.world, BlockingAdapter), "a live world is asked by a command"
         return self.world.within_reach(robot, cleared)
+
+    def leave_to(self, takers: Mapping[str, Collection[str]]) -> None:
+        """In lockstep: let only these robots take the loads with these names."""
+        if isinstance(self.world, BlockingAdapter):
+            self.world.leave_to(takers)
 
     def acted(self, robot: Robot) -> Acted | None:
         """The end of a robot's action, taken in its turn; None while it is under way."""

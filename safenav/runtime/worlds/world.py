@@ -90,11 +90,13 @@ class Work(Struct):
 
 class Works(Struct):
     """The obstacles in a world by name, and how far each is resolved by robots that stand
-    somewhere. ``others``: further ones, whose loads count as carried."""
+    somewhere. ``others``: further ones, whose loads count as carried. ``takers``: of some loads the
+    only robots that take them."""
 
     scenario: Scenario
     open: dict[str, Work] = field(default_factory=dict)
     others: Mapping[str, Work] = field(default_factory=dict)
+    takers: Mapping[str, Collection[str]] = field(default_factory=dict)
 
     def perform(
         self, robot: Robot, regions: Mapping[str, Region], cleared: Collection[str] = ()
@@ -116,7 +118,7 @@ class Works(Struct):
         """The same work on the obstacles with these names (None: all)."""
         open_ = {n: work for n, work in self.open.items() if names is None or n in names}
         others = {n: w for n, w in {**self.others, **self.open}.items() if n not in open_}
-        return Works(self.scenario, open_, others)
+        return Works(self.scenario, open_, others, self.takers)
 
     def _advance(
         self, work: Work, robot: Robot, regions: Mapping[str, Region], cleared: Collection[str]
@@ -181,7 +183,10 @@ class Works(Struct):
             asked = not need.same or other.name in work.groups[work.need - 1]
             if not (asked and skills <= other.capabilities and regions.get(other.name) in places):
                 return False
-            return not work.takes or other.name in work.done or self.has_room(other)
+            if not work.takes or other.name in work.done:
+                return True
+            mine = self.takers.get(work.obstacle.name, (other.name,))
+            return other.name in mine and self.has_room(other)
 
         if not there(robot):
             return ()
@@ -232,6 +237,10 @@ class SimulatedWorld:
         self._brought: set[Obstacle] = set()
         self._taken_away: set[str] = set()
         self.cleared: Collection[str] = ()
+
+    def leave_to(self, takers: Mapping[str, Collection[str]]) -> None:
+        """Let only these robots take the loads with these names."""
+        self._works.takers = takers
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
         del robot  # every robot notices what stands right before it

@@ -4,8 +4,9 @@
 //
 // A robot in its turn stays, begins a step to a side, or is on its way; a step of d ticks that it
 // begins in tick t ends in its turn of tick t + d - 1. Until then it is where it set out. In each
-// turn, at its end, a robot does all that it can where it is; it takes loads last (a need that is
-// followed by one of the same robots), and no more than it has room for. With conflicts, two robots that
+// turn, at its end, a robot does all that it can where it is, but for loads (a need that is followed
+// by one of the same robots): it takes those last, no more than it has room for, alone or with others
+// that are there, or leaves them. With conflicts, two robots that
 // conflict are never in one region, and one on its way is in both of its regions. One robot may
 // have targets, to be met one after the other: each at the end of a turn in which it is there and
 // not on its way.
@@ -104,32 +105,60 @@ bool has_room(State &s, int j) {
   return loads < robots[j].room;
 }
 
-void act(State &s, int i, bool loads) {
-  std::vector<int> open;
-  for (int g = 0; g < gates; g++)
-    if (!loads || takes(s, g)) open.push_back(g);
-  for (int g : open) {
-    uint8_t *now = gate(s, g);
-    while (now[0] < all[g].needs.size() && (loads || !takes(s, g))) {
-      const Need &need = all[g].needs[now[0]];
-      bool taken = takes(s, g);
-      auto there = [&](int j) {
-        return (need.skills & ~robots[j].skills) == 0 && need.where[robot(s, j)[0]] &&
-               (!need.same || (now[2] >> j & 1)) &&
-               (!taken || (now[1] >> j & 1) || has_room(s, j));
-      };
-      if (!there(i)) break;
-      unsigned had = now[1] | 1u << i;
-      if (need.together) {
-        had = 0;
-        for (int j = 0; j < count; j++)
-          if (there(j)) had |= 1u << j;
-      }
-      if (__builtin_popcount(had) < need.robots) {
-        if (!need.together) now[1] = had;
-        break;
-      }
-      now[0]++, now[1] = 0, now[2] = had;
+bool there(State &s, int g, int j) {
+  const uint8_t *now = gate(s, g);
+  const Need &need = all[g].needs[now[0]];
+  return (need.skills & ~robots[j].skills) == 0 && need.where[robot(s, j)[0]] &&
+         (!need.same || (now[2] >> j & 1)) &&
+         (!takes(s, g) || (now[1] >> j & 1) || has_room(s, j));
+}
+
+// The robots that have had a part in a need: those of the group, and all that had one before.
+void meet(State &s, int g, unsigned group) {
+  uint8_t *now = gate(s, g);
+  const Need &need = all[g].needs[now[0]];
+  if (!need.together) group |= now[1];
+  if (__builtin_popcount(group) >= need.robots)
+    now[0]++, now[1] = 0, now[2] = group;
+  else if (!need.together)
+    now[1] = group;
+}
+
+unsigned those_there(State &s, int g) {
+  unsigned found = 0;
+  for (int j = 0; j < count; j++)
+    if (there(s, g, j)) found |= 1u << j;
+  return found;
+}
+
+// What a robot cannot but do where it is: all but to take loads.
+void act(State &s, int i) {
+  for (int g = 0; g < gates; g++) {
+    const uint8_t *now = gate(s, g);
+    while (now[0] < all[g].needs.size() && !takes(s, g) && there(s, g, i)) {
+      const int before = now[0];
+      meet(s, g, all[g].needs[before].together ? those_there(s, g) : 1u << i);
+      if (now[0] == before) break;
+    }
+  }
+}
+
+// The states that follow as a robot takes loads where it is, alone or with others, or leaves them.
+void choose(State s, int i, std::vector<State> &found) {
+  act(s, i);
+  for (State &other : found)
+    if (!memcmp(other.at, s.at, used)) return;
+  found.push_back(s);
+  for (int g = 0; g < gates; g++) {
+    const uint8_t *now = gate(s, g);
+    if (now[0] == all[g].needs.size() || !takes(s, g) || !there(s, g, i)) continue;
+    const Need &need = all[g].needs[now[0]];
+    const unsigned others = need.together ? those_there(s, g) & ~(1u << i) : 0;
+    for (unsigned with = others;; with = (with - 1) & others) {
+      State t = s;
+      meet(t, g, with | 1u << i);
+      if (memcmp(t.at, s.at, used)) choose(t, i, found);
+      if (!with) break;
     }
   }
 }
@@ -191,9 +220,7 @@ bool may_enter(State &s, int i, int region) {
 void turn(State s, int i, int now, Seen &seen, std::vector<State> &next) {
   bool was[8];
   for (int g = 0; g < gates; g++) was[g] = gate(s, g)[0] == all[g].needs.size();
-  auto put = [&](State t) {
-    act(t, i, false);
-    act(t, i, true);
+  auto put_one = [&](State t) {
     const uint8_t *at = robot(t, i);
     if (i == walker && *met(t) < targets.size() && !at[4] && targets[*met(t)][at[0]]) {
       ++*met(t);
@@ -205,6 +232,11 @@ void turn(State s, int i, int now, Seen &seen, std::vector<State> &next) {
       if (all[g].due >= 0 && now >= all[g].due && !(over && (was[g] || now == all[g].due))) return;
     }
     if (seen.add(t)) next.push_back(t);
+  };
+  auto put = [&](const State &t) {
+    std::vector<State> choices;
+    choose(t, i, choices);
+    for (const State &choice : choices) put_one(choice);
   };
   uint8_t *const me = robot(s, i);
   if (me[4]) {

@@ -21,16 +21,21 @@ BATCHES, IN_BATCH = (FUZZ // 50 or 1, 100) if FUZZ else (1, 40)
 """``SAFENAV_FUZZ=5000`` asks about 10,000 moments: of 19,000 times and 8,000 choices of dues."""
 
 
+WITH_LOADS = (5001362, 5001396, 5002389, 5003080, 5003549, 5007468)
+"""Moments that once went wrong: a robot passes a load that is meant for another, two that take it
+together are joined by a third, or one waits for room where the next load is."""
+
+
 def batch(number: int) -> Iterator[Instance]:
     """Some of the random moments, none of them in two batches."""
-    return map(instance, range(number * IN_BATCH, (number + 1) * IN_BATCH))
+    seeds = range(number * IN_BATCH, (number + 1) * IN_BATCH)
+    return map(instance, (*seeds, *WITH_LOADS) if number == 0 else seeds)
 
 
 @dataclass(frozen=True)
 class Instance:
     """``foes``: the robots that never share a region with each; ``targets``: what one of them,
-    ``walker``, is to meet, one after the other. ``same``: some need is to be met by the robots of
-    the need before."""
+    ``walker``, is to meet, one after the other."""
 
     moment: BoundMoment
     foes: Foes
@@ -41,10 +46,6 @@ class Instance:
     def apart(self) -> Foes:
         """No robot is in the way of another."""
         return (frozenset(),) * self.moment.count
-
-    @property
-    def same(self) -> bool:
-        return any(part.same for one in self.moment.opens for part in one.parts)
 
 
 def instance(seed: int) -> Instance:

@@ -73,6 +73,78 @@ def test_a_spent_search_leaves_the_choice_as_it_was(
     assert played.outcome["late"] == ["parcel@23"]
 
 
+LOADS = """
+safenav: 1
+map:
+  grid: ["##############", "#............#", "##############"]
+catalogue:
+  robots:
+    flyer: {mobility: free, layer: air, capabilities: [fetch, haul]}
+    walker: {mobility: free, layer: ground, capabilities: [fetch]}
+    hopper: {mobility: free, layer: hover, capabilities: [fetch]}
+  obstacles:
+    near: NEAR
+    far: FAR
+robots:
+  a: {model: flyer, start: [1, 3], objective: {hold: [1, 3]}}
+  b: {model: walker, start: [1, BC], objective: {hold: [1, BC]}}
+  c: {model: hopper, start: [1, BC], objective: {hold: [1, BC]}}
+orders:
+  - {at: 1, type: near, region: [1, 4], resolve_within: 7}
+  - {at: 1, type: far, region: [1, 10], resolve_within: DUE}
+until: {rounds: 1}
+"""
+
+
+@pytest.mark.parametrize(
+    ("takes", "far", "start", "due"),
+    [
+        ("action: fetch", "{action: haul, blocks: []}", 1, 7),
+        ("action: fetch, robots: 2", "{action: haul, blocks: []}", 1, 7),
+        (
+            "action: fetch, robots: 2, together: true",
+            "{needs: [{action: haul}, {action: haul, at: [[1, 12]], same: true}], blocks: []}",
+            3,
+            9,
+        ),
+    ],
+    ids=["one takes it", "one after the other take it", "a third could join those that take it"],
+)
+def test_a_load_is_left_to_the_robots_that_the_acts_name(
+    run: Runner, tmp_path: Path, takes: str, far: str, start: int, due: int
+) -> None:
+    near = "{needs: [{TAKES, at: [[1, 4]]}, {TAKES, at: [[1, 2]], same: true}], blocks: []}"
+    text = LOADS.replace("NEAR", near).replace("TAKES", takes).replace("FAR", far)
+    played = run(text.replace("BC", str(start)).replace("DUE", str(due)))
+    assert played.outcome["late"] == []
+    taken = played.one("met", obstacle="near@18", need=0)
+    assert "a" not in {taken["robot"], *taken.get("robots", ())}
+    passed = [line for line in played.all("move", robot="a") if line["to"] == 18]
+    assert passed[0]["tick"] <= taken["tick"]
+    path = tmp_path / "run.jsonl"
+    path.write_text("".join(json.dumps(line) + "\n" for line in played.records))
+    assert not check_trace(path).findings
+
+
+def test_a_robot_does_not_stay_to_act_where_it_is_due_elsewhere(
+    run: Runner, tmp_path: Path
+) -> None:
+    text = PARCELS.replace(
+        "{at: 1, type: parcel, region: [1, 3]", "{at: 1, type: parcel, region: [1, 1]"
+    )
+    text = text.replace(
+        "start: [1, 1], objective: {hold: [1, 1]}", "start: [1, 2], objective: {hold: [1, 2]}"
+    )
+    text = text.replace("orders:\n", "orders:\n  - {at: 1, type: parcel, region: [1, 6]}\n")
+    text = text.replace("resolve_within: 7}\nuntil", "resolve_within: 2}\nuntil")
+    played = run(text)
+    assert played.outcome["late"] == []
+    assert played.one("resolved", obstacle="parcel@23")["tick"] == 3
+    path = tmp_path / "run.jsonl"
+    path.write_text("".join(json.dumps(line) + "\n" for line in played.records))
+    assert not check_trace(path).findings
+
+
 Damage = Callable[[dict[str, Any]], object]
 
 
