@@ -10,9 +10,9 @@ from collections.abc import Collection, Iterable, Mapping
 from heapq import heappop, heappush
 
 from safenav.audit.deriving import pose_of
+from safenav.audit.kinds import shape_of
 from safenav.audit.language import Pose
 from safenav.audit.lines import Line
-from safenav.audit.progress import ENDS
 from safenav.audit.situation import Situation, Status
 
 NEVER = 1 << 40
@@ -211,9 +211,9 @@ def mission_end(bound: Bound) -> int | None:
     now, ends = bound.now, [0]
     for name in now.header.robots:
         objective, rounds = now.own[name], now.header.until.rounds or 1
-        if objective.kind in ("cover", "ltl"):
+        if not shape_of(objective.kind).ordered:
             continue
-        goals = [*objective.targets] * (1 if objective.kind in ENDS else rounds)
+        goals = [*objective.targets] * (1 if shape_of(objective.kind).ends else rounds)
         end = bound.round(name, goals)
         if end is None:
             return None

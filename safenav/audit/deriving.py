@@ -6,9 +6,9 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from itertools import product
 
 from safenav.audit.formulas import Formulas, rules_of
+from safenav.audit.kinds import shape_of
 from safenav.audit.language import HEADINGS, Pose, RefusedError
 from safenav.audit.lines import Objective
-from safenav.audit.progress import ENDS
 from safenav.audit.situation import Situation, Status
 from safenav.audit.team import FAR, Member, Need, OpenObstacle, Poses, Team
 
@@ -103,7 +103,7 @@ def _member(name: str, now: Situation, stays: Collection[str], out: Collection[s
         return Member({here: ()}, (frozenset([here]),), rivals, timing, room)
     everywhere = poses_in(now.grid.free, name, now)
     steps = {pose: tuple(now.grid.steps(robot.mobility, pose)) for pose in everywhere}
-    targets = own.targets[-1 if own.kind in ENDS else 0 :]
+    targets = own.targets[-1 if shape_of(own.kind).ends else 0 :]
     aims = tuple(frozenset(p for p in steps if p[0] in target) for target in targets)
     if own.kind == "ltl" or own.always:
         formulas = rules_of(own)

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
+from safenav.audit.kinds import shape_of
+
 Line = Any
 """``type`` is its type; a field that is absent is None, or what the page names as its default."""
 
@@ -34,7 +36,7 @@ class Made(SimpleNamespace):
 
 class Objective(NamedTuple):
     """``kind``, ``targets`` (sets of regions of which any counts), ``body`` as JSON in one
-    spelling, ``literal`` (no weaker form of a patrol will do), and what holds meanwhile."""
+    spelling, ``literal`` (no weaker form will do), and what holds meanwhile."""
 
     kind: str
     targets: tuple[frozenset[int], ...]
@@ -124,11 +126,12 @@ def read_objective(data: Mapping[str, Any]) -> Objective:
     rest = {k: v for k, v in data.items() if k not in ("avoid", "always", "form")}
     ((kind, body),) = rest.items()
     targets: list[frozenset[int]] = []
-    if kind == "hold" or isinstance(body, list):
-        listed = [body] if kind == "hold" else body
+    one = shape_of(kind).one
+    if one or isinstance(body, list):
+        listed = [body] if one else body
         targets = [frozenset(item if isinstance(item, list) else [item]) for item in listed]
         plain = [next(iter(one)) if len(one) == 1 else sorted(one) for one in targets]
-        body = plain[0] if kind == "hold" else plain
+        body = plain[0] if one else plain
     spelled = json.dumps(body, sort_keys=True)
     rules = frozenset(data.get("avoid", ())), tuple(data.get("always", ()))
     return Objective(kind, tuple(targets), spelled, literal, *rules)

@@ -7,20 +7,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from safenav.audit.kinds import shape_of
 from safenav.audit.lines import Line, Objective
-
-IN_ORDER = ("patrol", "visit", "once")
-"""Objectives whose targets are met in their order."""
-ENDS = ("once",)
-"""Objectives whose targets are met once; the robot stays at the last target."""
-KNOWN = (*IN_ORDER, "cover", "hold")
 
 
 @dataclass
 class Progress:
-    """``awaited``: the index of the next target of patrol or visit, None while unknown.
+    """``awaited``: the index of the next target in their order, None while unknown.
 
-    ``covered``: the targets of a cover met in this round, meaningful only if ``fresh`` (the
+    ``covered``: the targets met in this round in any order, meaningful only if ``fresh`` (the
     beginning of the round was seen). ``reset_line``: since when all this is counted.
     ``last_round``: of the last goal since then; None if there was none."""
 
@@ -33,10 +28,11 @@ class Progress:
 
     @classmethod
     def at_start(cls, objective: Objective, start: int) -> Progress:
-        """Return the progress before the first move: a visit begins with its first target unless
+        """Return the progress before the first move: a robot begins with its first target unless
         the robot is in it at the start (whether that counts is the strategy's decision)."""
         first = objective.targets[0] if objective.targets else frozenset()
-        in_order = objective.kind in IN_ORDER and objective.kind != "patrol" and start not in first
+        shape = shape_of(objective.kind)
+        in_order = shape.in_turn and not shape.strict and start not in first
         return cls(objective, awaited=0 if in_order else None, fresh=start not in first)
 
     def reset(self, objective: Objective, line: int) -> None:
@@ -48,17 +44,17 @@ class Progress:
         self.last_round = None
 
     def recount(self) -> None:
-        """Reset the rounds after a resolution: they count from here, and a cover may restart. The
-        strategy continues, so the order of its targets is kept."""
+        """Reset the rounds after a resolution: they count from here, and a round in any order may
+        restart. The strategy continues, so the order of its targets is kept."""
         self.covered.clear()
         self.fresh = False
 
     def meet(self, goal: Line) -> None:
-        count = len(self.objective.targets)
-        if self.objective.kind in IN_ORDER and goal.goal < count:
-            over = self.objective.kind in ENDS and goal.goal == count - 1
+        count, shape = len(self.objective.targets), shape_of(self.objective.kind)
+        if shape.in_turn and goal.goal < count:
+            over = shape.ends and goal.goal == count - 1
             self.awaited = None if over else (goal.goal + 1) % count
-        elif self.objective.kind == "cover":
+        elif shape.covers:
             self.covered.add(goal.goal)
             counted = self.last_round is not None and goal.round > self.last_round
             if counted or (self.fresh and len(self.covered) >= count):

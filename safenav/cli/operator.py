@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import click
 
 from safenav.errors import UsageError
+from safenav.scenario.objective import USAGE
 
 if TYPE_CHECKING:
     from safenav.runtime.mission import Mission, RunResult
@@ -30,7 +31,7 @@ POLL = 0.05
 """Seconds between two looks at the terminal."""
 
 ADD = "add"
-ADD_FORM = "add ROBOT {model: M, start: A, objective: {visit: [A, B]}}"
+ADD_FORM = f"add ROBOT {{model: M, start: A, objective: {USAGE}}}"
 
 Lines = list[tuple[str, str]]
 """Where a line stands, and the line."""

@@ -28,6 +28,7 @@ from safenav.runtime.interventions import (
     TakeAway,
 )
 from safenav.scenario.model import Scenario
+from safenav.scenario.objective import USAGE
 from safenav.scenario.reading.changes import ChangeReader
 from safenav.scenario.reading.regions import RegionReader
 from safenav.scenario.yaml.document import Node
@@ -41,7 +42,7 @@ LINES = {
     "permanent": "permanent OBSTACLE",
     "put_back": "put_back ROBOT REGION [HEADING]",
     "service": "service ROBOT out|back",
-    "objective": "objective ROBOT {visit: [A, B]}",
+    "objective": f"objective ROBOT {USAGE}",
     "order": "order TYPE REGION",
     "input": "input NAME on|off",
     "give_up": "give_up",

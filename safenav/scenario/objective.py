@@ -315,6 +315,8 @@ ALTERNATING: type[TargetObjective] = Visit
 """The kind of a helper, and the weakest form of a strict kind."""
 EXAMPLE = f"{{{Patrol.kind}: [14, 20]}}"
 """An objective for messages that ask for one."""
+USAGE = f"{{{Visit.kind}: [A, B]}}"
+"""An objective in the usage of a command."""
 
 
 class Ltl(Struct, frozen=True):

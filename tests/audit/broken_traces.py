@@ -284,7 +284,7 @@ CASES: list[Case] = [
         "quad",
     ),
     (
-        "patrol",
+        "out-of-turn",
         "door",
         both(
             retell("quad", (6, 10, 10), (7, 10, 9), (8, 9, 8)),

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from safenav.audit.deriving import open_obstacle, pose_of, poses_in, team_of
+from safenav.audit.kinds import shape_of
 from safenav.audit.language import Pose
 from safenav.audit.lines import Line, Objective
-from safenav.audit.progress import ENDS
 from safenav.audit.situation import Situation, Status
 from safenav.audit.team import OpenObstacle, OpenObstacles, Poses, Team
 
@@ -93,10 +93,10 @@ def _wish(name: str, now: Situation, goals: list[Line], team: Team) -> Wish:
     targets = tuple(frozenset(poses_in(target, name, now)) for target in objective.targets)
     if objective.kind == "ltl":
         targets = team.members[name].aims
-    ends, last = objective.kind in ENDS, len(objective.targets) - 1
+    ends, last = shape_of(objective.kind).ends, len(objective.targets) - 1
     return Wish(
         targets,
-        objective.kind not in ("cover", "ltl"),
+        shape_of(objective.kind).ordered,
         ends,
         (min(now.ahead[name], last),) if ends else _awaited(name, objective, goals, now),
         frozenset(goal for goal in covered if goal < len(targets)),
@@ -106,10 +106,10 @@ def _wish(name: str, now: Situation, goals: list[Line], team: Team) -> Wish:
 
 
 def _awaited(name: str, objective: Objective, goals: list[Line], now: Situation) -> tuple[int, ...]:
-    """Return the targets that may be next: a patrol that has met no target may begin with either,
-    as may an objective that is resumed."""
+    """Return the targets that may be next: a strict objective of which no target is met may begin
+    with any, as may an objective that is resumed."""
     count = len(objective.targets)
     if goals and goals[-1].goal < count:
         return ((goals[-1].goal + 1) % count,)
     resumed: Any = now.header.robots[name].when
-    return tuple(range(count)) if objective.kind == "patrol" or resumed else (0,)
+    return tuple(range(count)) if shape_of(objective.kind).strict or resumed else (0,)

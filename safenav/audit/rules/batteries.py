@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from safenav.audit.deriving import pose_of
+from safenav.audit.kinds import STAYING, shape_of
 from safenav.audit.language import Pose
 from safenav.audit.lines import Line, Objective
 from safenav.audit.rules.rule import Finding, Rule
@@ -125,7 +126,7 @@ class ChargeRule(Rule):
             if not again and not _kept_from(robot, before.targets[0], now):
                 problem = f"{robot} has another stop before it gets to the one to {before}"
                 yield self.broken_by(record, robot, problem)
-        if record.objective.kind == "hold" and record.objective != now.own[robot]:
+        if record.objective.kind == STAYING and record.objective != now.own[robot]:
             self._stops[robot] = (record.objective, record.line, record.tick)
 
     def _owes(self, record: Line) -> Iterator[Finding]:
@@ -287,7 +288,7 @@ def need(
     target repeatedly, until nothing changes."""
     battery, chargers = _battery(now, robot), now.header.chargers or ()
     targets = now.own[robot].targets
-    last, settles = len(targets) - 1, now.own[robot].kind in ("hold", "once")
+    last, settles = len(targets) - 1, shape_of(now.own[robot].kind).settles
 
     def following(turn: int) -> int:
         return min(turn + 1, last) if settles else (turn + 1) % len(targets)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+from safenav.audit.kinds import STAYING
 from safenav.audit.lines import Line
 from safenav.audit.rules.rule import Finding, LineRule, Rule
 from safenav.audit.situation import Situation
@@ -94,7 +95,7 @@ class MissedBeliefRule(Rule):
         own, there = now.turn.origin, now.region[other]
         if own is None or there not in belief.regions or not now.grid.is_free(own):
             return
-        waits = now.objectives[other].kind in ("hold", "ltl") or other in now.out
+        waits = now.objectives[other].kind in (STAYING, "ltl") or other in now.out
         alone = any(set(cell) == {there} for cell in now.header.partition or ())
         if not belief.seen and belief.regions == {there} and (waits or alone):
             return  # one that waits is not looked for; of a cell of one region nothing is missed

@@ -8,6 +8,7 @@ from itertools import product
 
 from safenav.audit.acts import impossible
 from safenav.audit.bound import Bound, least_within, mission_end
+from safenav.audit.kinds import shape_of
 from safenav.audit.lines import Line
 from safenav.audit.rules.batteries import BATTERY, charge_after, lasts_until
 from safenav.audit.rules.requests import SETTLES
@@ -66,7 +67,7 @@ class DeadlineRule(Rule):
         self._clocks: dict[str, _Clock] = {}
         self._within: dict[str, int] = {}
         self._begun: dict[str, int] = {}
-        self._first: dict[str, int] = {}  # the target with which the strategy of a patrol begins
+        self._first: dict[str, int] = {}  # the target with which a strict strategy begins
         self._tick, self._had = 0, 0
         self._bound: tuple[int, int, Bound] | None = None
         self._acts: Line | None = None
@@ -354,27 +355,27 @@ class DeadlineRule(Rule):
 
     def _left(self, robot: str, now: Situation, rounds: int = 1) -> Iterator[list[frozenset[int]]]:
         """The targets that a robot has still to meet for its round, and the ``rounds`` after it;
-        of a patrol that has met none, beginning with either where no strategy says."""
+        a strict one that has met none may begin with any where no strategy says."""
         targets, clock = now.own[robot].targets, self._clocks[robot]
         count = len(targets)
         left = max(count * rounds - clock.met, 0)
         begins = [0] if clock.turn is None else [(clock.turn + 1) % count]
-        if clock.turn is None and now.own[robot].kind == "patrol":
-            begins = [self._first[robot]] if robot in self._first else [0, 1]
+        if clock.turn is None and shape_of(now.own[robot].kind).strict:
+            begins = [self._first[robot]] if robot in self._first else [*range(count)]
         for first in begins:
             yield [targets[(first + k) % count] for k in range(left)]
 
     def _mission(self, now: Situation) -> set[int | None]:
-        """The earliest ticks at which the whole mission can be completed; several where a patrol
-        may begin with either target."""
+        """The earliest ticks at which the whole mission can be completed; several where a robot
+        may begin with any target."""
         ends: list[set[int | None]] = [{self._tick}]
         wanted = now.header.until.rounds or 1
         for name in now.header.robots:
             clock, objective = self._clocks[name], now.own[name]
-            if objective.kind in ("hold", "once"):
+            if shape_of(objective.kind).settles:
                 first = 0 if clock.turn is None else clock.turn + 1
                 choices = [[*objective.targets[first:]] if clock.rounds < 1 else []]
-            elif objective.kind in ("patrol", "visit"):
+            elif shape_of(objective.kind).in_turn:
                 choices = [*self._left(name, now, wanted - clock.rounds)]
             else:
                 continue

@@ -1,16 +1,14 @@
-"""Rules on objectives: goals, their order, rounds, the paper's Patrol, holding."""
+"""Rules on objectives: goals, their order, rounds, targets out of turn, holding."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
+from safenav.audit.kinds import shape_of
 from safenav.audit.lines import Line, Objective
-from safenav.audit.progress import ENDS, IN_ORDER, KNOWN, Progress
+from safenav.audit.progress import Progress
 from safenav.audit.rules.rule import Finding, LineRule, Rule
 from safenav.audit.situation import Situation, Turn
-
-COUNTED_KINDS = ("patrol", "visit", "cover")
-"""Objectives whose rounds are their targets, met one by one."""
 
 
 class GoalRule(LineRule):
@@ -32,8 +30,8 @@ class GoalRule(LineRule):
 
 
 class GoalOrderRule(Rule):
-    """The targets of patrol and visit are met in turn, forever; those of a cover once each in a
-    round; none twice in one turn (D 3, Objectives). After a resynthesis any target may be next."""
+    """Targets are met in turn, forever, or once each in a round if any order will do; none twice in
+    one turn (D 3, Objectives). After a resynthesis any target may be next."""
 
     name = "goal-order"
 
@@ -48,7 +46,7 @@ class GoalOrderRule(Rule):
                 )
                 return
         own = now.objectives[robot] == now.own[robot]
-        if own and now.objectives[robot].kind in ENDS and record.goal > now.ahead[robot]:
+        if own and shape_of(now.objectives[robot].kind).ends and record.goal > now.ahead[robot]:
             problem = f"{robot} meets target {record.goal}, but {now.ahead[robot]} is next"
             yield self.broken_by(record, robot, problem)
             return
@@ -62,17 +60,17 @@ class GoalOrderRule(Rule):
             yield self.broken_by(record, robot, problem)
 
 
-class PatrolRule(Rule):
+class OutOfTurnRule(Rule):
     """The paper's Patrol (its equation for Patrol_p): on meeting a target the robot leaves it with
     its next step, and it never touches the target whose turn it is not; except where it is assigned
     alternation, or moved by a joint plan (D 5.3 and 5.4)."""
 
-    name = "patrol"
+    name = "out-of-turn"
 
     def turn(self, now: Situation) -> Iterator[Finding]:
         turn = now.turn
         progress = _steady(turn, now)
-        if progress is None or progress.objective.kind != "patrol" or turn.robot is None:
+        if progress is None or not shape_of(progress.objective.kind).strict or turn.robot is None:
             return
         robot, here = turn.robot, now.region[turn.robot]
         if now.alternates(robot) or not _by_strategy(turn):
@@ -106,7 +104,7 @@ class MissedGoalRule(Rule):
         if now.toward[robot] is not None:
             return  # it is leaving: only a robot that ends a step, or stays, meets a target
         met = {goal.goal for goal in turn.all("goal")}
-        crosses = progress.objective.kind == "patrol" and not _by_strategy(turn)
+        crosses = shape_of(progress.objective.kind).strict and not _by_strategy(turn)
         if progress.awaited is None and (now.alternates(robot) or crosses):
             return  # which target is next is not known yet
         if now.live and _stays_in_all(progress.objective, turn.origin, here):
@@ -175,7 +173,7 @@ class RoundsRule(Rule):
     def ending(self, now: Situation) -> Iterator[Finding]:
         outcome = now.outcome
         for robot, objective in now.objectives.items():
-            if outcome is None or objective.kind in ("hold", *ENDS):
+            if outcome is None or shape_of(objective.kind).settles:
                 continue  # a tick of staying at the last target has no line
             if objective.kind == "ltl" and '"liveness"' not in objective.body:
                 continue  # each tick counts, without a line
@@ -195,7 +193,7 @@ class RoundsRule(Rule):
         steps = self._steps.setdefault(robot, [])
         if unsure:
             steps.clear()
-        if objective.kind not in COUNTED_KINDS:
+        if not shape_of(objective.kind).recurs:
             went_back = record.round < last and not unsure
             return f"{robot}'s rounds go back from {last} to {record.round}" if went_back else ""
         if record.round in (last, last + 1):
@@ -224,8 +222,9 @@ class HoldRule(Rule):
         if turn.robot is None or turn.first("violation") is not None:
             return
         objective = turn.objectives[turn.robot]
-        ended = objective.kind in ENDS and _ended(turn.robot, now)
-        if not (objective.kind == "hold" or ended) or not _by_strategy(turn):
+        shape = shape_of(objective.kind)
+        ended = shape.settles and (not shape.ends or _ended(turn.robot, now))
+        if not ended or not _by_strategy(turn):
             return
         if turn.on_the_way:
             return  # that was decided when it set out
@@ -254,29 +253,25 @@ def _by_strategy(turn: Turn) -> bool:
 
 
 def _is_target(objective: Objective, index: int, region: int) -> bool:
-    if objective.kind not in KNOWN:
+    if not shape_of(objective.kind).known:
         return True  # the trace does not record what counts there
     return index < len(objective.targets) and region in objective.targets[index]
 
 
 def _is_due(progress: Progress, index: int, origin: int | None) -> bool:
     """Return whether reaching the target of that index is certainly a goal."""
-    objective = progress.objective
-    came = origin not in objective.targets[index]
-    match objective.kind:
-        case "patrol":
-            return progress.awaited == index or (progress.awaited is None and came)
-        case kind if kind in IN_ORDER:
-            return progress.awaited == index and (came or len(objective.targets) > 1)
-        case "cover":
-            return progress.fresh and came and index not in progress.covered
-        case _:
-            return False
+    targets, shape = progress.objective.targets, shape_of(progress.objective.kind)
+    came = origin not in targets[index]
+    if shape.strict:
+        return progress.awaited == index or (progress.awaited is None and came)
+    if shape.in_turn:
+        return progress.awaited == index and (came or len(targets) > 1)
+    return shape.covers and progress.fresh and came and index not in progress.covered
 
 
 def _stays_in_all(objective: Objective, origin: int | None, here: int) -> bool:
     """Return whether a robot that may leave its targets stays in a region of all of them."""
-    stays = origin == here and objective.kind not in ("hold", *ENDS)
+    stays = origin == here and not shape_of(objective.kind).settles
     return stays and all(here in target for target in objective.targets)
 
 

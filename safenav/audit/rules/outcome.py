@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from safenav.audit.kinds import shape_of
 from safenav.audit.lines import Line, Objective, proof_of
-from safenav.audit.progress import ENDS
-from safenav.audit.rules.objectives import COUNTED_KINDS
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation
 
@@ -181,7 +180,7 @@ class CompletedRule(Rule):
                 yield f"{robot} has {told} rounds of {wanted}, so the run is not completed"
             elif most is not None and most < wanted:
                 yield f"{robot} has {most} rounds of {wanted} since the last resolution"
-            elif objective.kind in ENDS and now.ahead[robot] < len(objective.targets):
+            elif shape_of(objective.kind).ends and now.ahead[robot] < len(objective.targets):
                 yield f"{robot} has met {now.ahead[robot]} of its {len(objective.targets)} targets"
             elif _stays(robot, now) and self._held.get(robot, 0) + 1 < wanted:
                 # The region where it stands when counting begins may also count.
@@ -202,7 +201,8 @@ class CompletedRule(Rule):
         objective = now.own[robot]
         if now.objectives[robot] != objective:
             return 0
-        if objective.kind == "hold":
+        shape = shape_of(objective.kind)
+        if shape.settles and not shape.ends:
             return len(self._goals.get(robot, []))
         return _bounds(self._goals.get(robot, []), objective)[0]
 
@@ -210,17 +210,17 @@ class CompletedRule(Rule):
 def _stays(robot: str, now: Situation) -> bool:
     """Return whether each tick at its last target is a round of a robot's own objective."""
     own = now.own[robot]
-    ended = own.kind in ENDS and now.ahead[robot] >= len(own.targets)
-    return own.kind == "hold" or ended
+    shape = shape_of(own.kind)
+    return shape.settles and (not shape.ends or now.ahead[robot] >= len(own.targets))
 
 
 def _bounds(goals: list[Line], objective: Objective) -> tuple[int, int | None]:
     """Return the least and the greatest number of rounds that these goals can be (None: no
     bound)."""
-    if objective.kind not in COUNTED_KINDS:
+    if not shape_of(objective.kind).recurs:
         return 0, None
     count = len(objective.targets)
-    if objective.kind == "cover":
+    if shape_of(objective.kind).covers:
         whole = _covers(goals, count)
         return whole, max(whole, 1 + _covers(goals[1:], count)) if goals else 0
     by_last = sum(goal.goal == count - 1 for goal in goals)

@@ -8,8 +8,8 @@ from typing import Any
 
 from safenav.audit.deriving import pose_of, team_of
 from safenav.audit.formulas import rules_of
+from safenav.audit.kinds import shape_of
 from safenav.audit.lines import Line, proof_of
-from safenav.audit.progress import ENDS
 from safenav.audit.proofs.case import Case, case_of
 from safenav.audit.proofs.closure import closure_problems
 from safenav.audit.proofs.joint import joint_problems
@@ -116,7 +116,7 @@ def _continues(name: str, now: Situation, team: Team, memory: Mapping[str, int] 
     """Return whether a robot alone can continue forever from where it is, with the ``memory`` of
     its formulas if that is known."""
     own, here = now.own[name], frozenset([pose_of(name, now)])
-    if own.kind in ENDS and name not in now.out:
+    if shape_of(own.kind).ends and name not in now.out:
         for target in own.targets[min(now.ahead[name], len(own.targets) - 1) :]:
             here = frozenset(p for p in team.reach(name, here, ()) if p[0] in target)
         return bool(here)

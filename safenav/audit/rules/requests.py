@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from safenav.audit.deriving import open_obstacles, pose_of, serving, team_of
+from safenav.audit.kinds import ALTERNATION, STAYING
 from safenav.audit.lines import Line, Objective
 from safenav.audit.rules.rule import Finding, Postponed, Rule
 from safenav.audit.situation import RESYNTHESIS, Situation, helpers_of
@@ -261,7 +262,7 @@ class HelperRule(Rule):
         if objective.kind == "ltl" == own.kind:
             return ""  # formulas keep their safety and get another goal
         if robot in now.out:
-            stays = objective in (self._before[robot], own) or objective.kind == "hold"
+            stays = objective in (self._before[robot], own) or objective.kind == STAYING
             return "" if stays else f"{robot} is out of service, but gets {objective}"
         if duty is not None:
             if _serves(objective, duty):
@@ -273,10 +274,10 @@ class HelperRule(Rule):
         for obstacle in found.served:
             if robot not in now.requests.get(obstacle, ()):
                 continue
-            if objective not in (own_wait, None) and objective.kind != "hold":
+            if objective not in (own_wait, None) and objective.kind != STAYING:
                 return f"{robot} waits for {obstacle}, but gets {objective}"
             return "" if objective == own_wait else self._hinders(robot, objective, found, now)
-        if objective != own and objective.kind != "hold":
+        if objective != own and objective.kind != STAYING:
             return f"{robot} has no part in this, but gets {objective}"
         return ""
 
@@ -316,7 +317,7 @@ def _other_syntheses(lines: list[Line]) -> Iterator[Finding]:
 
 
 def _serves(objective: Objective, duty: Duty) -> bool:
-    kind = "hold" if duty.stays else "visit"
+    kind = STAYING if duty.stays else ALTERNATION
     return objective.kind == kind and objective.targets[:1] == (duty.regions,)
 
 

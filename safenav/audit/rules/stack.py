@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 
 from safenav.audit.deriving import can_alternate
+from safenav.audit.kinds import ALTERNATION
 from safenav.audit.lines import Line, Objective
 from safenav.audit.rules.rule import Finding, Postponed, Rule
 from safenav.audit.situation import RESYNTHESIS, Situation, StackEntry, helpers_of
@@ -73,7 +74,7 @@ class PopRule(Rule):
     def _stored(self, robot: str, objective: Objective, now: Situation) -> Objective | None:
         """Return the objective that a robot should have got back instead; None if it is right."""
         own = now.own[robot]
-        if objective in (own, now.objectives[robot]) or objective.kind != "visit":
+        if objective in (own, now.objectives[robot]) or objective.kind != ALTERNATION:
             return None
         over = [entry for entry in now.stack if entry.obstacle not in now.requests]
         found = [
@@ -81,7 +82,7 @@ class PopRule(Rule):
             for entry in over
             if robot in entry.before
             and entry.before[robot] != own
-            and entry.before[robot].kind == "visit"
+            and entry.before[robot].kind == ALTERNATION
             and entry.before[robot].targets[:1] == objective.targets[:1]
         ]
         if objective in found or own.kind == "ltl" or now.has_heading(robot):

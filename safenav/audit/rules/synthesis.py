@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from safenav.audit.kinds import ALTERNATION, shape_of
 from safenav.audit.lines import Line, Objective
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import RESYNTHESIS, Situation
@@ -140,7 +141,8 @@ class VerdictsRule(Rule):
 
 
 def _alternating(objective: Objective) -> tuple[str, object]:
-    """Return the objective as plain alternation, which also covers a patrol."""
-    if objective.kind in ("patrol", "visit"):
-        return "visit", objective.targets
+    """Return the objective as plain alternation, which is also the weaker form of a strict one."""
+    shape = shape_of(objective.kind)
+    if shape.recurs and shape.in_turn:
+        return ALTERNATION, objective.targets
     return objective.kind, objective.body

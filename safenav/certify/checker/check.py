@@ -33,6 +33,7 @@ if __name__ == "__main__":
 
 from safenav.audit.deriving import pose_of, team_of
 from safenav.audit.judging import RULES, findings
+from safenav.audit.kinds import ALTERNATION
 from safenav.audit.language import Pose, RefusedError, TooLargeError, require
 from safenav.audit.lines import Line, proof_of, read_line
 from safenav.audit.rules.rule import Finding, Rule
@@ -53,7 +54,14 @@ from safenav.certify.checker.check_strategies import (
 SOMEBODY = "any robot"
 STRAYING = (
     *("always", "backtrack", "belief", "collision", "continuity", "follows-plan", "hold"),
-    *("known-obstacle", "missed-belief", "missed-goal", "mobility", "never-together", "patrol"),
+    *(
+        "known-obstacle",
+        "missed-belief",
+        "missed-goal",
+        "mobility",
+        "never-together",
+        "out-of-turn",
+    ),
     *("service", "swap", "transit"),
 )
 """Rules on moves and sightings. In an external world a robot may end up elsewhere than
@@ -265,11 +273,11 @@ class Evidence(Rule):
         known = [one for name, one in now.obstacles.items() if name in now.discovered]
         wanted = [{*need.regions} for one in known for need in one.all_needs]
         serves = any(aim <= there for aim in objective.targets for there in wanted)
-        fits = bool(entries) and (objective.kind != "visit" or serves)
+        fits = bool(entries) and (objective.kind != ALTERNATION or serves)
         fits = fits or objective == robot.objective or objective.serves(robot.own)
         while_waiting = robot.data.get("while_waiting")
         fits = fits or (while_waiting is not None and objective == Objective(while_waiting))
-        stays = objective.kind == "hold" or len(objective.targets) == 1
+        stays = len(objective.targets) == 1
         chargers = {*(now.header.chargers or ())} if robot.data.get("battery") else set[int]()
         fits = fits or (stays and objective.targets[0] <= chargers)
         require(fits, f"{robot.name} receives an objective that serves no request")
@@ -449,7 +457,7 @@ class Evidence(Rule):
             for name, robot in self.robots.items():
                 met = min(map(robot.goals.count, robot.own.goals))
                 own = robot.own  # of one that stays, or of mere safety, each tick counts
-                lasts = own.settles or (own.kind == "ltl" and not own.liveness)
+                lasts = own.shape.settles or (own.kind == "ltl" and not own.liveness)
                 require(lasts or met >= rounds, f"{name} has met it {met} times")
             often = "once" if rounds == 1 else f"{rounds} times"
             said = f"every robot has met its objective {often} after the last resolution"

@@ -22,6 +22,7 @@ from itertools import chain, product, repeat
 from math import prod
 from typing import Any
 
+from safenav.audit.kinds import ALTERNATION, shape_of
 from safenav.audit.language import (
     HEADINGS,
     Clause,
@@ -283,9 +284,10 @@ class Objective:
         rest = {key: value for key, value in data.items() if key not in (*RULES, "form")}
         ((self.kind, value),) = rest.items()
         self.avoid, self.always = frozenset(data.get("avoid", ())), tuple(data.get("always", ()))
-        self.data, self.ordered = data, self.kind in ("patrol", "visit", "once")
-        self.settles = self.kind in ("hold", "once")  # it stays at its last target
-        listed: Any = {"ltl": (), "hold": (value,)}.get(self.kind, value)
+        self.data, self.shape = data, shape_of(self.kind)
+        known = self.shape.known or self.kind == "ltl"
+        require(known, f"objectives of the kind {self.kind} are not known here")
+        listed: Any = () if self.kind == "ltl" else (value,) if self.shape.one else value
         self.targets = [frozenset([t] if isinstance(t, int) else t) for t in listed]
         own: Json = value if self.kind == "ltl" else {}
         memory: Json = own.get("memory", {})
@@ -298,8 +300,8 @@ class Objective:
         steps = (f"region' = region | ({text})" for text in self.always)
         self.safety += [read_clause(text, truths) for text in steps]
         count = len(self.targets) or len(self.liveness) or 1
-        self.goals = frozenset(range(count - 1 if self.settles else 0, count))
-        once = self.kind == "once" and count > 1 and self.targets[-1] & self.targets[-2]
+        self.goals = frozenset(range(count - 1 if self.shape.settles else 0, count))
+        once = self.shape.ends and count > 1 and self.targets[-1] & self.targets[-2]
         require(not once, "the last two targets share a region")
         bounds = {name: (0, 1) if given == "bool" else given for name, given in memory.items()}
         self.memory = {name: range(least, most + 1) for name, (least, most) in bounds.items()}
@@ -308,12 +310,13 @@ class Objective:
 
     def serves(self, wanted: Objective) -> bool:
         """Return whether it is the wanted one, or requires its targets in turn."""
-        weaker = {} if "form" in wanted.data else wanted.renamed("visit")
+        weaker = {} if "form" in wanted.data else wanted.alternating()
         return self.data in (wanted.data, weaker)
 
-    def renamed(self, kind: str) -> Json:
-        """Return the data of another kind of objective about the same, under the same rules."""
-        return {kind if key == "patrol" else key: value for key, value in self.data.items()}
+    def alternating(self) -> Json:
+        """Return the data of its weaker form, about the same and under the same rules."""
+        weaker = {self.kind: ALTERNATION} if self.shape.strict else {}
+        return {weaker.get(key, key): value for key, value in self.data.items()}
 
     def rules(self) -> tuple[Any, ...]:
         """Return what holds whatever the robot does."""
@@ -321,10 +324,11 @@ class Objective:
 
     def formed(self, form: str | None) -> Objective:
         """Return the objective that a strategy for it in this form pursues."""
-        if self.kind != "patrol" or form != "alternation":
+        if not self.shape.strict or form != "alternation":
             return self
-        require("form" not in self.data, "a patrol with 'form: literal' is made an alternation")
-        return Objective(self.renamed("visit"))
+        found = f"a {self.kind} with 'form: literal' is made an alternation"
+        require("form" not in self.data, found)
+        return Objective(self.alternating())
 
     def words(self, world: World, form: str = "literal") -> str:
         """Return it as a sentence without its subject; ``form``: the weakest one that was proven,
@@ -337,13 +341,13 @@ class Objective:
         if self.kind == "ltl":
             return "satisfy the formulas of its own objective"
         listed = [world.word(target) for target in self.targets]
-        if self.kind == "hold":
+        if self.shape.one:
             return f"go to {listed[0]} and stay"
-        if self.kind == "once":
+        if self.shape.ends:
             return f"be at {', '.join(listed)} once, in this order, and stay at the last"
-        if self.kind == "cover":
+        if self.shape.covers:
             return f"be at each of {', '.join(listed)} infinitely often, in any order"
-        how = {"literal": STRICTLY, "alternation": LOOSELY}.get(form, "") * (self.kind == "patrol")
+        how = {"literal": STRICTLY, "alternation": LOOSELY}.get(form, "") * self.shape.strict
         return f"be at {' and '.join(listed)} in turn, infinitely often{how}"
 
     def permits(self, before: Pose, after: Pose) -> bool:
@@ -414,11 +418,11 @@ class Task:
         self.poses: list[Pose] = [*zip(self.regions, turned, strict=False)]
         self.of_pose: dict[Pose, set[int]] = {}  # the nodes that runs reach, by their pose
         own, last, awaited = graph.rows(self.own), nothing, nothing
-        if self.objective.ordered:
+        if self.objective.shape.in_turn:
             last = graph.columns.get(next(iter(self.memory), ""), nothing)
             here = zip(last, self.regions, strict=True)
             awaited = [(k + (region in targets[k])) % len(targets) for k, region in here]
-            if self.objective.settles:  # from the last one on it awaits that
+            if self.objective.shape.settles:  # from the last one on it awaits that
                 here, last_one = zip(last, self.regions, strict=True), len(targets) - 1
                 awaited = [min(k + (region in targets[k]), last_one) for k, region in here]
         self.before = [*zip(self.poses, awaited, own, graph.rows(self.heard), strict=True)]
@@ -497,16 +501,16 @@ class Task:
 
     def _replies_at(self, before: tuple[Pose, int, Row, Row], row: Row) -> set[Any]:
         """Return the replies to an observation: pose, target that was awaited, memory."""
-        (pose, awaited, memory, heard), kind = before, self.objective.kind
+        (pose, awaited, memory, heard), shape = before, self.objective.shape
         seen = dict(zip(self.graph.spec.inputs, row, strict=True))
-        due = not self.objective.ordered or awaited == len(self.targets) - 1
-        held = self.objective.settles and due and pose[0] in self.targets[-1]
+        due = not shape.in_turn or awaited == len(self.targets) - 1
+        held = shape.settles and due and pose[0] in self.targets[-1]
         held = held and not seen.get("request")
         stays = held or seen.get("wait")
         moves = {pose} if stays else self.world.moves(self.robot["mobility"], pose)
         shut = self.taken(pose[0], seen) | (self.closed - ({pose[0]} & self.leaves))
-        if kind == "patrol":
-            shut |= self.targets[1 - awaited]  # the target whose turn it is not
+        if shape.strict:  # none of the targets whose turn it is not
+            shut = shut.union(*(t for k, t in enumerate(self.targets) if k != awaited))
         legal = [after for after in moves - self.forbidden if after[0] not in shut]
         if self.goal_places:
             aim, places = self.targets[awaited], self.goal_places[awaited]
@@ -543,7 +547,7 @@ class Task:
         graph, regions, targets = self.graph, self.regions, self.targets
         counts = self.objective.goals
         goals = [[regions[node] in target for node in edges[1]] for target in targets]
-        if self.objective.ordered:
+        if self.objective.shape.in_turn:
             steps = zip(*edges, strict=True)
             ends = [(self.before[node][1], after) for node, after in steps]
             goals = [[regions[after] in targets[k] and k in counts for k, after in ends]]
@@ -573,7 +577,7 @@ class Task:
             elif fairness == "off_my_targets":
                 found += [bool(where - target) for target in self.targets]
             elif fairness == "at_its_targets":
-                aims = Objective({"visit": self.line["others_targets"][name]}).targets
+                aims = Objective({ALTERNATION: self.line["others_targets"][name]}).targets
                 found += [bool(where & aim) for aim in aims]
         for name in self.heard:
             found += [seen[name] == value for value in (self.line.get("again") or {}).get(name, ())]
