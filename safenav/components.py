@@ -1,11 +1,30 @@
-"""Strongly connected components of a graph, in one pass (Tarjan: SIAM J. Comput. 1972)."""
+"""Graphs that are explored from their beginnings, and their strongly connected components in one
+pass (Tarjan: SIAM J. Comput. 1972)."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
+from typing import TypeVar
 
 Graph = Sequence[Sequence[int]]
 """The successors of each node."""
+
+_State = TypeVar("_State", bound=Hashable)
+
+
+def explored(
+    begins: Iterable[_State], after: Callable[[_State], Sequence[_State]]
+) -> dict[_State, Sequence[_State]]:
+    """The states that can be reached from ``begins``, each with those ``after`` it; depth first,
+    the last successor first."""
+    found: dict[_State, Sequence[_State]] = {}
+    stack = list(begins)
+    while stack:
+        state = stack.pop()
+        if state not in found:
+            found[state] = after(state)
+            stack += found[state]
+    return found
 
 
 def components(graph: Graph) -> list[list[int]]:

@@ -11,23 +11,23 @@ from safenav.explain.explanation import Diagnosis, NoStrategyCause
 from safenav.explain.undisturbed import Solo, play
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Ltl, Target, alternation, station, targets_of
+from safenav.scenario.reachability import Reachability
 from safenav.spec.task import Known, Task
 from safenav.world.map import Heading, RegionMap
-from safenav.world.moves import Mobility, Pose, distances
+from safenav.world.moves import Mobility, Pose
 
 
 def diagnose(task: Task, world: RegionMap) -> Diagnosis:
     """Return the cause as far as the map, the mobility and the objective determine it."""
-    walkable = distances(
-        task.robot.model.mobility, task.pose, world, {k.region for k in task.blocked}
-    )
+    mobility, blocked = task.robot.model.mobility, {known.region for known in task.blocked}
+    walkable = Reachability(mobility, task.pose, world, blocked)
     if isinstance(task.objective, Ltl):
-        return Diagnosis(None, confined=frozenset(walkable))
+        return Diagnosis(None, confined=walkable.regions)
     solo = _solo(task, world)
     if solo.winnable:
         return Diagnosis(None, confined=solo.regions)
-    lost = tuple(t for t in task.targets if not any(region in walkable for region in t))
-    found = Diagnosis(NoStrategyCause.NO_WAY, lost, frozenset(walkable))
+    lost = tuple(t for t in task.targets if not walkable.reaches(t))
+    found = Diagnosis(NoStrategyCause.NO_WAY, lost, walkable.regions)
     if not _connected(task, world):
         return found
     culprits = _culprits(task, world)
@@ -76,8 +76,8 @@ def _solo(task: Task, world: RegionMap) -> Solo:
 
 def _connected(task: Task, world: RegionMap) -> bool:
     """Return whether a robot that can turn has a path to each target, blocked by walls only."""
-    reach = distances(Mobility.FREE, Pose(task.pose.region), world)
-    return all(any(region in reach for region in t) for t in targets_of(task.objective))
+    reach = Reachability(Mobility.FREE, Pose(task.pose.region), world)
+    return all(map(reach.reaches, targets_of(task.objective)))
 
 
 def _culprits(task: Task, world: RegionMap) -> tuple[Known, ...]:
@@ -111,7 +111,7 @@ def _crossing(task: Task, world: RegionMap) -> Target | None:
     for target in targets:
         if task.pose.region in target:
             continue
-        reach = distances(task.robot.model.mobility, task.pose, world, blocked | target)
-        if any(reach.keys().isdisjoint(other) for other in targets if other != target):
+        reach = Reachability(task.robot.model.mobility, task.pose, world, blocked | target)
+        if not all(reach.reaches(other) for other in targets if other != target):
             return target
     return None

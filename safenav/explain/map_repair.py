@@ -12,10 +12,10 @@ from msgspec.structs import replace
 
 from safenav.explain.explanation import Diagnosis, Repair, RepairKind
 from safenav.scenario.model import Obstacle, ObstacleType, Robot, Scenario
+from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading.catalogue import built_in
 from safenav.spec.task import Task
 from safenav.world.map import Region, RegionMap
-from safenav.world.moves import distances
 
 
 def map_repairs(
@@ -81,8 +81,8 @@ def _resolvable(
             if kind.action not in other.capabilities:
                 continue
             closed = {wall} if obstacle.closed_to(other) else set()
-            reach = distances(other.model.mobility, other.start, open_map, closed)
-            if any(region in reach for region in obstacle.resolution_regions(open_map)):
+            reach = Reachability(other.model.mobility, other.start, open_map, closed)
+            if reach.reaches(frozenset(obstacle.resolution_regions(open_map))):
                 helpers.append(other.name)
         if helpers:
             helpers.sort(key=lambda name: name != robot.name)

@@ -25,10 +25,11 @@ from safenav.scenario.objective import (
     staying,
     written,
 )
+from safenav.scenario.reachability import Reachability
 from safenav.spec.objective import NO_MEMORY
 from safenav.spec.task import Task
 from safenav.world.map import Heading, Region
-from safenav.world.moves import Mobility, Pose, distances
+from safenav.world.moves import Mobility, Pose
 
 Judge = Callable[[Scenario], bool]
 """Whether the robot in question has a strategy at the start of a scenario."""
@@ -283,9 +284,9 @@ def _rooms_with_all_targets(problem: RepairProblem) -> set[Region]:
         return set(world.free)
     found: set[Region] = set()
     for region in targets[0]:
-        room = distances(Mobility.FREE, Pose(region), world)
-        if all(any(r in room for r in target) for target in targets):
-            found.update(room)
+        room = Reachability(Mobility.FREE, Pose(region), world)
+        if all(map(room.reaches, targets)):
+            found |= room.regions
     return found
 
 

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 
 from msgspec import Struct
 
+from safenav.components import explored
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import Ltl, Objective, TargetObjective, formulas_in
 from safenav.spec.objective import Memory
@@ -45,17 +46,12 @@ def play(
     assert not isinstance(objective, Ltl)
     pursuit = objective
     first = State(pose, pursuit.begin(pose.region, memory.index) if pursuit.in_turn else 0)
-    number = {first: 0}
-    states = [first]
-    edges = []
-    for state in states:  # grows during the iteration
-        source = number[state]
-        for after in _steps(mobility, state, pursuit, world, blocked):
-            target = number.setdefault(after, len(states))
-            if target == len(states):
-                states.append(after)
-            edges.append((source, target))
-    parts = cyclic_parts(edges)
+    ways = explored([first], lambda state: tuple(_steps(mobility, state, pursuit, world, blocked)))
+    number = {state: index for index, state in enumerate(ways)}
+    parts = cyclic_parts(
+        (number[s], number[to]) for s, following in ways.items() for to in following
+    )
+    states = list(ways)
     met: dict[int, set[int]] = {}
     for index, part in parts.items():
         state = states[index]

@@ -21,12 +21,13 @@ from safenav.runtime.turn import Turns
 from safenav.runtime.worlds.world import Change, ChangingWorld, InputWorld, SimulatedWorld
 from safenav.scenario.model import Obstacle, ObstacleType
 from safenav.scenario.objective import Objective, avoided, targets_of
+from safenav.scenario.reachability import Reachability
 from safenav.spec.objective import NO_MEMORY
 from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace, objective_in_trace
 from safenav.trace.vocabulary import OperatorIntervention
 from safenav.world.map import Region
-from safenav.world.moves import Mobility, Pose, distances
+from safenav.world.moves import Mobility, Pose
 
 
 class Close(Struct, frozen=True):
@@ -377,9 +378,9 @@ class Interventions(Struct, dict=True):
         avoid = avoided(wanted.objective)
         if robot.next_pose.region in avoid:
             raise UsageError(f"{wanted.robot} is in region {robot.next_pose.region}, to be avoided")
-        reach = distances(robot.robot.model.mobility, robot.next_pose, world, avoid)
+        reach = Reachability(robot.robot.model.mobility, robot.next_pose, world, avoid)
         for target in targets_of(wanted.objective):
-            if not any(region in reach for region in target):
+            if not reach.reaches(target):
                 where = ", ".join(map(str, sorted(target)))
                 raise UsageError(f"{wanted.robot} cannot reach {where} from its region")
 

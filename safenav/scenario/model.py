@@ -13,6 +13,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.outcome import Outcome
+from safenav.scenario import needs
 from safenav.scenario.event_pattern import EventPattern
 from safenav.scenario.motion import MotionModel
 from safenav.scenario.objective import Objective
@@ -140,20 +141,12 @@ class ObstacleType(Struct, frozen=True):
         return self.listed or (Need(self.action, at=self.resolve_at),)
 
     def takes(self, number: int) -> bool:
-        """Whether the robots that meet a need carry a load from then on: the same robots must meet
-        the next need, and others may have met the one before."""
-        needs = self.needs
-        return not needs[number].same and number + 1 < len(needs) and needs[number + 1].same
+        """Whether the robots that meet a need carry a load from then on."""
+        return needs.takes(self.needs, number)
 
     def actions(self, number: int) -> frozenset[str]:
-        """The actions that a robot must have for a need: its own, and those of the needs that the
-        same robots must meet after it."""
-        found = {self.needs[number].action}
-        for need in self.needs[number + 1 :]:
-            if not need.same:
-                break
-            found.add(need.action)
-        return frozenset(found)
+        """The actions that a robot must have for a need, and for those that it must meet then."""
+        return needs.actions(self.needs, number)
 
 
 class Catalogue(Struct, frozen=True):

@@ -11,7 +11,7 @@ from collections.abc import Collection, Sequence
 from safenav.scenario.objective import Target
 from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Mobility, Pose
-from safenav.world.poses import Mask, plain_graph, region_mask
+from safenav.world.poses import Mask, bits, plain_graph, region_mask
 
 
 class Reachability:
@@ -28,6 +28,11 @@ class Reachability:
         self._graph = graph = plain_graph(world, mobility)
         self._allowed = graph.everywhere & ~graph.poses_on(region_mask(closed))
         self._reached = graph.closure(1 << graph.number(start), self._allowed)
+
+    @property
+    def regions(self) -> frozenset[Region]:
+        """The regions that can be reached."""
+        return frozenset(bits(self._graph.regions_of(self._reached)))
 
     def reaches(self, target: Target) -> bool:
         """Whether some region of the target can be reached."""

@@ -7,12 +7,12 @@ on its memory.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from functools import lru_cache
 
 from msgspec import Struct
 
-from safenav.components import components
+from safenav.components import components, explored
 from safenav.scenario.guarantees import Guarantees, guarantees_of
 from safenav.scenario.objective import Ltl, Objective, formulas_in, targets_of
 from safenav.spec.task import Task
@@ -71,7 +71,7 @@ def assignable_regions(task: Task, world: RegionMap) -> AssignableRegions:
 
 def whereabouts(task: Task, world: RegionMap) -> frozenset[Region]:
     """The regions that the robot of a task can ever reach."""
-    return frozenset(pose.region for pose, _ in _ways(_Ground.of(task, world)))
+    return frozenset(pose.region for pose, _ in _Ground.of(task, world).ways())
 
 
 class _Ground(Struct, frozen=True):
@@ -123,6 +123,10 @@ class _Ground(Struct, frozen=True):
             if guarantees.allows_with(pose, old, to, new)
         ]
 
+    def ways(self) -> dict[State, Sequence[State]]:
+        """The states that the robot can reach, each with those that may follow."""
+        return explored(self.begins(), self.after)
+
     def meets(self, members: Collection[State], ways: Mapping[State, Collection[State]]) -> bool:
         """Whether a robot that circulates among these states can meet its objective forever."""
         guarantees = self.guarantees
@@ -143,7 +147,7 @@ class _Ground(Struct, frozen=True):
 
 @lru_cache(maxsize=64)
 def _assignable_regions(ground: _Ground) -> AssignableRegions:
-    ways = _ways(ground)
+    ways = ground.ways()
     rounds, home = _homes(ground, ways)
     here = frozenset({ground.start.region})
     of_state = {state: k for k, members in enumerate(rounds) for state in members}
@@ -169,20 +173,8 @@ def _assignable_regions(ground: _Ground) -> AssignableRegions:
     )
 
 
-def _ways(ground: _Ground) -> dict[State, list[State]]:
-    """The states that the robot can reach, each with those that may follow."""
-    found: dict[State, list[State]] = {}
-    queue = ground.begins()
-    while queue:
-        state = queue.pop()
-        if state not in found:
-            found[state] = ground.after(state)
-            queue += found[state]
-    return found
-
-
 def _homes(
-    ground: _Ground, ways: dict[State, list[State]]
+    ground: _Ground, ways: dict[State, Sequence[State]]
 ) -> tuple[list[list[State]], list[int | None]]:
     """The states in rounds (what one leads to comes before it), and for each the round in which
     the robot continues forever from there; None where its objective is lost, or where it cannot

@@ -6,7 +6,6 @@ step straight on, or turn 90 degrees and step; never backwards, never a turn on 
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Collection
 from enum import StrEnum
 
@@ -44,23 +43,3 @@ def moves(
             continue
         found.append(Pose(target, heading if mobility is Mobility.HEADING else None))
     return tuple(found)
-
-
-def distances(
-    mobility: Mobility, start: Pose, world: RegionMap, blocked: Collection[Region] = ()
-) -> dict[Region, int]:
-    """Steps of a shortest path from ``start`` to every region that it can reach.
-
-    The distance to a region is the least over the headings in which it can be entered.
-    """
-    depth = {start: 0}
-    nearest = {start.region: 0}
-    queue = deque([start])
-    while queue:
-        pose = queue.popleft()
-        for after in moves(mobility, pose, world, blocked):
-            if after not in depth:
-                depth[after] = depth[pose] + 1
-                nearest.setdefault(after.region, depth[after])
-                queue.append(after)
-    return nearest

@@ -14,6 +14,7 @@ from itertools import combinations
 
 from msgspec import Struct
 
+from safenav.scenario import needs
 from safenav.scenario.pursuit import Pursuit
 from safenav.world.poses import Mask, PoseGraph, bits
 
@@ -51,10 +52,7 @@ class OpenObstacle(Struct, frozen=True):
 
     def chain(self, need: int) -> tuple[GateNeed, ...]:
         """A need, and those after it that the same robots must meet."""
-        last = need + 1
-        while last < len(self.needs) and self.needs[last].same:
-            last += 1
-        return self.needs[need:last]
+        return tuple(needs.chain(self.needs, need))
 
 
 class Member(Struct, frozen=True, eq=False):
@@ -193,8 +191,7 @@ class Problem(Struct, frozen=True, eq=False, dict=True):
 
     def takes(self, gate: int, stages: Stages) -> bool:
         """Whether the robots that meet an obstacle's next need carry a load from then on."""
-        chain = self.gates[gate].chain(stages[gate].need)
-        return len(chain) > 1 and not chain[0].same
+        return needs.takes(self.gates[gate].needs, stages[gate].need)
 
     def carriers(self, gate: int, stages: Stages) -> frozenset[int]:
         """The robots that carry a load: those that took it, or had a part in taking it."""
@@ -212,7 +209,7 @@ class Problem(Struct, frozen=True, eq=False, dict=True):
         """The robots that have the action of the obstacle's next need, and what the same robots
         must do after it; only those that met the need before it if the same must meet this one."""
         stage = stages[gate]
-        actions = {need.action for need in self.gates[gate].chain(stage.need)}
+        actions = needs.actions(self.gates[gate].needs, stage.need)
         return [
             i
             for i, member in enumerate(self.members)

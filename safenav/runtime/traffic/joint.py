@@ -12,8 +12,10 @@ import json
 from collections.abc import Iterable, Iterator, Mapping
 
 from msgspec import Struct, field
+from msgspec.structs import replace
 
-from safenav.runtime.resolution.problem import Problem, Stage, Stages
+from safenav.runtime.resolution.problem import Problem, Stages
+from safenav.scenario.needs import group_of
 from safenav.world.poses import Mask, PoseGraph
 
 Count = tuple[int, int, int]
@@ -243,17 +245,16 @@ def performed(problem: Problem, poses: tuple[int, ...], stages: Stages) -> Stage
                 here = [i for i in here if problem.clear_of(gate, i, regions)]
             if not here:
                 continue
-            enough = len(here) >= problem.missing(gate, stages)
-            if need.together and not enough:
-                continue
             takes = problem.takes(gate, stages)
             if takes and not need.together:  # one after the other, in the order of their turns
                 here = here[: problem.missing(gate, stages)]
-            if enough:
+            done, met = group_of(need, stage.done, here)
+            if met:
                 stages = problem.advanced(gate, stages, here)
+            elif done == stage.done:
+                continue
             else:
-                after = Stage(stage.need, stage.done | {*here}, stage.group)
-                stages = (*stages[:gate], after, *stages[gate + 1 :])
+                stages = (*stages[:gate], replace(stage, done=done), *stages[gate + 1 :])
             changing = changing or stages[gate] != stage
             if changing and takes:
                 break  # another load may have to wait for that

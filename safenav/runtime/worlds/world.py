@@ -13,6 +13,7 @@ from typing import Protocol, runtime_checkable
 from msgspec import Struct, field
 
 from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.scenario.needs import group_of
 from safenav.world.map import Region
 from safenav.world.moves import Pose
 
@@ -197,10 +198,10 @@ class Works(Struct):
 
     def meet(self, work: Work, robot: Robot, regions: Mapping[str, Region]) -> bool:
         """Let the robot do its part of one need; whether that meets it, for the next one."""
-        need, group = work.obstacle.needs[work.need], self._group(work, robot, regions)
-        if len(group) < need.robots:
-            if group and not need.together:
-                work.done = frozenset(group)
+        group = self._group(work, robot, regions)
+        done, met = group_of(work.obstacle.needs[work.need], work.done, group)
+        if not met:
+            work.done = done
             return False
         work.groups = (*work.groups, group)
         work.need, work.done = work.need + 1, frozenset()

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from safenav.scenario.model import Clock, Coordination, Scenario
 from safenav.scenario.objective import Ltl, kinds_that, one_of
+from safenav.scenario.reachability import Reachability
 from safenav.scenario.yaml.document import Mapping
 from safenav.scenario.yaml.findings import Findings
-from safenav.world.moves import distances
 
 
 def check_promises(scenario: Scenario, item: Mapping, findings: Findings) -> None:
@@ -29,8 +29,8 @@ def check_promises(scenario: Scenario, item: Mapping, findings: Findings) -> Non
                 found = f"{robot.name} has a battery, and the scenario has no charger"
                 findings.add(item.get("robots") or item, found, "list 'chargers', or say 'flat'")
             continue
-        reach = distances(robot.model.mobility, robot.start, scenario.map)
-        if scenario.chargers.isdisjoint(reach):
+        reach = Reachability(robot.model.mobility, robot.start, scenario.map)
+        if not reach.reaches(scenario.chargers):
             found = f"{robot.name} has a battery and gets to no charger"
             findings.add(item.get("chargers") or item, found, "put a charger where it gets to")
     swept = next((o for o in scenario.obstacles if o.swept(scenario.map)), None)

@@ -1,0 +1,57 @@
+"""How the needs of an obstacle follow each other, and when one is met: for scenarios, the simulated
+world and joint plans alike."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from typing import Protocol, TypeVar
+
+_Need = TypeVar("_Need", bound="AnyNeed")
+_Robot = TypeVar("_Robot")
+
+
+class AnyNeed(Protocol):
+    """``robots`` distinct robots do ``action``, in one tick if ``together``; ``same``: they are
+    among those that met the need before it."""
+
+    @property
+    def action(self) -> str: ...
+
+    @property
+    def robots(self) -> int: ...
+
+    @property
+    def together(self) -> bool: ...
+
+    @property
+    def same(self) -> bool: ...
+
+
+def chain(needs: Sequence[_Need], number: int) -> Sequence[_Need]:
+    """A need, and those after it that the same robots must meet."""
+    last = number + 1
+    while last < len(needs) and needs[last].same:
+        last += 1
+    return needs[number:last]
+
+
+def takes(needs: Sequence[AnyNeed], number: int) -> bool:
+    """Whether the robots that meet a need carry a load from then on: the same robots must meet
+    the next need, and others may have met the one before."""
+    return number + 1 < len(needs) and needs[number + 1].same and not needs[number].same
+
+
+def actions(needs: Sequence[AnyNeed], number: int) -> frozenset[str]:
+    """The actions that a robot must have for a need: its own, and those of the needs that the
+    same robots must meet after it."""
+    return frozenset(need.action for need in chain(needs, number))
+
+
+def group_of(
+    need: AnyNeed, done: frozenset[_Robot], here: Collection[_Robot]
+) -> tuple[frozenset[_Robot], bool]:
+    """The robots that have fulfilled their part of a need, once those ``here`` act with those that
+    have ``done`` so before, and whether it is met by that."""
+    group = done.union(here)
+    met = len(group) >= need.robots
+    return (group if met or not need.together else done), met
