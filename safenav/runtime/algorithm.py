@@ -26,7 +26,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
 
-from msgspec import Struct
+from msgspec import Struct, field
 
 from safenav.runtime.coordination.decision import Decision, coordinate, reconsider
 from safenav.runtime.coordination.events import (
@@ -56,7 +56,7 @@ from safenav.trace.header import objective_in_trace
 from safenav.trace.vocabulary import HoldReason, Reason
 
 
-class Algorithm(Struct, dict=True):
+class Algorithm(Struct):
     """The loop over a team. The team's state is changed by ``apply`` alone, but for where robots
     are and what they have done there, which is the turns'."""
 
@@ -70,12 +70,10 @@ class Algorithm(Struct, dict=True):
     stop: Stop
     deadlines: Deadlines
     batteries: Batteries
-
-    def __post_init__(self) -> None:
-        self._owed: Unsettled | None = None
-        self._together = False
-        self._astray: list[Astray] = []
-        self._paying = False
+    _owed: Unsettled | None = None
+    _together: bool = False
+    _astray: list[Astray] = field(default_factory=list)
+    _paying: bool = False
 
     def begin(self) -> None:
         """Synthesize the first controllers. The team has its initial objectives, and no requests

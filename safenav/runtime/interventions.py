@@ -7,7 +7,6 @@ A new objective is assigned to its robot; every robot knows which robots are out
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import cached_property
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -123,7 +122,7 @@ _SCENARIO = vocabulary.ChangeCause.SCENARIO
 _INPUT = vocabulary.ChangeCause.INPUT
 
 
-class Interventions(Struct, dict=True):
+class Interventions(Struct):
     """Asked for at any time, applied at the beginning of the next tick."""
 
     state: TeamState
@@ -180,7 +179,7 @@ class Interventions(Struct, dict=True):
                 yield from self._give(robot, change.objective, _SCENARIO, change.within)
             if change.active is not None:
                 yield from self.turns.serve(robot, active=change.active, cause=_SCENARIO)
-        if not self._tells_orders:
+        if not isinstance(self.world, ChangingWorld):
             yield from self._orders()
         asked, self._asked = self._asked, []
         for wanted in asked:
@@ -188,10 +187,6 @@ class Interventions(Struct, dict=True):
                 self._tell(wanted)
             yield from self._bring_about(wanted)
         yield from self._inputs()
-
-    @cached_property
-    def _tells_orders(self) -> bool:
-        return isinstance(self.world, ChangingWorld)
 
     def _orders(self) -> Iterator[Event]:
         """Tell the team the orders of the scenario that are due, in a world that does not."""

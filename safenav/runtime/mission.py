@@ -130,7 +130,7 @@ class Mission:
             self._stop,
             self._deadlines,
             batteries,
-            attended and commands.live,
+            attended=attended and commands.live,
         )
         self.ending = False
         """Whether the run has ended, or is about to record its end."""

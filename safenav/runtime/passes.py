@@ -35,10 +35,12 @@ class Passes(Algorithm):
     waits where it would end."""
 
     attended: bool = False
+    limit: float | None = None
+    _changed: bool = True
+    _still: int = 0
+    _come: bool = False
 
     def __post_init__(self) -> None:
-        super().__post_init__()
-        self._changed, self._still, self._come = True, 0, False
         self.limit = self._limit()
 
     def tick(self) -> None:

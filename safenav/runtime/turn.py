@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from functools import partial
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.outcome import Outcome
@@ -47,21 +46,22 @@ from safenav.world.moves import Pose
 from safenav.world.poses import region_mask
 
 
-class Turns(Struct, dict=True):
+class Turns:
     """Carries out turns on a team's state in a world."""
 
-    state: TeamState
-    world: Commands
-    strategies: Strategies
-    traffic: Traffic
-
-    def __post_init__(self) -> None:
-        self.monitors = Monitors(self.state)
-        self.sightings = BeliefRecorder(self.state)
-        self.tell = MoveRecorder(self.state, self.sightings)
+    def __init__(
+        self, state: TeamState, world: Commands, strategies: Strategies, traffic: Traffic
+    ) -> None:
+        self.state = state
+        self.world = world
+        self.strategies = strategies
+        self.traffic = traffic
+        self.monitors = Monitors(state)
+        self.sightings = BeliefRecorder(state)
+        self.tell = MoveRecorder(state, self.sightings)
         leave_plan = partial(self.leave_plan, settling=True)
         self.actions = Actions(
-            self.state, self.world, self.tell, leave_plan, self._planned, self._stand_still
+            state, world, self.tell, leave_plan, self._planned, self._stand_still
         )
 
     def _planned(self) -> bool:

@@ -27,7 +27,7 @@ MOST_VALUATIONS = 64
 Values = Mapping[str, int]
 
 
-class GuaranteeRule(Struct, eq=False, dict=True):
+class GuaranteeRule(Struct, frozen=True, eq=False, dict=True):
     """One formula. Its truth on a step depends on the variables that it names only; it holds if it
     does with some values of the ``inputs`` that are not given."""
 

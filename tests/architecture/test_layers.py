@@ -106,6 +106,17 @@ def test_a_package_s_init_is_a_docstring() -> None:
         assert len(body) == 1 and isinstance(body[0], ast.Expr), name
 
 
+def test_only_frozen_data_has_undeclared_attributes() -> None:
+    """State that changes is declared; ``dict=True`` is for cached properties."""
+    loose = []
+    for name, path in MODULES.items():
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.ClassDef):
+                said = {word.arg for word in node.keywords}
+                loose += [f"{name}.{node.name}"] if "dict" in said and "frozen" not in said else []
+    assert loose == []
+
+
 ON_THEIR_OWN = ("safenav.audit.", "safenav.certify.checker.")
 """They share nothing with what they check, so they have names of their own for it."""
 

@@ -20,7 +20,7 @@ from safenav.motion.geometry import MetricFloor
 from safenav.motion.mover import Crossing, Mover
 from safenav.pace.robot import AT_ONCE
 from safenav.trace import records
-from safenav.trace.setting import ObstacleHeader
+from safenav.trace.setting import ObstacleHeader, RobotHeader
 from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import ChangeCause
 
@@ -82,7 +82,7 @@ def scheduled(
     return tuple(run.done)
 
 
-class _Run(Struct, dict=True):
+class _Run(Struct):
     trace: Trace
     floor: MetricFloor
     movers: Mapping[str, Mover]
@@ -114,9 +114,9 @@ class _Run(Struct, dict=True):
     told: dict[str, Activity] = field(default_factory=dict)
     """The action that met the last need of each obstacle that is about to be resolved."""
 
-    def __post_init__(self) -> None:
-        self.robots = self.trace.header.scenario.robots
-        self.obstacles = self.trace.obstacles
+    @property
+    def robots(self) -> Mapping[str, RobotHeader]:
+        return self.trace.header.scenario.robots
 
     def take(self, record: records.Record) -> None:
         if isinstance(record, records.Move):
@@ -178,7 +178,7 @@ class _Run(Struct, dict=True):
     def _met(self, record: records.Met) -> None:
         """The action that fulfils one of several needs. Robots that resolve the rest by entering
         are let in."""
-        obstacle = self.obstacles[record.obstacle]
+        obstacle = self.trace.obstacles[record.obstacle]
         act = self._act(record, obstacle, record.need)
         if record.need == len(obstacle.all_needs) - 1:
             self.told[obstacle.name] = act
@@ -191,7 +191,7 @@ class _Run(Struct, dict=True):
         self._open(obstacle, let_in, act)
 
     def _resolved(self, record: records.Resolved) -> None:
-        obstacle = self.obstacles[record.obstacle]
+        obstacle = self.trace.obstacles[record.obstacle]
         act = self.told.pop(obstacle.name, None)
         if act is None:
             act = self._act(record, obstacle, len(obstacle.all_needs) - 1)

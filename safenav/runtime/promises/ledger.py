@@ -61,7 +61,7 @@ class Round(Struct):
         return self.disturbed or self.before
 
 
-class Deadlines(Struct, dict=True):
+class Deadlines(Struct):
     """Keeps the promises of a run."""
 
     team: TeamState
@@ -74,6 +74,7 @@ class Deadlines(Struct, dict=True):
     _past: set[str] = field(default_factory=set)
     _had: int = 0
     _refuted: set[str] = field(default_factory=set)
+    active: bool = False
     lasts_until: Callable[[str, str], int | None] | None = None
     """Until when a robot's charge lasts behind an obstacle."""
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from itertools import chain, pairwise
 
-from msgspec import Struct, field
+from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.runtime.resolution.problem import Problem, Zones
@@ -103,19 +103,17 @@ def dues_of(states: Sequence[Joint], counts: Sequence[Count]) -> list[dict[int, 
     return dues
 
 
-class Execution(Struct, dict=True):
+class Execution:
     """Progress of each robot on its path. ``taken``: steps that it has completed; ``dues``: by
     robot and place, see ``dues_of``."""
 
-    schedule: Schedule
-    dues: Sequence[Mapping[int, Count]] = ()
-    taken: list[int] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        self.taken = [0] * len(self.schedule.ways)
-        self._ahead: list[list[Mask]] = [[] for _ in self.schedule.ways]
+    def __init__(self, schedule: Schedule, dues: Sequence[Mapping[int, Count]] = ()) -> None:
+        self.schedule = schedule
+        self.dues = dues
+        self.taken = [0] * len(schedule.ways)
+        self._ahead: list[list[Mask]] = [[] for _ in schedule.ways]
         self._waits: dict[tuple[int, int], list[Order]] = {}
-        for order in self.schedule.orders:
+        for order in schedule.orders:
             self._waits.setdefault((order.robot, order.step), []).append(order)
 
     @property

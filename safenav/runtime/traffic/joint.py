@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator, Mapping
 
-from msgspec import Struct, field
+from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.runtime.resolution.problem import Problem, Stages
@@ -67,25 +67,23 @@ class Reached(dict[int, int]):
         return found
 
 
-class Course(Struct, dict=True):
+class Course:
     """The rules by which joint states follow one another.
 
     ``rounds``: what each robot is to do after the last resolution. ``parked``: robots that are
     left where they are.
     """
 
-    problem: Problem
-    rounds: int
-    parked: frozenset[int] = frozenset()
-    _steps: dict[Stages, tuple[Steps, ...]] = field(default_factory=dict)
-    _hopeful: dict[Stages, tuple[Steps, ...]] = field(default_factory=dict)
-    _alive: dict[Stages, tuple[Mask, ...]] = field(default_factory=dict)
-    _acting: dict[Stages, tuple[Mask, ...]] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        members = self.problem.members
-        self._pursuits = [member.pursuit for member in members]
-        self._reached = [Reached(member.targets) for member in members]
+    def __init__(self, problem: Problem, rounds: int, parked: frozenset[int] = frozenset()) -> None:
+        self.problem = problem
+        self.rounds = rounds
+        self.parked = parked
+        self._steps: dict[Stages, tuple[Steps, ...]] = {}
+        self._hopeful: dict[Stages, tuple[Steps, ...]] = {}
+        self._alive: dict[Stages, tuple[Mask, ...]] = {}
+        self._acting: dict[Stages, tuple[Mask, ...]] = {}
+        self._pursuits = [member.pursuit for member in problem.members]
+        self._reached = [Reached(member.targets) for member in problem.members]
 
     def begun(self, poses: tuple[int, ...], counts: tuple[Count, ...], stages: Stages) -> Joint:
         """Return the start state of a search: goals that waiting meets count as met."""

@@ -4,7 +4,6 @@ the last resorts (the table in ``budgets``)."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cached_property
 from itertools import pairwise
 
 from msgspec import Struct
@@ -23,7 +22,7 @@ from safenav.runtime.traffic.thinking import Thinking
 from safenav.runtime.traffic.timed import quickest
 
 
-class PlanSearch(Struct, dict=True):
+class PlanSearch(Struct):
     """Searches for plans. ``rivals``: whether a robot shares its floor; ``starved``: the robot that
     the plan is for; ``failures``: searches in a row with an exhausted budget, ``spent``: all such
     searches; ``served_nowhere``: the last one has shown that no joint state serves the requests."""
@@ -39,7 +38,7 @@ class PlanSearch(Struct, dict=True):
     served_nowhere: bool = False
     _cut_off: frozenset[int] = frozenset()
 
-    @cached_property
+    @property
     def turning(self) -> bool:
         """Whether a robot with headings shares its floor."""
         problem = self.state.last_settled.floor.problem

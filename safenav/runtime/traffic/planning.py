@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Hashable, Mapping, Sequence
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.outcome import Outcome
@@ -51,36 +50,33 @@ from safenav.world.moves import Pose
 from safenav.world.poses import FAR, Mask
 
 
-class Traffic(Struct, dict=True):
+class Traffic:
     """Plans for a team, and where each robot is in the plan that is followed, if any."""
 
-    state: TeamState
-    stop: Stop
-    clock: Callable[[], float]
-    execution: Execution | None = None
-    wanted: str | None = None
-    _looked: float = -1.0
-    hopeless: frozenset[str] = frozenset()
-    """Obstacles that no joint state serves, as the last search has shown."""
-    _cleared: Settlement | None = None
-    _hurried: Settlement | None = None
-    _followed: Settlement | None = None
-    _urgent: int | None = None
-    _pending: Pending | None = None
-    _all_wait: bool = False
-
-    def __post_init__(self) -> None:
-        robots = self.state.scenario.robots
-        self.thinking = Thinking(self.stop)
-        self._searches = Searches(self.state, self.thinking)
+    def __init__(self, state: TeamState, stop: Stop, clock: Callable[[], float]) -> None:
+        self.state = state
+        self.stop = stop
+        self.clock = clock
+        self.execution: Execution | None = None
+        self.wanted: str | None = None
+        self.hopeless: frozenset[str] = frozenset()
+        """Obstacles that no joint state serves, as the last search has shown."""
+        self._looked = -1.0
+        self._cleared: Settlement | None = None
+        self._hurried: Settlement | None = None
+        self._followed: Settlement | None = None
+        self._urgent: int | None = None
+        self._pending: Pending | None = None
+        self._all_wait = False
+        self.thinking = Thinking(stop)
+        self._searches = searches = Searches(state, self.thinking)
         self._tried: Counter[Hashable] = Counter()
-        self._certificates = Certificates(self.state, self._searches)
+        self._certificates = certificates = Certificates(state, searches)
+        robots = state.scenario.robots
         self._watch = Watch(max(robot.model.timing.most for robot in robots))
-        sweeps = self.state.scenario.sweeping and len(robots) > 1
-        self._rivals = {robot.name: sweeps or bool(self.state.rivals(robot)) for robot in robots}
-        self.search = PlanSearch(
-            self.state, self.thinking, self._searches, self._certificates, self._rivals
-        )
+        sweeps = state.scenario.sweeping and len(robots) > 1
+        self._rivals = {robot.name: sweeps or bool(state.rivals(robot)) for robot in robots}
+        self.search = PlanSearch(state, self.thinking, searches, certificates, self._rivals)
 
     @property
     def active(self) -> bool:

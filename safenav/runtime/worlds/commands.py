@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from statistics import median
 
-from msgspec import Struct, field
+from msgspec import Struct
 
 from safenav.runtime.worlds.adapter import BlockingAdapter
 from safenav.runtime.worlds.checked_world import WorldError
@@ -64,24 +64,23 @@ class Dropped(Struct, frozen=True):
     reason: str
 
 
-class Commands(Struct, dict=True):
+class Commands:
     """Gives commands to a world, and takes in what it reports. ``busy``: seconds in which each
     robot had a command; ``over``: the time of the last end of one."""
 
-    world: World
-    scenario: Scenario
-    busy: dict[str, float] = field(default_factory=dict)
-    over: float = 0.0
-    dropped: list[Dropped] = field(default_factory=list)
-    sensed: list[Sensed] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        self.live = not isinstance(self.world, BlockingAdapter)
-        self._timed = self.world if isinstance(self.world, TimedWorld) else None
-        self._changing = self.world if isinstance(self.world, ChangingWorld) else None
+    def __init__(self, world: World, scenario: Scenario) -> None:
+        self.world = world
+        self.scenario = scenario
+        self.busy: dict[str, float] = {}
+        self.over = 0.0
+        self.dropped: list[Dropped] = []
+        self.sensed: list[Sensed] = []
+        self.live = not isinstance(world, BlockingAdapter)
+        self._timed = world if isinstance(world, TimedWorld) else None
+        self._changing = world if isinstance(world, ChangingWorld) else None
         self.simulated = self._timed is not None
         """Whether the world knows how long commands take."""
-        self.pauses = self.simulated or (isinstance(self.world, PausingWorld) and self.world.pauses)
+        self.pauses = self.simulated or (isinstance(world, PausingWorld) and world.pauses)
         """Whether time passes only while the run waits."""
         self._open: dict[str, OpenCommand] = {}
         self._ended: dict[str, WorldEvent] = {}
