@@ -16,6 +16,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager, nullcontext
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -43,7 +44,8 @@ MOST = {
 
 @dataclass(frozen=True)
 class Played:
-    """``found``: what is wrong, empty for nothing, ``?`` if the search was too large."""
+    """``found``: what is wrong, empty for nothing, ``?`` if the search was too large; ``trace``:
+    its lines, without what depends on the machine."""
 
     outcome: str
     found: str
@@ -51,6 +53,11 @@ class Played:
     injected: Mapping[str, int]
     seconds: float
     cpu: float
+    trace: tuple[str, ...] = ()
+
+
+MACHINE = ("seconds", "synthesis_seconds", "cached", "verified")
+"""The fields of a trace that depend on the machine; ``seconds`` of ``depart`` on the world."""
 
 
 class SlowError(Exception):
@@ -102,7 +109,22 @@ def play(seed: int, *, faults: bool = False, wired: bool = False, patience: int 
         found = found or verdict(data, log, said)
         if found in ("", "?") and (findings := check_trace(lines).findings):
             found = f"audit: {findings[0]}"
-        return Played(outcome, found, walk, dict(floor.faults_so_far()), spent, cpu)
+        told = tuple(json.dumps(same(json.loads(line))) for line in lines)
+        return Played(outcome, found, walk, dict(floor.faults_so_far()), spent, cpu, told)
+
+
+def same(record: dict[str, Any]) -> dict[str, Any]:
+    """A record of a trace, as it is whenever and wherever a run is repeated."""
+    return {key: value for key, value in record.items() if key not in MACHINE}
+
+
+def repeated(seed: int, first: Played, *, faults: bool, wired: bool, patience: int) -> str:
+    """Play a run again, over a socket if it was not before and the other way round; the first
+    difference of the traces, empty if there is none."""
+    again = play(seed, faults=faults, wired=not wired, patience=patience)
+    lines = zip_longest(first.trace, again.trace)
+    parted = next((pair for pair in lines if pair[0] != pair[1]), None)
+    return "" if parted is None else f"another run when repeated: {parted[0]} / {parted[1]}"
 
 
 def serially(seed: int) -> Played:
@@ -141,6 +163,7 @@ def main() -> int:
     parser.add_argument("--faults", action="store_true", help="in every fourth run")
     parser.add_argument("--all-faults", action="store_true", help="in every run")
     parser.add_argument("--both", action="store_true", help="compare with lockstep, without faults")
+    parser.add_argument("--again", action="store_true", help="repeat each run, over a socket")
     parser.add_argument("--patience", type=int, default=120, help="seconds for one run")
     parser.add_argument("--trace", help="write the floor's log of a single seed there")
     parser.add_argument("--log", help="append one line of JSON a run to this file")
@@ -167,6 +190,10 @@ def main() -> int:
             alike = same
             if same and one.outcome == "completed" and len(one.walk.robots) > 2:
                 faster.append(other.walk.over / max(one.walk.over, 0.1))
+        if options.again and not problem:
+            about: dict[str, Any] = {"faults": faults, "wired": seed % 10 == 7}
+            problem = repeated(seed, one, **about, patience=options.patience)
+            counts["repeated alike"] += not problem
         if problem:
             found += 1
             print(f"seed {seed}{' with faults' * faults}: {problem}", flush=True)

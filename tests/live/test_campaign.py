@@ -12,7 +12,7 @@ from collections.abc import Callable
 import pytest
 
 import warm
-from live.campaign import play
+from live.campaign import play, repeated
 from safenav.runtime import turn
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.traffic.execution import Execution
@@ -36,6 +36,14 @@ FAILED = [
 @pytest.mark.parametrize(("seed", "faults", "why"), FAILED, ids=[str(s) for s, _, _ in FAILED])
 def test_a_run_that_has_failed_is_clean(seed: int, faults: bool, why: str) -> None:
     assert play(seed, faults=faults).found in ("", "?"), why
+
+
+@pytest.mark.parametrize("seed", [31032, 31107, 31138])
+def test_a_run_with_faults_is_repeated_over_a_socket(seed: int) -> None:
+    """Whatever happens follows from the events: the same ones make the same trace."""
+    first = play(seed, faults=True)
+    assert first.found in ("", "?") and first.injected
+    assert repeated(seed, first, faults=True, wired=False, patience=120) == ""
 
 
 def run(*options: object) -> None:
