@@ -63,6 +63,15 @@ class InTime(Struct, frozen=True):
             found[name] = members or idle
         return found
 
+    def keeps(self, gate: int, need: int, tick: int, dues: Dues) -> bool:
+        """Whether all that is due is resolved in time if that need is met in a tick, and the acts
+        after it come as much later than chosen."""
+        acts = [act for act in self.acts if (act.gate, act.need) == (gate, need)]
+        if not acts or not self.ends.keys() & dues.by.keys():
+            return False
+        late = max(0, tick - acts[-1].turn // len(dues.ready))
+        return all(end + late <= dues.by.get(each, NEVER) for each, end in self.ends.items())
+
     def has_act(self, floor: Floor, robot: str) -> bool:
         return any(floor.index(robot) in act.group for act in self.acts)
 

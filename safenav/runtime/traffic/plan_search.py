@@ -69,8 +69,9 @@ class PlanSearch(Struct):
             answer = (None if self.turning else local_plan(search)) or answer
         return floor, course, start, answer
 
-    def quickest(self, floor: Floor, gate: int) -> list[Joint] | None:
-        """The quickest plan for the next need of an obstacle, if the team can continue then."""
+    def quickest(self, floor: Floor, gate: int, known: Floor | None = None) -> list[Joint] | None:
+        """The quickest plan for the next need of an obstacle, if the team can continue then.
+        ``known``: the floor on which it is to continue, if that is another one."""
         if remembering(self.searches.aimed(floor).problem):
             return None
         goals = [self.searches.goal(floor, name) for name in floor.names]
@@ -83,7 +84,8 @@ class PlanSearch(Struct):
         for poses in found[1:]:
             states.append(course.moved(states[-1], poses, range(len(poses))))
         if self.turning:
-            after = self.searches.search(floor, course, states[-1]).run(1)
+            known = known or floor
+            after = self.searches.search(known, self.searches.course(known), states[-1]).run(1)
             if not isinstance(after, Found):
                 return None
             self.certificates.keep(course, (*states, *after.states[1:]))

@@ -44,6 +44,7 @@ from safenav.runtime.traffic.searches import Searches
 from safenav.runtime.traffic.shortening import shortened
 from safenav.runtime.traffic.starvation import Watch
 from safenav.runtime.traffic.thinking import Thinking, Unknown
+from safenav.runtime.traffic.timed import keeping_out
 from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace
 from safenav.world.moves import Pose
@@ -272,12 +273,42 @@ class Traffic:
         if gate is not None and self._hurried is not self.state.last_settled.found:
             return True  # it is decided again since
         floor = self._searches.floor()
-        states = None if gate is None else self.search.quickest(floor, gate)
+        if gate is None:
+            return False
+        states = self.search.quickest(floor, gate)
+        careful = self._whatever_stands(floor, gate, states)
+        if careful is not None:
+            floor, states = careful
+            reason += ", whatever of the suspects is there"
         if states is None:
             return False
         counts = self._searches.counts(floor, self._searches.course(floor).rounds)
         self._begin(floor, states, counts, reason)
         return True
+
+    def _whatever_stands(
+        self, floor: Floor, gate: int, hopeful: Sequence[Joint] | None
+    ) -> tuple[Floor, list[Joint]] | None:
+        """The quickest plan around all suspects, if that is in time and the ``hopeful`` one leads
+        where they may be: no robot leaves it for what turns up (docs/deadlines.md)."""
+        chosen, dues = self.state.last_settled.in_time, self.state.dues(floor)
+        if chosen is None or dues is None or not any(dues.suspected):
+            return None
+        sizes = [member.graph.size for member in floor.problem.members]
+        if hopeful is not None and not any(
+            pose != here and shut >> pose % size & 1
+            for state in hopeful
+            for pose, here, shut, size in zip(
+                state.poses, floor.poses, dues.suspected, sizes, strict=True
+            )
+        ):
+            return None
+        around = keeping_out(floor, dues.suspected)
+        states = self.search.quickest(around, gate, floor)
+        need, tick = floor.stages[gate].need, self.state.tick - 1 + len(states or ())
+        if states is None or not chosen.keeps(gate, need, tick, dues):
+            return None
+        return around, states
 
     def _clearing(self) -> str | None:
         """Return why a plan is needed with the requests as they were settled last: a robot that

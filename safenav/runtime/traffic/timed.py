@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from itertools import count as counting
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from safenav.runtime.resolution.problem import Floor, Problem, Stages
 from safenav.runtime.traffic.budgets import MOST_HELPERS, TIMED_STATES
@@ -254,6 +255,15 @@ class Quickest:
                 found.append(tuple(poses))
             key = before[key]
         return tuple(reversed(found))
+
+
+def keeping_out(floor: Floor, regions: Sequence[Mask]) -> Floor:
+    """The same floor for robots that each keep out of some regions on their ways."""
+    members = tuple(
+        replace(member, floor=member.floor & ~member.graph.poses_on(shut) | 1 << pose)
+        for member, pose, shut in zip(floor.problem.members, floor.poses, regions, strict=True)
+    )
+    return replace(floor, problem=replace(floor.problem, members=members))
 
 
 Poses = tuple[int, ...]
