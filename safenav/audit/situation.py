@@ -518,6 +518,11 @@ class Situation:
         from_outside = ("interrupted", "error")
         self.turn.torn = last and (self.outcome is None or self.outcome.outcome in from_outside)
 
+    def is_away(self, robot: str) -> bool:
+        """Whether an input keeps a robot from its objective, be it with an equal one."""
+        listed = self.header.robots[robot].when or ()
+        return any(self.inputs.get(each.input) for each in listed)
+
     def due(self, robot: str) -> Objective:
         """Return the objective that the inputs give to a robot now."""
         listed = self.header.robots[robot].when or ()

@@ -7,7 +7,7 @@ of the code that decides in a run."""
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from functools import cache, partial
+from functools import cache
 from itertools import combinations, product, takewhile
 from typing import NamedTuple
 
@@ -425,45 +425,6 @@ class Team:
             step = before._replace(group=(*before.group, *group), at=(*before.at, *at))
             found[act.obstacle, act.need] = step
         return [*found.values()]
-
-    def serves_some(
-        self, at: Mapping[str, Pose], obstacles: OpenObstacles, most: int
-    ) -> bool | None:
-        """Return whether robots that keep apart, moving one at a time, can have their part in some
-        need; None if there are more than ``most`` joint poses."""
-        walls = {name: self.walls(name, obstacles) for name in self.names}
-        start = tuple(at[name] for name in self.names)
-        seen, queue = {start}, [start]
-        while queue:
-            now = queue.pop()
-            if any(map(partial(self._performs, now, self.full(obstacles)), obstacles)):
-                return True
-            if len(seen) > most:
-                return None
-            for i, name in enumerate(self.names):
-                rivals = self.members[name].rivals
-                taken = {p[0] for n, p in zip(self.names, now, strict=True) if n in rivals}
-                for pose in self.members[name].steps.get(now[i], ()):
-                    then = (*now[:i], pose, *now[i + 1 :])
-                    if pose[0] not in walls[name] | taken and then not in seen:
-                        seen.add(then)
-                        queue.append(then)
-        return False
-
-    def _performs(
-        self, poses: tuple[Pose, ...], full: frozenset[str], obstacle: OpenObstacle
-    ) -> bool:
-        """Return whether robots in these poses have their part in the next need."""
-        if not obstacle.left:
-            return False
-        need = obstacle.left[0]
-        able = need.able - obstacle.done - obstacle.barred
-        if obstacle.takes():
-            able -= full
-        here = sum(
-            n in able and p[0] in need.regions for n, p in zip(self.names, poses, strict=True)
-        )
-        return here >= (need.robots - len(obstacle.done) if need.together else 1)
 
     def in_the_way(
         self,

@@ -43,6 +43,12 @@ def why_words(found: Diagnosis, task: Task, world: RegionMap) -> str:
         case NoStrategyCause.ONE_WAY:
             if found.lost:
                 return f"its mobility allows no path from {here} to {lost}"
+            if task.assignable and not isinstance(task.objective, Ltl) and task.objective.settles:
+                last = target_words(task.objective.listed()[-1], world)
+                return (
+                    f"with 'coordination: assignable' it must be able to leave {last} again; "
+                    "with 'resynthesis' it may end there"
+                )
             return "its mobility allows it to enter a region on the way, but not to leave it"
     if isinstance(task.objective, Ltl):
         return "its guarantees conflict"

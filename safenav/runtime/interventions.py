@@ -194,7 +194,12 @@ class Interventions(Struct):
             due = obstacle.ordered and (obstacle.appears or 0) <= self.state.time
             if due and obstacle.name not in self._ordered:
                 self._ordered.add(obstacle.name)
-                yield ObstacleChanged(Change(obstacle, appeared=True))
+                yield from self._placed(Change(obstacle, appeared=True))
+
+    def _placed(self, order: Change) -> Iterator[Event]:
+        """The team learns of an order, and duties change with it."""
+        yield from self.turns.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
+        yield ObstacleChanged(order)
 
     def _inputs(self) -> Iterator[Event]:
         """Take note of the inputs of this tick; robots get the objectives that they give them."""
@@ -272,7 +277,7 @@ class Interventions(Struct):
                     self.world.bring(new, None)
                 else:
                     state.introduce(new)
-                    yield ObstacleChanged(Change(new, appeared=True, by_user=True))
+                    yield from self._placed(Change(new, appeared=True, by_user=True))
             case TakeAway(name):
                 self._simulation().take_away(name)
             case SetTruth(name, truth):

@@ -66,7 +66,8 @@ class Passes(Algorithm):
         if given_up:
             raise RunEnded(team.waiting or Conclusion(Outcome.INTERRUPTED, "given up"))
         for change in self.world.changes(team.occupied()):
-            if not change.appeared and team.knowledge.knows(change.obstacle):
+            known = team.knowledge.knows(change.obstacle)
+            if change.obstacle.ordered if change.appeared else known:  # duties change with it
                 self.settle(self.turns.leave_plan(PlanEndReason.CHANGED, settling=True))
             team.introduce(change.obstacle, change.truth)
             self.settle([ObstacleChanged(change)])

@@ -197,4 +197,4 @@ def test_a_request_that_no_joint_state_serves_is_set_aside(run: Runner) -> None:
         for robot in lines[0]["scenario"]["robots"].values():
             robot["conflicts"] = []
 
-    assert ("request", "c1") in findings(trace, passable)
+    assert ("proof", "c1") in findings(trace, passable)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from heapq import heappop, heappush
 from itertools import product
 from typing import Any, NamedTuple
@@ -74,11 +74,35 @@ def _stages_problem(stages: Mapping[str, int], listed: set[str], case: Case) -> 
     return ""
 
 
+def can_be_served(names: Collection[str], case: Case, most: int) -> bool | None:
+    """Whether the robots can complete the mission with these obstacles resolved; None if there are
+    more than ``most`` joint states."""
+    stages = {obstacle.name: case.stage(obstacle) for obstacle in case.obstacles}
+    return _Enumeration(case, [*case.at], stages).serves({*names}, most)
+
+
 class _Enumeration:
     def __init__(self, case: Case, robots: list[str], stages: Mapping[str, int]) -> None:
         self._case, self._team, self._robots = case, case.team, robots
         self._wishes = [case.wishes[name] for name in robots]
         self._obstacles = tuple(o for o in case.obstacles if o.name in stages)
+
+    def serves(self, names: set[str], most: int) -> bool | None:
+        """Whether a state can be reached that completes the mission with obstacles resolved."""
+        queue = self._starts()
+        seen = {*queue}
+        while queue:
+            state = queue.pop()
+            open_ = {obstacle.name for obstacle in state.obstacles}
+            if not names & open_ and self._is_complete(state):
+                return True
+            if len(seen) > most:
+                return None
+            for after in self._successors(state):
+                if after not in seen:
+                    seen.add(after)
+                    queue.append(after)
+        return False
 
     def problems(self, told: int, digest: object) -> Iterator[str]:
         queue, seen = list[tuple[int, int, _State]](), set[_State]()

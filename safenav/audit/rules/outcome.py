@@ -174,7 +174,7 @@ class CompletedRule(Rule):
         objective = now.objectives[robot]
         _, most = _bounds(self._goals.get(robot, []), objective)
         if outcome.outcome == "completed":
-            if now.due(robot) != now.base[robot]:
+            if now.is_away(robot):
                 yield f"an input keeps {robot} from its objective, so the run is not completed"
             elif told < wanted:
                 yield f"{robot} has {told} rounds of {wanted}, so the run is not completed"
@@ -193,7 +193,7 @@ class CompletedRule(Rule):
             return False
         if any(o.ordered and (o.from_ or 0) >= self._time for o in now.header.obstacles):
             return False  # an order is to come
-        if any(now.due(robot) != now.base[robot] for robot in now.header.robots):
+        if any(map(now.is_away, now.header.robots)):
             return False  # an input keeps a robot from its objective
         return all(self._surely(robot, now) >= wanted for robot in now.header.robots)
 

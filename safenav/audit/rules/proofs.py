@@ -12,12 +12,14 @@ from safenav.audit.kinds import shape_of
 from safenav.audit.lines import Line, proof_of
 from safenav.audit.proofs.case import Case, case_of
 from safenav.audit.proofs.closure import closure_problems
-from safenav.audit.proofs.joint import joint_problems
+from safenav.audit.proofs.joint import can_be_served, joint_problems
 from safenav.audit.proofs.tree import tree_problems
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation, Status
 from safenav.audit.team import Team, TooManyError
 
+MOST_SERVED = 20_000
+"""Joint states that are enumerated for a request that is set aside."""
 _FINAL = ("untraversable", "operator")
 
 
@@ -48,6 +50,8 @@ class ProofRule(Rule):
             self._never.discard(record.obstacle)
         elif record.type == "blocked" and record.reason not in _FINAL:
             yield from self._given_up(record, now)
+        elif record.type == "request" and record.aside:
+            yield from self._aside(record, now)
         elif record.type in ("outcome", "waiting") and record.outcome == "operator_needed":
             if record.cause == "out_of_service":
                 if not now.out:
@@ -80,6 +84,15 @@ class ProofRule(Rule):
             for name, spec in told.items()
             if name in now.region
         )
+
+    def _aside(self, record: Line, now: Situation) -> Iterator[Finding]:
+        """A request is set aside where no order of moves completes the mission with its obstacle
+        resolved, and those of the requests that are not set aside."""
+        case, name = case_of(now, self._goals, self._never), record.obstacle
+        served = {name, *now.requests} - (now.aside - {name})
+        if case is not None and can_be_served(served, case, MOST_SERVED):
+            problem = f"{name} is set aside, but robots can resolve it and complete the mission"
+            yield self.broken_by(record, record.requester, problem)
 
     def _given_up(self, record: Line, now: Situation) -> Iterator[Finding]:
         """An obstacle that can never be resolved, even if every robot is back in service, is

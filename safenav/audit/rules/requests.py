@@ -11,8 +11,6 @@ from safenav.audit.rules.rule import Finding, Postponed, Rule
 from safenav.audit.situation import RESYNTHESIS, Situation, helpers_of
 from safenav.audit.team import Act, Duty, Settlement, TooManyError, TrappedError
 
-MOST_JOINT = 60_000
-"""Joint poses that are enumerated."""
 SETTLES = ("acts", "blocked", "pop", "request", "push", "told", "synthesis")
 """The lines of a settlement."""
 
@@ -20,9 +18,9 @@ SETTLES = ("acts", "blocked", "pop", "request", "push", "told", "synthesis")
 class RequestRule(Rule):
     """A robot that encounters an obstacle requests help in the same turn, for the need that is next
     and the regions where that is met. The request is recorded again only when another robot has
-    encountered the obstacle, other robots serve it now, it joins O, or it is set aside: no joint
-    state serves it (enumerated up to a limit). Each request has its entry on the stack, one for
-    each robot that made it, unless the obstacle joins O; there is no other (D 5.2, T Time)."""
+    encountered the obstacle, other robots serve it now, it joins O, or it is set aside (judged by
+    the rule on proofs). Each request has its entry on the stack, one for each robot that made it,
+    unless the obstacle joins O; there is no other (D 5.2, T Time)."""
 
     name = "request"
 
@@ -37,9 +35,8 @@ class RequestRule(Rule):
             for problem in self._problems(record, now):
                 yield self.broken_by(record, record.requester, problem)
             helpers = helpers_of(record)
-            if record.aside:
-                yield from self._aside(record, now)
-            elif record.obstacle in self._told and helpers in ((), self._told[record.obstacle]):
+            again = record.obstacle in self._told and helpers in ((), self._told[record.obstacle])
+            if again and not record.aside:
                 self._again.append(record)
             self._told[record.obstacle] = helpers
             self._asked.add(record.obstacle)
@@ -56,14 +53,6 @@ class RequestRule(Rule):
             self._told.pop(record.obstacle, None)
             if record.type == "appeared":
                 self._asked.discard(record.obstacle)
-
-    def _aside(self, record: Line, now: Situation) -> Iterator[Finding]:
-        """A request is set aside where no order of moves lets robots have a part in any need."""
-        team = team_of(now)
-        poses = {name: pose_of(name, now) for name in now.header.robots}
-        if team is not None and team.serves_some(poses, open_obstacles(now), MOST_JOINT):
-            problem = f"{record.obstacle} is set aside, but robots can get to where it is resolved"
-            yield self.broken_by(record, record.requester, problem)
 
     def turn(self, now: Situation) -> Iterator[Finding]:
         turn, violation = now.turn, now.turn.first("violation")
@@ -246,8 +235,9 @@ class HelperRule(Rule):
             return None
 
     def _helpers(self, line: Line, found: Settlement, now: Situation) -> Iterator[Finding]:
-        told = {*helpers_of(line)}
         truth = {n for n, duty in found.duties.items() if duty.obstacle == line.obstacle}
+        # One out of service acts where it stands, without an objective for that.
+        told, truth = {*helpers_of(line)} - now.out, truth - now.out
         if told != truth:
             wrong = [name for name in now.header.robots if name in truth - told]
             chosen, right = (", ".join(sorted(some)) or "no robot" for some in (told, truth))

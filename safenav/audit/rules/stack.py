@@ -58,7 +58,12 @@ class PopRule(Rule):
 
     name = "pop"
 
+    def __init__(self) -> None:
+        self._owns = set[tuple[str, Objective]]()
+
     def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+        if record.type == "push":
+            self._owns.update(now.own.items())
         if record.type == "pop":
             for problem in self._problems(record, now):
                 yield self.broken_by(record, now.turn.robot, problem)
@@ -81,7 +86,7 @@ class PopRule(Rule):
             entry.before[robot]
             for entry in over
             if robot in entry.before
-            and entry.before[robot] != own
+            and (robot, entry.before[robot]) not in self._owns
             and entry.before[robot].kind == ALTERNATION
             and entry.before[robot].targets[:1] == objective.targets[:1]
         ]

@@ -19,6 +19,7 @@ from safenav.scenario.objective import (
     Target,
     TargetObjective,
     alternation,
+    ruled,
     station,
     staying,
     targets_of,
@@ -113,7 +114,7 @@ class Assigner(Struct, frozen=True):
         objective = helping(robot.robot.objective, places, own, stays=duty.stays)
         for before in () if direct else self._before(robot, gate.name):
             if before.listed()[0] == places and self._goes_between(index, duty.goal, before):
-                objective = before  # it continues what it has begun
+                objective = ruled(before, robot.robot.objective)  # it continues what it has begun
                 break
         safe = self.found.safe_poses[index]
         assignment = Assignment(Role.HELPS, objective, gate.name, duty.goal, safe)

@@ -145,7 +145,8 @@ def stack(
             gate = floor.gates.index(name)
             because = None
             if not helpers:
-                because = why_nobody(floor, found, gate, team.scenario.map.word)
+                out = [each for each, robot in team.robots.items() if not robot.active]
+                because = why_nobody(floor, found, gate, team.scenario.map.word, out)
             if aside:
                 because = "no order of moves lets them resolve it now"
             line = requested(team, request, floor, helpers, because)

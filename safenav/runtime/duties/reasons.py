@@ -186,9 +186,12 @@ def need_words(action: str, robots: int, *, together: bool) -> str:
     return f"{_NUMBERS.get(robots, robots)} robots with '{action}'{when}"
 
 
-def why_nobody(floor: Floor, found: Settlement, gate: int, word: Word) -> str | None:
+def why_nobody(
+    floor: Floor, found: Settlement, gate: int, word: Word, out: Collection[str] = ()
+) -> str | None:
     """Return why no robot is assigned to help with an obstacle now, although some could get there;
-    None where the bids show it: no robot has the action, or none gets there."""
+    None where the bids show it: no robot has the action, or none gets there. ``out``: robots out of
+    service, which get no duty and act only where they stand."""
     problem = floor.problem
     need = problem.next_need(gate, floor.stages)
     able = problem.able(gate, floor.stages)
@@ -198,8 +201,11 @@ def why_nobody(floor: Floor, found: Settlement, gate: int, word: Word) -> str | 
         takes = need_words(need.action, need.robots, together=need.together)
         have = len(able) + len(floor.stages[gate].done)
         return f"it needs {takes}, this team has {_NUMBERS.get(have, have)}"
+    idle = [floor.names[robot] for robot in able if floor.names[robot] in out]
+    if len(able) - len(idle) < problem.missing(gate, floor.stages):
+        return f"{listed(idle)} {'is' if len(idle) == 1 else 'are'} out of service"
     busy = {robot: duty.gate for robot, duty in found.duties.items() if duty.gate != gate}
-    said = [_doing(floor, "is in transit to", r, busy[r], word) for r in able if r in busy]
+    said = [_doing(floor, "helps with", r, busy[r], word) for r in able if r in busy]
     for robot in able:
         first = next((step for step in found.plan if robot in step.group), None)
         if robot in found.reserved and first is not None and first.gate != gate:

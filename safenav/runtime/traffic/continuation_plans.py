@@ -35,6 +35,7 @@ class Certificates:
         self._searches = searches
         self._last: tuple[Course, Sequence[Joint]] | None = None
         self._known: dict[tuple[Joint, int, int], bool] = {}
+        self._about: Course | None = None
         self._vain = 0
 
     @property
@@ -82,6 +83,7 @@ class Certificates:
         course = self._searches.course(floor)
         poses = (*floor.poses[:index], number, *floor.poses[index + 1 :])
         start = course.begun(poses, self._searches.counts(floor, course.rounds), floor.stages)
+        self._concern(course)
         key = (start, index, number)
         known = self._known.get(key)
         if known is None:
@@ -117,10 +119,18 @@ class Certificates:
     def keep(self, course: Course, states: Sequence[Joint]) -> None:
         """The rest of a plan is the certificate of the moves that it makes."""
         self._last, self._vain = (course, states), 0
+        self._concern(course)
         for before, after in pairwise(states):
             for index, pose in enumerate(after.poses):
                 if pose != before.poses[index]:
                     self._known[after, index, pose] = True
+
+    def _concern(self, course: Course) -> None:
+        """Forget results of another problem, or with other served obstacles."""
+        of, self._about = self._about, course
+        same = of is not None and of.problem is course.problem and of.served == course.served
+        if not (of and same and of.sent == course.sent and of.rounds == course.rounds):
+            self._known.clear()
 
 
 def rejoined(course: Course, start: Joint, plan: Sequence[Joint]) -> tuple[Joint, ...] | None:

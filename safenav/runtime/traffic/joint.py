@@ -24,6 +24,8 @@ turn it is (0 where they have no order) and those met in this round (0 where the
 goals or rounds met."""
 
 DONE_HOLDING = 1
+NOBODY: Mapping[int, int] = {}
+"""No robot is sent for an obstacle."""
 
 
 def has_met(count: Count, due: Count) -> bool:
@@ -71,19 +73,33 @@ class Course:
     """The rules by which joint states follow one another.
 
     ``rounds``: what each robot is to do after the last resolution. ``parked``: robots that are
-    left where they are.
+    left where they are. ``served``: the obstacles that must be resolved before the mission ends.
+    ``sent``: robots that are sent for an obstacle; if it is a load, they keep room for it.
     """
 
-    def __init__(self, problem: Problem, rounds: int, parked: frozenset[int] = frozenset()) -> None:
+    def __init__(
+        self,
+        problem: Problem,
+        rounds: int,
+        parked: frozenset[int] = frozenset(),
+        served: frozenset[int] = frozenset(),
+        sent: Mapping[int, int] = NOBODY,
+    ) -> None:
         self.problem = problem
         self.rounds = rounds
         self.parked = parked
+        self.served = served
+        self.sent = sent
         self._steps: dict[Stages, tuple[Steps, ...]] = {}
         self._hopeful: dict[Stages, tuple[Steps, ...]] = {}
         self._alive: dict[Stages, tuple[Mask, ...]] = {}
         self._acting: dict[Stages, tuple[Mask, ...]] = {}
         self._pursuits = [member.pursuit for member in problem.members]
         self._reached = [Reached(member.targets) for member in problem.members]
+
+    def serving(self, served: frozenset[int]) -> Course:
+        """The same rules where other obstacles must be resolved."""
+        return Course(self.problem, self.rounds, self.parked, served, self.sent)
 
     def begun(self, poses: tuple[int, ...], counts: tuple[Count, ...], stages: Stages) -> Joint:
         """Return the start state of a search: goals that waiting meets count as met."""
@@ -141,8 +157,11 @@ class Course:
         return count[2] >= self.rounds * (len(member.targets) if member.in_turn else 1)
 
     def completed(self, state: Joint) -> bool:
-        """Whether each robot has done its rounds and can continue forever from where it is."""
+        """Whether each robot has done its rounds and can continue forever from where it is, and
+        what is served is resolved."""
         if not all(self.is_done(i, count) for i, count in enumerate(state.counts)):
+            return False
+        if not all(self.problem.resolved(gate, state.stages) for gate in self.served):
             return False
         alive = self._alive_at(state.stages)
         return all(alive[i] >> pose & 1 for i, pose in enumerate(state.poses))
@@ -186,7 +205,7 @@ class Course:
         acting = self._acting_at(stages)
         if any(mask >> pose & 1 for mask, pose in zip(acting, poses, strict=True)):
             before = self._resolved(stages)
-            stages = performed(self.problem, poses, stages)
+            stages = performed(self.problem, poses, stages, self.sent)
             if self._resolved(stages) != before:
                 counts = tuple((index, 0, 0) for index, _, _ in counts)
                 who = range(len(poses))
@@ -226,8 +245,11 @@ class Course:
         return count
 
 
-def performed(problem: Problem, poses: tuple[int, ...], stages: Stages) -> Stages:
-    """The stages after every robot has done what it can where it stands."""
+def performed(
+    problem: Problem, poses: tuple[int, ...], stages: Stages, sent: Mapping[int, int]
+) -> Stages:
+    """The stages after every robot has done what it can where it stands; ``sent``: robots that
+    keep room for a load."""
     changing = True
     while changing:
         changing = False
@@ -241,9 +263,11 @@ def performed(problem: Problem, poses: tuple[int, ...], stages: Stages) -> Stage
             if problem.gates[gate].sweeps:
                 regions = [p % m.graph.size for p, m in zip(poses, problem.members, strict=True)]
                 here = [i for i in here if problem.clear_of(gate, i, regions)]
+            takes = problem.takes(gate, stages)
+            if takes and sent:
+                here = [i for i in here if not _keeps_room(problem, i, gate, stages, sent)]
             if not here:
                 continue
-            takes = problem.takes(gate, stages)
             if takes and not need.together:  # one after the other, in the order of their turns
                 here = here[: problem.missing(gate, stages)]
             done, met = group_of(need, stage.done, here)
@@ -257,6 +281,19 @@ def performed(problem: Problem, poses: tuple[int, ...], stages: Stages) -> Stage
             if changing and takes:
                 break  # another load may have to wait for that
     return stages
+
+
+def _keeps_room(
+    problem: Problem, robot: int, gate: int, stages: Stages, sent: Mapping[int, int]
+) -> bool:
+    """Whether a robot does not take a load, as it has room only for the one that it is sent for."""
+    load = sent.get(robot, gate)
+    if load == gate or problem.resolved(load, stages) or not problem.takes(load, stages):
+        return False
+    need = problem.next_need(load, stages)
+    whole = need.together or need.robots == 1
+    carried = sum(robot in problem.carriers(each, stages) for each in range(len(stages)))
+    return whole and carried + 1 >= problem.members[robot].room
 
 
 def _last_the_loads(problem: Problem, stages: Stages) -> list[int]:

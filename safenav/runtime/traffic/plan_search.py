@@ -25,7 +25,8 @@ from safenav.runtime.traffic.timed import quickest
 class PlanSearch(Struct):
     """Searches for plans. ``rivals``: whether a robot shares its floor; ``starved``: the robot that
     the plan is for; ``failures``: searches in a row with an exhausted budget, ``spent``: all such
-    searches; ``served_nowhere``: the last one has shown that no joint state serves the requests."""
+    searches; ``hopeless``: the served obstacles that no plan for the mission resolves, as the last
+    one has shown."""
 
     state: TeamState
     thinking: Thinking
@@ -35,7 +36,7 @@ class PlanSearch(Struct):
     failures: int = 0
     spent: int = 0
     starved: str = ""
-    served_nowhere: bool = False
+    hopeless: frozenset[int] = frozenset()
     _cut_off: frozenset[int] = frozenset()
 
     @property
@@ -166,7 +167,7 @@ class PlanSearch(Struct):
 
     def _searched(self, floor: Floor, helping: bool) -> tuple[Course, Joint, Search, Answer]:
         """Search for a plan; return the search and its result."""
-        self.served_nowhere = False
+        self.hopeless = frozenset()
         self._cut_off = self.searches.cut_off(floor)
         course = self.searches.course(floor)
         start = course.begun(floor.poses, self.searches.counts(floor, course.rounds), floor.stages)
@@ -180,16 +181,38 @@ class PlanSearch(Struct):
                 answer = self.certificates.again(course, start) or answer
             if isinstance(answer, Spent) and self.turning and not hindered:
                 answer = search.run(self._rounds)
+            if isinstance(answer, Exhausted) and course.served:
+                course, search, answer = self._without_hopeless(floor, course, start)
             if self.turning or not isinstance(answer, Spent):
                 return course, start, search, answer
         # Everything can be undone: a plan that serves those that want something is safe.
         search.goal = lambda state: self.leg_done(course, start, state, helping)
         answer = search.run(self._rounds, 0)
-        self.served_nowhere = helping and isinstance(answer, Exhausted)
         if isinstance(answer, Exhausted):
+            self.hopeless = course.served if helping else frozenset()
+            course = course.serving(frozenset())
             search.goal = course.completed
             answer = search.run(ROUNDS_FIRST)
         return course, start, search, answer
+
+    def _without_hopeless(
+        self, floor: Floor, course: Course, start: Joint
+    ) -> tuple[Course, Search, Answer]:
+        """Search for a plan for the mission where none resolves all that is served: for as many
+        obstacles as one resolves together, those that are served first before the others."""
+        wanted, bare = self.state.last_settled.found.served, course.serving(frozenset())
+        search = self.searches.search(floor, bare, start)
+        answer = search.run(1)
+        course = bare
+        for gate in wanted if isinstance(answer, Found) else ():
+            more = course.serving(course.served | {gate})
+            tried = self.searches.search(floor, more, start)
+            found = tried.run(1)
+            if isinstance(found, Found):
+                course, search, answer = more, tried, found
+            elif isinstance(found, Exhausted):
+                self.hopeless |= {gate}
+        return course, search, answer
 
     @property
     def _rounds(self) -> int:

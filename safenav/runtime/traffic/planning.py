@@ -368,9 +368,8 @@ class Traffic:
             return
         if self.state.live and start.stages != floor.stages:
             return  # a robot is about to resolve something: that changes what is possible
-        if self.search.served_nowhere and isinstance(answer, Found) and floor is plain:
-            served = self.state.last_settled.found.served
-            self.hopeless = frozenset(floor.gates[gate] for gate in served)
+        if self.search.hopeless and isinstance(answer, Found) and floor is plain:
+            self.hopeless = frozenset(floor.gates[gate] for gate in self.search.hopeless)
             self._watch.begin_anew()
             return  # the others complete the mission without
         if isinstance(answer, Exhausted) and not all(r.active for r in self.state.robots.values()):
@@ -380,7 +379,7 @@ class Traffic:
             said = f"no order of moves was found in which swept regions are free: {reason}"
             raise RunEnded(Conclusion(Outcome.SEARCH_LIMIT, said))  # that is not proven
         if isinstance(answer, Exhausted):
-            raise deadlocked(self.state, replace(floor, stages=start.stages), course, answer)
+            raise deadlocked(self.state, floor, course, answer)
         if isinstance(answer, Spent):
             self.search.failures += 1
             self._watch.begin_anew()

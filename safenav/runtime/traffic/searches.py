@@ -162,10 +162,16 @@ class Searches:
         return active <= {floor.names[index] for index in self.cut_off(floor)}
 
     def course(self, floor: Floor) -> Course:
-        """The rounds that a plan from here looks ahead."""
+        """The rounds that a plan from here looks ahead, and what is served by whom."""
         wanted = self._state.scenario.until.rounds
         done = max(robot.own.rounds for robot in self._state.robots.values())
-        return Course(floor.problem, min(wanted, done + ROUNDS_AHEAD))
+        served = frozenset(self._state.last_settled.found.served)
+        sent = {
+            index: floor.gates.index(robot.assignment.obstacle)
+            for index, robot in enumerate(self._state.robots.values())
+            if robot.assignment.role is Role.HELPS and robot.assignment.obstacle in floor.gates
+        }
+        return Course(floor.problem, min(wanted, done + ROUNDS_AHEAD), served=served, sent=sent)
 
     def counts(self, floor: Floor, rounds: int) -> tuple[Count, ...]:
         """Return the progress of each robot with its own objective, as joint states count it."""

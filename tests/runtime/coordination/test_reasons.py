@@ -94,7 +94,7 @@ def test_a_helper_on_another_errand_is_named_with_it(run: Runner) -> None:
     first, second = trace.all("request")[:2]
     assert first["helper"] == "spot"
     assert second["helper"] is None
-    assert second["because"] == "spot is in transit to spill@west"
+    assert second["because"] == "spot helps with spill@west"
     assert trace.outcome["outcome"] == "completed"
 
 

@@ -1,0 +1,239 @@
+"""Orders, inputs and services of small teams. An exhaustive search over joint states, which shares
+no code with safenav, has decided what each team can do; the audit judges each trace."""
+
+from __future__ import annotations
+
+import pytest
+
+from runtime.played import Runner
+
+TRAP = """\
+# b has been at 17 and is to visit 7 before a, which never leaves it again.
+safenav: 1
+map: {grid: ["#####", "##.##", "#...#", "##..#", "#####"]}
+catalogue:
+  robots:
+    m0: {mobility: free, layer: ground, capabilities: []}
+    m1: {mobility: free, layer: ground, capabilities: [look]}
+  obstacles: {p0: {action: look, resolve_at: [18], blocks: []}}
+robots:
+  a: {model: m0, start: 12, objective: {visit: [7], always: "region = 7 -> region' != 12"}}
+  b: {model: m1, start: 13, objective: {once: [17, 7], avoid: [11]}}
+orders: [{at: 8, type: p0, region: 18}]
+until: {rounds: 2}
+limits: {ticks: 60}
+"""
+
+ONE_WAY = """\
+# The regions are in a line: r1 cannot pass r0 to 11, and has a rule that makes moves irreversible.
+safenav: 1
+map: {grid: ["#####", "#...#", "#.#.#", "#####"]}
+catalogue:
+  robots:
+    m0: {mobility: free, layer: ground, capabilities: [look]}
+    m1: {mobility: free, layer: ground, capabilities: [lift, look]}
+  obstacles:
+    p0: {action: look, resolve_at: [8], blocks: []}
+    p1: {action: lift, resolve_at: [11], blocks: []}
+robots:
+  r0: {model: m0, start: 6, objective: {cover: [6, 11]}, while_waiting: {visit: [6, 13, 8]}}
+  r1: {model: m1, start: 7, objective: {visit: [8, 6], always: "region = 8 -> region' != 13"}}
+orders: [{at: 5, type: p0, region: 8}, {at: 7, type: p1, region: 11}]
+until: {rounds: 1}
+limits: {ticks: 100}
+"""
+
+WALLED = """\
+# r1 cannot turn in the corridor: one of the two cannot deliver past it and come back.
+safenav: 1
+map: {grid: ["#######", "#.....#", "#######"]}
+catalogue:
+  robots:
+    m0: {mobility: free, layer: ground, capabilities: [lift]}
+    m1: {mobility: heading, layer: ground, capabilities: []}
+  obstacles:
+    p0: {needs: [{action: lift, at: [10]}, {action: lift, at: [9], same: true}], blocks: []}
+robots:
+  r0: {model: m0, start: 12, objective: {visit: [11]}, avoids: []}
+  r1: {model: m1, start: 9, heading: west, objective: {hold: 9}}
+orders: [{at: 4, type: p0, region: 10}]
+until: {rounds: 2}
+limits: {ticks: 60}
+"""
+
+KEEPS_ROOM = """\
+# The robot that is sent for one load keeps room for it: it does not take what it passes.
+safenav: 1
+map: {grid: ["#######", "#.....#", "#######"]}
+catalogue:
+  robots:
+    m0: {mobility: free, layer: air, capabilities: [lift, look]}
+    m1: {mobility: free, layer: air, capabilities: []}
+    m2: {mobility: free, layer: air, capabilities: [lift]}
+  obstacles:
+    t0: {action: look, resolve_at: self, blocks: [ground]}
+    p0: {needs: [{action: lift, at: [8]}, {action: lift, at: [12], same: true}], blocks: []}
+    p1: {needs: [{action: lift, at: [8]}, {action: lift, at: [12], same: true}], blocks: []}
+    p2: {needs: [{action: lift, at: [11]}, {action: lift, at: [9], same: true}], blocks: []}
+robots:
+  r0: {model: m0, start: 10, objective: {cover: [12, 8]}}
+  r1: {model: m1, start: 11, objective: {visit: [12, 9]}}
+  r2: {model: m2, start: 8, objective: {patrol: [11, 12]}, avoids: [r0]}
+obstacles: [{type: t0, region: 9}]
+orders:
+  - {at: 2, type: p0, region: 8}
+  - {at: 6, type: p1, region: 8}
+  - {at: 8, type: p2, region: 11}
+until: {rounds: 1}
+limits: {ticks: 100}
+order: oldest
+"""
+
+TWO_LOADS = """\
+# The proof is about what the robots carry, not about what they could take where they stand.
+safenav: 1
+map: {grid: ["######", "#....#", "######"]}
+catalogue:
+  robots:
+    m0: {mobility: free, layer: ground, capabilities: []}
+    m1: {mobility: free, layer: ground, capabilities: [lift]}
+  obstacles:
+    p0: {needs: [{action: lift, at: [7]}, {action: lift, at: [7], same: true}], blocks: []}
+    p1: {needs: [{action: lift, at: [8]}, {action: lift, at: [7], same: true}], blocks: []}
+robots:
+  r0: {model: m0, start: 8, objective: {once: [8, 9]}}
+  r1: {model: m1, start: 10, objective: {once: [10, 7]}}
+orders: [{at: 2, type: p1, region: 8}, {at: 8, type: p0, region: 7}]
+until: {rounds: 1}
+limits: {ticks: 60}
+"""
+
+EXCLUSION = """\
+# Only one of them may be in 6, 12 and 13, so r1 never gets past r0 to where it would deliver.
+safenav: 1
+map: {grid: ["#####", "#.#.#", "#...#", "#####"]}
+catalogue:
+  robots:
+    m0: {mobility: free, layer: ground, capabilities: []}
+    m1: {mobility: free, layer: ground, capabilities: [lift], carries: 2}
+  obstacles:
+    p0: {needs: [{action: lift, at: [6]}, {action: lift, at: [12], same: true}], blocks: []}
+    p1: {needs: [{action: lift, at: [11]}, {action: lift, at: [6], same: true}], blocks: []}
+robots:
+  r0: {model: m0, start: 12, objective: {once: [6, 12]}}
+  r1: {model: m1, start: 8, objective: {visit: [12, 13]}}
+never_together: [{robots: [r0, r1], in: [6, 12, 13]}]
+orders: [{at: 3, type: p0, region: 6}, {at: 4, type: p1, region: 11}]
+until: {rounds: 1}
+limits: {ticks: 60}
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "outcome", "done"),
+    [
+        pytest.param(TRAP, "completed", ["p0@18"], id="an order ends a plan that changes duties"),
+        pytest.param(ONE_WAY, "completed", ["p0@8"], id="a rule makes moves irreversible"),
+        pytest.param(WALLED, "completed", [], id="an order that no joint state serves"),
+        pytest.param(KEEPS_ROOM, "operator_needed", [], id="joint plans keep room for a load"),
+        pytest.param(TWO_LOADS, "operator_needed", [], id="a proof with two loads"),
+        pytest.param(EXCLUSION, "completed", [], id="never together where a load is taken"),
+    ],
+)
+def test_what_can_be_done_is_done(run: Runner, text: str, outcome: str, done: list[str]) -> None:
+    trace = run(text)
+    assert trace.outcome["outcome"] == outcome
+    orders = {line["obstacle"] for line in trace.all("order")}
+    resolved = {line["obstacle"] for line in trace.all("resolved")} & orders
+    assert sorted(resolved) == done
+
+
+RULES = """\
+# While the alarm is on r0 has no rules; the duty that it has then is under its rules afterwards.
+safenav: 1
+map: {grid: ["######", "#....#", "#...##", "#....#", "######"]}
+catalogue:
+  robots:
+    m0: {mobility: free, layer: ground, capabilities: [clear, push]}
+    m1: {mobility: free, layer: ground, capabilities: [lift]}
+  obstacles:
+    t0: {action: lift, resolve_at: neighbours}
+    p0: {action: clear, resolve_at: [21], blocks: []}
+    p1: {action: clear, resolve_at: [14], blocks: []}
+inputs: {alarm: {at: [2-4]}}
+robots:
+  r0:
+    model: m0
+    start: 10
+    objective: {patrol: [14, 9], avoid: [8], always: "region = 14 -> region' != 15"}
+    when: {alarm: {visit: [10, 15, 22]}}
+  r1: {model: m1, start: 19, objective: {hold: 13}}
+obstacles: [{type: t0, region: 9}]
+orders: [{at: 3, type: p0, region: 21}, {at: 6, type: p1, region: 14}]
+until: {rounds: 2}
+limits: {ticks: 60}
+"""
+
+EQUAL = """\
+# The objective during an alarm is that without one: the run is not completed while it is on.
+safenav: 1
+map: {grid: ["######", "#....#", "######"]}
+inputs: {alarm: {at: [2-9]}}
+robots:
+  r0: {model: quadcopter, start: 7, objective: {hold: 9}, when: {alarm: {hold: 9}}}
+until: {rounds: 1}
+limits: {ticks: 60}
+"""
+
+OWN_CHANGED = """\
+# An alarm changes what r0 does beside its duty, while the entry of an order is on the stack.
+safenav: 1
+map: {grid: ["#####", "#...#", "#...#", "#####"]}
+catalogue:
+  robots: {m0: {mobility: free, layer: air, capabilities: [lift]}}
+  obstacles:
+    p0: {needs: [{action: lift, at: [12]}, {action: lift, at: [13], same: true}], blocks: []}
+    p1: {needs: [{action: lift, at: [7]}, {action: lift, at: [11], same: true}], blocks: []}
+inputs: {alarm: {at: [5]}}
+robots:
+  r0:
+    model: m0
+    start: 13
+    objective: {visit: [7, 12]}
+    when: {alarm: {patrol: [11, 13]}}
+orders: [{at: 4, type: p0, region: 12}, {at: 5, type: p1, region: 7}]
+until: {rounds: 1}
+limits: {ticks: 60}
+"""
+
+OUT = """\
+# r1 is out of service where the order is done: it does it in its next turn, and no robot helps.
+safenav: 1
+map: {grid: ["######", "#....#", "######"]}
+catalogue:
+  robots:
+    m0: {mobility: free, layer: ground, capabilities: [lift]}
+    m1: {mobility: free, layer: ground, capabilities: [clear]}
+  obstacles: {p0: {action: clear, resolve_at: [9], blocks: []}}
+robots:
+  r0: {model: m0, start: 7, objective: {visit: [7, 8]}}
+  r1: {model: m1, start: 9, objective: {hold: 9}}
+orders: [{at: 8, type: p0, region: 9}]
+changes: [{at: 5, robot: r1, service: out}, {at: 14, robot: r1, service: back}]
+until: {rounds: 1}
+limits: {ticks: 60}
+"""
+
+
+@pytest.mark.parametrize("text", [RULES, EQUAL, OWN_CHANGED], ids=["rules", "equal", "own changed"])
+def test_inputs_change_objectives_beside_duties(run: Runner, text: str) -> None:
+    trace = run(text)
+    assert trace.outcome["outcome"] == "completed"
+    assert trace.all("inputs", values={"alarm": False})
+
+
+def test_one_out_of_service_acts_where_it_stands(run: Runner) -> None:
+    trace = run(OUT)
+    request = trace.one("request")
+    assert (request["helper"], request["because"]) == (None, "r1 is out of service")
+    assert trace.one("resolved")["robot"] == "r1"
