@@ -6,9 +6,10 @@ unknown robot model) only the loader knows.
 
 from __future__ import annotations
 
-from pathlib import Path
+from safenav.scenario.reading.loader import ScenarioKeys
+from safenav.scenario.yaml import json_schema
 
 
 def schema_text() -> str:
     """The schema (draft 2020-12) as JSON text."""
-    return Path(__file__).with_name("schema.json").read_text(encoding="utf-8")
+    return json_schema.schema_text(ScenarioKeys, "safenav scenario")

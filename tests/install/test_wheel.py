@@ -80,7 +80,6 @@ def test_one_wheel_serves_every_python_and_holds_what_is_needed(wheel: Path) -> 
     for needed in (
         "safenav/_bin/slugs",
         "safenav/py.typed",
-        "safenav/scenario/schema.json",
         "safenav/scenario/templates/door.yaml",
         "safenav/report/page/assets/replay.js",
         "safenav/studio/assets/studio.js",

@@ -329,7 +329,7 @@ FILES = [
 VALUES = st.sampled_from(
     [*FILES, "[1, 2]", "[1, .nan, x]", "{}", "null", "true", "-1", "0", "0.3", "7", "13", "1e9"]
 )
-KEYS = st.sampled_from([*map_reader.KEYS, "imag"])
+KEYS = st.sampled_from([*map_reader.MapKeys.known, "imag"])
 
 
 @settings(max_examples=300, deadline=None)

@@ -1,37 +1,147 @@
-"""The JSON Schema: it accepts what the loader accepts, refuses wrong shapes, and names the
-same words as the code."""
+"""The loader and the JSON Schema judge the shape of scenarios alike: every scenario of the project,
+and hundreds with one mistake each.
+
+What the loader accepts the schema accepts. What the loader finds wrong with the shape (a key, a
+type, a word, a limit) the schema refuses. Names, places and formulas only the loader knows."""
 
 from __future__ import annotations
 
+import ast
 import json
-from enum import StrEnum
+import re
+from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import pytest
 from jsonschema import Draft202012Validator
 
-from safenav.formula.syntax import RESERVED_WORDS
-from safenav.scenario.model import Controllers, Coordination, ResolveAt, Tracking
-from safenav.scenario.reading import areas as area_reader
-from safenav.scenario.reading import catalogue, loader
-from safenav.scenario.reading import changes as change_reader
-from safenav.scenario.reading import expectation as expectation_reader
-from safenav.scenario.reading import objective as objective_reader
-from safenav.scenario.reading import obstacles as obstacle_reader
-from safenav.scenario.reading import partition as partition_reader
-from safenav.scenario.reading import robots as robot_reader
-from safenav.scenario.reading.maps import map as map_reader
+from safenav.errors import Diagnostic, InputError
+from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.schema import schema_text
 from safenav.scenario.yaml.document import DocumentError, Mapping, Node, Scalar, read_document
-from safenav.world.map import Heading
-from safenav.world.moves import Mobility
 
+ROOT = Path(__file__).parents[2]
 SCHEMA: dict[str, Any] = json.loads(schema_text())
 VALIDATOR = Draft202012Validator(SCHEMA)
-FOLDER = Path(__file__).parents[2] / "scenarios"
-VALID = sorted(FOLDER.glob("*.yaml"))
-BROKEN = {file.stem: file for file in sorted((FOLDER / "invalid").rglob("*.yaml"))}
+
+FULL = """\
+safenav: 1
+name: everything
+map:
+  grid: ["######", "#....#", "#.##.#", "#....#", "######"]
+  names: {dock: [3, 4], gate: 8}
+  resolution: 0.5
+  origin: [1, 2.5, 0]
+areas: {store: {rows: 1, columns: 1-4}, shelf: [[3, 1], dock, {rows: 3, columns: 2}]}
+inputs:
+  alarm: {at: [2, 5-8], probability: 0.25, always_eventually: both}
+  bell: {at: 3}
+  horn: {at: 4-6}
+robots:
+  ann:
+    {model: rover, start: 7, heading: east, objective: {visit: [dock, {any: [7, store]}], within: 9,
+     avoid: [9], always: [region != 9]}, while_waiting: {once: [7, 10]}, when: {alarm: {hold: 7}}}
+  bob: {model: lifter, start: [3, 1], vision: 4, avoids: [], tracks: [eve], tracking: nearby,
+        objective: {patrol: [[3, 1], 20], form: literal, avoid: store, always: region != 9}}
+  cat: {model: kite, start: 22, vision: unlimited, tracking: belief, objective: {cover: [7, dock]}}
+  eve:
+    model: crawler
+    start: 10
+    objective:
+      ltl:
+        memory: {done: bool, laps: [0, 3]}
+        init: ["!done & laps = 0"]
+        safety: ["done' <-> (done | region = dock)", "laps' = laps"]
+        liveness: region = 19
+never_together:
+  - {robots: [ann, bob], in: gate}
+  - {robots: [ann, bob], in: [{any: [9]}, dock]}
+obstacles:
+  - {type: door, region: 16, from: 3, until: 9, resolve_within: 50}
+  - {type: uncertainty, region: 13, traversable: {probability: 0.5}}
+  - {type: uncertainty, region: 8, traversable: false, from: 4}
+orders: [{at: 10, type: parcel, region: 7, resolve_within: 90}]
+suspects: [{type: door, region: 13}]
+changes:
+  - {at: 12, robot: cat, objective: {hold: 7}}
+  - {at: 20, robot: bob, service: out}
+  - {at: 30, robot: bob, service: back}
+until: {rounds: 1, by: 600}
+limits: {ticks: 500, seconds: 9.5, synthesis_seconds: 1.5, synthesis_memory: 64, states: 1000}
+clock: lockstep
+failures: {retries: 0, then: out_of_service, most: 3, actions: 2, patience: 2.5, timeout: 9}
+resolve_within: 100
+late: stop
+chargers: [dock, store]
+flat: emptied
+seed: 3
+coordination: resynthesis
+order: oldest
+controllers: listed
+deadlock: on
+partition: [[7, 8, 9, 10, 13, 16], [19, 20, 21, 22]]
+requirements: ["always(distance(ann, bob) >= 0.1)", {near: "eventually(distance(ann, cat) <= 9)"}]
+expect:
+  outcome: completed
+  late: [ann, mission, door@16]
+  resolved: [door@16]
+  blocked: []
+  helpers: {door@16: bob}
+  ticks: {at_least: 1, at_most: 99}
+  rounds: {ann: 0}
+  order: [met door@16, told bob, "goal ann [3, 4]"]
+  never: [assumption]
+catalogue:
+  robots:
+    rover:
+      {mobility: free, layer: rail, vision: 3, capabilities: [push, lift],
+       timing: {least: 1, most: 3}, size: 0.5, speed: 1.5, carries: 2,
+       motion: {kind: rover, turning: 1, acceleration: 0.5,
+       action_seconds: 3, footprint: [[0.4, -0.2], [0.4, 0.2], [-0.3, 0.2], [-0.3, -0.2]]}}
+    lifter: {mobility: free, layer: air, vision: unlimited, capabilities: [sense, lift, push],
+             timing: 2, battery: {capacity: 60, move: 2, stay: 0, charge: 5, start: 30}}
+    kite: {mobility: free, layer: sky, motion: {kind: flyer, altitude: 3, tilt: 2}}
+    crawler: {mobility: free, layer: floor, motion: disc}
+    legs: {mobility: heading, layer: x,
+           motion: {kind: walker, height: 0.7, foot: 0.2, clearance: 0.1}}
+  obstacles:
+    debris: {action: lift, resolve_at: [7, dock], blocks: [rail, digit], resolve_within: 40}
+    gateway: {action: push, resolve_at: self, has_truth: false, sweeps: [8, 9]}
+    rock: {needs: [{action: lift, robots: 2, at: neighbours, together: true}, {action: push}]}
+    parcel: {needs: [{action: push, at: [7]}, {action: push, at: [8], same: true}], blocks: []}
+    emptied: {action: push, blocks: []}
+"""
+"""A scenario with every key but those of other forms, which OTHERS has."""
+
+OTHERS: list[tuple[str, Any]] = [
+    (
+        "obstacles",
+        [
+            {"type": "door", "region": 16, "sweeps": "neighbours"},
+            {"type": "gateway", "region": 9, "sweeps": [8, "dock"]},
+        ],
+    ),
+    ("requirements", {"apart": "always(distance(ann, bob) >= 0.1)"}),
+    ("partition", {"tiles": [2, 3]}),
+    ("expect", {"ticks": 9, "rounds": 2}),
+    ("deadlock", False),
+    ("catalogue", "missing.yaml"),
+    ("map", {"grid": "###\n#.#\n###\n"}),
+    ("map", {"image": "a.png", "rows": 3, "cols": 4, "threshold": 0.5, "share": 0.25}),
+    (
+        "map",
+        {"image": {"file": "a.png", "legend": {"#ff00AA": "wall"}, "text": "ignore"}}
+        | {"rows": 3, "cols": 4, "resolution": 1, "origin": [0, 1]},
+    ),
+    ("map", {"ros": "map.yaml", "rows": 3, "cols": 4, "share": 0.5, "names": {"dock": 3}}),
+    ("map", {"ros": "map.yaml", "resolution": 0.5}),
+    ("map", {"movingai": "a.map", "share": 0.5, "rows": 3, "cols": 4, "resolution": 1}),
+]
+"""Other forms of the values of FULL."""
+
+BROKEN = {file.stem: file for file in sorted((ROOT / "scenarios" / "invalid").rglob("*.yaml"))}
 
 WELL_SHAPED = {
     "bad_areas": False,
@@ -39,7 +149,7 @@ WELL_SHAPED = {
     "bad_event_patterns": False,
     "bad_expectations": False,
     "bad_forms": False,
-    "bad_formulas": True,
+    "bad_formulas": False,  # names of memory
     "bad_headings": False,
     "bad_obstacle_type": False,
     "bad_partition": False,
@@ -87,6 +197,29 @@ WELL_SHAPED = {
 """For each broken scenario that is YAML at all: whether its shape is right, so that only the
 loader can see what is wrong with it."""
 
+WRONG_VALUES: tuple[Any, ...] = (
+    *(None, True, 0, -1, 1.5, 2**31, 2**63, "", "xyz", "1 2", [], [[]], {}, {"xyz": 1}),
+)
+SOME = 1
+"""Wrong values at each place: all of them at all places are 6,000 scenarios, a minute."""
+
+SHAPE = re.compile(
+    r"\bexpected |unknown key |the key '.*' is missing|must be (at|from|more|a number)|unknown word"
+    r"|unknown heading|is empty$|cannot name|is reserved|there is no event|: both '|has both"
+    r"|without '|exactly one of|is 'literal', not|is 'out' or 'back'|has no meaning for"
+    r"|always_eventually|is not a tick or range|is not a colour|there are no robots"
+    r"|at least two robots|one form only|map: one of|version \d+ of|targets, and a patrol"
+    r"|an empty set|is outside the map: -|corner of"
+)
+"""The messages of the loader about the shape alone."""
+
+ONLY_LOADER = re.compile(
+    r"expected a finite number|threshold' has no meaning with a legend|"
+    r"the grid is empty|must be from .*(:|$)|must be a polygon"
+)
+"""Of those, the messages about what no schema tells: numbers that are not finite, rows of a text,
+limits that depend on the kind of motion."""
+
 
 def plain(node: Node) -> Any:
     if isinstance(node, Scalar):
@@ -94,6 +227,40 @@ def plain(node: Node) -> Any:
     if isinstance(node, Mapping):
         return {key.value: plain(item) for key, item in node.entries}
     return [plain(item) for item in node.items]
+
+
+def texts() -> dict[str, str]:
+    """Every scenario that stands in a file or in a text of a test."""
+    found = {}
+    for folder in ("scenarios", "safenav/scenario/templates", "tests"):
+        for file in sorted((ROOT / folder).rglob("*.yaml")):
+            found[str(file.relative_to(ROOT))] = file.read_text(encoding="utf-8")
+    for file in sorted((ROOT / "tests").rglob("*.py")):
+        source = file.read_text(encoding="utf-8")
+        for node in ast.walk(ast.parse(source)) if "safenav: 1" in source else ():
+            if isinstance(node, ast.Constant) and isinstance(node.value, str):
+                found[f"{file.relative_to(ROOT)}:{node.lineno}"] = node.value
+    return {name: text for name, text in found.items() if re.search("^safenav: ", text, re.M)}
+
+
+def judged(text: str, file: str = "x.yaml") -> tuple[Diagnostic, ...]:
+    """The diagnostics of the loader."""
+    try:
+        load_scenario_text(text, file)
+    except InputError as error:
+        return error.diagnostics
+    return ()
+
+
+def disagreement(data: Any, found: tuple[Diagnostic, ...], validator: Any = VALIDATOR) -> str:
+    """Where loader and schema judge differently; empty if they agree."""
+    errors = [
+        f"{'.'.join(map(str, e.path))}: {e.message[:90]}" for e in validator.iter_errors(data)
+    ]
+    if errors and not found:
+        return f"the schema alone refuses: {errors}"
+    shape = [d.found for d in found if SHAPE.search(d.found) and not ONLY_LOADER.search(d.found)]
+    return f"the loader alone refuses: {shape}" if shape and not errors else ""
 
 
 def read(file: Path) -> Any:
@@ -107,15 +274,22 @@ def test_the_schema_is_one() -> None:
     Draft202012Validator.check_schema(SCHEMA)
 
 
-@pytest.mark.parametrize("file", VALID, ids=[file.stem for file in VALID])
-def test_valid_scenarios_have_the_right_shape(file: Path) -> None:
-    assert [error.message for error in VALIDATOR.iter_errors(read(file))] == []
+def test_every_scenario_of_the_project_is_judged_alike() -> None:
+    wrong, count = {}, 0
+    for name, text in texts().items():
+        with suppress(DocumentError):
+            data = plain(read_document(text).root)
+            count += 1
+            if told := disagreement(data, judged(text, str(ROOT / name))):
+                wrong[name] = told
+    assert wrong == {}
+    assert count > 200
 
 
 @pytest.mark.parametrize("name", ["robots", "obstacles"])
 def test_the_built_in_catalogue_has_the_right_shape(name: str) -> None:
-    file = Path(str(catalogue.__file__)).parents[1] / "built_in" / f"{name}.yaml"
-    part = {**SCHEMA["$defs"]["catalogue"], "$defs": SCHEMA["$defs"]}
+    part = {"$ref": "#/$defs/catalogue", "$defs": SCHEMA["$defs"]}
+    file = ROOT / "safenav" / "scenario" / "built_in" / f"{name}.yaml"
     assert list(Draft202012Validator(part).iter_errors(read(file))) == []
 
 
@@ -129,75 +303,72 @@ def test_wrong_shapes_are_refused(name: str, well_shaped: bool) -> None:
     assert VALIDATOR.is_valid(read(BROKEN[name])) is well_shaped
 
 
-def definition(name: str) -> dict[str, Any]:
-    found: dict[str, Any] = SCHEMA["$defs"][name]
+DATA: dict[str, Any] = plain(read_document(FULL).root)
+FORMS = [*((key, DATA[key]) for key in DATA), *OTHERS]
+
+
+def keys_of(schema: Any, found: set[str]) -> set[str]:
+    """The keys that a schema knows."""
+    if isinstance(schema, dict):
+        if isinstance(known := schema.get("properties"), dict):
+            found.update(known)
+        for part in schema.values():
+            keys_of(part, found)
+    for part in schema if isinstance(schema, list) else ():
+        keys_of(part, found)
     return found
 
 
-@pytest.mark.parametrize(
-    ("part", "keys", "required"),
-    [
-        (SCHEMA, loader.KEYS, loader.REQUIRED),
-        (SCHEMA["properties"]["limits"], loader.LIMIT_KEYS, ()),
-        (SCHEMA["properties"]["failures"], loader.FAILURE_KEYS, ()),
-        (SCHEMA["properties"]["until"], loader.UNTIL_KEYS, ()),
-        (
-            SCHEMA["properties"]["suspects"]["items"],
-            obstacle_reader.SUSPECT_KEYS,
-            obstacle_reader.REQUIRED,
-        ),
-        (definition("battery"), catalogue.BATTERY_KEYS, catalogue.BATTERY_REQUIRED),
-        (definition("map"), map_reader.KEYS, ()),
-        (definition("rectangle"), area_reader.KEYS, ()),
-        (definition("robot"), robot_reader.KEYS, robot_reader.REQUIRED),
-        (definition("obstacle"), obstacle_reader.KEYS, obstacle_reader.REQUIRED),
-        (definition("change"), change_reader.KEYS, change_reader.REQUIRED),
-        (definition("objective"), objective_reader.KEYS, ()),
-        (definition("ltl"), objective_reader.LTL_KEYS, ()),
-        (definition("expect"), expectation_reader.KEYS, ()),
-        (definition("partition")["oneOf"][1], partition_reader.KEYS, partition_reader.KEYS),
-        (definition("timing")["oneOf"][1], catalogue.TIMING_KEYS, catalogue.TIMING_REQUIRED),
-        (definition("catalogue"), catalogue.CATALOGUE_KEYS, ()),
-        (definition("model"), catalogue.MODEL_KEYS, catalogue.MODEL_REQUIRED),
-        (definition("obstacleType"), catalogue.TYPE_KEYS, ()),
-        (definition("need"), catalogue.NEED_KEYS, catalogue.TYPE_REQUIRED),
-    ],
-    ids=lambda value: str(value.get("title", "")) if isinstance(value, dict) else "",
-)
-def test_schema_and_loader_know_the_same_keys(
-    part: dict[str, Any], keys: tuple[str, ...], required: tuple[str, ...]
-) -> None:
-    assert set(part["properties"]) == set(keys)
-    assert set(part.get("required", ())) == set(required)
-    assert part["additionalProperties"] is False
+def test_the_full_scenario_has_no_mistake_and_with_other_forms_every_key() -> None:
+    assert judged(FULL) == ()
+    assert list(VALIDATOR.iter_errors(DATA)) == []
+    ways = [way for key, value in FORMS for way in places({key: value})]
+    assert keys_of(SCHEMA, set()) == keys_of(SCHEMA, set()) & {way[-1] for way in ways}
+
+
+def places(value: Any, way: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """The way to each value within a value."""
+    if way:
+        yield way
+    if isinstance(value, dict | list):
+        for key in value if isinstance(value, dict) else range(len(value)):
+            yield from places(value[key], (*way, key))
+
+
+def mistakes(data: Any, way: tuple[Any, ...], turn: int) -> Iterator[tuple[str, Any]]:
+    """The data with mistakes at a place: some of the wrong values by turns, the key misspelt, the
+    key missing."""
+    for change in (
+        *(WRONG_VALUES[(SOME * turn + n) % len(WRONG_VALUES)] for n in range(SOME)),
+        ...,
+    ):
+        for key in (way[-1],) if change is not ... else ("xyz", None):
+            copy = json.loads(json.dumps(data))
+            holder = copy
+            for step in way[:-1]:
+                holder = holder[step]
+            if change is not ...:
+                holder[key] = change
+            elif isinstance(holder, dict):
+                value = holder.pop(way[-1])
+                if key is not None:
+                    holder[key] = value
+            yield f"{'.'.join(map(str, way))}: {key} = {change!r}", copy
 
 
 @pytest.mark.parametrize(
-    ("words", "options"),
-    [
-        (SCHEMA["properties"]["coordination"]["enum"], Coordination),
-        (SCHEMA["properties"]["controllers"]["enum"], Controllers),
-        (definition("expect")["properties"]["outcome"]["enum"], expectation_reader.OUTCOMES),
-        (definition("model")["properties"]["mobility"]["enum"], Mobility),
-        (definition("obstacleType")["properties"]["resolve_at"]["oneOf"][0]["enum"], ResolveAt),
-        (definition("robot")["properties"]["tracking"]["enum"], Tracking),
-    ],
-    ids=["coordination", "controllers", "outcome", "mobility", "resolve_at", "tracking"],
+    ("key", "value"), FORMS, ids=[f"{key}{i}" for i, (key, _) in enumerate(FORMS)]
 )
-def test_schema_and_code_know_the_same_words(words: list[str], options: type[StrEnum]) -> None:
-    assert words == [option.value for option in options]
-
-
-def test_schema_and_code_know_the_same_bounds_and_words_for_defaults() -> None:
-    ticks, bounds = definition("timing")["oneOf"]
-    assert ticks == bounds["properties"]["least"] == bounds["properties"]["most"]
-    assert ticks["maximum"] == catalogue.MOST_TICKS
-    assert definition("vision")["oneOf"][1]["const"] == catalogue.UNLIMITED
-    assert definition("partition")["oneOf"][0]["const"] == partition_reader.ROOMS
-
-
-def test_schema_and_code_know_the_same_headings_and_reserved_words() -> None:
-    headings = definition("robot")["properties"]["heading"]["enum"]
-    assert headings == [heading.label for heading in Heading]
-    reserved = SCHEMA["properties"]["robots"]["propertyNames"]["not"]["enum"]
-    assert set(reserved) == RESERVED_WORDS | objective_reader.OWN_VARIABLES
+def test_a_mistake_is_judged_alike(key: str, value: Any) -> None:
+    # The rest of the scenario is right, so that the schema need not see it.
+    part = {"required": [], "properties": {key: SCHEMA["properties"][key]}}
+    validator = Draft202012Validator({**SCHEMA, **part})
+    wrong = {}
+    for turn, way in enumerate(places({key: value})):
+        whole = VALIDATOR if len(way) == 1 else validator
+        for name, data in mistakes({key: value}, way, turn):
+            scenario = {**{k: v for k, v in DATA.items() if k != key}, **data}
+            found = judged(json.dumps(scenario))
+            if told := disagreement(scenario if whole is VALIDATOR else data, found, whole):
+                wrong[name] = told
+    assert wrong == {}

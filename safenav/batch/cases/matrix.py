@@ -25,7 +25,7 @@ from typing import Any
 from msgspec import Struct
 
 from safenav.batch.cases.variation import value_of
-from safenav.scenario.reading.loader import KEYS as SCENARIO_KEYS
+from safenav.scenario.reading.loader import ScenarioKeys
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence
 from safenav.scenario.yaml.findings import Findings, suggestion
@@ -164,7 +164,7 @@ def _settings_list(node: Node | None, what: str, findings: Findings) -> list[dic
 def _is_path(key: Scalar, findings: Findings) -> bool:
     """Whether a key begins with one of a scenario's own keys."""
     first = key.text.split(".")[0]
-    known = [word for word in SCENARIO_KEYS if word not in _FIXED]
+    known = [word for word in ScenarioKeys.known if word not in _FIXED]
     if first in known and all(key.text.split(".")):
         return True
     found = f"'{key.text}' is not a path into a scenario"

@@ -3,20 +3,34 @@
 from __future__ import annotations
 
 import re
+from typing import ClassVar
 
 from msgspec.structs import replace
 
 from safenav.scenario.reading.naming import NAME
-from safenav.scenario.reading.regions import RegionReader
+from safenav.scenario.reading.regions import REGION, RegionReader
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped
 from safenav.scenario.yaml.findings import Findings
+from safenav.scenario.yaml.shapes import Key, Table, either, form, many, matching, named, whole
 from safenav.world.map import Region
-
-KEYS = ("rows", "columns")
 
 _EXPECTED = "a list of regions [[1, 1], [1, 2]], or {rows: 1-4, columns: 1-6}"
 _RANGE = re.compile(r"(\d{1,9})\s*-\s*(\d{1,9})", re.ASCII)
+
+SPAN = form(either(whole(), matching(_RANGE)), "span", "A row or column, or a range of them.")
+
+
+class RectangleKeys(Table):
+    about = "The free regions of these rows and columns, from 0 in the north-west."
+    definition = "rectangle"
+    rules: ClassVar = {"minProperties": 1}
+    rows = Key(SPAN, "Default: all rows.")
+    columns = Key(SPAN, "Default: all columns.")
+
+
+AREA = form(either(RectangleKeys, many(either(REGION, RectangleKeys), 1)), "area")
+AREAS = form(named(AREA, matching(NAME)))
 
 
 def read_areas(node: Node | None, regions: RegionReader, findings: Findings) -> RegionReader:
@@ -62,13 +76,14 @@ def _area(
 def _rectangle(node: Mapping, what: str, regions: RegionReader, findings: Findings) -> set[Region]:
     """The free regions of ``{rows: 1-4, columns: 1-6}``; all rows or columns without the key."""
     world = regions.world
-    read.mapping(node, what, findings, KEYS)
-    spans = []
-    for key, count in zip(KEYS, (world.rows, world.cols) if world else (None, None), strict=True):
-        spans.append(_span(node.get(key), f"'{key}' of {what}", count, findings))
+    item = RectangleKeys.read(node, what, findings)
+    if item is not None and not node.entries:
+        findings.add(node, f"{what}: a rectangle has 'rows', 'columns' or both")
+    height, width = (world.rows, world.cols) if world else (None, None)
+    rows = _span(item.rows if item else None, f"'rows' of {what}", height, findings)
+    cols = _span(item.columns if item else None, f"'columns' of {what}", width, findings)
     if world is None or not node.entries:
         return set()
-    rows, cols = spans
     inside = (world.region(row, col) for row in rows for col in cols)
     return {region for region in inside if region not in world.walls}
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from functools import lru_cache
 from pathlib import Path
+from typing import ClassVar
 
 from msgspec.structs import replace
 
@@ -21,13 +22,28 @@ from safenav.scenario.model import (
     RobotModel,
     Timing,
 )
-from safenav.scenario.reading.motion import read_motion
+from safenav.scenario.reading.motion import MOTION, read_motion
 from safenav.scenario.reading.naming import NAME
-from safenav.scenario.reading.regions import RegionReader
+from safenav.scenario.reading.regions import REGION, RegionReader
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping as MappingNode
 from safenav.scenario.yaml.document import Node, Scalar, Sequence, clipped
 from safenav.scenario.yaml.findings import Findings, suggestion
+from safenav.scenario.yaml.shapes import (
+    POSITIVE,
+    TEXT,
+    TRUTH,
+    WORDS,
+    Key,
+    Table,
+    choice,
+    either,
+    form,
+    many,
+    matching,
+    named,
+    whole,
+)
 from safenav.scenario.yaml.source import parsed, read_source
 from safenav.world.map import Region
 from safenav.world.moves import Mobility
@@ -36,38 +52,126 @@ BUILT_IN = "built in"
 RESOLVE_WITHIN = "resolve_within"
 _FOLDER = Path(__file__).parents[1] / "built_in"
 
-CATALOGUE_KEYS = ("robots", "obstacles")
-MODEL_KEYS = (
-    "mobility",
-    "layer",
-    "capabilities",
-    "vision",
-    "size",
-    "speed",
-    "timing",
-    "motion",
-    "battery",
-    "carries",
-)
-TIMING_KEYS = ("least", "most")
 MOST_TICKS = 1000
 UNLIMITED = "unlimited"
-TIMING_REQUIRED = {"most": "the most ticks that a step takes, for example {least: 1, most: 3}"}
-MODEL_REQUIRED = {
-    "mobility": "'mobility: free' or 'mobility: heading'",
-    "layer": "robots of one layer avoid each other, for example 'layer: ground'",
-}
-TYPE_REQUIRED = {"action": "the capability that resolves it, for example 'action: push'"}
-TYPE_KEYS = ("action", "resolve_at", "needs", "blocks", "has_truth", "resolve_within", "sweeps")
-BATTERY_KEYS = ("capacity", "move", "stay", "charge", "start")
-BATTERY_REQUIRED = {
-    "capacity": "the most that it holds, for example 'capacity: 60'",
-    "charge": "what a tick on a charger gives, for example 'charge: 5'",
-}
 MOST_CHARGE = 1_000_000
-NEED_KEYS = ("action", "robots", "at", "together", "same")
 MOST_ROBOTS = 100
 MOST_LOADS = 100
+ACTION = "the capability that resolves it, for example 'action: push'"
+
+VISION = form(
+    either({"type": "number", "minimum": 1}, {"const": UNLIMITED}),
+    "vision",
+    "Radius of sight in regions, at least 1, or unlimited.",
+)
+WHERE = either({"enum": tuple(ResolveAt)}, many(REGION, 1))
+SWEEPS = form(
+    either({"const": ResolveAt.NEIGHBOURS}, many(REGION, 1)),
+    "sweeps",
+    "Regions where no other robot may be while a robot resolves it. Default: none.",
+)
+
+
+class TimingKeys(Table):
+    made = Timing
+    least = Key(whole(1, MOST_TICKS), "At least.")
+    most = Key(
+        whole(1, MOST_TICKS),
+        "At most.",
+        required="the most ticks that a step takes, for example {least: 1, most: 3}",
+    )
+
+
+class BatteryKeys(Table):
+    about = "Charge, in units of its own."
+    definition = "battery"
+    made = Battery
+    capacity = Key(
+        whole(1, MOST_CHARGE),
+        "The most that it holds.",
+        required="the most that it holds, for example 'capacity: 60'",
+    )
+    move = Key(whole(0, MOST_CHARGE), "What a step takes.")
+    stay = Key(whole(0, MOST_CHARGE), "What a tick without a step takes.")
+    charge = Key(
+        whole(1, MOST_CHARGE),
+        "What a tick on a charger gives.",
+        required="what a tick on a charger gives, for example 'charge: 5'",
+    )
+    start = Key(whole(0, MOST_CHARGE), "With what it begins. Default: full.")
+
+
+class ModelKeys(Table):
+    definition = "model"
+    made = RobotModel
+    mobility = Key(
+        choice(Mobility),
+        "free: any neighbour; heading: straight on or a 90 degree turn.",
+        required="'mobility: free' or 'mobility: heading'",
+    )
+    layer = Key(
+        TEXT,
+        "Robots of one layer cannot share a region, for example ground or air.",
+        required="robots of one layer avoid each other, for example 'layer: ground'",
+    )
+    capabilities = Key(WORDS, "Actions that it can perform.")
+    vision = Key(VISION)
+    size = Key(POSITIVE, "Metres: diameter of the circle that its body fits in.")
+    speed = Key(POSITIVE, "Metres per second.")
+    timing = Key(
+        form(either(whole(1, MOST_TICKS), TimingKeys)),
+        "Ticks that a step takes: a number, or bounds between which it is drawn for each step. "
+        "Default: 1.",
+    )
+    motion = Key(MOTION)
+    battery = Key(form(BatteryKeys))
+    carries = Key(
+        whole(1, MOST_LOADS),
+        "The most loads that it carries at one time (a load: an obstacle or an order with a need "
+        "that the 'same' robots must meet).",
+    )
+
+
+class NeedKeys(Table):
+    definition = "need"
+    made = Need
+    action = Key(TEXT, "The capability that it takes.", required=ACTION)
+    robots = Key(whole(1, MOST_ROBOTS), "How many distinct robots perform it.")
+    at = Key(form(WHERE), "Where the action works.")
+    together = Key(TRUTH, "Whether all perform it in the same tick.")
+    same = Key(
+        TRUTH, "Whether the robots that met the need before this one must also meet this one."
+    )
+
+
+class TypeKeys(Table):
+    definition = "obstacleType"
+    made = ObstacleType
+    rules: ClassVar = {
+        "oneOf": (
+            {"required": ["action"], "not": {"required": ["needs"]}},
+            {
+                "required": ["needs"],
+                "not": either({"required": ["action"]}, {"required": ["resolve_at"]}),
+            },
+        )
+    }
+    action = Key(TEXT, "The capability that resolves it.")
+    resolve_at = Key(form(WHERE), "Where the action works.")
+    needs = Key(form(many(NeedKeys, 1)), "Several things that must be done, in this order.")
+    blocks = Key(
+        WORDS, "Layers and robot models that it blocks. Default: every robot without the action."
+    )
+    has_truth = Key(TRUTH, "Whether resolving it reveals if the region is traversable.")
+    resolve_within = Key(whole(), "The most ticks from the request to the resolution.")
+    sweeps = Key(SWEEPS)
+
+
+class CatalogueKeys(Table):
+    about = "Robot models and obstacle types; entries replace built-in ones of the same name."
+    definition = "catalogue"
+    robots = Key(form(named(ModelKeys, matching(NAME))), "Robot models by name.")
+    obstacles = Key(form(named(TypeKeys, matching(NAME))), "Obstacle types by name.")
 
 
 @lru_cache(maxsize=1)
@@ -110,13 +214,13 @@ def read_catalogue(
 ) -> Catalogue:
     """``base`` extended by a mapping of ``robots`` and ``obstacles``. ``team``: the names of the
     scenario's robots, which ``blocks`` may list; None without a scenario: any name may be."""
-    entries = read.mapping(node, "catalogue", findings, CATALOGUE_KEYS)
+    entries = CatalogueKeys.read(node, "catalogue", findings)
     if entries is None:
         return base.without_rest()
     sources = dict(base.sources)
     broken = set(base.broken)
     robots = dict(base.robots)
-    listed = read.mapping(entries.get("robots"), "'robots' of catalogue", findings)
+    listed = read.mapping(entries.robots, "'robots' of catalogue", findings)
     for key, item in listed.entries if listed else ():
         model = _model(key, item, findings)
         if model is None:
@@ -126,7 +230,7 @@ def read_catalogue(
             sources[f"robots.{model.name}"] = source
     known = replace(base, robots=robots, broken=frozenset(broken))
     obstacles = dict(base.obstacles)
-    listed = read.mapping(entries.get("obstacles"), "'obstacles' of catalogue", findings)
+    listed = read.mapping(entries.obstacles, "'obstacles' of catalogue", findings)
     for key, item in listed.entries if listed else ():
         kind = _type(key, item, known, regions, findings, team)
         if kind is None:
@@ -149,22 +253,15 @@ def _model(key: Scalar, node: Node, findings: Findings) -> RobotModel | None:
     before = len(findings)
     name = _named(key, "a robot model", findings)
     what = f"robot model {clipped(key.text)}"
-    item = read.mapping(node, what, findings, MODEL_KEYS, MODEL_REQUIRED)
+    item = ModelKeys.read(node, what, findings)
     if item is None:
         return None
-    mobility = read.choice(item.get("mobility"), f"'mobility' of {what}", Mobility, findings)
-    layer = read.text(item.get("layer"), f"'layer' of {what}", findings)
-    capabilities = read.words(item.get("capabilities"), f"'capabilities' of {what}", findings)
-    vision = read_vision(item.get("vision"), f"'vision' of {what}", findings)
-    size, speed = (
-        read.positive(item.get(word), f"'{word}' of {what}", findings) for word in ("size", "speed")
-    )
-    timing = _timing(item.get("timing"), f"'timing' of {what}", findings)
-    motion = read_motion(item.get("motion"), item, mobility, what, findings)
-    battery = _battery(item.get("battery"), f"'battery' of {what}", findings)
-    carries = read.integer(
-        item.get("carries"), f"'carries' of {what}", findings, least=1, most=MOST_LOADS
-    )
+    mobility, layer, capabilities = item.mobility, item.layer, item.capabilities
+    vision = read_vision(item.vision, f"'vision' of {what}", findings)
+    size, speed, carries = item.size, item.speed, item.carries
+    timing = _timing(item.timing, f"'timing' of {what}", findings)
+    motion = read_motion(item.motion, item.node, mobility, what, findings)
+    battery = _battery(item.battery, f"'battery' of {what}", findings)
     if len(findings) > before or name is None or mobility is None or layer is None:
         return None
     return RobotModel(
@@ -184,25 +281,17 @@ def _model(key: Scalar, node: Node, findings: Findings) -> RobotModel | None:
 
 def _battery(node: Node | None, what: str, findings: Findings) -> Battery | None:
     """``{capacity: 60, move: 1, stay: 0, charge: 5, start: 60}``."""
-    item = read.mapping(node, what, findings, BATTERY_KEYS, BATTERY_REQUIRED)
+    item = BatteryKeys.read(node, what, findings, f"in {what}")
     if item is None:
         return None
-    least = {"capacity": 1, "charge": 1}
-    given = {
-        key: read.integer(
-            item.get(key), f"'{key}' in {what}", findings, least=least.get(key, 0), most=MOST_CHARGE
-        )
-        for key in BATTERY_KEYS
-    }
-    capacity, charge, start = given["capacity"], given["charge"], given["start"]
-    if capacity is None or charge is None:
+    found = item.over(Battery(MOST_CHARGE, MOST_CHARGE, -1))
+    if item.capacity is None or item.charge is None:
         return None
-    if start is not None and start > capacity:
-        findings.add(item.get("start"), f"'start' in {what} is {start}, and it holds {capacity}")
-    move = 1 if given["move"] is None else given["move"]
-    if move > capacity:
-        findings.add(item.get("move"), f"'move' in {what} is {move}, and it holds {capacity}")
-    return Battery(capacity, charge, capacity if start is None else start, move, given["stay"] or 0)
+    for taken, given in ((BatteryKeys.start, found.start), (BatteryKeys.move, found.move)):
+        if given > found.capacity:
+            told = f"'{taken.name}' in {what} is {given}, and it holds {found.capacity}"
+            findings.add(item.where(taken), told)
+    return replace(found, start=found.capacity) if found.start < 0 else found
 
 
 def read_vision(node: Node | None, what: str, findings: Findings) -> float | None:
@@ -222,11 +311,8 @@ def _timing(node: Node | None, what: str, findings: Findings) -> Timing:
     if not isinstance(node, MappingNode):
         ticks = read.integer(node, what, findings, least=1, most=MOST_TICKS)
         return Timing() if ticks is None else Timing(ticks, ticks)
-    read.mapping(node, what, findings, TIMING_KEYS, TIMING_REQUIRED)
-    least, most = (
-        read.integer(node.get(word), f"'{word}' in {what}", findings, least=1, most=MOST_TICKS)
-        for word in TIMING_KEYS
-    )
+    item = TimingKeys.read(node, what, findings, f"in {what}")
+    least, most = (item.least, item.most) if item else (None, None)
     if least is not None and most is not None and least > most:
         findings.add(node, f"{what}: at least {least} and at most {most} ticks")
     return Timing(least or 1, most or 1)
@@ -244,29 +330,28 @@ def _type(
     name = _named(key, "an obstacle type", findings)
     what = f"obstacle type {clipped(key.text)}"
     listed = isinstance(node, MappingNode) and node.get("needs") is not None
-    item = read.mapping(node, what, findings, TYPE_KEYS, {} if listed else TYPE_REQUIRED)
+    item = TypeKeys.read(node, what, findings, required={} if listed else {"action": ACTION})
     if item is None:
         return None
-    needs = _needs(item.get("needs"), what, regions, findings) if listed else ()
+    needs = _needs(item.needs, what, regions, findings) if listed else ()
     if listed:
         for word in ("action", "resolve_at"):
-            if (stray := item.get(word)) is not None:
+            if (stray := item.node.get(word)) is not None:
                 found = f"{what} has both 'needs' and '{word}'"
                 findings.add(stray, found, "each need says its own 'action' and 'at'")
         action: str | None = needs[0].action if needs else ""
         where: ResolveAt | frozenset[Region] | None = needs[0].at if needs else None
     else:
-        action = read.text(item.get("action"), f"'action' of {what}", findings)
-        where = places(item.get("resolve_at"), f"'resolve_at' of {what}", regions, findings)
-    blocks = _blocks(item.get("blocks"), what, known, findings, team)
+        action = item.action
+        where = places(item.resolve_at, f"'resolve_at' of {what}", regions, findings)
+    blocks = _blocks(item, what, known, team)
     if needs and needs[-1].same and needs[-1].at is ResolveAt.SELF and blocks != frozenset():
         found = (
             f"the last need of {what} is met inside it by the 'same' robots, which may not enter"
         )
         findings.add(node, found, "say 'at: neighbours', or 'blocks: []'")
-    has_truth = read.boolean(item.get("has_truth"), f"'has_truth' of {what}", findings)
-    limit = read.integer(item.get(RESOLVE_WITHIN), f"'{RESOLVE_WITHIN}' of {what}", findings)
-    sweeps = swept(item.get("sweeps"), what, listed, regions, findings)
+    has_truth, limit = item.has_truth, item.resolve_within
+    sweeps = swept(item.sweeps, what, listed, regions, findings)
     if len(findings) > before or name is None or action is None:
         return None
     where = where or ResolveAt.SELF
@@ -283,22 +368,19 @@ def _needs(
     found: list[Need] = []
     for number, entry in enumerate(items, 1):
         label = f"need {number} of {what}"
-        item = read.mapping(entry, label, findings, NEED_KEYS, TYPE_REQUIRED)
+        item = NeedKeys.read(entry, label, findings)
         if item is None:
             continue
-        action = read.text(item.get("action"), f"'action' of {label}", findings)
-        same = read.boolean(item.get("same"), f"'same' of {label}", findings) or False
+        action, robots, together, same = item.action, item.robots, item.together, bool(item.same)
         if same and number == 1:
-            findings.add(item.get("same"), f"{label} has no need before it to be the 'same' as")
+            told = f"{label} has no need before it to be the 'same' as"
+            findings.add(item.where(NeedKeys.same), told)
         before = found[-1].robots if same and found else 1
-        robots = read.integer(
-            item.get("robots"), f"'robots' of {label}", findings, least=1, most=MOST_ROBOTS
-        )
         if same and found and (robots or before) != before:
             said = f"{label} takes {robots} robots, and the need before it {before}"
-            findings.add(item.get("robots"), said, "the same robots meet both; leave 'robots' out")
-        where = places(item.get("at"), f"'at' of {label}", regions, findings)
-        together = read.boolean(item.get("together"), f"'together' of {label}", findings)
+            hint = "the same robots meet both; leave 'robots' out"
+            findings.add(item.where(NeedKeys.robots), said, hint)
+        where = places(item.at, f"'at' of {label}", regions, findings)
         if action is not None:
             where = where or ResolveAt.SELF
             found.append(Need(action, robots or before, where, together or False, same))
@@ -330,19 +412,17 @@ def places(
 
 
 def _blocks(
-    node: Node | None,
-    what: str,
-    known: Catalogue,
-    findings: Findings,
-    team: Collection[str] | None,
+    of: TypeKeys, what: str, known: Catalogue, team: Collection[str] | None
 ) -> frozenset[str] | None:
-    label = f"'blocks' of {what}"
+    node = of.where(TypeKeys.blocks)
     words = {*known.layers, *known.robots, *(team or ())}
     for item in node.items if isinstance(node, Sequence) else ():
         word = item.value if isinstance(item, Scalar) else None
         if not isinstance(word, str) or not word.strip() or known.broken or team is None:
             continue  # not a word at all, or perhaps the layer of a model that is broken
         if word not in words:
-            found = f"{label}: '{clipped(word)}' is not a layer, a robot model or a robot"
-            findings.add(item, found, suggestion(word, words))
-    return read.words(node, label, findings)
+            found = (
+                f"'blocks' of {what}: '{clipped(word)}' is not a layer, a robot model or a robot"
+            )
+            of.findings.add(item, found, suggestion(word, words))
+    return of.blocks

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from safenav.scenario.model import Catalogue
-from safenav.scenario.reading.catalogue import CATALOGUE_KEYS, built_in, extended
+from safenav.scenario.reading.catalogue import CatalogueKeys, built_in, extended
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.reading.regions import RegionReader
 from safenav.scenario.yaml.document import Mapping
@@ -25,7 +25,7 @@ def catalogue_of(path: Path) -> Catalogue:
     assert text is not None and document is not None
     root = document.root
     keys = {key.text for key, _ in root.entries} if isinstance(root, Mapping) else set()
-    if not keys or not keys.issubset(CATALOGUE_KEYS):
+    if not keys or not keys.issubset(CatalogueKeys.known):
         return load_scenario_text(text, str(path)).catalogue
     found = extended(built_in(), text, RegionReader(None, {}, findings), findings, str(path))
     findings.raise_if_any()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import ClassVar
 
 from safenav.scenario.model import Robot, RobotChange
 from safenav.scenario.objective import (
@@ -14,19 +15,31 @@ from safenav.scenario.objective import (
     targets_of,
 )
 from safenav.scenario.reachability import Reachability
-from safenav.scenario.reading.objective import ObjectiveReader
-from safenav.scenario.reading.obstacles import MOST_TICKS
+from safenav.scenario.reading.objective import ObjectiveKeys, ObjectiveReader
+from safenav.scenario.reading.obstacles import TICK
 from safenav.scenario.reading.regions import RegionReader
 from safenav.scenario.yaml import fields as read
-from safenav.scenario.yaml.document import Mapping, Node, clipped
+from safenav.scenario.yaml.document import Node, clipped
 from safenav.scenario.yaml.findings import Findings, suggestion
+from safenav.scenario.yaml.shapes import TEXT, Key, Table, form, many
 
-KEYS = ("at", "robot", "objective", "service")
-REQUIRED = {
-    "at": "the tick from which it holds, for example 'at: 12'",
-    "robot": "the name of a robot of the team",
-}
 SERVICE = {"out": False, "back": True}
+
+
+class ChangeKeys(Table):
+    definition = "change"
+    rules: ClassVar = {"oneOf": ({"required": ["objective"]}, {"required": ["service"]})}
+    at = Key(
+        TICK,
+        "The tick from which it holds.",
+        required="the tick from which it holds, for example 'at: 12'",
+    )
+    robot = Key(TEXT, "Which robot changes.", required="the name of a robot of the team")
+    objective = Key(form(ObjectiveKeys), "Its objective from then on; not 'ltl'.")
+    service = Key(form({"enum": tuple(SERVICE)}), "out: it stands still; back: it continues.")
+
+
+CHANGES = form(many(ChangeKeys))
 
 
 class ChangeReader:
@@ -55,32 +68,31 @@ class ChangeReader:
         return tuple(sorted((c for c in found if c is not None), key=lambda change: change.at))
 
     def _change(self, node: Node) -> RobotChange | None:
-        item = read.mapping(node, "a change", self._findings, KEYS, REQUIRED)
+        item = ChangeKeys.read(node, "a change", self._findings)
         if item is None:
             return None
         before = len(self._findings)
-        at = read.integer(
-            item.get("at"), "'at' of a change", self._findings, least=1, most=MOST_TICKS
-        )
-        name = read.text(item.get("robot"), "'robot' of a change", self._findings)
+        at, name = item.at, item.robot
         if name is not None and name not in self._named:
             hint = suggestion(name, self._named)
-            self._findings.add(item.get("robot"), f"no robot is named '{clipped(name)}'", hint)
-        told = [key for key in ("objective", "service") if item.get(key) is not None]
-        if len(told) != 1:
+            self._findings.add(
+                item.where(ChangeKeys.robot), f"no robot is named '{clipped(name)}'", hint
+            )
+        if (item.objective is None) is (item.service is None):
             what = "needs exactly one of 'objective' and 'service'"
             hint = (
                 "give it an 'objective', or 'service: out' or 'service: back'; one for each change"
             )
             self._findings.add(node, f"a change of {clipped(name or 'a robot')} {what}", hint)
-        objective, within = self._objective(item, name)
-        active = self._service(item.get("service"), name)
+        objective, within = self._objective(item.objective, name)
+        active = self._service(item.service, name)
         if at is None or name is None or len(self._findings) > before:
             return None
         return RobotChange(at, name, objective, active, within)
 
-    def _objective(self, item: Mapping, name: str | None) -> tuple[Objective | None, int | None]:
-        node = item.get("objective")
+    def _objective(
+        self, node: Node | None, name: str | None
+    ) -> tuple[Objective | None, int | None]:
         if node is None:
             return None, None
         robot = self._team.get(name or "")

@@ -12,6 +12,7 @@ from safenav.scenario.reading.regions import RegionReader
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped
 from safenav.scenario.yaml.findings import Findings, suggestion
+from safenav.scenario.yaml.shapes import TEXT, Key, Table, choice, either, form, many, named, whole
 
 # A region may be written [row, col], alone or in an obstacle's name: one word all the same.
 _WORD = re.compile(r"(?:\[[^\]]*\]|[^\s\[])+")
@@ -76,11 +77,41 @@ class EventPatternReader:
         return EventPattern(EventKind(word), frozenset(robots), obstacle, named)
 
 
-KEYS = ("outcome", "resolved", "blocked", "helpers", "ticks", "rounds", "order", "never", "late")
 MISSION = "mission"
 OUTCOMES = [outcome for outcome in Outcome if outcome is not Outcome.ERROR]
 """How a run can end but for a defect."""
-TICK_KEYS = ("at_least", "at_most")
+
+_NAME = {"description": "An obstacle: type@region.", "type": "string", "pattern": "^.+@.+$"}
+_OBSTACLES = form(many(_NAME), "obstacleNames")
+_EVENTS = form(
+    many({"type": "string", "pattern": rf"^\s*({'|'.join(EventKind)})(\s.*)?$"}), "eventPatterns"
+)
+
+
+class TickKeys(Table):
+    at_least = Key(whole(1), "The least ticks.")
+    at_most = Key(whole(1), "The most ticks.")
+
+
+class ExpectKeys(Table):
+    about = "The expected result of a run; only the keys that are given are checked."
+    definition = "expect"
+    outcome = Key(choice(OUTCOMES), "How the run ends.")
+    late = Key(
+        form(many(TEXT)), "Exactly the promises that are broken: robots, obstacles, mission."
+    )
+    resolved = Key(_OBSTACLES, "Exactly the obstacles that are resolved.")
+    blocked = Key(_OBSTACLES, "Exactly the obstacles that join the known ones.")
+    helpers = Key(
+        form(named(TEXT, {"pattern": "^.+@.+$"})), "Which robot helps with which obstacle."
+    )
+    ticks = Key(form(either(whole(1), TickKeys)), "At most this many ticks, or between two bounds.")
+    rounds = Key(
+        form(either(whole(1), named(whole()))),
+        "At least this many rounds: of every robot, or robot by robot.",
+    )
+    order = Key(_EVENTS, "Events that happen one after the other, whatever happens in between.")
+    never = Key(_EVENTS, "Events that do not happen.")
 
 
 class ExpectationReader:
@@ -105,22 +136,22 @@ class ExpectationReader:
         self._anywhere = anywhere
 
     def read(self, node: Node | None) -> Expect:
-        item = read.mapping(node, "expect", self._findings, KEYS)
+        item = ExpectKeys.read(node, "expect", self._findings)
         if item is None:
             return Expect()
-        least_ticks, ticks = self._ticks(item.get("ticks"))
+        least_ticks, ticks = self._ticks(item.ticks)
         patterns = EventPatternReader(self._regions, self._robots, self._obstacle, self._findings)
         return Expect(
-            read.choice(item.get("outcome"), "'outcome' of expect", OUTCOMES, self._findings),
-            self._names(item.get("resolved"), "'resolved' of expect"),
-            self._names(item.get("blocked"), "'blocked' of expect"),
-            self._helpers(item.get("helpers")),
+            item.outcome,
+            self._names(item.resolved, "'resolved' of expect"),
+            self._names(item.blocked, "'blocked' of expect"),
+            self._helpers(item.helpers),
             ticks,
             least_ticks,
-            self._rounds(item.get("rounds")),
-            patterns.read_all(item.get("order"), "'order' of expect"),
-            patterns.read_all(item.get("never"), "'never' of expect"),
-            self._late(item.get("late")),
+            self._rounds(item.rounds),
+            patterns.read_all(item.order, "'order' of expect"),
+            patterns.read_all(item.never, "'never' of expect"),
+            self._late(item.late),
         )
 
     def _late(self, node: Node | None) -> frozenset[str] | None:
@@ -143,11 +174,8 @@ class ExpectationReader:
         what = "'ticks' of expect"
         if not isinstance(node, Mapping):
             return None, read.integer(node, what, self._findings, least=1)
-        read.mapping(node, what, self._findings, TICK_KEYS)
-        least, most = (
-            read.integer(node.get(key), f"'{key}' in {what}", self._findings, least=1)
-            for key in TICK_KEYS
-        )
+        item = TickKeys.read(node, what, self._findings, f"in {what}")
+        least, most = (item.at_least, item.at_most) if item else (None, None)
         if least is not None and most is not None and least > most:
             self._findings.add(node, f"{what}: at least {least} and at most {most}")
         return least, most

@@ -6,17 +6,59 @@ import re
 
 from safenav.formula.syntax import RESERVED_WORDS
 from safenav.scenario.model import Input
-from safenav.scenario.reading.objective import IDENTIFIER, OWN_VARIABLES
-from safenav.scenario.reading.obstacles import MOST_TICKS
+from safenav.scenario.reading.naming import IDENTIFIER
+from safenav.scenario.reading.objective import OWN_VARIABLES, VARIABLE
+from safenav.scenario.reading.obstacles import MOST_TICKS, TICK
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Node, Scalar, Sequence, clipped
 from safenav.scenario.yaml.findings import Findings
+from safenav.scenario.yaml.shapes import (
+    PROBABILITY,
+    Key,
+    Shape,
+    Table,
+    either,
+    form,
+    many,
+    matching,
+    named,
+)
 
-KEYS = ("at", "probability", "always_eventually")
 TAKEN = {"move", "scout", "goal", "request", "wait", "assigned"}
-"""Variables that specifications have by themselves."""
+"""Variables that specifications have by themselves; also those with these prefixes:"""
+_PREFIXES = ("busy_", "at_")
 _SPAN = re.compile(r"(\d{1,9})(?:\s*-\s*(\d{1,9}))?")
 _AGAIN = {"off": (False,), "on": (True,), "both": (False, True)}
+_TICKS = either(TICK, matching(_SPAN))
+
+
+def _chance(node: Node | None, what: str, findings: Findings) -> float | None:
+    if node is None:
+        return None
+    value = node.value if isinstance(node, Scalar) else None
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= 1:
+        findings.add(node, f"{what} must be a number from 0 to 1")
+        return None
+    return float(value)
+
+
+class InputKeys(Table):
+    at = Key(
+        form(either(_TICKS, many(_TICKS))),
+        "Ticks in which a simulation has it on: 12, 20-30 or a list of both.",
+    )
+    probability = Key(
+        Shape(PROBABILITY.schema, _chance),
+        "With which a simulation has it on in each other tick. Default: 0.",
+    )
+    always_eventually = Key(
+        form({"enum": [*_AGAIN, True, False]}),
+        "The value that is assumed infinitely often: off, on or both.",
+    )
+
+
+_RESERVED = either({"enum": sorted(TAKEN)}, {"pattern": f"^({'|'.join(_PREFIXES)})"})
+INPUTS = form(named(InputKeys, {"allOf": [VARIABLE, {"not": _RESERVED}]}))
 
 
 def read_inputs(node: Node | None, robots: frozenset[str], findings: Findings) -> tuple[Input, ...]:
@@ -30,14 +72,16 @@ def read_inputs(node: Node | None, robots: frozenset[str], findings: Findings) -
             hint = "use letters, digits and '_', beginning with a letter"
             findings.add(key, f"'{name}' cannot name an input", hint)
         elif key.text in RESERVED_WORDS | OWN_VARIABLES | TAKEN | robots or key.text.startswith(
-            ("busy_", "at_")
+            _PREFIXES
         ):
             findings.add(key, f"'{name}' is reserved", "use another name")
-        fields = read.mapping(value, what, findings, KEYS)
-        spans = _spans(fields.get("at") if fields else None, what, findings)
-        chance = _chance(fields.get("probability") if fields else None, what, findings)
-        again = _again(fields.get("always_eventually") if fields else None, what, findings)
-        found.append(Input(key.text, spans, chance, again))
+        fields = InputKeys.read(value, what, findings)
+        if fields is None:
+            found.append(Input(key.text))
+            continue
+        spans = _spans(fields.at, what, findings)
+        again = _again(fields.always_eventually, what, findings)
+        found.append(Input(key.text, spans, fields.probability or 0.0, again))
     return tuple(found)
 
 
@@ -53,16 +97,6 @@ def _spans(node: Node | None, what: str, findings: Findings) -> tuple[tuple[int,
             findings.add(part, f"'at' of {what}: '{clipped(text)}' is not a tick or range", hint)
         found.append((first, last))
     return tuple(found)
-
-
-def _chance(node: Node | None, what: str, findings: Findings) -> float:
-    value = node.value if isinstance(node, Scalar) else None
-    if node is None:
-        return 0.0
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= 1:
-        findings.add(node, f"'probability' of {what} must be a number from 0 to 1")
-        return 0.0
-    return float(value)
 
 
 def _again(node: Node | None, what: str, findings: Findings) -> tuple[bool, ...]:

@@ -10,11 +10,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from msgspec import Struct
-from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError
 from safenav.scenario.model import (
-    DEFAULT_CLOCK,
     Catalogue,
     Clock,
     Controllers,
@@ -31,22 +29,42 @@ from safenav.scenario.model import (
     Until,
 )
 from safenav.scenario.objective import Ltl
-from safenav.scenario.reading.areas import read_areas
-from safenav.scenario.reading.catalogue import RESOLVE_WITHIN, built_in, extended, read_catalogue
-from safenav.scenario.reading.changes import ChangeReader
-from safenav.scenario.reading.expectation import ExpectationReader
-from safenav.scenario.reading.inputs import read_inputs
+from safenav.scenario.reading.areas import AREAS, read_areas
+from safenav.scenario.reading.catalogue import CatalogueKeys, built_in, extended, read_catalogue
+from safenav.scenario.reading.changes import CHANGES, ChangeReader
+from safenav.scenario.reading.expectation import ExpectationReader, ExpectKeys
+from safenav.scenario.reading.inputs import INPUTS, read_inputs
+from safenav.scenario.reading.maps.keys import MapKeys
 from safenav.scenario.reading.maps.map import read_map
-from safenav.scenario.reading.never_together import read_never_together
-from safenav.scenario.reading.obstacles import read_obstacles, read_orders, read_suspects
-from safenav.scenario.reading.partition import read_partition
+from safenav.scenario.reading.never_together import NEVER_TOGETHER, read_never_together
+from safenav.scenario.reading.obstacles import (
+    OBSTACLES,
+    ORDERS,
+    SUSPECTS,
+    read_obstacles,
+    read_orders,
+    read_suspects,
+)
+from safenav.scenario.reading.partition import PARTITION, read_partition
 from safenav.scenario.reading.promises import check_promises
-from safenav.scenario.reading.regions import RegionReader
-from safenav.scenario.reading.requirements import read_requirements
-from safenav.scenario.reading.robots import read_robots
+from safenav.scenario.reading.regions import REGION, RegionReader
+from safenav.scenario.reading.requirements import REQUIREMENTS, read_requirements
+from safenav.scenario.reading.robots import ROBOTS, read_robots
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped
 from safenav.scenario.yaml.findings import Findings, ReadableFolder, suggestion
+from safenav.scenario.yaml.shapes import (
+    POSITIVE,
+    SWITCH,
+    TEXT,
+    Key,
+    Table,
+    choice,
+    either,
+    form,
+    many,
+    whole,
+)
 from safenav.scenario.yaml.source import parsed, read_source
 from safenav.world.map import Region, RegionMap
 
@@ -55,44 +73,129 @@ VERSION = 1
 Change = Callable[[Node, Findings], Node]
 """Alters a document before it is read: a variation is checked as if it stood in the file."""
 
-KEYS = (
-    "safenav",
-    "name",
-    "map",
-    "areas",
-    "robots",
-    "never_together",
-    "inputs",
-    "obstacles",
-    "orders",
-    "changes",
-    "until",
-    "limits",
-    "clock",
-    "failures",
-    "resolve_within",
-    "suspects",
-    "late",
-    "chargers",
-    "flat",
-    "seed",
-    "coordination",
-    "order",
-    "controllers",
-    "deadlock",
-    "partition",
-    "requirements",
-    "expect",
-    "catalogue",
+
+class UntilKeys(Table):
+    about = "When a run is completed."
+    made = Until
+    rounds = Key(whole(1), "How often every robot meets its objective after the last resolution.")
+    by = Key(whole(1), "The tick at which the mission is to be completed at the latest.")
+
+
+class LimitKeys(Table):
+    about = "When to give up."
+    made = Limits
+    ticks = Key(whole(1), "Ticks of a run.")
+    seconds = Key(
+        POSITIVE, "Seconds of a whole run (wall; live: on the clock of the run). Default: no limit."
+    )
+    synthesis_seconds = Key(POSITIVE, "Seconds of a single synthesis.")
+    synthesis_memory = Key(whole(1), "Memory of a single synthesis, in MiB.")
+    states = Key(whole(1), "With 'controllers: auto', most states of a strategy that is listed.")
+
+
+class FailureKeys(Table):
+    about = "What follows when robots fail in a live run."
+    made = Failures
+    retries = Key(whole(), "How often a failed move into a region is repeated.")
+    then = Key(
+        choice(FailedMoves),
+        "What follows: the region counts as an obstacle that only an operator resolves, or the "
+        "robot is out of service.",
+    )
+    most = Key(whole(1), "Failed moves without an arrival after which a robot is out of service.")
+    actions = Key(whole(1), "Failed actions on an obstacle after which another robot helps.")
+    patience = Key(
+        POSITIVE, "A command that takes this many times the median duration is cancelled."
+    )
+    timeout = Key(
+        POSITIVE, "A command that takes this many seconds is cancelled. Default: only patience."
+    )
+
+
+class ScenarioKeys(Table):
+    about = (
+        "A map, robots with objectives, and hidden obstacles (format version 1). "
+        "See docs/scenario.md."
+    )
+    made = Scenario
+    safenav = Key(
+        form({"const": VERSION}),
+        "Version of the format.",
+        required="begin the file with 'safenav: 1', the version of its format",
+    )
+    name = Key(TEXT, "What reports call the scenario. Default: the name of the file.")
+    map = Key(
+        form(MapKeys),
+        required="draw it: 'map:', below it 'grid: |', below that rows of '#' and '.'",
+    )
+    areas = Key(
+        AREAS, "Named sets of regions, usable wherever a target is: any region of it counts."
+    )
+    robots = Key(
+        ROBOTS,
+        "The team: robots by name, in the order in which they move within a tick.",
+        required="name each robot with its model, start and objective",
+    )
+    never_together = Key(
+        NEVER_TOGETHER, "Robots of which at most one is in these regions at any moment."
+    )
+    inputs = Key(INPUTS, "Booleans that the environment sets, the same for all robots in a tick.")
+    obstacles = Key(OBSTACLES, "Obstacles that robots find only when they encounter them.")
+    orders = Key(
+        ORDERS, "Work that the team receives at some tick, although no robot has encountered it."
+    )
+    changes = Key(
+        CHANGES, "Changes for robots during the run: another objective, or out of service."
+    )
+    until = Key(form(UntilKeys))
+    limits = Key(form(LimitKeys))
+    clock = Key(choice(Clock), "How a run passes time: in ticks (lockstep) or in seconds (live).")
+    failures = Key(form(FailureKeys))
+    resolve_within = Key(
+        whole(),
+        "The most ticks from a request to the resolution, for obstacles without their own limit.",
+    )
+    suspects = Key(
+        SUSPECTS,
+        "Obstacles that the team knows may be there: promises hold whether they are or not.",
+    )
+    late = Key(choice(LatePolicy), "After a broken promise: go_on, or stop.")
+    chargers = Key(form(many(REGION)), "Regions where batteries are charged.")
+    flat = Key(
+        TEXT,
+        "The obstacle type that appears at a robot whose charge does not last; it has "
+        "'blocks: []'.",
+    )
+    seed = Key(whole(most=2**63 - 1), "Seed of everything random in a run.")
+    coordination = Key(choice(Coordination), "How robots are reassigned.")
+    order = Key(choice(RequestOrder), "Which open request is served first.")
+    controllers = Key(
+        choice(Controllers),
+        "Whether strategies are listed, or give their moves on demand; auto: on demand where a "
+        "listed one would exceed limits.states.",
+    )
+    deadlock = Key(SWITCH, "Whether joint plans move robots that wait for each other.")
+    partition = Key(PARTITION)
+    requirements = Key(
+        REQUIREMENTS,
+        "Formulas of signal temporal logic that the motion of a run must satisfy, such as "
+        "always(distance(a, b) >= 1): a list of formulas or of 'name: formula', or a mapping of "
+        "named ones.",
+    )
+    expect = Key(form(ExpectKeys))
+    catalogue = Key(
+        form(either(CatalogueKeys, TEXT)),
+        "Robot models and obstacle types of this scenario, in place or as the path of a file "
+        "beside it.",
+    )
+
+
+AS_WRITTEN = (
+    *(ScenarioKeys.name, ScenarioKeys.seed, ScenarioKeys.coordination, ScenarioKeys.order),
+    *(ScenarioKeys.controllers, ScenarioKeys.deadlock, ScenarioKeys.clock),
+    *(ScenarioKeys.resolve_within, ScenarioKeys.late),
 )
-FAILURE_KEYS = ("retries", "then", "most", "actions", "patience", "timeout")
-UNTIL_KEYS = ("rounds", "by")
-LIMIT_KEYS = ("ticks", "seconds", "synthesis_seconds", "synthesis_memory", "states")
-REQUIRED = {
-    "safenav": "begin the file with 'safenav: 1', the version of its format",
-    "map": "draw it: 'map:', below it 'grid: |', below that rows of '#' and '.'",
-    "robots": "name each robot with its model, start and objective",
-}
+"""Keys whose values are fields of the scenario."""
 
 
 def load_scenario(path: str | Path, *, reachable: bool = True) -> Scenario:
@@ -169,37 +272,35 @@ class _Loader:
 
     def read(self, root: Node) -> Scenario | None:
         """The scenario; only to be used if nothing was reported."""
-        item = read.mapping(root, "the scenario", self._findings, KEYS, REQUIRED)
+        item = ScenarioKeys.read(root, "the scenario", self._findings, of="")
         if item is None:
             return None
-        self._version(item.get("safenav"))
-        regions = read_map(item.get("map"), self._lines, Path(self._file).parent, self._findings)
-        regions = read_areas(item.get("areas"), regions, self._findings)
+        self._version(item.safenav)
+        regions = read_map(item.map, self._lines, Path(self._file).parent, self._findings)
+        regions = read_areas(item.areas, regions, self._findings)
         self.world = regions.world
         before = len(self._findings)
-        named = _names(item.get("robots"))
-        catalogue = self.catalogue = self._catalogue(item.get("catalogue"), regions, named)
+        named = _names(item.robots)
+        catalogue = self.catalogue = self._catalogue(item.catalogue, regions, named)
         types_known = len(self._findings) == before
-        inputs = read_inputs(item.get("inputs"), frozenset(named), self._findings)
+        inputs = read_inputs(item.inputs, frozenset(named), self._findings)
         known = [each.name for each in inputs]
         robots = read_robots(
-            item.get("robots"), regions, catalogue, self._findings, self._reachable, known
+            item.robots, regions, catalogue, self._findings, self._reachable, known
         )
         apart = read_never_together(
-            item.get("never_together"), regions, robots, frozenset(named), self._findings
+            item.never_together, regions, robots, frozenset(named), self._findings
         )
         before = len(self._findings)
-        obstacles = read_obstacles(
-            item.get("obstacles"), regions, catalogue, robots, self._findings
-        )
-        orders = read_orders(item.get("orders"), regions, catalogue, self._findings)
+        obstacles = read_obstacles(item.obstacles, regions, catalogue, robots, self._findings)
+        orders = read_orders(item.orders, regions, catalogue, self._findings)
         obstacles = (*obstacles, *orders)
         obstacles_known = types_known and len(self._findings) == before
         all_known = obstacles_known and regions.world is not None
         changes = ChangeReader(
             regions, robots, frozenset(named), self._findings, self._reachable
-        ).read(item.get("changes"))
-        flat = self._flat(item.get("flat"))
+        ).read(item.changes)
+        flat = self._flat(item)
         expectations = ExpectationReader(
             regions,
             obstacles if all_known else None,
@@ -207,67 +308,48 @@ class _Loader:
             self._findings,
             "" if flat is None else flat.name,
         )
-        expect = expectations.read(item.get("expect"))
+        expect = expectations.read(item.expect)
         requirements = read_requirements(
-            item.get("requirements"),
+            item.requirements,
             regions,
             named,
             obstacles if all_known else None,
             self._findings,
             "" if flat is None else flat.name,
         )
-        name = read.text(item.get("name"), "'name'", self._findings)
-        until, limits = self._until(item.get("until")), self._limits(item.get("limits"))
-        seed = read.integer(item.get("seed"), "'seed'", self._findings, most=2**63 - 1)
-        coordination = read.choice(
-            item.get("coordination"), "'coordination'", Coordination, self._findings
-        )
-        if coordination is Coordination.ASSIGNABLE:
-            self._assigned(item.get("coordination"), robots, changes)
-        order = read.choice(item.get("order"), "'order'", RequestOrder, self._findings)
-        controllers = read.choice(
-            item.get("controllers"), "'controllers'", Controllers, self._findings
-        )
-        deadlock = read.switch(item.get("deadlock"), "'deadlock'", self._findings)
-        partition = read_partition(item.get("partition"), regions, self._findings)
-        clock = read.choice(item.get("clock"), "'clock'", Clock, self._findings)
-        failures = self._failures(item.get("failures"))
-        limit = read.integer(item.get(RESOLVE_WITHIN), f"'{RESOLVE_WITHIN}'", self._findings)
-        suspects = read_suspects(item.get("suspects"), regions, catalogue, self._findings)
-        late = read.choice(item.get("late"), "'late'", LatePolicy, self._findings)
-        chargers = self._chargers(item.get("chargers"), regions)
+        if item.coordination is Coordination.ASSIGNABLE:
+            self._assigned(item.where(ScenarioKeys.coordination), robots, changes)
+        partition = read_partition(item.partition, regions, self._findings)
+        suspects = read_suspects(item.suspects, regions, catalogue, self._findings)
+        chargers = self._chargers(item.chargers, regions)
+        until = UntilKeys.fill(item.until, "until", self._findings, Until())
+        limits = LimitKeys.fill(item.limits, "limits", self._findings, Limits())
+        failures = FailureKeys.fill(item.failures, "failures", self._findings, Failures())
+        given = {"name": Path(self._file).stem, **item.given(*AS_WRITTEN)}
         if regions.world is None:
             return None
         scenario = Scenario(
-            name or Path(self._file).stem,
-            regions.world,
-            robots,
-            obstacles,
-            until,
-            limits,
-            seed or 0,
-            coordination or Coordination.RESYNTHESIS,
-            expect,
-            self._file,
-            deadlock is not False,
-            partition,
-            controllers or Controllers.AUTO,
-            changes,
-            requirements,
+            map=regions.world,
+            robots=robots,
+            obstacles=obstacles,
+            until=until,
+            limits=limits,
+            expect=expect,
+            source=self._file,
+            partition=partition,
+            changes=changes,
+            requirements=requirements,
             catalogue=catalogue,
-            clock=clock or DEFAULT_CLOCK,
             failures=failures,
             never_together=apart,
-            order=order or RequestOrder.NEWEST,
-            resolve_within=limit,
             suspects=suspects,
-            late=late or LatePolicy.GO_ON,
             chargers=chargers,
             flat=flat,
             inputs=inputs,
+            **given,
         )
         if len(self._findings) == 0:
-            check_promises(scenario, item, self._findings)
+            check_promises(scenario, item.node, self._findings)
         return scenario
 
     def _chargers(self, node: Node | None, regions: RegionReader) -> frozenset[Region]:
@@ -275,8 +357,8 @@ class _Loader:
         found = [regions.regions(item, "an item of chargers") or frozenset() for item in items]
         return frozenset[Region]().union(*found)
 
-    def _flat(self, node: Node | None) -> ObstacleType | None:
-        word = read.text(node, "'flat'", self._findings)
+    def _flat(self, item: ScenarioKeys) -> ObstacleType | None:
+        word, node = item.flat, item.where(ScenarioKeys.flat)
         kind = self.catalogue.obstacles.get(word or "")
         if word is not None and kind is None and not self.catalogue.may_hold(word):
             hint = suggestion(word, self.catalogue.obstacles)
@@ -327,55 +409,6 @@ class _Loader:
             found = f"'coordination: assignable' cannot keep 'form: literal' of {name}"
             hint = "leave out the form, or use 'coordination: resynthesis'"
             self._findings.add(node, found, hint)
-
-    def _until(self, node: Node | None) -> Until:
-        item = read.mapping(node, "until", self._findings, UNTIL_KEYS)
-        if item is None:
-            return Until()
-        label = "'rounds' of until"
-        rounds = read.integer(item.get("rounds"), label, self._findings, least=1)
-        by = read.integer(item.get("by"), "'by' of until", self._findings, least=1)
-        return Until(Until().rounds if rounds is None else rounds, by)
-
-    def _failures(self, node: Node | None) -> Failures:
-        item = read.mapping(node, "failures", self._findings, FAILURE_KEYS)
-        if item is None:
-            return Failures()
-        counts = {
-            key: read.integer(
-                item.get(key), f"'{key}' of failures", self._findings, least=int(key != "retries")
-            )
-            for key in ("retries", "most", "actions")
-        }
-        times = {
-            key: read.positive(item.get(key), f"'{key}' of failures", self._findings)
-            for key in ("patience", "timeout")
-        }
-        then = read.choice(item.get("then"), "'then' of failures", FailedMoves, self._findings)
-        given = {**counts, **times, "then": then}
-        return replace(Failures(), **{k: v for k, v in given.items() if v is not None})
-
-    def _limits(self, node: Node | None) -> Limits:
-        item = read.mapping(node, "limits", self._findings, LIMIT_KEYS)
-        if item is None:
-            return Limits()
-        ticks = read.integer(item.get("ticks"), "'ticks' of limits", self._findings, least=1)
-        whole, seconds = (
-            read.positive(item.get(word), f"'{word}' of limits", self._findings)
-            for word in ("seconds", "synthesis_seconds")
-        )
-        memory = read.integer(
-            item.get("synthesis_memory"), "'synthesis_memory' of limits", self._findings, least=1
-        )
-        states = read.integer(item.get("states"), "'states' of limits", self._findings, least=1)
-        default = Limits()
-        return Limits(
-            ticks or default.ticks,
-            seconds or default.synthesis_seconds,
-            memory or default.synthesis_memory,
-            whole,
-            states or default.states,
-        )
 
 
 def _names(node: Node | None) -> tuple[str, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from safenav.scenario.motion import (
     FOOTPRINT,
+    KINDS,
     ONLY_WITH_HEADING,
     WITH_FOOTPRINT,
     MotionModel,
@@ -15,10 +16,48 @@ from safenav.scenario.motion import (
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, clipped
 from safenav.scenario.yaml.findings import Findings, suggestion
+from safenav.scenario.yaml.shapes import TEXT, Schema, either, form, many, several
 from safenav.world.moves import Mobility
 
 _MODEL_KEYS = ("size", "speed")
 KIND = "kind"
+
+
+def _described(parameter: Parameter) -> Schema:
+    """The JSON Schema of a number that a kind of motion takes."""
+    about = (
+        f"{parameter.meaning[0].upper()}{parameter.meaning[1:]}. Default: {parameter.default:g}."
+    )
+    limits = {"minimum": parameter.least, "maximum": parameter.most}
+    return {"description": about, "type": "number", **limits}
+
+
+def _schema(kind: str) -> Schema:
+    keys: dict[str, object] = {
+        k: _described(p) for k, p in KINDS[kind].items() if k not in _MODEL_KEYS
+    }
+    if kind in WITH_FOOTPRINT:
+        keys[FOOTPRINT] = _FOOTPRINT
+    known = {KIND: {"const": kind}, **keys}
+    rules = {"required": [KIND], "additionalProperties": False}
+    return {"type": "object", "properties": known, **rules}
+
+
+_POINT = several({"type": "number"}, {"type": "number"})
+_FOOTPRINT = {
+    "description": "Corners in metres, x ahead and y to the left, counter-clockwise.",
+    **many(_POINT, 3),
+}
+_OF_A_PACKAGE = {"allOf": [TEXT, {"not": {"enum": list(KINDS)}}]}
+MOTION = form(
+    either(
+        {"anyOf": [{"enum": list(KINDS)}, TEXT]},
+        *map(_schema, KINDS),
+        {"type": "object", "properties": {KIND: _OF_A_PACKAGE}, "required": [KIND]},
+    ),
+    "motion",
+    "How it moves in metres: a kind of motion, or one with its parameters.",
+)
 
 
 def read_motion(

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Collection
+from typing import ClassVar
 
 from msgspec.structs import replace
 
@@ -24,23 +24,78 @@ from safenav.scenario.objective import (
     one_of,
     targets_of,
 )
-from safenav.scenario.reading.regions import RegionReader
+from safenav.scenario.reading.naming import IDENTIFIER
+from safenav.scenario.reading.regions import TARGET, ZONE, RegionReader
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped
 from safenav.scenario.yaml.findings import Findings, suggestion
+from safenav.scenario.yaml.shapes import (
+    TEXT,
+    Key,
+    Shape,
+    Table,
+    either,
+    form,
+    many,
+    matching,
+    named,
+    several,
+    whole,
+)
 from safenav.world.map import Heading
 from safenav.world.moves import Mobility
-
-IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 OWN_VARIABLES = frozenset({"region", "heading"})
 FORM = "form"
 RULES = ("avoid", "always")
 WITHIN = "within"
-KEYS = (*KINDS, "ltl", FORM, WITHIN, *RULES)
 TIMED = kinds_that(lambda kind: kind.timed())
 STRICT = kinds_that(lambda kind: kind.strict)
-LTL_KEYS = ("init", "safety", "liveness", "memory")
+
+VARIABLE = {**matching(IDENTIFIER), "not": {"enum": sorted(RESERVED_WORDS | OWN_VARIABLES)}}
+"""Names of variables that a scenario declares."""
+
+FORMULAS = form(either(TEXT, many(TEXT)), "formulas")
+
+
+class LtlKeys(Table):
+    about = "Guarantees in structured slugs over region, heading and memory."
+    definition = "ltl"
+    rules: ClassVar = either({"required": ["safety"]}, {"required": ["liveness"]})
+    init = Key(FORMULAS, "What holds at the start (no next values).")
+    safety = Key(FORMULAS, "What holds on every step.")
+    liveness = Key(FORMULAS, "What is reached infinitely often.")
+    memory = Key(
+        form(named(either({"const": "bool"}, several(whole(), whole())), VARIABLE)),
+        "Variables of its own: bool or [lowest, highest].",
+    )
+
+
+def _targets(kind: type[TargetObjective]) -> Key[Node]:
+    most = {"maxItems": kind.most} if kind.most else {}
+    shape = TARGET if kind.one else {**many(TARGET, kind.least), **most}
+    about = f"{kind.meaning[0].upper()}{kind.meaning[1:]}."
+    return Key(form(shape), about, name=kind.kind)
+
+
+class ObjectiveKeys(Table, more=[_targets(kind) for kind in KINDS.values()]):
+    about = "The task of a robot, round after round."
+    definition = "objective"
+    rules: ClassVar = {
+        "oneOf": [{"required": [kind]} for kind in (*KINDS, "ltl")],
+        "dependentSchemas": {
+            FORM: either(*({"required": [kind]} for kind in STRICT)),
+            WITHIN: either(*({"required": [kind]} for kind in TIMED)),
+        },
+    }
+    ltl = Key(form(LtlKeys))
+    form = Key(
+        Shape({"const": "literal"}, read.text),
+        "literal: it keeps its formula by the letter, or is unrealizable.",
+    )
+    within = Key(whole(1), f"The most ticks of each round of {one_of(TIMED)}.")
+    avoid = Key(ZONE, "Regions that the robot never enters, whatever it does.")
+    always = Key(FORMULAS, "Formulas over region and heading that each of its steps keeps.")
 
 
 class ObjectiveReader:
@@ -65,17 +120,18 @@ class ObjectiveReader:
     def read(self, node: Node | None, robot: str, mobility: Mobility | None) -> Objective | None:
         """The objective, or None if there is none or it was reported."""
         what = f"objective of {robot}"
-        item = read.mapping(node, what, self._findings, KEYS)
+        item = ObjectiveKeys.read(node, what, self._findings, f"of {robot}")
         if item is None:
             return None
-        given = [(key.text, value) for key, value in item.entries if key.text in (*KINDS, "ltl")]
+        entries = [(key.text, value) for key, value in item.node.entries]
+        given = [(key, value) for key, value in entries if key in (*KINDS, "ltl")]
         if not given:
             hint = f"give it one, for example {EXAMPLE}"
-            if not item.entries or any(item.get(key) is not None for key in (FORM, *RULES)):
-                self._findings.add(item, f"{what} is empty", hint)
+            if not entries or any(key in (FORM, *RULES) for key, _ in entries):
+                self._findings.add(node, f"{what} is empty", hint)
         if len(given) > 1:
             kinds = " and ".join(f"'{kind}'" for kind, _ in given)
-            self._findings.add(item, f"{what}: both {kinds}", "choose one of them")
+            self._findings.add(node, f"{what}: both {kinds}", "choose one of them")
         if len(given) != 1:
             return None
         kind, value = given[0]
@@ -85,15 +141,19 @@ class ObjectiveReader:
             if kind == "ltl"
             else self._about_targets(KINDS[kind], value, what)
         )
-        return self._ruled(self._formed(found, item.get(FORM), kind, robot), item, robot, mobility)
+        return self._ruled(self._formed(found, item, kind, robot), item, robot, mobility)
 
     def _ruled(
-        self, objective: Objective | None, item: Mapping, robot: str, mobility: Mobility | None
+        self,
+        objective: Objective | None,
+        item: ObjectiveKeys,
+        robot: str,
+        mobility: Mobility | None,
     ) -> Objective | None:
         """The objective with the rules that stand beside it; those of ``ltl`` become formulas."""
-        avoid = self._avoided(item.get("avoid"), f"'avoid' of {robot}")
+        avoid = self._avoided(item.avoid, f"'avoid' of {robot}")
         what = f"'always' of {robot}"
-        always = self._lines(item.get("always"), what, self._declared(mobility), True)
+        always = self._lines(item.always, what, self._declared(mobility), True)
         if objective is None or avoid is None:
             return None
         if isinstance(objective, Ltl):
@@ -102,7 +162,7 @@ class ObjectiveReader:
         for target in targets_of(objective):
             if target <= avoid:
                 found = f"'avoid' of {robot} covers a target of its objective"
-                self._findings.add(item.get("avoid"), found, "leave one of the two out")
+                self._findings.add(item.avoid, found, "leave one of the two out")
                 return None
         return replace(objective, avoid=avoid, always=always)
 
@@ -119,7 +179,7 @@ class ObjectiveReader:
     def within(self, node: Node | None, robot: str, objective: Objective | None) -> int | None:
         """The most ticks of a round of an objective, if that says so."""
         at = node.get(WITHIN) if isinstance(node, Mapping) else None
-        found = read.integer(at, f"'{WITHIN}' of {robot}", self._findings, least=1)
+        found = ObjectiveKeys.within.shape.read(at, f"'{WITHIN}' of {robot}", self._findings)
         if at is None or objective is None:
             return found
         kind = "ltl" if isinstance(objective, Ltl) else objective.kind
@@ -129,10 +189,10 @@ class ObjectiveReader:
         return found
 
     def _formed(
-        self, objective: Objective | None, node: Node | None, kind: str, robot: str
+        self, objective: Objective | None, item: ObjectiveKeys, kind: str, robot: str
     ) -> Objective | None:
         """The objective in the form that it must have."""
-        word = read.text(node, f"'form' of {robot}", self._findings)
+        word, node = item.form, item.where(ObjectiveKeys.form)
         if word is None:
             return objective
         if word != "literal":
@@ -165,24 +225,24 @@ class ObjectiveReader:
 
     def _ltl(self, node: Node, what: str, mobility: Mobility | None) -> Ltl | None:
         before = len(self._findings)
-        item = read.mapping(node, what, self._findings, LTL_KEYS)
+        item = LtlKeys.read(node, what, self._findings)
         if item is None:
             return None
-        memory = self._memory(item.get("memory"), what)
+        memory = self._memory(item.memory, what)
         declared = {**memory, **self._declared(mobility)}
         inputs: dict[str, tuple[int, int] | None] = dict.fromkeys(sorted(self._inputs))
         lines = {
             part: self._lines(
-                item.get(part),
+                item.node.get(part),
                 f"'{part}' in {what}",
                 declared if part == "init" else declared | inputs,
                 part != "init",
             )
             for part in ("init", "safety", "liveness")
         }
-        if _is_empty(item.get("safety")) and _is_empty(item.get("liveness")):
+        if _is_empty(item.safety) and _is_empty(item.liveness):
             hint = "give it 'liveness' (what to reach infinitely often) or 'safety' (always)"
-            self._findings.add(item, f"{what} is empty", hint)
+            self._findings.add(node, f"{what} is empty", hint)
         if len(self._findings) > before:
             return None
         named = set().union(*(variables(parse(line)) for part in lines.values() for line in part))

@@ -5,26 +5,68 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from safenav.scenario.model import Catalogue, Obstacle, ObstacleType, Robot
-from safenav.scenario.reading.catalogue import RESOLVE_WITHIN, swept
-from safenav.scenario.reading.regions import RegionReader
+from safenav.scenario.reading.catalogue import SWEEPS, swept
+from safenav.scenario.reading.regions import REGION, RegionReader
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped
 from safenav.scenario.yaml.findings import Findings, suggestion
+from safenav.scenario.yaml.shapes import PROBABILITY, TEXT, Key, Table, either, form, many, whole
 
-PROBABILITY = {"probability": "from 0 to 1, for example {probability: 0.5}"}
-SUSPECT_KEYS = ("type", "region")
-KEYS = ("type", "region", "traversable", "from", "until", RESOLVE_WITHIN, "sweeps")
-ORDER_KEYS = ("at", "type", "region", RESOLVE_WITHIN)
-ORDER_REQUIRED = {
-    "at": "the tick at which the team receives it, for example 'at: 10'",
-    "type": "an obstacle type with 'blocks: []'",
-    "region": "where it is, for example 'region: 47' or 'region: [3, 8]'",
-}
-MOST_TICKS = 2**31
-REQUIRED = {
-    "type": "an obstacle type of the catalogue, for example 'type: door'",
-    "region": "where it is, for example 'region: 47' or 'region: [3, 8]'",
-}
+MOST_TICKS = read.MOST
+TICK = whole(1, MOST_TICKS)
+LIMIT = Key(whole(), "The most ticks from the request to the resolution.")
+_AT = Key(
+    REGION, "Where it is.", required="where it is, for example 'region: 47' or 'region: [3, 8]'"
+)
+
+
+class ChanceKeys(Table):
+    probability = Key(
+        PROBABILITY, "Of being so.", required="from 0 to 1, for example {probability: 0.5}"
+    )
+
+
+class SuspectKeys(Table):
+    type = Key(
+        form(TEXT),
+        "An obstacle type of the catalogue, such as door or uncertainty.",
+        required="an obstacle type of the catalogue, for example 'type: door'",
+    )
+    region = _AT
+
+
+class ObstacleKeys(SuspectKeys):
+    definition = "obstacle"
+    traversable = Key(
+        form(either({"type": "boolean"}, ChanceKeys)),
+        "What resolving it reveals, for types with a truth. Default: true.",
+    )
+    from_ = Key(
+        TICK, "The tick at which it appears. Default: it is there from the beginning.", name="from"
+    )
+    until = Key(TICK, "The tick at which it disappears. Default: never.")
+    resolve_within = LIMIT
+    sweeps = Key(SWEEPS)
+
+
+class OrderKeys(Table):
+    at = Key(
+        TICK,
+        "The tick at which the team receives it.",
+        required="the tick at which the team receives it, for example 'at: 10'",
+    )
+    type = Key(
+        form(TEXT),
+        "An obstacle type with 'blocks: []'.",
+        required="an obstacle type with 'blocks: []'",
+    )
+    region = _AT
+    resolve_within = LIMIT
+
+
+OBSTACLES = form(many(ObstacleKeys))
+ORDERS = form(many(OrderKeys))
+SUSPECTS = form(many(SuspectKeys))
 
 
 def read_obstacles(
@@ -73,24 +115,21 @@ def _meet(one: Obstacle, other: Obstacle) -> bool:
 def _read_obstacle(
     node: Node, regions: RegionReader, catalogue: Catalogue, findings: Findings
 ) -> Obstacle | None:
-    item = read.mapping(node, "an obstacle", findings, KEYS, REQUIRED)
+    item = ObstacleKeys.read(node, "an obstacle", findings)
     if item is None:
         return None
-    kind = _type(item.get("type"), catalogue, findings)
+    kind = _type(item.type, catalogue, findings)
     label = kind.name if kind else "the obstacle"
-    region = regions.region(item.get("region"), f"'region' of {label}")
+    item.of = f"of {label}"
+    region = regions.region(item.region, f"'region' of {label}")
     before = len(findings)
-    truth = _truth(item.get("traversable"), kind, catalogue, findings)
-    appears, goes = (
-        read.integer(item.get(word), f"'{word}' of {label}", findings, least=1, most=MOST_TICKS)
-        for word in ("from", "until")
-    )
-    limit = read.integer(item.get(RESOLVE_WITHIN), f"'{RESOLVE_WITHIN}' of {label}", findings)
+    truth = _truth(item.traversable, kind, catalogue, findings)
+    appears, goes, limit = item.from_, item.until, item.resolve_within
     several = kind is not None and bool(kind.listed)
-    sweeps = swept(item.get("sweeps"), label, several, regions, findings)
+    sweeps = swept(item.sweeps, label, several, regions, findings)
     if appears is not None and goes is not None and appears >= goes:
         hint = "'from' is the tick at which it appears, 'until' that at which it goes"
-        findings.add(item.get("until") or node, f"{label} goes before it appears", hint)
+        findings.add(item.where(ObstacleKeys.until), f"{label} goes before it appears", hint)
     if kind is None or region is None or len(findings) > before:
         return None
     return Obstacle(kind, region, truth, appears, goes, limit, sweeps=sweeps)
@@ -102,16 +141,15 @@ def read_orders(
     """Work that the team receives at some tick, as obstacles that are in no robot's way."""
     found: list[Obstacle] = []
     for part in read.sequence(node, "orders", findings) or ():
-        item = read.mapping(part, "an order", findings, ORDER_KEYS, ORDER_REQUIRED)
+        item = OrderKeys.read(part, "an order", findings)
         if item is None:
             continue
-        at = read.integer(item.get("at"), "'at' of an order", findings, least=1, most=MOST_TICKS)
-        kind = _type(item.get("type"), catalogue, findings)
-        region = regions.region(item.get("region"), "'region' of an order")
-        limit = read.integer(item.get(RESOLVE_WITHIN), f"'{RESOLVE_WITHIN}' of an order", findings)
+        at, limit = item.at, item.resolve_within
+        kind = _type(item.type, catalogue, findings)
+        region = regions.region(item.region, "'region' of an order")
         if kind is not None and kind.blocks != frozenset():
             said = f"an order of {kind.name}, which stops robots"
-            findings.add(item.get("type"), said, f"give {kind.name} 'blocks: []'")
+            findings.add(item.type, said, f"give {kind.name} 'blocks: []'")
         elif at is not None and kind is not None and region is not None:
             truth = True if kind.has_truth else None
             number = 1 + sum(o.type is kind and o.region == region for o in found)
@@ -127,12 +165,10 @@ def read_suspects(
     if items is None:
         return None
     found = []
-    for item in items:
-        if read.mapping(item, "a suspect", findings, SUSPECT_KEYS, REQUIRED) is None:
-            continue
-        assert isinstance(item, Mapping)
-        kind = _type(item.get("type"), catalogue, findings)
-        region = regions.region(item.get("region"), "'region' of a suspect")
+    for part in items:
+        item = SuspectKeys.read(part, "a suspect", findings)
+        kind = _type(item.type if item else None, catalogue, findings)
+        region = regions.region(item.region if item else None, "'region' of a suspect")
         if kind is not None and region is not None:
             found.append(Obstacle(kind, region))
     return tuple(found)
@@ -161,9 +197,8 @@ def _truth(
         findings.add(node, f"a {kind.name} has no 'traversable' to reveal", hint)
         return None
     if isinstance(node, Mapping):
-        item = read.mapping(node, "'traversable'", findings, ("probability",), PROBABILITY)
-        value = item.get("probability") if item else None
-        return read.probability(value, "'probability' of traversable", findings)
+        item = ChanceKeys.read(node, "'traversable'", findings, "of traversable")
+        return item.probability if item else None
     if isinstance(node, Scalar) and isinstance(node.value, bool):
         return node.value
     read.wrong_type(node, "'traversable'", "true, false or {probability: 0.5}", findings)

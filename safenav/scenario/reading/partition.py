@@ -2,19 +2,34 @@
 
 from __future__ import annotations
 
-from safenav.scenario.reading.regions import RegionReader
+from safenav.scenario.reading.regions import REGION, RegionReader
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence
 from safenav.scenario.yaml.findings import Findings
+from safenav.scenario.yaml.shapes import Key, Table, either, form, many, several, whole
 from safenav.world.map import Region, RegionMap
 from safenav.world.partition import Partition, tiles
 
-KEYS = ("tiles",)
 ROOMS = "rooms"
 
 _EXPECTED = "'rooms', {tiles: [rows, columns]}, or a list of cells [[8, 9], [12, [1, 6]]]"
-_TILES = {"tiles": "rows and columns of a tile, for example {tiles: [4, 4]}"}
 _SHOWN = 5
+
+
+class TileKeys(Table):
+    tiles = Key(
+        form(several(whole(1), whole(1))),
+        "Rows and columns of a tile.",
+        required="rows and columns of a tile, for example {tiles: [4, 4]}",
+    )
+
+
+PARTITION = form(
+    either({"const": ROOMS}, TileKeys, many(many(REGION, 1), 1)),
+    "partition",
+    "The cells in which a robot that is out of sight may be: tiles, or lists of regions, together "
+    "all free ones. Default: rooms.",
+)
 
 
 def read_partition(
@@ -38,8 +53,8 @@ def _tiles(
     node: Mapping, world: RegionMap | None, findings: Findings
 ) -> tuple[frozenset[Region], ...] | None:
     what = "'tiles' of partition"
-    item = read.mapping(node, "'partition'", findings, KEYS, _TILES)
-    sides = item.get("tiles") if item else None
+    item = TileKeys.read(node, "'partition'", findings)
+    sides = item.tiles if item else None
     if sides is None:
         return None
     if not isinstance(sides, Sequence) or len(sides.items) != 2:

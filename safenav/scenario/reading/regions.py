@@ -7,14 +7,39 @@ from collections.abc import Mapping as Names
 from collections.abc import Sequence as Nodes
 
 from safenav.scenario.objective import Target
+from safenav.scenario.reading.naming import NAME
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped
-from safenav.scenario.yaml.fields import mapping, sequence, wrong_type
+from safenav.scenario.yaml.fields import sequence, wrong_type
 from safenav.scenario.yaml.findings import Findings, suggestion
+from safenav.scenario.yaml.shapes import Key, Table, either, form, many, matching, several
 from safenav.world.map import Region, RegionMap
 
 _EXPECTED = "a region: 47, [row, column] or a name"
-_SET = {"any": "a target of several regions is written {any: [47, [3, 8]]}"}
 _BRACKETS = re.compile(r"\[\s*(\d{1,9})\s*,\s*(\d{1,9})\s*\]", re.ASCII)
+_COUNT = {"type": "integer", "minimum": 0}
+
+NUMBER = form(_COUNT, "number", "Number of a region, in reading order from 0 in the north-west.")
+CELL = form(several(_COUNT, _COUNT), "cell", "[row, column] of a region, from 0 in the north-west.")
+PLACE = form(either(NUMBER, CELL), "place")
+REGION = form(
+    either(NUMBER, CELL, matching(NAME)),
+    "region",
+    "A region: its number, [row, column], or a name from the map; an area where a set of regions "
+    "is allowed.",
+)
+
+
+class AnyKeys(Table):
+    any = Key(
+        form(many(REGION, 1)),
+        "Any one of these regions.",
+        required="a target of several regions is written {any: [47, [3, 8]]}",
+    )
+
+
+TARGET = form(either(REGION, AnyKeys), "target")
+ZONE = form(either(TARGET, many(TARGET)))
+"""A target, or a list of them of which each counts."""
 
 
 class RegionReader:
@@ -64,8 +89,8 @@ class RegionReader:
             return None
         if not isinstance(node, Mapping):
             return self.regions(node, what)
-        fields = mapping(node, what, self._findings, ("any",), _SET)
-        items = sequence(fields.get("any") if fields else None, f"'any' of {what}", self._findings)
+        item = AnyKeys.read(node, what, self._findings)
+        items = sequence(item.any if item else None, f"'any' of {what}", self._findings)
         if items is None:
             return None
         if not items:

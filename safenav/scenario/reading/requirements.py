@@ -10,10 +10,13 @@ from safenav.scenario.reading.regions import RegionReader
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped
 from safenav.scenario.yaml.findings import Findings, suggestion
+from safenav.scenario.yaml.shapes import TEXT, either, form, many, matching, named
 from safenav.stl.parser import RequirementError, parse_requirement
 from safenav.stl.syntax import Happens, RobotSignal, nodes
 
 _WHAT = "requirements"
+_NAMED = form(named(TEXT, matching(NAME)), "namedRequirements")
+REQUIREMENTS = form(either(_NAMED, many(either(TEXT, _NAMED))))
 
 
 def read_requirements(

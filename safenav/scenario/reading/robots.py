@@ -23,32 +23,32 @@ from safenav.scenario.objective import (
     targets_of,
 )
 from safenav.scenario.reachability import Reachability
-from safenav.scenario.reading.catalogue import read_vision
+from safenav.scenario.reading.catalogue import VISION, read_vision
+from safenav.scenario.reading.naming import IDENTIFIER
 from safenav.scenario.reading.objective import (
-    IDENTIFIER,
     OWN_VARIABLES,
     TIMED,
+    VARIABLE,
+    ObjectiveKeys,
     ObjectiveReader,
 )
-from safenav.scenario.reading.regions import RegionReader
+from safenav.scenario.reading.regions import REGION, RegionReader
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped
 from safenav.scenario.yaml.findings import Findings, suggestion
+from safenav.scenario.yaml.shapes import (
+    TEXT,
+    WORDS,
+    Key,
+    Shape,
+    Table,
+    choice,
+    form,
+    named,
+)
 from safenav.world.map import Heading, RegionMap
 from safenav.world.moves import Mobility, Pose
 
-KEYS = (
-    "model",
-    "start",
-    "heading",
-    "objective",
-    "while_waiting",
-    "vision",
-    "avoids",
-    "tracks",
-    "tracking",
-    "when",
-)
 _EXAMPLES = {key: kind.example() for key, kind in KINDS.items()}
 INSIDE_OBJECTIVE = {
     key: f"it belongs in the objective, for example 'objective: {{{example}}}'"
@@ -60,13 +60,42 @@ INSIDE_OBJECTIVE = {
         "ltl": "ltl: {liveness: [region = 3]}",
     }.items()
 }
-REQUIRED = {
-    "model": "a robot model of the catalogue, for example 'model: digit'",
-    "start": "a region, for example 'start: 47' or 'start: [3, 8]'",
-    "objective": f"its task, for example 'objective: {EXAMPLE}'",
-}
-
 _HEADINGS = {heading.label: heading for heading in Heading}
+
+
+class RobotKeys(Table):
+    definition = "robot"
+    made = Robot
+    model = Key(
+        TEXT,
+        "A robot model of the catalogue, such as digit or quadcopter.",
+        required="a robot model of the catalogue, for example 'model: digit'",
+    )
+    start = Key(
+        REGION, "Where it starts.", required="a region, for example 'start: 47' or 'start: [3, 8]'"
+    )
+    heading = Key(
+        Shape({"enum": tuple(_HEADINGS)}, read.text),
+        "Which way it faces; needed by models with heading mobility.",
+    )
+    objective = Key(
+        form(ObjectiveKeys),
+        required=f"its task, for example 'objective: {EXAMPLE}'",
+    )
+    while_waiting = Key(
+        form(ObjectiveKeys),
+        "Its objective while it waits for help; not 'ltl'. Default: it stays.",
+    )
+    vision = Key(VISION)
+    avoids = Key(WORDS, "Robots that it must not share a region with. Default: those of its layer.")
+    tracks = Key(WORDS, "Robots that its specification models although it need not avoid them.")
+    tracking = Key(choice(Tracking), "How its specification models others.")
+    when = Key(
+        form(named(ObjectiveKeys)), "Its objectives while inputs are on, the first of them that is."
+    )
+
+
+ROBOTS = form({**named(RobotKeys, VARIABLE), "minProperties": 1})
 
 
 def read_robots(
@@ -125,28 +154,27 @@ class _RobotReader:
         before = len(self._findings)
         name = clipped(key.text)
         self._check_name(key)
-        item = read.mapping(node, f"robot {name}", self._findings, KEYS, REQUIRED, INSIDE_OBJECTIVE)
+        item = RobotKeys.read(node, f"robot {name}", self._findings, f"of {name}", INSIDE_OBJECTIVE)
         if item is None:
             return None
-        model = self._seeing(self._model(item.get("model"), name), item.get("vision"), name)
+        model = self._seeing(self._model(item, name), item.vision, name)
         heading = self._heading(item, name, model)
-        start = self._regions.region(item.get("start"), f"'start' of {name}")
-        avoids = self._others(item.get("avoids"), "avoids", key.text)
-        tracks = self._others(item.get("tracks"), "tracks", key.text) or frozenset()
-        what = f"'tracking' of {name}"
-        tracking = read.choice(item.get("tracking"), what, Tracking, self._findings)
+        start = self._regions.region(item.start, f"'start' of {name}")
+        self._check_others(item.where(RobotKeys.avoids), "avoids", key.text)
+        self._check_others(item.where(RobotKeys.tracks), "tracks", key.text)
+        avoids, tracks, tracking = item.avoids, item.tracks or frozenset(), item.tracking
         if start is not None and model is not None:
             # Whatever its objective is, it stands there.
             target = staying(frozenset({start}))
             there = Robot(
                 key.text, model, Pose(start), target, avoids, tracks, tracking or Tracking.NEARBY
             )
-            self._standing.append((there, item.get("start")))
-            self._tracking[key.text] = item.get("tracking")
+            self._standing.append((there, item.start))
+            self._tracking[key.text] = item.where(RobotKeys.tracking)
         mobility = model.mobility if model else None
-        objective = self._objectives.read(item.get("objective"), name, mobility)
-        waiting = self._while_waiting(item.get("while_waiting"), objective, name, mobility)
-        within = self._objectives.within(item.get("objective"), name, objective)
+        objective = self._objectives.read(item.objective, name, mobility)
+        waiting = self._while_waiting(item.while_waiting, objective, name, mobility)
+        within = self._objectives.within(item.objective, name, objective)
         if model is None or start is None or objective is None:
             return None
         if mobility is Mobility.HEADING and heading is None:
@@ -154,9 +182,9 @@ class _RobotReader:
         pose = Pose(start, heading if mobility is Mobility.HEADING else None)
         tracking = tracking or Tracking.NEARBY
         robot = Robot(key.text, model, pose, objective, avoids, tracks, tracking, waiting, within)
-        robot = replace(robot, when=self._when(item.get("when"), robot))
+        robot = replace(robot, when=self._when(item.when, robot))
         if self._reachable and self._regions.world is not None:
-            _check_reachable(robot, item.get("objective"), self._regions.world, self._findings)
+            _check_reachable(robot, item.objective, self._regions.world, self._findings)
         return robot if len(self._findings) == before else None
 
     def _while_waiting(
@@ -203,27 +231,27 @@ class _RobotReader:
             hint = "use another name: robots become variables of specifications"
             self._findings.add(key, f"'{shown}' is reserved and cannot name a robot", hint)
 
-    def _model(self, node: Node | None, name: str) -> RobotModel | None:
-        word = read.text(node, f"'model' of {name}", self._findings)
+    def _model(self, item: RobotKeys, name: str) -> RobotModel | None:
+        word = item.model
         if word is None:
             return None
         model = self._catalogue.robots.get(word)
         if model is None and not self._catalogue.may_hold(word):
             hint = suggestion(word, self._catalogue.robots)
             found = f"'model' of {name}: unknown robot model '{clipped(word)}'"
-            self._findings.add(node, found, hint)
+            self._findings.add(item.where(RobotKeys.model), found, hint)
         return model
 
-    def _heading(self, item: Mapping, name: str, model: RobotModel | None) -> Heading | None:
+    def _heading(self, item: RobotKeys, name: str, model: RobotModel | None) -> Heading | None:
         """The heading; one that the mobility does not need is checked and ignored."""
-        node = item.get("heading")
+        node = item.where(RobotKeys.heading)
         if node is None:
             if model is not None and model.mobility is Mobility.HEADING:
                 found = f"robot {name}: the key 'heading' is missing"
                 hint = f"a {model.name} starts with a heading: {', '.join(_HEADINGS)}"
-                self._findings.add(item, found, hint)
+                self._findings.add(item.node, found, hint)
             return None
-        word = read.text(node, f"'heading' of {name}", self._findings)
+        word = item.heading
         if word is not None and word not in _HEADINGS:
             found = f"'heading' of {name}: unknown heading '{clipped(word)}'"
             self._findings.add(node, found, suggestion(word, _HEADINGS))
@@ -236,8 +264,8 @@ class _RobotReader:
         vision = read_vision(node, f"'vision' of {name}", self._findings)
         return model and replace(model, vision=vision)
 
-    def _others(self, node: Node | None, word: str, name: str) -> frozenset[str] | None:
-        """The robots in a list of names; None if there is no list."""
+    def _check_others(self, node: Node | None, word: str, name: str) -> None:
+        """Report names in a list that name no other robot."""
         what = f"'{word}' of {clipped(name)}"
         for item in node.items if isinstance(node, Sequence) else ():
             other = item.value if isinstance(item, Scalar) else None
@@ -249,7 +277,6 @@ class _RobotReader:
                 found = f"{what}: no robot is named '{clipped(other)}'"
                 hint = suggestion(other, frozenset(self._names) - {name})
                 self._findings.add(item, found, hint)
-        return read.words(node, what, self._findings)
 
     def beside(self, others: Iterable[Robot]) -> None:
         """Take note of robots that have been read before."""

@@ -17,6 +17,9 @@ from safenav.scenario.yaml.findings import Findings, closest, listed, suggestion
 
 E = TypeVar("E", bound=StrEnum)
 
+MOST = 2**31 - 1
+"""The largest whole number unless an item says otherwise."""
+
 
 def described(node: Node) -> str:
     """The value there, for "found ..."."""
@@ -111,17 +114,23 @@ def text(node: Node | None, what: str, findings: Findings) -> str | None:
     return node.value
 
 
-def words(node: Node | None, what: str, findings: Findings) -> frozenset[str] | None:
-    """A list of words."""
+def texts(node: Node | None, what: str, findings: Findings) -> tuple[str, ...] | None:
+    """A list of texts."""
     items = sequence(node, what, findings)
     if items is None:
         return None
     found = [text(item, f"an item of {what}", findings) for item in items]
-    return frozenset(word for word in found if word is not None)
+    return tuple(word for word in found if word is not None)
+
+
+def words(node: Node | None, what: str, findings: Findings) -> frozenset[str] | None:
+    """A list of words whose order means nothing."""
+    found = texts(node, what, findings)
+    return None if found is None else frozenset(found)
 
 
 def integer(
-    node: Node | None, what: str, findings: Findings, *, least: int = 0, most: int = 2**31 - 1
+    node: Node | None, what: str, findings: Findings, *, least: int = 0, most: int = MOST
 ) -> int | None:
     """A whole number from ``least`` to ``most``; true and false are none."""
     if node is None:

@@ -6,14 +6,13 @@ legend stands for: wall, free floor, or an area. A colour far from all of them m
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
-from enum import StrEnum
 from pathlib import Path
 
 from msgspec.structs import replace
 
-from safenav.scenario.reading.maps.map_file import read_count, read_pixels, read_share, with_walls
+from safenav.scenario.reading.maps.keys import COLOUR, ImageKeys, MapKeys, Text
+from safenav.scenario.reading.maps.map_file import read_count, read_pixels, with_walls
 from safenav.scenario.reading.naming import NAME
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, clipped
@@ -23,31 +22,19 @@ from safenav.world.files.pixels import Blocked, Layout, shares
 from safenav.world.files.spots import Label, suggested, without_text
 from safenav.world.map import RegionMap
 
-KEYS = ("file", "legend", "text")
-REQUIRED = {"file": "the path of the image, for example 'file: floor.png'"}
 WALL, FREE = "wall", "free"
 DEFAULT_THRESHOLD = 0.5
 
-_COLOUR = re.compile(r"#([0-9a-fA-F]{2})([0-9a-fA-F]{2})([0-9a-fA-F]{2})")
-
-
-class Text(StrEnum):
-    """The meaning of labels on a floor plan."""
-
-    IGNORE = "ignore"
-    WALL = "wall"
-
 
 def read_image_map(
-    node: Node, fields: Mapping, folder: Path, findings: Findings
+    node: Node, fields: MapKeys, folder: Path, findings: Findings
 ) -> RegionMap | None:
     """The map of an image with ``rows`` and ``cols``."""
     before = len(findings)
     count = read_count(fields, findings)
-    threshold = read.probability(fields.get("threshold"), "'threshold' of map", findings)
-    share = read_share(fields, findings)
+    threshold, share = fields.threshold, fields.share or 0.0
     file, legend, text = _described(node, findings)
-    if legend and (stray := fields.get("threshold")) is not None:
+    if legend and (stray := fields.where(MapKeys.threshold)) is not None:
         findings.add(stray, "map: 'threshold' has no meaning with a legend", "leave it out")
     image = None if file is None else read_pixels(file, folder, findings)
     if image is None or len(findings) > before:
@@ -74,12 +61,13 @@ def _described(node: Node, findings: Findings) -> tuple[Node | None, dict[Colour
     """The file, the legend, and what becomes of text. A path alone keeps all that is dark."""
     if not isinstance(node, Mapping):
         return node, {}, Text.WALL
-    fields = read.mapping(node, "'image' of map", findings, KEYS, REQUIRED)
-    text = read.choice(node.get("text"), "'text' of image", Text, findings)
-    legend = read.mapping(node.get("legend"), "'legend' of image", findings)
+    item = ImageKeys.read(node, "'image' of map", findings, "of image")
+    assert item is not None
+    text = item.text
+    legend = read.mapping(item.legend, "'legend' of image", findings)
     found: dict[Colour, str] = {}
     for key, value in legend.entries if legend else ():
-        match = _COLOUR.fullmatch(key.text)
+        match = COLOUR.fullmatch(key.text)
         meaning = read.text(value, f"colour {clipped(key.text)} of legend", findings)
         if match is None:
             hint = 'write it as on web pages, in quotes: "#ffcc00"'
@@ -91,7 +79,7 @@ def _described(node: Node, findings: Findings) -> tuple[Node | None, dict[Colour
             found[int(match[1], 16), int(match[2], 16), int(match[3], 16)] = meaning
     if legend and WALL not in found.values() and len(found) == len(legend.entries):
         findings.add(legend, "legend without walls", f'add the colour of walls: "#000000": {WALL}')
-    return fields and fields.get("file"), found, text or Text.IGNORE
+    return item.file, found, text or Text.IGNORE
 
 
 def _ask_for_count(node: Node, blocked: Blocked, findings: Findings) -> None:

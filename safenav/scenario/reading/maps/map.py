@@ -10,27 +10,15 @@ from msgspec.structs import replace
 
 from safenav.extras import install_command
 from safenav.scenario.reading.maps.grid import read_grid
+from safenav.scenario.reading.maps.keys import FORMS, OPTIONS, MapKeys
 from safenav.scenario.reading.maps.origin import read_origin
 from safenav.scenario.reading.naming import NAME
 from safenav.scenario.reading.regions import RegionReader
-from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped
 from safenav.scenario.yaml.fields import mapping, wrong_type
 from safenav.scenario.yaml.findings import Findings, listed
 from safenav.world.frame import Frame
 from safenav.world.map import RegionMap
-
-FORMS: dict[str, tuple[str, ...]] = {
-    "grid": ("resolution", "origin"),
-    "image": ("rows", "cols", "threshold", "share", "resolution", "origin"),
-    "ros": ("rows", "cols", "resolution", "share"),
-    "movingai": ("rows", "cols", "share", "resolution", "origin"),
-}
-"""The forms of a map, and the further keys that have a meaning for each."""
-
-OPTIONS = tuple(dict.fromkeys(key for keys in FORMS.values() for key in keys))
-KEYS = (*FORMS, *OPTIONS, "names")
-
 
 _HINT = (
     "write 'grid: |' and below it one indented line of '#' and '.' for each row, or name a file: "
@@ -46,19 +34,19 @@ def read_map(
 
     If the map cannot be used (which is reported) the reader knows no map, only names.
     """
-    fields = mapping(node, "map", findings, KEYS)
-    if fields is None:
+    item = MapKeys.read(node, "map", findings)
+    if item is None:
         return RegionReader(None, {}, findings)
-    form = _form(fields, findings)
-    world = _read_form(form, fields, source, folder, findings) if form else None
-    return _with_names(world, fields, findings)
+    form = _form(item.node, findings)
+    world = _read_form(form, item, source, folder, findings) if form else None
+    return _with_names(world, item, findings)
 
 
 def _form(fields: Mapping, findings: Findings) -> str | None:
     """Which form the map has; reports keys that do not go with it."""
     forms = [key for key, _ in fields.entries if key.text in FORMS]
     if not forms:
-        if all(key.text in KEYS for key, _ in fields.entries):
+        if all(key.text in MapKeys.known for key, _ in fields.entries):
             findings.add(fields, f"map: one of {listed(list(FORMS))} is missing", _HINT)
         return None
     form = forms[0].text
@@ -75,9 +63,9 @@ def _form(fields: Mapping, findings: Findings) -> str | None:
 
 
 def _read_form(
-    form: str, fields: Mapping, source: Lines[str], folder: Path, findings: Findings
+    form: str, fields: MapKeys, source: Lines[str], folder: Path, findings: Findings
 ) -> RegionMap | None:
-    node = fields.get(form)
+    node = fields.node.get(form)
     assert node is not None
     if form != "grid" and not _has_numpy():
         hint = f"{install_command('maps')}\n    or draw the map with 'grid'"
@@ -108,11 +96,10 @@ def _has_numpy() -> bool:
         return False
 
 
-def _frame(fields: Mapping, findings: Findings) -> Frame | None:
+def _frame(fields: MapKeys, findings: Findings) -> Frame | None:
     """Where the map lies, if the scenario says how large regions are."""
-    side = read.positive(fields.get("resolution"), "'resolution' of map", findings)
-    node = fields.get("origin")
-    if node is not None and fields.get("resolution") is None:
+    side, node = fields.resolution, fields.origin
+    if node is not None and fields.where(MapKeys.resolution) is None:
         hint = "also write 'resolution', the side of a region in metres"
         findings.add(node, "map: 'origin' without 'resolution'", hint)
     origin = read_origin(node, "'origin' of map", findings)
@@ -122,11 +109,11 @@ def _frame(fields: Mapping, findings: Findings) -> Frame | None:
     return Frame((side, side), (x, y), yaw)
 
 
-def _with_names(world: RegionMap | None, fields: Mapping, findings: Findings) -> RegionReader:
+def _with_names(world: RegionMap | None, fields: MapKeys, findings: Findings) -> RegionReader:
     plain = RegionReader(world, {}, findings)
-    areas = _areas_of_legend(fields) if world is None else world.areas
+    areas = _areas_of_legend(fields.image) if world is None else world.areas
     names: dict[str, int | None] = {}
-    listed = mapping(fields.get("names"), "'names' of map", findings)
+    listed = mapping(fields.names, "'names' of map", findings)
     for key, node in listed.entries if listed else ():
         if not NAME.fullmatch(key.text):
             hint = "use letters, digits, '_' and '-', beginning with a letter"
@@ -145,9 +132,8 @@ def _with_names(world: RegionMap | None, fields: Mapping, findings: Findings) ->
     return RegionReader(replace(world, names=known), names, findings, areas)
 
 
-def _areas_of_legend(fields: Mapping) -> dict[str, frozenset[int] | None]:
+def _areas_of_legend(image: Node | None) -> dict[str, frozenset[int] | None]:
     """The areas of an image that cannot be read."""
-    image = fields.get("image")
     legend = image.get("legend") if isinstance(image, Mapping) else None
     entries = legend.entries if isinstance(legend, Mapping) else ()
     return {value.text: None for _, value in entries if isinstance(value, Scalar)}

@@ -13,8 +13,9 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.scenario.reading.maps.grid import too_large
+from safenav.scenario.reading.maps.keys import MapKeys
 from safenav.scenario.yaml import fields as read
-from safenav.scenario.yaml.document import Mapping, Node, Place
+from safenav.scenario.yaml.document import Node, Place
 from safenav.scenario.yaml.findings import Findings
 from safenav.scenario.yaml.source import read_bytes, read_source
 from safenav.world.files.flaws import MAX_BYTES, MapFileError
@@ -26,12 +27,11 @@ from safenav.world.map import MAX_REGIONS, RegionMap
 
 
 def read_movingai_map(
-    node: Node, fields: Mapping, folder: Path, findings: Findings
+    node: Node, fields: MapKeys, folder: Path, findings: Findings
 ) -> RegionMap | None:
     """``movingai: arena.map``, as it is or divided into ``rows`` and ``cols``."""
     before = len(findings)
-    count = read_count(fields, findings)
-    share = read_share(fields, findings)
+    count, share = read_count(fields, findings), fields.share or 0.0
     named = read_named(node, "movingai", folder, findings)
     if named is None:
         return None
@@ -79,22 +79,14 @@ def read_pixels(node: Node, folder: Path, findings: Findings) -> Image | None:
         return None
 
 
-def read_count(fields: Mapping, findings: Findings) -> tuple[int, int] | None:
+def read_count(fields: MapKeys, findings: Findings) -> tuple[int, int] | None:
     """``rows`` and ``cols``, of which one demands the other."""
-    rows, cols = (
-        read.integer(fields.get(word), f"'{word}' of map", findings, least=1)
-        for word in ("rows", "cols")
-    )
+    rows, cols = fields.rows, fields.cols
     for word, other in (("rows", "cols"), ("cols", "rows")):
-        node = fields.get(word)
-        if node is not None and fields.get(other) is None:
+        node = fields.node.get(word)
+        if node is not None and fields.node.get(other) is None:
             findings.add(node, f"map: '{word}' without '{other}'", "give both or none")
     return None if rows is None or cols is None else (rows, cols)
-
-
-def read_share(fields: Mapping, findings: Findings) -> float:
-    """How much of a region has to be blocked; 0 for any of it."""
-    return read.probability(fields.get("share"), "'share' of map", findings) or 0.0
 
 
 def with_walls(

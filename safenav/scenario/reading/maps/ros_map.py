@@ -8,11 +8,11 @@ from math import ceil
 from pathlib import Path
 
 from safenav.scenario.reading.maps.grid import too_large
+from safenav.scenario.reading.maps.keys import MapKeys
 from safenav.scenario.reading.maps.map_file import (
     read_count,
     read_named,
     read_pixels,
-    read_share,
     with_walls,
 )
 from safenav.scenario.reading.maps.origin import read_origin
@@ -43,14 +43,13 @@ class Mode(StrEnum):
     SCALE = "scale"
 
 
-def read_ros(node: Node, fields: Mapping, folder: Path, findings: Findings) -> RegionMap | None:
+def read_ros(node: Node, fields: MapKeys, folder: Path, findings: Findings) -> RegionMap | None:
     """The map with its frame; None if it was reported."""
     before = len(findings)
     count = read_count(fields, findings)
-    side = read.positive(fields.get("resolution"), "'resolution' of map", findings)
-    share = read_share(fields, findings)
-    sized = [key for key, _ in fields.entries if key.text in ("rows", "cols", "resolution")]
-    if fields.get("resolution") is not None and len(sized) > 1:
+    side, share = fields.resolution, fields.share or 0.0
+    sized = [key for key, _ in fields.node.entries if key.text in ("rows", "cols", "resolution")]
+    if fields.where(MapKeys.resolution) is not None and len(sized) > 1:
         extra = next(key for key in sized if key.text != "resolution")
         hint = "the size of a region follows from either of them"
         findings.add(extra, f"map: both '{extra.text}' and 'resolution'", hint)
@@ -73,7 +72,7 @@ def read_ros(node: Node, fields: Mapping, folder: Path, findings: Findings) -> R
     if side is not None:
         rows, cols = ceil(height / side), ceil(width / side)
         if rows * cols > MAX_REGIONS:
-            findings.add(fields.get("resolution"), *too_large(rows, cols))
+            findings.add(fields.where(MapKeys.resolution), *too_large(rows, cols))
             return None
         layout = Layout.of_size(blocked, _decimal(side) / _decimal(settings.resolution))
         resolution = (side, side)

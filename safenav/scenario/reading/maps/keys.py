@@ -1,0 +1,107 @@
+"""The keys of the ``map:`` of a scenario, and the forms that it has."""
+
+from __future__ import annotations
+
+import re
+from enum import StrEnum
+from typing import ClassVar
+
+from safenav.scenario.reading.naming import NAME
+from safenav.scenario.reading.regions import PLACE
+from safenav.scenario.yaml.shapes import (
+    POSITIVE,
+    PROBABILITY,
+    TEXT,
+    Key,
+    Schema,
+    Table,
+    choice,
+    either,
+    form,
+    many,
+    matching,
+    named,
+    whole,
+)
+
+COLOUR = re.compile(r"#([0-9a-fA-F]{2})([0-9a-fA-F]{2})([0-9a-fA-F]{2})")
+
+FORMS: dict[str, tuple[str, ...]] = {
+    "grid": ("resolution", "origin"),
+    "image": ("rows", "cols", "threshold", "share", "resolution", "origin"),
+    "ros": ("rows", "cols", "resolution", "share"),
+    "movingai": ("rows", "cols", "share", "resolution", "origin"),
+}
+"""The forms of a map, and the further keys that have a meaning for each."""
+
+OPTIONS = tuple(dict.fromkeys(key for keys in FORMS.values() for key in keys))
+
+
+def _of_form(kind: str) -> Schema:
+    """The keys that a form may have, and those that it must have."""
+    others = [other for other in OPTIONS if other not in FORMS[kind]]
+    needed = {"image": ["rows"]}.get(kind, [])
+    sized = {"oneOf": ({"required": ["rows"]}, {"required": ["resolution"]})}
+    without = {"not": either(*({"required": [key]} for key in others))} if others else {}
+    return {"required": [kind, *needed], **without, **(sized if kind == "ros" else {})}
+
+
+class Text(StrEnum):
+    """The meaning of labels on a floor plan."""
+
+    IGNORE = "ignore"
+    WALL = "wall"
+
+
+class ImageKeys(Table):
+    about = "An image with colours that have a meaning."
+    definition = "image"
+    file = Key(
+        form(TEXT),
+        "The path of the image.",
+        required="the path of the image, for example 'file: floor.png'",
+    )
+    legend = Key(
+        form(named(matching(NAME), matching(COLOUR))),
+        "Colours (#rrggbb) that stand for wall, free, or an area.",
+    )
+    text = Key(choice(Text), "What labels on the plan become. Default: ignore.")
+
+
+class MapKeys(Table):
+    about = "The known world: one of grid, image, ros and movingai (docs/maps.md)."
+    definition = "map"
+    rules: ClassVar = {
+        "dependentRequired": {"rows": ["cols"], "cols": ["rows"], "origin": ["resolution"]},
+        "oneOf": [_of_form(kind) for kind in FORMS],
+    }
+    grid = Key(
+        form(
+            either(
+                {"type": "string", "pattern": r"^\s*[#.]+[ \t]*(\r?\n[#.]+[ \t]*)*\s*$"},
+                many({"type": "string", "pattern": r"^[#.]+\s*$"}, 1),
+            )
+        ),
+        "One line for each row: '#' is a wall, '.' is free.",
+    )
+    image = Key(
+        form(either(TEXT, ImageKeys)), "A PNG or PGM file beside the scenario: dark is wall."
+    )
+    ros = Key(TEXT, "The YAML file of a map as ROS map_server saves it.")
+    movingai = Key(TEXT, "A map of the MovingAI benchmarks.")
+    rows = Key(whole(1), "Rows of regions into which the file is divided.")
+    cols = Key(whole(1), "Columns of regions into which the file is divided.")
+    threshold = Key(PROBABILITY, "What is darker is wall; 0 is black, 1 is white. Default: 0.5.")
+    share = Key(
+        PROBABILITY,
+        "How much of a region has to be blocked to make it a wall. Default: 0, any of it.",
+    )
+    resolution = Key(POSITIVE, "Metres that a region measures.")
+    origin = Key(
+        form({**many({"type": "number"}, 2), "maxItems": 3}),
+        "[x, y] or [x, y, yaw] of the south-western corner, in metres and radians.",
+    )
+    names = Key(
+        form(named(PLACE, matching(NAME))),
+        "Names for regions, usable in place of their numbers.",
+    )

@@ -1,0 +1,78 @@
+"""The JSON Schema (draft 2020-12) of a document, written from its tables."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from enum import StrEnum
+
+from msgspec.structs import fields
+
+from safenav.scenario.yaml.shapes import Key, Shape, Table
+
+
+def schema_text(root: type[Table], title: str) -> str:
+    """The schema of documents that are one item of a table, as JSON text."""
+    definitions: dict[str, object] = {}
+    schema = {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": title,
+        **_table(root, definitions),
+        "$defs": dict(sorted(definitions.items())),
+    }
+    return json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
+
+
+def _written(part: object, definitions: dict[str, object]) -> object:
+    """A part of a schema in JSON; shapes and tables with a name become definitions."""
+    if isinstance(part, Shape):
+        about = {"description": part.about} if part.about else {}
+        return _defined(part.name, {**about, **_shape(part.schema, definitions)}, definitions)
+    if isinstance(part, type) and issubclass(part, Table):
+        return _defined(part.definition, _table(part, definitions), definitions)
+    if isinstance(part, Mapping):
+        return {key: _written(value, definitions) for key, value in part.items()}
+    if isinstance(part, tuple | list):
+        return [_written(value, definitions) for value in part]
+    return part.value if isinstance(part, StrEnum) else part
+
+
+def _shape(part: object, definitions: dict[str, object]) -> dict[str, object]:
+    found = _written(part, definitions)
+    assert isinstance(found, dict), "a shape is a mapping in JSON"
+    return found
+
+
+def _defined(name: str, schema: object, definitions: dict[str, object]) -> object:
+    """The schema, or a reference to it."""
+    if not name:
+        return schema
+    definitions[name] = schema
+    return {"$ref": f"#/$defs/{name}"}
+
+
+def _table(table: type[Table], definitions: dict[str, object]) -> dict[str, object]:
+    found: dict[str, object] = {"description": table.about} if table.about else {}
+    found["type"] = "object"
+    found["properties"] = {name: _key(key, table, definitions) for name, key in table.known.items()}
+    found["additionalProperties"] = False
+    if table.required:
+        found["required"] = list(table.required)
+    return {**found, **_shape(table.rules, definitions)}
+
+
+def _key(key: Key[object], table: type[Table], definitions: dict[str, object]) -> object:
+    shape = _shape(key.shape, definitions)
+    about = " ".join(filter(None, (key.about, _default(key.name, table))))
+    return {"description": about, **shape} if about else shape
+
+
+def _default(name: str, table: type[Table]) -> str:
+    """The value without the key, as the structure that the table fills has it."""
+    made = fields(table.made) if table.made is not None else ()
+    default = next((field.default for field in made if field.encode_name == name), None)
+    if isinstance(default, bool):
+        default = "true" if default else "false"
+    if isinstance(default, float):
+        default = f"{default:g}"
+    return f"Default: {default}." if isinstance(default, str | int) else ""

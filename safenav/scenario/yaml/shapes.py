@@ -1,0 +1,190 @@
+"""Shapes of values and tables of keys: what a document may hold, told once.
+
+Readers take values through a table, ``safenav.scenario.yaml.json_schema`` writes its JSON Schema.
+Checks that need more than the value itself (a region of the map, a known model) are code of the
+reader: such a key gives its node.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping
+from enum import StrEnum
+from functools import partial
+from typing import Any, ClassVar, Generic, Self, TypeVar, overload
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from safenav.scenario.yaml import fields as read
+from safenav.scenario.yaml.document import Mapping as MappingNode
+from safenav.scenario.yaml.document import Node
+from safenav.scenario.yaml.findings import Findings
+
+T = TypeVar("T")
+E = TypeVar("E", bound=StrEnum)
+S = TypeVar("S", bound=Struct)
+
+Schema = Mapping[str, object]
+"""A JSON Schema (draft 2020-12); shapes and tables may stand for its parts."""
+
+
+class Shape(Struct, Generic[T], frozen=True):
+    """Values of one form. ``schema``: a JSON Schema or a table. ``read`` returns the value of a
+    node, or None if there is none or it was reported; its second argument names the item. ``name``:
+    of its definition in the schema; ``about`` describes it there."""
+
+    schema: object
+    read: Callable[[Node | None, str, Findings], T | None]
+    name: str = ""
+    about: str = ""
+
+
+def form(schema: object, name: str = "", about: str = "") -> Shape[Node]:
+    """A value that its reader reads itself."""
+    return Shape(schema, lambda node, _what, _findings: node, name, about)
+
+
+def whole(least: int = 0, most: int = read.MOST) -> Shape[int]:
+    """A whole number from ``least`` to ``most``."""
+    reads = partial(read.integer, least=least, most=most)
+    return Shape({"type": "integer", "minimum": least, "maximum": most}, reads)
+
+
+def choice(options: Iterable[E]) -> Shape[E]:
+    """One of some members of an enumeration, by its word."""
+    known = tuple(options)
+
+    def reads(node: Node | None, what: str, findings: Findings) -> E | None:
+        return read.choice(node, what, known, findings)
+
+    return Shape({"enum": known}, reads)
+
+
+def many(items: object, least: int = 0) -> Schema:
+    """A list."""
+    return {"type": "array", **({"minItems": least} if least else {}), "items": items}
+
+
+def several(*items: object) -> Schema:
+    """A list with one value of each of these shapes."""
+    length = len(items)
+    return {"type": "array", "prefixItems": items, "items": False, "minItems": length}
+
+
+def matching(pattern: re.Pattern[str]) -> Schema:
+    """A text that is of a form from end to end."""
+    return {"type": "string", "pattern": f"^(?:{pattern.pattern})$"}
+
+
+def named(values: object, names: Schema | None = None) -> Schema:
+    """A mapping from names to values."""
+    found = {"type": "object", "additionalProperties": values}
+    return found if names is None else {**found, "propertyNames": names}
+
+
+def either(*forms: object) -> Schema:
+    """One of several forms."""
+    return {"anyOf": forms}
+
+
+TEXT = Shape({"type": "string", "pattern": "\\S"}, read.text, "text")
+TEXTS = Shape(many(TEXT), read.texts)
+WORDS = Shape(many(TEXT), read.words)
+TRUTH = Shape({"type": "boolean"}, read.boolean)
+SWITCH = Shape({"enum": [True, False, "on", "off"]}, read.switch)
+POSITIVE = Shape({"type": "number", "exclusiveMinimum": 0}, read.positive)
+PROBABILITY = Shape({"type": "number", "minimum": 0, "maximum": 1}, read.probability)
+
+
+class Key(Generic[T]):
+    """A key of a table; as an attribute of an item its value, or None if there is none or it was
+    reported.
+
+    ``about`` describes it; ``required`` is what to write if it is missing; ``name`` is how it is
+    written where Python reserves that word.
+    """
+
+    def __init__(
+        self, shape: Shape[T], about: str = "", *, required: str = "", name: str = ""
+    ) -> None:
+        self.shape = shape
+        self.about = about
+        self.required = required
+        self.name = name
+
+    def __set_name__(self, table: type[Table], name: str) -> None:
+        self.name = self.name or name
+
+    @overload
+    def __get__(self, item: None, table: type[Table]) -> Key[T]: ...
+
+    @overload
+    def __get__(self, item: Table, table: type[Table]) -> T | None: ...
+
+    def __get__(self, item: Table | None, table: type[Table]) -> Key[T] | T | None:
+        if item is None:
+            return self
+        return self.shape.read(item.where(self), f"'{self.name}' {item.of}".rstrip(), item.findings)
+
+
+class Table:
+    """A mapping with known keys; an instance is such a mapping in a document.
+
+    ``made``: what it becomes, whose fields of the same names have the defaults. ``rules``: what its
+    JSON Schema says beside its keys. ``definition``: its name there. A subclass has the keys of
+    its base, and ``more``.
+    """
+
+    about: ClassVar[str] = ""
+    definition: ClassVar[str] = ""
+    made: ClassVar[type[Struct] | None] = None
+    rules: ClassVar[Schema] = {}
+    known: ClassVar[Mapping[str, Key[Any]]] = {}
+    required: ClassVar[Mapping[str, str]] = {}
+
+    def __init_subclass__(cls, more: Iterable[Key[Any]] = ()) -> None:
+        own = [*more, *(value for value in vars(cls).values() if isinstance(value, Key))]
+        cls.known = {**cls.known, **{key.name: key for key in own}}
+        cls.required = {key.name: key.required for key in cls.known.values() if key.required}
+
+    def __init__(self, node: MappingNode, of: str, findings: Findings) -> None:
+        self.node = node
+        self.of = of
+        self.findings = findings
+
+    @classmethod
+    def read(
+        cls,
+        node: Node | None,
+        what: str,
+        findings: Findings,
+        of: str | None = None,
+        elsewhere: Mapping[str, str] | None = None,
+        required: Mapping[str, str] | None = None,
+    ) -> Self | None:
+        """The item there; reports keys that are unknown or missing. ``of``: how messages about a
+        key continue, such as ``of until``; ``elsewhere``: hints for keys that belong in something
+        else; ``required``: in place of the keys that always are."""
+        needed = cls.required if required is None else required
+        found = read.mapping(node, what, findings, cls.known, needed, elsewhere)
+        return None if found is None else cls(found, f"of {what}" if of is None else of, findings)
+
+    @classmethod
+    def fill(cls, node: Node | None, what: str, findings: Findings, default: S) -> S:
+        """The default with the values that are given."""
+        item = cls.read(node, what, findings)
+        return default if item is None else item.over(default)
+
+    def over(self, default: S) -> S:
+        """The default with the values that are given."""
+        return replace(default, **self.given(*self.known.values()))
+
+    def given(self, *keys: Key[Any]) -> dict[str, Any]:
+        """The values of keys that have one, by name."""
+        found = ((key.name, key.__get__(self, type(self))) for key in keys)
+        return {name: value for name, value in found if value is not None}
+
+    def where(self, key: Key[Any]) -> Node | None:
+        """The node of a key, to point at."""
+        return self.node.get(key.name)
