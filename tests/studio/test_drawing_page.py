@@ -75,9 +75,9 @@ def test_case_study_1_is_drawn_run_and_undone(board: Board, tmp_path: Path) -> N
     assert [(o.name, o.appears) for o in drawn.obstacles] == [("door@47", None)]
     board.choose("Select")
     board.click(47)
-    browser.wait(lambda: browser.all(".chosen select"), MINUTES)
+    browser.wait(lambda: browser.all('[aria-label="The chosen obstacle"] select'), MINUTES)
     before = board.text
-    Select(browser.one(".chosen select")).select_by_value("neighbours")
+    Select(browser.one('[aria-label="The chosen obstacle"] select')).select_by_value("neighbours")
     board.until(", sweeps: neighbours}")
     browser.button("Undo").click()
     browser.wait(lambda: board.text == before, MINUTES)
@@ -282,3 +282,43 @@ def json_tick(board: Board) -> int:
     except urllib.error.HTTPError:  # nothing has happened yet
         return -1
     return int(json.loads(lines[-1]).get("tick", 0))
+
+
+def test_a_key_is_written_with_its_errors_beside_it(board: Board) -> None:
+    browser, board.cols = board.browser, 15
+    board.write((SCENARIOS / "warehouse_orders.yaml").read_text(encoding="utf-8"))
+    browser.wait(lambda: browser.all('[data-robot="truck"]'), MINUTES)
+    board.click(16)
+    board.choose("Change its battery, loads, speed ...")
+    board.until("forklift:\n      mobility: free")
+    adding = '[aria-label="Add a key of the model ..."]'
+    browser.wait(lambda: browser.all(adding), MINUTES)
+    Select(browser.one(adding)).select_by_visible_text("battery")
+    field = '[data-key="battery"]'
+    browser.wait(lambda: browser.all(field), MINUTES)
+    browser.one(f"{field} textarea").send_keys("{capacity: 20}")
+    browser.press(Keys.CONTROL, Keys.ENTER)
+    board.until("battery: {capacity: 20}")
+    browser.wait(lambda: browser.all(f"{field} .wrong-part"), MINUTES)
+    assert "charge" in browser.one(f"{field} .wrong-part").text
+    assert len(browser.all('[aria-label="The chosen robot"] .wrong-part')) == 1
+    browser.one(f"{field} textarea").send_keys(Keys.END, Keys.BACKSPACE, ", charge: 5}")
+    browser.press(Keys.CONTROL, Keys.ENTER)
+    browser.wait(lambda: not browser.all(".wrong-part"), MINUTES)
+    board.choose("Charger")
+    board.click(17)
+    board.until("chargers: [[1, 2]]")
+    browser.wait(lambda: browser.all(".charger"), MINUTES)
+    board.choose("Delivery")
+    board.click(106)
+    board.click(118)
+    board.until("- {at: 5, type: parcel, region: yard}")
+    browser.wait(lambda: "Order: parcel" in browser.one(".palette").text, MINUTES)
+    board.choose("Select")
+    board.click(106)
+    browser.wait(lambda: browser.all('[aria-label="The chosen robot"]'), MINUTES)
+    board.click(106)
+    browser.wait(lambda: browser.all('[aria-label="The chosen obstacle"]'), MINUTES)
+    board.drag(106, 107, 108)
+    board.until("type: parcel, region: [7, 3]}")
+    assert browser.errors() == []

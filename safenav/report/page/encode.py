@@ -13,7 +13,7 @@ from msgspec.structs import asdict
 
 from safenav.report.page.region_sets import RegionSets
 from safenav.report.picture.glyphs import EVENT_MARKS, NOSE, STATUS_MARKS
-from safenav.report.picture.pictograms import obstacle_pictogram, robot_pictogram
+from safenav.report.picture.pictograms import CHARGER, obstacle_pictogram, robot_pictogram
 from safenav.report.replay.perception import SightCache, viewers
 from safenav.report.replay.timeline import (
     Changes,
@@ -55,6 +55,8 @@ def encoded(replay: Replay, source: str) -> dict[str, Any]:
         "grid": replay.map.grid_rows(),
         "names": {region: name for name, region in reversed([*replay.map.names.items()])},
         "areas": {name: sorted(area) for name, area in replay.map.areas.items()},
+        "chargers": list(replay.chargers),
+        "charger": CHARGER,
         "last": replay.last,
         "times": replay.times and [round(time, 3) for time in replay.times],
         "within": replay.within,

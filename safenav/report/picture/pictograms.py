@@ -217,6 +217,10 @@ OBSTACLES = {
 }
 
 
+CHARGER = "M0.25,-1L-0.6,0.15H-0.05L-0.25,1L0.6,-0.2H0.08Z"
+"""Marks a region where batteries are charged."""
+
+
 def robot_pictogram(model: str) -> str:
     """The silhouette of a robot model; empty for one that looks like none of the library."""
     return _found(ROBOTS, model)

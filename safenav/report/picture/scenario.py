@@ -38,7 +38,9 @@ def scene_of(scenario: Scenario) -> Scene:
         )
         for obstacle in scenario.obstacles
     )
-    return Scene(scenario.name, "before the run", scenario.map, tuple(robots), obstacles)
+    chargers = tuple(sorted(scenario.chargers))
+    words = (scenario.name, "before the run")
+    return Scene(*words, scenario.map, tuple(robots), obstacles, chargers=chargers)
 
 
 def sight_of(scenario: Scenario, robot: str) -> Shading:

@@ -24,6 +24,7 @@ from safenav.report.picture.glyphs import (
 from safenav.report.picture.legend import Row, key_row, legend_of
 from safenav.report.picture.names import draw_areas, draw_names, outline, placed_names
 from safenav.report.picture.pictograms import (
+    CHARGER,
     OBSTACLES,
     PLATE,
     obstacle_pictogram,
@@ -135,6 +136,10 @@ class _Drawing(Struct):
             by_name = dict(zip(names, style, strict=True))
             draw_shading(self.page, self.options.shading, self.scene.map, self.cell, by_name)
         draw_areas(self.page, self.scene.map, self.cell)
+        for region in self.scene.chargers:
+            x, y = self._corner(region)
+            place = (x + 0.18 * self.cell, y + 0.8 * self.cell)
+            self.page.glyph(CHARGER, *place, 0.17 * self.cell, fill="#B87900")
         numbers, placed = self.options.numbers, placed_names(self.scene.map, self.cell)
         if number_size(self.cell) is not None if numbers is None else numbers:
             draw_numbers(self.page, self.scene.map, self.cell, names=placed)

@@ -495,6 +495,7 @@ class ReplayBuilder(Struct):
             beliefs={pair: Changes.of(None, told) for pair, told in self.beliefs.items()},
             deadlines=tuple(self.deadlines),
             loads={name: Changes.of((), told) for name, told in self.loads.items()},
+            chargers=tuple(_on_map(self.map, one) for one in self.header.chargers or ()),
             charges={name: Changes.of(100, told) for name, told in self.charges.percent.items()},
         )
 

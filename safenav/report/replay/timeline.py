@@ -248,6 +248,7 @@ class Scene(Struct, frozen=True):
     happened: tuple[Event, ...] = ()
     carried: frozenset[str] = frozenset()
     """The obstacles that robots carry."""
+    chargers: tuple[Region, ...] = ()
 
 
 class Slack(Struct, frozen=True):
@@ -292,6 +293,8 @@ class Replay(Struct, frozen=True):
     """The robots that carry an obstacle; only of obstacles that are ever carried."""
     charges: Mapping[str, Changes[int]] = field(default_factory=dict)
     """The charge of each robot with a battery, in percent of its capacity."""
+    chargers: tuple[Region, ...] = ()
+    """Regions where batteries are charged."""
     _by_tick: dict[int, list[Event]] = field(default_factory=dict)
 
     @property
@@ -350,7 +353,8 @@ class Replay(Struct, frozen=True):
         stack = self.stack.at(tick)
         events = self.happened(tick)
         carried = frozenset(name for name, told in self.loads.items() if told.at(tick))
-        return Scene(self.name, moment, self.map, robots, obstacles, stack, events, carried)
+        happenings = (stack, events, carried, self.chargers)
+        return Scene(self.name, moment, self.map, robots, obstacles, *happenings)
 
     def _moment(self, tick: int, fraction: float) -> float:
         here = self.time(tick)

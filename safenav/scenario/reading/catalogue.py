@@ -50,7 +50,7 @@ from safenav.world.moves import Mobility
 
 BUILT_IN = "built in"
 RESOLVE_WITHIN = "resolve_within"
-_FOLDER = Path(__file__).parents[1] / "built_in"
+LIBRARY = Path(__file__).parents[1] / "built_in"
 
 MOST_TICKS = 1000
 UNLIMITED = "unlimited"
@@ -179,7 +179,7 @@ def built_in() -> Catalogue:
     """The catalogue that is shipped with the package."""
     catalogue = Catalogue()
     for name in ("robots.yaml", "obstacles.yaml"):
-        path = _FOLDER / name
+        path = LIBRARY / name
         findings = Findings(str(path))
         text = read_source(path, findings)
         if text is not None:

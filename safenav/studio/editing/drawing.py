@@ -10,6 +10,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from safenav.report.page.encode import encoded
 from safenav.report.picture.pictograms import obstacle_pictogram, robot_pictogram
@@ -31,6 +32,7 @@ from safenav.scenario.yaml.document import (
     Sequence,
     read_document,
 )
+from safenav.studio.editing.keys import known_keys, parts_of
 from safenav.studio.editing.places import LISTS, OBJECTIVES
 from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.moves import Mobility
@@ -79,14 +81,18 @@ def drawing_of(text: str, world: RegionMap, catalogue: Catalogue) -> dict[str, A
         if region is not None:
             placing.names[name] = region
     robots = [r for r in _robots(root, placing) if r["start"] is not None]
-    obstacles = _obstacles(root, placing)
+    obstacles = [*_obstacles(root, placing, "obstacles"), *_obstacles(root, placing, "orders")]
+    chargers = [r for item in _items(_get(root, "chargers")) for r in placing.target(item)]
     title = _text(_get(root, "name")) or "new scenario"
+    still = _still(title, world, robots, obstacles, catalogue)
     return {
-        "run": encoded(_still(title, world, robots, obstacles, catalogue), "scenario"),
+        "run": encoded(replace(still, chargers=tuple(chargers)), "scenario"),
         "robots": robots,
         "obstacles": obstacles,
         "names": placing.names,
         "areas": {name: sorted(area) for name, area in world.areas.items()},
+        "chargers": chargers,
+        "parts": parts_of(root),
         "grid": isinstance(_get(_get(root, "map"), "grid"), Scalar | Sequence),
         "settings": {
             "name": title,
@@ -117,6 +123,7 @@ def objective_kinds() -> list[dict[str, Any]]:
 def palette(catalogue: Catalogue) -> dict[str, Any]:
     """Return the items that can be dropped on the map."""
     return {
+        "keys": known_keys(),
         "robots": [
             {
                 "name": model.name,
@@ -133,6 +140,7 @@ def palette(catalogue: Catalogue) -> dict[str, Any]:
                 "shape": obstacle_pictogram(kind.name),
                 "action": " and ".join(dict.fromkeys(need.action for need in kind.needs)),
                 "truth": kind.has_truth,
+                "blocks": kind.blocks is None or len(kind.blocks) > 0,
             }
             for kind in catalogue.obstacles.values()
         ],
@@ -168,17 +176,19 @@ def _robots(root: Node, placing: _Placing) -> Iterable[dict[str, Any]]:
         }
 
 
-def _obstacles(root: Node, placing: _Placing) -> list[dict[str, Any]]:
-    listed = _get(root, "obstacles")
+def _obstacles(root: Node, placing: _Placing, key: str) -> list[dict[str, Any]]:
+    """Return the entries of ``obstacles`` or ``orders`` whose region is on the map."""
     found = []
-    for index, node in enumerate(listed.items if isinstance(listed, Sequence) else ()):
+    for index, node in enumerate(_items(_get(root, key))):
         region = placing.region(_get(node, "region"))
         if region is None or not isinstance(node, Mapping):
             continue
         truth, sweeps = _get(node, "traversable"), _get(node, "sweeps")
         found.append(
             {
+                "list": key,
                 "index": index,
+                "at": _number(_get(node, "at"), None),
                 "type": _text(_get(node, "type")),
                 "region": region,
                 "from": _number(_get(node, "from"), None),
@@ -215,7 +225,7 @@ def _still(
     for obstacle in obstacles:
         kind = catalogue.obstacles.get(obstacle["type"])
         actions = ("?",) if kind is None else tuple(need.action for need in kind.needs)
-        name = f"{obstacle['type']}@{obstacle['region']}"
+        name = f"{obstacle['type']}@{obstacle['region']} {obstacle['list']} {obstacle['index']}"
         place = obstacle["region"]
         hidden.append(Hidden(name, obstacle["type"], place, actions, (place,), ()))
     objectives = {robot["name"]: _objective(robot["kind"], robot["targets"]) for robot in robots}
@@ -240,6 +250,10 @@ def _objective(kind: str | None, targets: list[list[Region]]) -> Objective | Non
         return None
     found = KINDS.get(kind)
     return None if found is None or found.wrong(sets) else found.made(sets)
+
+
+def _items(node: Node | None) -> tuple[Node, ...]:
+    return node.items if isinstance(node, Sequence) else ()
 
 
 def _get(node: Node | None, key: str) -> Node | None:

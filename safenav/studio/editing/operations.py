@@ -7,14 +7,20 @@ name, obstacles by index.
 
 from __future__ import annotations
 
+import json
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import count
 from typing import Any
 
+from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
+from ruamel.yaml.error import YAMLError
 
 from safenav.errors import UsageError
+from safenav.scenario.reading.catalogue import LIBRARY
 from safenav.studio.editing.areas import add_area, remove_area, rename_area
+from safenav.studio.editing.keys import ordered_keys
 from safenav.studio.editing.places import LISTS, MapPlaces, any_of
 from safenav.studio.editing.robots import (
     add_robot,
@@ -49,6 +55,28 @@ def add_obstacle(data: Any, told: Operation) -> None:
 def add_order(data: Any, told: Operation) -> None:
     """An order of ``type`` at ``region`` in tick ``at``."""
     _add(data, "orders", "obstacles", ("at", "type", "region"), told)
+
+
+def add_delivery(data: Any, told: Operation) -> None:
+    """An order in tick ``at`` of a new type: one robot takes a load ``from`` a region and puts it
+    down in ``to``, each with the ``action`` given."""
+    places = MapPlaces(data)
+    types = in_catalogue(data, "obstacles")
+    name = next(n for n in _numbered("parcel") if n not in types)
+    ends = [CommentedSeq([places.written(told[key], [])]) for key in ("from", "to")]
+    needs = [CommentedMap({"action": told["action"], "at": end}) for end in ends]
+    needs[1]["same"] = True
+    for part in (*ends, *needs):
+        part.fa.set_flow_style()
+    types[name] = CommentedMap({"needs": CommentedSeq(needs), "blocks": CommentedSeq()})
+    for listed in types[name].values():
+        listed.fa.set_flow_style()
+    add_order(data, {"at": told["at"], "type": name, "region": told["from"]})
+
+
+def _numbered(stem: str) -> Iterator[str]:
+    yield stem
+    yield from (f"{stem}_{number}" for number in count(2))
 
 
 def _add(data: Any, key: str, after: str, keys: Sequence[str], told: Operation) -> None:
@@ -98,12 +126,13 @@ def _listed(data: Any, key: str, *, after: str) -> Any:
 
 
 def move_obstacle(data: Any, told: Operation) -> None:
+    """To ``region``. ``list``: ``orders`` for an order, here and in the next two."""
     obstacle, places = _obstacle(data, told), MapPlaces(data)
     obstacle["region"] = places.written(told["region"], obstacle.get("region"))
 
 
-SETTINGS = ("traversable", "from", "until", "type", "resolve_within", "sweeps")
-"""The keys of an obstacle that can be set."""
+SETTINGS = ("traversable", "from", "until", "type", "resolve_within", "sweeps", "at")
+"""The keys of an obstacle or an order that can be set."""
 
 
 def set_obstacle(data: Any, told: Operation) -> None:
@@ -120,9 +149,84 @@ def set_obstacle(data: Any, told: Operation) -> None:
 
 def remove_obstacle(data: Any, told: Operation) -> None:
     _obstacle(data, told)
-    del data["obstacles"][told["index"]]
-    if not data["obstacles"]:
-        del data["obstacles"]
+    listed = _list_of(told)
+    del data[listed][told["index"]]
+    if not data[listed]:
+        del data[listed]
+
+
+def set_charger(data: Any, told: Operation) -> None:
+    """Whether ``region`` charges batteries (``on``)."""
+    places, region = MapPlaces(data), told["region"]
+    chargers = data.get("chargers")
+    if not isinstance(chargers, list):
+        new = CommentedSeq()
+        new.fa.set_flow_style()
+        put(data, "chargers", new, after="orders" if "orders" in data else "robots")
+        chargers = data["chargers"]
+    there = [index for index, value in enumerate(chargers) if places.read(value) == region]
+    if told["on"] and not there:
+        chargers.append(places.written(region, chargers[0] if chargers else []))
+    for index in reversed([] if told["on"] else there):
+        del chargers[index]
+    if not chargers:
+        del data["chargers"]
+
+
+def set_part(data: Any, told: Operation) -> None:
+    """The ``key`` of what is at ``path`` (names and numbers) gets the value that ``text`` is in
+    YAML; an empty text takes the key away."""
+    holder = data
+    for step in told["path"]:
+        holder = holder[step]
+    key, text = str(told["key"]), str(told["text"])
+    known = ordered_keys(told["path"])
+    if key not in known or not isinstance(holder, dict):
+        raise UsageError(f"there is no key '{key[:40]}' here")
+    if not text.strip():
+        holder.pop(key, None)
+        return
+    try:
+        value = parsed(text, flow="\n" not in text.strip())
+    except YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        where = "" if mark is None else f", line {mark.line + 1} of the field"
+        raise UsageError(f"{key} is not valid YAML{where}") from error
+    before = [k for k in known[: known.index(key)] if k in holder]
+    put(holder, key, value, after=before[-1] if before else "")
+
+
+def own(data: Any, told: Operation) -> None:
+    """Copy the built-in robot model or obstacle type ``name`` into the scenario's catalogue, where
+    it can be changed. ``of``: ``robots`` or ``obstacles``."""
+    kind, name = told["of"], told["name"]
+    if kind not in ("robots", "obstacles"):
+        raise UsageError("a catalogue has robots and obstacles")
+    known = YAML(typ="safe", pure=True).load(LIBRARY / f"{kind}.yaml")[kind]
+    own_ones = in_catalogue(data, kind)
+    if name in own_ones:
+        return
+    if name not in known:
+        raise UsageError(f"'{str(name)[:40]}' is not built in")
+    own_ones[name] = CommentedMap()
+    for key, value in known[name].items():
+        own_ones[name][key] = parsed(json.dumps(value))
+
+
+def in_catalogue(data: Any, kind: str) -> Any:
+    """Return the ``robots`` or ``obstacles`` of the scenario's own catalogue, made if missing.
+    Raises UsageError if the catalogue is a file."""
+    if not isinstance(data.get("catalogue"), dict):
+        if data.get("catalogue") is not None:
+            raise UsageError("the catalogue is a file: change it there")
+        data.pop("catalogue", None)
+        index = list(data).index("robots") if "robots" in data else len(data)
+        data.insert(index, "catalogue", CommentedMap())
+    catalogue = data["catalogue"]
+    if not isinstance(catalogue.get(kind), dict):
+        catalogue[kind] = CommentedMap()
+        catalogue.fa.set_block_style()
+    return catalogue[kind]
 
 
 def set_value(data: Any, told: Operation) -> None:
@@ -161,12 +265,16 @@ def repair(data: Any, told: Operation) -> None:
 
 
 def _obstacle(data: Any, told: Operation) -> Any:
-    obstacles, index = data.get("obstacles"), told.get("index")
+    obstacles, index = data.get(_list_of(told)), told.get("index")
     if not isinstance(obstacles, list) or not isinstance(index, int):
         raise UsageError("there is no such obstacle")
     if not 0 <= index < len(obstacles) or not isinstance(obstacles[index], dict):
         raise UsageError("there is no such obstacle")
     return obstacles[index]
+
+
+def _list_of(told: Operation) -> str:
+    return "orders" if told.get("list") == "orders" else "obstacles"
 
 
 OPERATIONS: Mapping[str, Callable[[Any, Operation], None]] = {
@@ -186,6 +294,11 @@ OPERATIONS: Mapping[str, Callable[[Any, Operation], None]] = {
         move_obstacle,
         set_obstacle,
         remove_obstacle,
+        add_order,
+        add_delivery,
+        set_charger,
+        set_part,
+        own,
         name_region,
         add_area,
         rename_area,

@@ -63,18 +63,10 @@ class MapPlaces:
                     yield from self._one(area, index)
         robots = self.data.get("robots")
         for robot in robots.values() if isinstance(robots, dict) else ():
-            if not isinstance(robot, dict):
-                continue
-            yield from self._one(robot, "start")
-            yield from self._objective(robot.get("objective"))
-            yield from self._objective(robot.get("while_waiting"))
-            when = robot.get("when")
-            for objective in when.values() if isinstance(when, dict) else ():
-                yield from self._objective(objective)
-        changes = self.data.get("changes")
-        for change in changes if isinstance(changes, list) else ():
-            if isinstance(change, dict):
-                yield from self._objective(change.get("objective"))
+            if isinstance(robot, dict):
+                yield from self._one(robot, "start")
+        for objective in objectives_of(self.data):
+            yield from self._objective(objective)
         for key in ("obstacles", "orders", "suspects"):
             listed = self.data.get(key)
             for obstacle in listed if isinstance(listed, list) else ():
@@ -82,6 +74,10 @@ class MapPlaces:
                     yield from self._one(obstacle, "region")
                     yield from self._list(obstacle, "sweeps")
         yield from self._list(self.data, "chargers")
+        partition = self.data.get("partition")
+        for cell in partition if isinstance(partition, list) else ():
+            if isinstance(cell, list):
+                yield from self._list({"cell": cell}, "cell")
         for kind in obstacle_types(self.data):
             yield from self._list(kind, "resolve_at")
             yield from self._list(kind, "sweeps")
@@ -140,6 +136,36 @@ class MapPlaces:
             holder[key] = value
 
         yield holder[key], replace
+
+
+def objectives_of(data: Any) -> Iterator[Any]:
+    """Yield the objectives of robots, also those for a while and those of changes."""
+    robots = data.get("robots")
+    for robot in robots.values() if isinstance(robots, dict) else ():
+        if isinstance(robot, dict):
+            when = robot.get("when")
+            yield robot.get("objective")
+            yield robot.get("while_waiting")
+            yield from when.values() if isinstance(when, dict) else ()
+    changes = data.get("changes")
+    for change in changes if isinstance(changes, list) else ():
+        if isinstance(change, dict):
+            yield change.get("objective")
+
+
+def formulas_of(data: Any) -> Iterator[tuple[Any, Any]]:
+    """Yield the formulas of objectives: where each stands, and under which key or index."""
+    for objective in objectives_of(data):
+        ltl = objective.get("ltl") if isinstance(objective, dict) else None
+        held = [(objective, "always")] if isinstance(objective, dict) else []
+        held += (
+            [(ltl, key) for key in ("init", "safety", "liveness")] if isinstance(ltl, dict) else []
+        )
+        for holder, key in held:
+            if isinstance(holder.get(key), list):
+                yield from ((holder[key], index) for index in range(len(holder[key])))
+            elif isinstance(holder.get(key), str):
+                yield holder, key
 
 
 def obstacle_types(data: Any) -> list[Any]:

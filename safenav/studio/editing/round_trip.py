@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from difflib import SequenceMatcher
 from typing import Any
 
@@ -19,6 +19,10 @@ from safenav.errors import UsageError
 
 Operation = Mapping[str, Any]
 """A request of a page: ``op`` and its arguments."""
+
+
+LONGEST = 40
+"""Lines of a value between brackets that are kept as they are."""
 
 
 def changed(text: str, change: Callable[[Any], None]) -> str:
@@ -35,31 +39,66 @@ def changed(text: str, change: Callable[[Any], None]) -> str:
     after = _written(yaml, data)
     mended = _spliced(text, before, after)
     try:
-        if mended is not None and yaml.load(mended) == yaml.load(after):
+        if yaml.load(mended) == yaml.load(after):
             return mended
     except YAMLError:
         pass
     return after
 
 
-def parsed(text: str) -> Any:
-    """A value as it would stand in a scenario, in flow style where it is a collection."""
+def parsed(text: str, *, flow: bool = True) -> Any:
+    """A value as it would stand in a scenario. ``flow``: in flow style where it is a collection."""
     value = YAML(typ="rt").load(text)
-    if hasattr(value, "fa"):
+    if flow and hasattr(value, "fa"):
         value.fa.set_flow_style()
     return value
 
 
-def _spliced(text: str, before: str, after: str) -> str | None:
-    """``text`` with the lines in which ``after`` differs from ``before``; None if the lines of
-    ``text`` and ``before`` are not the same but for blanks."""
-    mine, old, new = (part.splitlines(keepends=True) for part in (text, before, after))
-    if [_bare(line) for line in mine] != [_bare(line) for line in old]:
-        return None
+def _spliced(text: str, before: str, after: str) -> str:
+    """``text`` with what ``after`` changes of ``before``, both written by the library: lines that
+    it did not change stay as they are, also those that it would break elsewhere."""
+    old, new = before.splitlines(keepends=True), after.splitlines(keepends=True)
+    bare = [_bare(line) for line in old]
+    mine = list(_units(text.splitlines(keepends=True), frozenset(bare)))
+    in_mine = _matches(bare, [_bare(line) for line in mine])
+    in_new = _matches(old, new)
     found: list[str] = []
-    for tag, a, b, c, d in SequenceMatcher(None, old, new, autojunk=False).get_opcodes():
-        found += mine[a:b] if tag == "equal" else new[c:d]
+    base = at = told = 0
+    for line in [i for i in range(len(old)) if i in in_mine and i in in_new] + [len(old)]:
+        here, there = in_mine.get(line, len(mine)), in_new.get(line, len(new))
+        found += _merged(old[base:line], mine[at:here], new[told:there])
+        found += mine[here : here + 1]
+        base, at, told = line + 1, here + 1, there + 1
     return "".join(found)
+
+
+def _units(lines: list[str], known: frozenset[str]) -> Iterator[str]:
+    """Yield the lines; those that the library writes as one, together."""
+    index = 0
+    while index < len(lines):
+        joined, end = _bare(lines[index]), index + 1
+        while joined not in known and end < min(len(lines), index + LONGEST):
+            joined, end = joined + _bare(lines[end]), end + 1
+        if joined not in known:
+            end = index + 1
+        yield "".join(lines[index:end])
+        index = end
+
+
+def _merged(old: list[str], mine: list[str], new: list[str]) -> list[str]:
+    """Lines between two that all have: mine, unless they were changed. Lines that were only added
+    before or after them are added."""
+    if new[: len(old)] == old:
+        return mine + new[len(old) :]
+    if new[len(new) - len(old) :] == old:
+        return new[: len(new) - len(old)] + mine
+    return new
+
+
+def _matches(old: list[str], new: list[str]) -> dict[int, int]:
+    """Which line of ``new`` each line of ``old`` is."""
+    blocks = SequenceMatcher(None, old, new, autojunk=False).get_matching_blocks()
+    return {a + i: b + i for a, b, size in blocks for i in range(size)}
 
 
 def _bare(line: str) -> str:

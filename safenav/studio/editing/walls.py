@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from math import cos, sin
 from typing import Any
 
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
@@ -12,7 +13,7 @@ from ruamel.yaml.scalarstring import LiteralScalarString
 from safenav.errors import UsageError
 from safenav.scenario.reading.naming import NAME
 from safenav.studio.editing.areas import add_area
-from safenav.studio.editing.places import MapPlaces
+from safenav.studio.editing.places import MapPlaces, formulas_of
 from safenav.studio.editing.round_trip import Operation
 from safenav.world.map import Region, RegionMap
 
@@ -61,8 +62,51 @@ def resize(data: Any, told: Operation) -> None:
     for value, put, region in moved:
         if region is not None and not isinstance(value, str):
             put(after.written(at(region), value if isinstance(value, int) else [0, 0]))
-    if "expect" in data:
-        data["expect"] = _renamed(data["expect"], at)
+    for key in ("expect", "requirements"):
+        if key in data:
+            data[key] = _renamed(data[key], at)
+    if top or left or cols != before:
+        for holder, key in formulas_of(data):
+            holder[key] = _renumbered(holder[key], at)
+    if left or bottom:
+        _shift_frame(data, left, bottom)
+
+
+_REGION = r"(?:\bregion'?|\b(?:next|X)\(\s*region\s*\))"
+_EQUAL = re.compile(rf"({_REGION}\s*!?=\s*)(\d+)\b(?!\s*\+)|\b(\d+)(?=\s*!?=\s*{_REGION})")
+_ORDERED = re.compile(
+    rf"{_REGION}\s*(?:<(?!-)|>|\+)|(?:(?<![-<])>|<|\+)=?\s*{_REGION}|{_REGION}\s*!?=\s*\d+\s*\+"
+)
+
+
+def _renumbered(formula: Any, at: Callable[[int], int]) -> Any:
+    """Return a formula with the regions that it compares under their new numbers. Raises UsageError
+    if it computes with the numbers."""
+    if not isinstance(formula, str):
+        return formula
+    if _ORDERED.search(formula):
+        reason = f"'{formula[:60]}' computes with numbers of regions, which this would change"
+        raise UsageError(f"{reason}: name the regions as an area first")
+
+    def moved(found: re.Match[str]) -> str:
+        return f"{found[1] or ''}{at(int(found[2] or found[3]))}"
+
+    return _EQUAL.sub(moved, formula)
+
+
+def _shift_frame(data: Any, left: int, bottom: int) -> None:
+    """Keep the metres of a map that grows in the west or the south: its origin moves. Raises
+    UsageError where requirements name coordinates and the map has no frame."""
+    world = data["map"]
+    side, origin = world.get("resolution"), world.get("origin")
+    if isinstance(side, int | float) and isinstance(origin, list) and len(origin) >= 2:
+        yaw = float(origin[2]) if len(origin) > 2 else 0.0
+        east, north = -left * side, -bottom * side
+        origin[0] = round(origin[0] + east * cos(yaw) - north * sin(yaw), 6)
+        origin[1] = round(origin[1] + east * sin(yaw) + north * cos(yaw), 6)
+    elif re.search(r"\b[xy]\s*\(", str(data.get("requirements", ""))):
+        reason = "requirements name x or y in metres, which this would shift"
+        raise UsageError(f"{reason}: give the map 'resolution' and 'origin' first")
 
 
 def _renamed(told: Any, at: Callable[[int], int]) -> Any:

@@ -1,4 +1,4 @@
-/* sources 50e3f3a972ce944fbef70157211195b2913e7512404ed140e8c711a36691ca2c */
+/* sources cb3fd696df5d7fe350d1bdb166fe588a5d8073e4c532e74d3730078142b4c617 */
 /* Contains Preact:
 The MIT License (MIT)
 

@@ -28,6 +28,16 @@ export function Floor({ run, numbers, names, scale }: FloorProps) {
     <>
       <Ground run={run} />
       <Areas run={run} />
+      {run.chargers.map((region) => (
+        <path
+          key={region}
+          class="charger"
+          d={run.charger}
+          transform={`translate(${(region % run.cols) * CELL + 0.18 * CELL} ${Math.floor(region / run.cols) * CELL + 0.8 * CELL}) scale(${0.17 * CELL})`}
+        >
+          <title>charger</title>
+        </path>
+      ))}
       {numbers && fits && <Numbers run={run} size={size} hidden={covered(run, names, size, scale)} />}
     </>
   );

@@ -148,6 +148,9 @@ export interface Run {
   names: Record<number, string>;
   /** The sets of regions to which it gives names. */
   areas: Record<string, number[]>;
+  /** The regions where batteries are charged, and how they are marked. */
+  chargers: number[];
+  charger: string;
   last: number;
   /** Seconds of each tick, where the run has a clock: its ticks are the instants at which something happened. */
   times: number[] | null;

@@ -12,7 +12,7 @@ import { Zoom } from "../map/tools";
 import { Player } from "../run/player";
 import { applyTheme, nextTheme, storedTheme } from "../settings";
 import { useDrawingHand } from "./hand";
-import type { Chosen, Doc, Drawing, Pen, Verdict } from "./model";
+import { idOf, type Chosen, type Doc, type Drawing, type Pen, type Verdict } from "./model";
 import { NEW_AREA, Problems, Selection, Tools } from "./panels";
 import { Text } from "./text";
 
@@ -67,7 +67,10 @@ export function Draw({ doc, verdicts, say, save, menus, run }: DrawProps) {
       else if (event.key === "?") help.current!.showModal();
       else if (event.key === "Delete" || event.key === "Backspace") {
         if (chosen && "robot" in chosen) say("edit", { op: "remove_robot", robot: chosen.robot });
-        else if (chosen && "obstacle" in chosen) say("edit", { op: "remove_obstacle", index: chosen.obstacle });
+        else if (chosen && "obstacle" in chosen) {
+          const item = drawing?.obstacles.find((one) => idOf(one) === chosen.obstacle);
+          if (item) say("edit", { op: "remove_obstacle", list: item.list, index: item.index });
+        }
         else if (chosen && "area" in chosen) say("edit", { op: "remove_area", area: chosen.area });
         choose(null);
       } else return;
@@ -75,7 +78,7 @@ export function Draw({ doc, verdicts, say, save, menus, run }: DrawProps) {
     };
     addEventListener("keydown", pressed);
     return () => removeEventListener("keydown", pressed);
-  }, [say, save, chosen]);
+  }, [say, save, chosen, drawing]);
   const robot = chosen && "robot" in chosen ? chosen.robot : null;
   const verdict = (robot !== null && verdicts[robot]) || null;
   const shared = { doc, pen, setPen, chosen, choose, say };
@@ -209,6 +212,12 @@ function hintOf(pen: Pen, drawing: Drawing): string {
       return `Click where a ${pen.model} starts; click a robot to select it.`;
     case "obstacle":
       return `Click a free region: a hidden ${pen.type} closes it.`;
+    case "order":
+      return `Click a region: at its tick the team is ordered to do ${pen.type} there.`;
+    case "delivery":
+      return pen.from === null ? "Click where the load lies." : "Click where it is to be brought.";
+    case "charger":
+      return "Click regions where batteries are charged; click a charger to take it away.";
     case "objective": {
       const { robot, kind, targets } = pen;
       const some = `click them${targets.length > 0 ? `, ${targets.length} so far` : ""}`;

@@ -7,7 +7,7 @@ import { isWall } from "../map/floor";
 import type { Hand } from "../map/stage";
 import { notice } from "../panels/notice";
 import { label } from "../run/run";
-import type { Chosen, Drawing, Pen, Problem, Target, Verdict } from "./model";
+import { idOf, type Chosen, type DrawnObstacle, type DrawnRobot, type Drawing, type Pen, type Problem, type Target, type Verdict } from "./model";
 import { choose as chooseTarget, targetsOf } from "./objective";
 
 interface HandArgs {
@@ -28,11 +28,14 @@ const HEADINGS: Record<string, [dx: number, dy: number]> = {
   west: [-1, 0],
 };
 
+/** The tick of an order that is put down. */
+const FIRST_ORDER = 5;
+
 /** What is held between a press and its release. */
 type Held =
   | { what: "paint"; wall: boolean; regions: Set<number>; last: [number, number] }
-  | { what: "robot"; name: string; from: number }
-  | { what: "obstacle"; index: number; from: number }
+  /** `again`: it was chosen before; a click then chooses the next item in its region. */
+  | { what: "item"; item: DrawnRobot | DrawnObstacle; from: number; again: boolean }
   | { what: "target"; robot: string; place: number }
   | { what: "area"; from: number; to: number }
   | { what: "heading"; robot: string; at: number; to: string };
@@ -46,8 +49,18 @@ export function useDrawingHand(args: HandArgs): Hand {
   const regionAt = (x: number, y: number): number =>
     x >= 0 && y >= 0 && x < cols && y < rows ? Math.floor(y) * cols + Math.floor(x) : -1;
   const edit = (op: string, data: object): void => say("edit", { op, ...data });
+  // Who carries: a robot that can lift, or do anything at all.
+  const can = drawing.run.robots.flatMap((robot) => robot.can);
+  const lifting = can.includes("lift") ? "lift" : (can[0] ?? "lift");
   const robotAt = (region: number) => drawing.robots.find((robot) => robot.start === region);
   const obstacleAt = (region: number) => drawing.obstacles.find((obstacle) => obstacle.region === region);
+  const itemsAt = (region: number): (DrawnRobot | DrawnObstacle)[] => [
+    ...drawing.robots.filter((robot) => robot.start === region),
+    ...drawing.obstacles.filter((obstacle) => obstacle.region === region),
+  ];
+  const isChosen = (item: DrawnRobot | DrawnObstacle): boolean =>
+    chosen !== null &&
+    ("name" in item ? "robot" in chosen && chosen.robot === item.name : "obstacle" in chosen && chosen.obstacle === idOf(item));
   const picked = chosen && "robot" in chosen ? drawing.robots.find((r) => r.name === chosen.robot) : undefined;
 
   // A robot or an obstacle that was just put down is selected as soon as the text has it.
@@ -55,7 +68,7 @@ export function useDrawingHand(args: HandArgs): Hand {
   useEffect(() => {
     const [robot, obstacle] = [robotAt(awaited.current), obstacleAt(awaited.current)];
     if (pen.does === "robot" && robot) choose({ robot: robot.name });
-    else if (pen.does === "obstacle" && obstacle) choose({ obstacle: obstacle.index });
+    else if ((pen.does === "obstacle" || pen.does === "order" || pen.does === "delivery") && obstacle) choose({ obstacle: idOf(obstacle) });
     else return;
     awaited.current = -1;
   }, [drawing]);
@@ -70,16 +83,12 @@ export function useDrawingHand(args: HandArgs): Hand {
         return true;
       }
     }
-    const robot = robotAt(region);
-    if (robot) {
-      choose({ robot: robot.name });
-      held.current = { what: "robot", name: robot.name, from: region };
-      return true;
-    }
-    const obstacle = obstacleAt(region);
-    if (obstacle) {
-      choose({ obstacle: obstacle.index });
-      held.current = { what: "obstacle", index: obstacle.index, from: region };
+    const there = itemsAt(region);
+    const again = there.findIndex(isChosen);
+    const item = there[Math.max(0, again)];
+    if (item) {
+      choose("name" in item ? { robot: item.name } : { obstacle: idOf(item) });
+      held.current = { what: "item", item, from: region, again: again >= 0 };
       return true;
     }
     const place = picked ? picked.targets.findIndex((target) => target.length === 1 && target[0] === region) : -1;
@@ -119,6 +128,22 @@ export function useDrawingHand(args: HandArgs): Hand {
         awaited.current = region;
         edit("add_obstacle", { type: pen.type, region });
       }
+    } else if (pen.does === "order") {
+      if (free(region, "an order")) {
+        awaited.current = region;
+        edit("add_order", { type: pen.type, region, at: FIRST_ORDER });
+      }
+    } else if (pen.does === "delivery") {
+      if (!free(region, "a delivery")) return true;
+      if (pen.from === null) setPen({ does: "delivery", from: region });
+      else if (pen.from === region) notice("A delivery ends in another region than it begins.");
+      else {
+        awaited.current = pen.from;
+        edit("add_delivery", { action: lifting, from: pen.from, to: region, at: FIRST_ORDER });
+        setPen({ does: "delivery", from: null });
+      }
+    } else if (pen.does === "charger") {
+      if (free(region, "a charger")) edit("set_charger", { region, on: !drawing.chargers.includes(region) });
     } else if (pen.does === "name") choose({ region, naming: true });
     else if (pen.does === "area") held.current = { what: "area", from: pen.corner ?? region, to: region };
     else if (free(region, "a target")) chooseTarget(pen, region, setPen, say);
@@ -162,8 +187,14 @@ export function useDrawingHand(args: HandArgs): Hand {
       setPen({ does: "select" });
       choose({ area, naming: pen.area === null });
     } else if (region < 0) return;
-    else if (now.what === "robot" && region !== now.from) edit("move_robot", { robot: now.name, region });
-    else if (now.what === "obstacle" && region !== now.from) edit("move_obstacle", { index: now.index, region });
+    else if (now.what === "item" && region !== now.from) {
+      if ("name" in now.item) edit("move_robot", { robot: now.item.name, region });
+      else edit("move_obstacle", { list: now.item.list, index: now.item.index, region });
+    } else if (now.what === "item" && now.again) {
+      const there = itemsAt(region);
+      const next = there[(there.findIndex(isChosen) + 1) % there.length];
+      if (next) choose("name" in next ? { robot: next.name } : { obstacle: idOf(next) });
+    }
     else if (now.what === "target" && picked && picked.kind) {
       const regions = targetsOf(picked).map((target, i) => (i === now.place ? region : target));
       edit("set_objective", { robot: picked.name, kind: picked.kind, regions });
@@ -188,6 +219,7 @@ export function useDrawingHand(args: HandArgs): Hand {
   const outlined = marking ?? (corner !== null ? { from: corner, to: hovered >= 0 ? hovered : corner } : null);
   const turning = held.current?.what === "heading" ? held.current : null;
   const faced = turning ? turning.to : picked?.heading;
+  const picture = chosen && "obstacle" in chosen ? drawing.obstacles.find((one) => idOf(one) === chosen.obstacle) : undefined;
   const dragged = held.current !== null && held.current.what !== "paint" && held.current.what !== "heading";
   return {
     cursor: pen.does === "select" ? "default" : "crosshair",
@@ -210,9 +242,8 @@ export function useDrawingHand(args: HandArgs): Hand {
         {outlined && <Outline {...spanOf(outlined.from, outlined.to, cols)} />}
         {chosen && "area" in chosen && drawing.areas[chosen.area]?.map((region) => square(region, "area", `a${region}`))}
         {picked && square(picked.start, "picked", "picked")}
-        {chosen && "obstacle" in chosen && drawing.obstacles[chosen.obstacle] && (
-          square(drawing.obstacles[chosen.obstacle]!.region, "picked", "picked")
-        )}
+        {picture && square(picture.region, "picked", "picked")}
+        {pen.does === "delivery" && pen.from !== null && square(pen.from, "picked", "from")}
         {chosen && "region" in chosen && chosen.region < rows * cols && square(chosen.region, "picked", "picked")}
         {(order.length > 1 || pen.does === "objective") &&
           order.map((region, i) => {

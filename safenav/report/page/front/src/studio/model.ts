@@ -16,8 +16,12 @@ export interface DrawnRobot {
   line: number;
 }
 
+/** A hidden obstacle, or an order: the list in which it stands, and its number there. */
 export interface DrawnObstacle {
+  list: "obstacles" | "orders";
   index: number;
+  /** Of an order: its tick. */
+  at: number | null;
   type: string;
   region: number;
   from: number | null;
@@ -36,6 +40,9 @@ export interface Drawing {
   obstacles: DrawnObstacle[];
   names: Record<string, number>;
   areas: Record<string, number[]>;
+  chargers: number[];
+  /** By the path of what they belong to, and their key: text, line and column of the key, last line. */
+  parts: Record<string, Record<string, [text: string, line: number, column: number, last: number]>>;
   /** Whether the map is drawn in the scenario itself. */
   grid: boolean;
   settings: { name: string; rounds: number; ticks: number; seed: number };
@@ -51,7 +58,14 @@ export interface Problem {
 export interface Palette {
   objectives: ObjectiveKind[];
   robots: { name: string; shape: string; turns: boolean; layer: string; can: string[] }[];
-  obstacles: { name: string; shape: string; action: string; truth: boolean }[];
+  obstacles: { name: string; shape: string; action: string; truth: boolean; blocks: boolean }[];
+  keys: Record<"scenario" | "robot" | "objective" | "obstacle" | "order" | "model" | "type", KeyAbout[]>;
+}
+
+/** A key that has a field of text. */
+export interface KeyAbout {
+  key: string;
+  about: string;
 }
 
 export interface Repair {
@@ -90,6 +104,10 @@ export type Pen =
   | { does: "floor" }
   | { does: "robot"; model: string; turns: boolean }
   | { does: "obstacle"; type: string }
+  | { does: "order"; type: string }
+  /** Order what lies `from` a region to be brought to another. */
+  | { does: "delivery"; from: number | null }
+  | { does: "charger" }
   | { does: "name" }
   /** Draws `area`, from `corner` if that was clicked. */
   | { does: "area"; area: string | null; corner: number | null }
@@ -98,4 +116,9 @@ export type Pen =
 /** A region, several of which any counts, or the name of an area. */
 export type Target = number | number[] | string;
 
-export type Chosen = { robot: string } | { obstacle: number } | { region: number; naming?: boolean } | { area: string; naming?: boolean } | null;
+export type Chosen = { robot: string } | { obstacle: string } | { region: number; naming?: boolean } | { area: string; naming?: boolean } | null;
+
+/** What names an obstacle or an order as long as the text stays: its path in the document. */
+export function idOf(obstacle: DrawnObstacle): string {
+  return `${obstacle.list}/${obstacle.index}`;
+}

@@ -5,7 +5,8 @@ import type { Say } from "../live/player";
 import { unless } from "../panels/notice";
 import { label } from "../run/run";
 import { choose as chooseTarget } from "./objective";
-import type { Chosen, Doc, DrawnRobot, Drawing, Pen, Problem, Verdict } from "./model";
+import { idOf, type Chosen, type Doc, type DrawnRobot, type Drawing, type Pen, type Problem, type Verdict } from "./model";
+import { Parts } from "./parts";
 
 interface Drawn {
   doc: Doc;
@@ -30,6 +31,19 @@ export function Tools({ doc, drawing, pen, setPen, say }: Drawn) {
       {words}
     </button>
   );
+  const types = (blocks: boolean) =>
+    doc.palette.obstacles
+      .filter((type) => type.blocks === blocks)
+      .map(({ name, shape, action }) =>
+        tool(
+          `obstacle ${name}`,
+          (pen.does === "obstacle" || pen.does === "order") && pen.type === name,
+          name,
+          { does: blocks ? "obstacle" : "order", type: name },
+          blocks ? `unknown to the robots; '${action}' resolves it` : `the team is ordered to do it; '${action}' resolves it`,
+          shape,
+        ),
+      );
   return (
     <div class="tools-of-map">
       <section class="panel" aria-label="Tools">
@@ -40,6 +54,7 @@ export function Tools({ doc, drawing, pen, setPen, say }: Drawn) {
           {tool("floor", pen.does === "floor", "Floor", { does: "floor" }, "Paint floor (2)")}
           {tool("name", pen.does === "name", "Name", { does: "name" }, "Click a region to name it (3)")}
           {tool("area", pen.does === "area", "Area", NEW_AREA, "Drag over the regions of an area and name it (4)")}
+          {tool("charger", pen.does === "charger", "Charger", { does: "charger" }, "Click regions where batteries are charged")}
         </div>
         <h3>Robots</h3>
         <div class="pens">
@@ -55,21 +70,21 @@ export function Tools({ doc, drawing, pen, setPen, say }: Drawn) {
           )}
         </div>
         <h3>Hidden obstacles</h3>
+        <div class="pens">{types(true)}</div>
+        <h3>Orders</h3>
         <div class="pens">
-          {doc.palette.obstacles.map(({ name, shape, action }) =>
-            tool(
-              `obstacle ${name}`,
-              pen.does === "obstacle" && pen.type === name,
-              name,
-              { does: "obstacle", type: name },
-              `unknown to the robots; '${action}' resolves it`,
-              shape,
-            ),
+          {tool(
+            "delivery",
+            pen.does === "delivery",
+            "Delivery",
+            { does: "delivery", from: null },
+            "Order that one robot brings a load from a region to another",
           )}
+          {types(false)}
         </div>
       </section>
       <Size drawing={drawing} say={say} />
-      <Settings drawing={drawing} say={say} />
+      <Settings doc={doc} drawing={drawing} say={say} />
     </div>
   );
 }
@@ -114,7 +129,7 @@ function Size({ drawing, say }: { drawing: Drawing; say: Say }) {
   );
 }
 
-function Settings({ drawing, say }: { drawing: Drawing; say: Say }) {
+function Settings({ doc, drawing, say }: { doc: Doc; drawing: Drawing; say: Say }) {
   const { name, rounds, seed } = drawing.settings;
   const set = (key: string, value: string | number): void => say("edit", { op: "set_value", key, value });
   return (
@@ -123,6 +138,7 @@ function Settings({ drawing, say }: { drawing: Drawing; say: Say }) {
       <Field name="title" value={name} onChange={(value) => set("name", value)} />
       <Field name="rounds" number value={String(rounds)} onChange={(value) => set("rounds", Number(value))} />
       <Field name="seed" number value={String(seed)} onChange={(value) => set("seed", Number(value))} />
+      <Parts doc={doc} say={say} path={[]} keys={doc.palette.keys.scenario} add="Add a key of the scenario ..." />
     </section>
   );
 }
@@ -135,7 +151,7 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
     const called = (region: number): string => drawing.run.names[region] ?? String(region);
     const drawingObjective = pen.does === "objective" && pen.robot === robot.name;
     return (
-      <section class="panel chosen" aria-label="The chosen robot">
+      <section key={`robot ${robot.name}`} class="panel chosen" aria-label="The chosen robot">
         <h2>
           Robot
           <button
@@ -224,16 +240,28 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
             literal form
           </label>
         )}
+        <Parts
+          doc={doc}
+          say={say}
+          path={["robots", robot.name, "objective"]}
+          keys={doc.palette.keys.objective}
+          add="Add a rule to its objective ..."
+        />
+        <h3>Robot</h3>
+        <Parts doc={doc} say={say} path={["robots", robot.name]} keys={doc.palette.keys.robot} add="Add a key of the robot ..." />
+        <Own doc={doc} say={say} of="robots" name={robot.model} />
         <div class="verdict-room">{verdict && <Judged verdict={verdict} say={say} />}</div>
       </section>
     );
   }
   if (chosen && "obstacle" in chosen) {
-    const obstacle = drawing.obstacles.find((o) => o.index === chosen.obstacle);
+    const obstacle = drawing.obstacles.find((one) => idOf(one) === chosen.obstacle);
     if (!obstacle) return null;
     const kind = doc.palette.obstacles.find((type) => type.name === obstacle.type);
-    const set = (key: string, value: unknown): void => edit("set_obstacle", { index: obstacle.index, key, value });
-    const tick = (key: "from" | "until", words: string) => (
+    const place = { list: obstacle.list, index: obstacle.index };
+    const ordered = obstacle.list === "orders";
+    const set = (key: string, value: unknown): void => edit("set_obstacle", { ...place, key, value });
+    const tick = (key: "from" | "until" | "at", words: string) => (
       <Field
         name={words}
         number
@@ -242,15 +270,15 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
       />
     );
     return (
-      <section class="panel chosen" aria-label="The chosen obstacle">
+      <section key={chosen.obstacle} class="panel chosen" aria-label="The chosen obstacle">
         <h2>
           <span>
-            Hidden {obstacle.type} <span class="quiet">{label(drawing.run, obstacle.region)}</span>
+            {ordered ? "Order:" : "Hidden"} {obstacle.type} <span class="quiet">{label(drawing.run, obstacle.region)}</span>
           </span>
           <button
             type="button"
             onClick={() => {
-              edit("remove_obstacle", { index: obstacle.index });
+              edit("remove_obstacle", place);
               choose(null);
             }}
           >
@@ -270,25 +298,37 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
             </select>
           </label>
         )}
-        {tick("from", "appears at tick")}
-        {tick("until", "disappears at tick")}
+        {ordered && tick("at", "ordered at tick")}
+        {!ordered && tick("from", "appears at tick")}
+        {!ordered && tick("until", "disappears at tick")}
         <Field
           name="resolve within"
           number
           value={obstacle.within === null ? "" : String(obstacle.within)}
           onChange={(value) => set("resolve_within", value === "" ? null : Number(value))}
         />
-        <label>
-          sweeps
-          <select
-            value={obstacle.sweeps ?? ""}
-            onChange={(event) => set("sweeps", event.currentTarget.value || null)}
-          >
-            <option value="">as its type</option>
-            <option value="neighbours">all regions beside it</option>
-            {obstacle.sweeps === "listed" && <option value="listed" disabled>listed regions</option>}
-          </select>
-        </label>
+        {!ordered && (
+          <label>
+            sweeps
+            <select value={obstacle.sweeps ?? ""} onChange={(event) => set("sweeps", event.currentTarget.value || null)}>
+              <option value="">as its type</option>
+              <option value="neighbours">all regions beside it</option>
+              {obstacle.sweeps === "listed" && (
+                <option value="listed" disabled>
+                  listed regions
+                </option>
+              )}
+            </select>
+          </label>
+        )}
+        <Parts
+          doc={doc}
+          say={say}
+          path={[obstacle.list, obstacle.index]}
+          keys={doc.palette.keys[ordered ? "order" : "obstacle"]}
+          add="Add a key of the obstacle ..."
+        />
+        <Own doc={doc} say={say} of="obstacles" name={obstacle.type} />
       </section>
     );
   }
@@ -350,6 +390,30 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
     );
   }
   return null;
+}
+
+/** The robot model or obstacle type: its keys where the scenario has its own, else a way to make it so. */
+function Own({ doc, say, of, name }: { doc: Doc; say: Say; of: "robots" | "obstacles"; name: string }) {
+  const own = `catalogue/${of}/${name}` in (doc.drawing?.parts ?? {});
+  const [kind, words] = of === "robots" ? (["model", "Model"] as const) : (["type", "Type"] as const);
+  return (
+    <>
+      <h3>
+        {words} {name}
+      </h3>
+      {own ? (
+        <Parts doc={doc} say={say} path={["catalogue", of, name]} keys={doc.palette.keys[kind]} add={`Add a key of the ${kind} ...`} />
+      ) : (
+        <button
+          type="button"
+          title={`Copy ${name} into the scenario's catalogue, and change it there`}
+          onClick={() => say("edit", { op: "own", of, name })}
+        >
+          {of === "robots" ? "Change its battery, loads, speed ..." : "Change what it needs and blocks ..."}
+        </button>
+      )}
+    </>
+  );
 }
 
 interface FieldProps {

@@ -1,0 +1,177 @@
+"""Keys of a scenario that have a field of text in the studio: their meanings, and their parts of
+the document as text with the lines on which they stand."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator, Sequence
+from functools import cache
+from typing import Any
+
+from safenav.scenario.objective import KINDS
+from safenav.scenario.schema import schema_text
+from safenav.scenario.yaml.document import Mapping, Node, Scalar
+from safenav.scenario.yaml.document import Sequence as Items
+
+ROOM = 60
+"""Characters of a value that stands on one line."""
+
+_DRAWN = {
+    "scenario": ("safenav", "name", "map", "robots", "obstacles", "orders", "seed"),
+    "robot": ("model", "start", "heading", "objective"),
+    "objective": (*KINDS, "form"),
+    "obstacle": ("type", "region", "traversable", "from", "until", "resolve_within"),
+    "order": ("at", "type", "region", "resolve_within"),
+    "model": (),
+    "type": (),
+}
+"""The kinds of parts, each with the keys that have controls of their own."""
+
+_PATHS: dict[str, tuple[str, ...]] = {
+    "scenario": (),
+    "robot": ("robots", "*"),
+    "objective": ("robots", "*", "objective"),
+    "obstacle": ("obstacles", "*"),
+    "order": ("orders", "*"),
+    "model": ("catalogue", "robots", "*"),
+    "type": ("catalogue", "obstacles", "*"),
+}
+
+
+@cache
+def known_keys() -> dict[str, list[dict[str, str]]]:
+    """Return the keys of each kind of part that have a field of text, with what they mean."""
+    return {
+        kind: [
+            {"key": key, "about": str(about.get("description", ""))}
+            for key, about in _properties(_PATHS[kind]).items()
+            if key not in drawn
+        ]
+        for kind, drawn in _DRAWN.items()
+    }
+
+
+def ordered_keys(path: Sequence[Any]) -> list[str]:
+    """Return all keys that may stand at a path of the document, in their usual order."""
+    general = ("*" if i in (1, 2) and _named(path, i) else str(p) for i, p in enumerate(path))
+    return list(_properties(tuple(general)))
+
+
+def _named(path: Sequence[Any], index: int) -> bool:
+    return index == (2 if path[0] == "catalogue" else 1)
+
+
+@cache
+def _schema() -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(schema_text())
+    return found
+
+
+@cache
+def _properties(path: tuple[str, ...]) -> dict[str, dict[str, Any]]:
+    here = _schema()
+    for part in path:
+        options = list(_options(here))
+        tables = [o["properties"][part] for o in options if part in o.get("properties", {})]
+        tables += [o[key] for o in options for key in ("additionalProperties", "items") if key in o]
+        here = next(table for table in tables if isinstance(table, dict))
+    found: dict[str, dict[str, Any]] = {}
+    for option in _options(here):
+        for key, about in option.get("properties", {}).items():
+            found.setdefault(key, next(_options(about)) | about if isinstance(about, dict) else {})
+    return found
+
+
+def _options(here: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Yield a schema and those that it refers to or offers."""
+    if "$ref" in here:
+        yield from _options(_schema()["$defs"][here["$ref"].rsplit("/", 1)[1]])
+    yield here
+    for kind in ("anyOf", "oneOf", "allOf"):
+        for option in here.get(kind, ()):
+            yield from _options(option)
+
+
+def parts_of(root: Node) -> dict[str, dict[str, list[Any]]]:
+    """Return the parts of a document by the path of what they belong to, and their key: the text,
+    line and column of the key, and the last line."""
+    found = {"": _parts(root, without=("map", "robots", "obstacles"))}
+    robots = root.get("robots") if isinstance(root, Mapping) else None
+    for name, robot in robots.entries if isinstance(robots, Mapping) else ():
+        found[f"robots/{name.text}"] = _parts(robot)
+        objective = robot.get("objective") if isinstance(robot, Mapping) else None
+        found[f"robots/{name.text}/objective"] = _parts(objective)
+    for key in ("obstacles", "orders"):
+        listed = root.get(key) if isinstance(root, Mapping) else None
+        for index, item in enumerate(listed.items if isinstance(listed, Items) else ()):
+            found[f"{key}/{index}"] = _parts(item)
+    catalogue = root.get("catalogue") if isinstance(root, Mapping) else None
+    for key in ("robots", "obstacles"):
+        listed = catalogue.get(key) if isinstance(catalogue, Mapping) else None
+        for name, item in listed.entries if isinstance(listed, Mapping) else ():
+            found[f"catalogue/{key}/{name.text}"] = _parts(item)
+    return found
+
+
+def _parts(node: Node | None, without: Sequence[str] = ()) -> dict[str, list[Any]]:
+    return {
+        key.text: [
+            written(value),
+            key.place.line,
+            key.place.column,
+            max(key.place.line, _last(value)),
+        ]
+        for key, value in (node.entries if isinstance(node, Mapping) else ())
+        if key.text not in without
+    }
+
+
+def written(node: Node) -> str:
+    """Return a value as YAML: on one line where it is short, else with a line for each entry."""
+    flow = _flow(node)
+    if isinstance(node, Scalar):
+        return str(node.value) if node.style in ("|", ">") else flow
+    return flow if len(flow) <= ROOM else "\n".join(_block(node))
+
+
+def _block(node: Node) -> Iterator[str]:
+    items: list[tuple[str, Node]] = []
+    if isinstance(node, Mapping):
+        items = [(f"{_flow(key)}:", value) for key, value in node.entries]
+    elif isinstance(node, Items):
+        items = [("-", value) for value in node.items]
+    for head, value in items:
+        flow = _flow(value)
+        if isinstance(value, Scalar) or len(flow) <= ROOM or not _block_lines(value):
+            yield f"{head} {flow}"
+        elif head == "-":
+            first, *rest = _block_lines(value)
+            yield f"- {first}"
+            yield from (f"  {line}" for line in rest)
+        else:
+            yield head
+            yield from (f"  {line}" for line in _block_lines(value))
+
+
+def _block_lines(node: Node) -> list[str]:
+    return list(_block(node))
+
+
+def _flow(node: Node) -> str:
+    if isinstance(node, Items):
+        return "[" + ", ".join(map(_flow, node.items)) + "]"
+    if isinstance(node, Mapping):
+        return "{" + ", ".join(f"{_flow(k)}: {_flow(v)}" for k, v in node.entries) + "}"
+    plain = node.style == "" and not re.search(r"[,\[\]{}]|: |:$| #", node.text)
+    return node.text if plain else json.dumps(node.value, ensure_ascii=False)
+
+
+def _last(node: Node) -> int:
+    inner: Sequence[Node] = ()
+    if isinstance(node, Items):
+        inner = node.items
+    elif isinstance(node, Mapping):
+        inner = [value for _, value in node.entries]
+    lines = node.text.count("\n") if isinstance(node, Scalar) and node.style in ("|", ">") else 0
+    return max([node.place.line + lines, *map(_last, inner)])
