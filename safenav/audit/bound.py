@@ -13,7 +13,8 @@ from safenav.audit.deriving import pose_of
 from safenav.audit.kinds import shape_of
 from safenav.audit.language import Pose
 from safenav.audit.lines import Line
-from safenav.audit.situation import Situation, Status
+from safenav.audit.situation import Situation
+from safenav.audit.turn import Status
 
 NEVER = 1 << 40
 Ticks = dict[Pose, int]

@@ -5,14 +5,11 @@ rule the situation follows the trace, so that one fault is not reported forever.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass, field
-from enum import Enum, auto
+from collections.abc import Mapping
 
-from safenav.audit.lines import Line, Objective, Obstacle
-from safenav.audit.passes import LIVE
-from safenav.audit.progress import Progress
-from safenav.audit.world import World
+from safenav.audit.lines import Line, Objective
+from safenav.audit.state import State
+from safenav.audit.turn import StackEntry, Status, Turn, helpers_of
 
 RESYNTHESIS = "resynthesis"
 WITHOUT_EFFECT = ("failed", "nothing")
@@ -31,302 +28,8 @@ _CHANGES = (
 """Records after which an obstacle that was set aside may be served again."""
 
 
-class Status(Enum):
-    """Status of an obstacle."""
-
-    ABSENT = auto()
-    """It has not appeared yet, or has disappeared."""
-    UNRESOLVED = auto()
-    RESOLVED = auto()
-    UNTRAVERSABLE = auto()
-    """Resolved, and found to be a permanent obstacle."""
-    GIVEN_UP = auto()
-    """No robot can resolve it: the robots that it blocks plan around it."""
-
-
-@dataclass(frozen=True)
-class StackEntry:
-    """An entry of the objective stack: helpers, requester and obstacle; ``before``: the objectives
-    that it stores, those before the push."""
-
-    obstacle: str | None
-    requester: str | None
-    helpers: tuple[str, ...]
-    line: int
-    before: Mapping[str, Objective] = field(default_factory=dict)
-
-
-@dataclass
-class Turn:
-    """One robot's turn, or (robot None) what happens before the first.
-
-    ``origin``, ``on_the_way`` (from an earlier turn) and ``progress`` are the robot's when the turn
-    began, ``objectives`` those of the whole team. ``final``: only the outcome comes after it.
-    ``torn``: the run ended from outside, or the trace breaks off, so that lines may be missing
-    here. ``failed``: live, a step has ended here otherwise than it should."""
-
-    tick: int
-    robot: str | None
-    line: int
-    objectives: Mapping[str, Objective]
-    origin: int | None = None
-    on_the_way: bool = False
-    progress: Progress | None = None
-    records: list[Line] = field(default_factory=list)
-    final: bool = False
-    torn: bool = False
-    failed: bool = False
-    advanced: set[str] = field(default_factory=set)
-    """Obstacles of which a need was met in this turn, as far as that follows from the moves."""
-    met: dict[tuple[str, int], frozenset[str]] = field(default_factory=dict)
-    """The needs of obstacles that were met in this turn, with the robots that met them; for the
-    last need of each, the robots that could have met it."""
-
-    def all(self, kind: str) -> list[Line]:
-        return [record for record in self.records if record.type == kind]
-
-    def first(self, kind: str) -> Line | None:
-        return next((record for record in self.records if record.type == kind), None)
-
-
-def helpers_of(record: Line) -> tuple[str, ...]:
-    """Return all helpers that a line names."""
-    return record.helpers or (() if record.helper is None else (record.helper,))
-
-
-class Situation:
-    """The team, the obstacles and the stack, as of some line."""
-
-    def __init__(self, header: Line, records: Iterable[Line]) -> None:
-        self.header = header.scenario
-        self.header_line = header.line
-        told = self.header.map
-        self.grid = World(told.grid, told.rows, told.cols)
-        first = [Obstacle.of(told) for told in self.header.obstacles]
-        later = [Obstacle.of(record.obstacle) for record in records if record.type == "discovered"]
-        self.obstacles = {o.name: o for o in later} | {o.name: o for o in first}
-        self.truth = {name: o.traversable for name, o in self.obstacles.items()}
-        self.external = self.header.world == "external"
-        robots = self.header.robots
-        self.region: dict[str, int] = {n: r.start for n, r in robots.items()}
-        self.heading: dict[str, str | None] = {n: r.heading for n, r in robots.items()}
-        self.own: dict[str, Objective] = {n: r.objective for n, r in robots.items()}
-        self.objectives = dict(self.own)
-        """The objectives in force; ``own``: those that the robots have for themselves."""
-        self.progress = {n: Progress.at_start(r.objective, r.start) for n, r in robots.items()}
-        self.ahead = dict.fromkeys(robots, 0)
-        """Number of targets that each robot has met of an objective that ends, whatever it did
-        meanwhile."""
-        self.toward: dict[str, int | None] = dict.fromkeys(robots)
-        self.signals: dict[str, Line] = {}
-        """Each robot's last command inputs, where robots are driven by command inputs."""
-        self.beliefs: dict[tuple[str, str], Line] = {}
-        self.stack: list[StackEntry] = []
-        self.requests: dict[str, dict[str, int]] = {}
-        """The open requests, the oldest first: obstacle -> requesters, each with the region where
-        it waits."""
-        self.given_up: dict[str, dict[str, int]] = {}
-        """The requests for obstacles that are given up."""
-        self.permanent: set[str] = set()
-        """The obstacles of which an operator says that they stay."""
-        self.aside: set[str] = set()
-        """The obstacles that no joint state serves until something changes."""
-        self.helping: dict[str, frozenset[str]] = {}
-        """The helpers of each obstacle that were named last."""
-        self.named: dict[str, str] = {}
-        """The obstacle for which each robot was named a helper last."""
-        self.listed = {
-            name: [o for o in first if o.name == name] or [obstacle]
-            for name, obstacle in self.obstacles.items()
-        }
-        """All obstacles of one name: an obstacle may reappear."""
-        self.status = {
-            name: Status.ABSENT if all(o.from_ for o in listed) else Status.UNRESOLVED
-            for name, listed in self.listed.items()
-        }
-        self.stage = dict.fromkeys(self.obstacles, 0)
-        self.done: dict[str, set[str]] = {name: set() for name in self.obstacles}
-        self.group: dict[str, frozenset[str]] = {}
-        """The robots that met the last need of each obstacle."""
-        self.introduced = {obstacle.name for obstacle in self.header.obstacles}
-        """Obstacles that the scenario lists, or that a line has described."""
-        self.discovered: set[str] = set()
-        self.out: set[str] = set()
-        self.barred: set[tuple[str, str]] = set()
-        """Live: (robot, obstacle) where actions have failed until the robot leaves it to others."""
-        self.orders: set[str] = set()
-        """Obstacles that were ordered, so that no robot has made the request."""
-        self.inputs = {each.name: False for each in self.header.inputs or ()}
-        self.base = dict(self.objectives)
-        """The objectives of the header, which robots have while no input gives them another."""
-        self._kept: dict[str, int] = {}
-        """The robots that are out of service."""
-        self.form: dict[tuple[str, Objective], str | None] = {}
-        self.live = header.clock == LIVE
-        self.under_way: dict[str, Line] = {}
-        """Live: the step of each robot that has not ended."""
-        self.acting: dict[str, Line] = {}
-        """Live: the action of each robot that has not ended."""
-        self.awaiting: set[str] = set()
-        """Live: the robots that wait for a strategy."""
-        self.ended: dict[str, Line] = {}
-        """Live: the end of each robot's step that its next move shows."""
-        self.acts: tuple[Line, ...] = ()
-        """Who acts where next, by the last line of that kind; ``has_plan``: a joint plan is in
-        force instead."""
-        self.has_plan = False
-        self.outcome: Line | None = None
-        self.turn = Turn(0, None, self.header_line, dict(self.objectives))
-
-    def has_heading(self, robot: str) -> bool:
-        return self.header.robots[robot].mobility == "heading"
-
-    def taken_by(self, robot: str) -> set[int]:
-        """Return the regions that a robot occupies: two while it is in transit."""
-        toward = self.toward[robot]
-        return {self.region[robot]} if toward is None else {self.region[robot], toward}
-
-    def zones(self, one: str, other: str) -> list[frozenset[int]]:
-        """Return the sets of regions in which two robots are never together."""
-        return [
-            frozenset(zone.regions)
-            for zone in self.header.never_together or ()
-            if {one, other} <= {*zone.robots}
-        ]
-
-    def conflict(self, one: str, other: str) -> bool:
-        """Return whether two robots must never share a region."""
-        robots = self.header.robots
-        listed = robots[one].conflicts, robots[other].conflicts
-        if None in listed:
-            return bool(robots[one].layer == robots[other].layer)
-        return other in listed[0] or one in listed[1]
-
-    def capable(self, obstacle: str) -> set[str]:
-        """Return the robots that have the action which the obstacle needs next, and what the same
-        robots must do after it: only those of the need before it where it takes the same."""
-        robots, needs = self.header.robots, self.obstacles[obstacle].all_needs
-        stage = min(self.stage[obstacle], len(needs) - 1)
-        actions = self.obstacles[obstacle].actions(stage)
-        able = {name for name, robot in robots.items() if actions <= robot.capabilities}
-        return able & self.group.get(obstacle, frozenset()) if needs[stage].same else able
-
-    def takes(self, obstacle: str) -> bool:
-        """Return whether the robots that meet the obstacle's next need carry a load from then
-        on."""
-        needs, stage = self.obstacles[obstacle].all_needs, self.stage[obstacle]
-        return stage + 1 < len(needs) and needs[stage + 1].same and not needs[stage].same
-
-    def carriers(self, obstacle: str) -> Collection[str]:
-        """Return the robots that carry a load: they have taken it, or had a part in taking it, and
-        have not put it down in this turn."""
-        needs, stage = self.obstacles[obstacle].all_needs, self.stage[obstacle]
-        there = self.status[obstacle] in (Status.UNRESOLVED, Status.GIVEN_UP)
-        if not there or stage >= len(needs) or (obstacle, len(needs) - 1) in self.turn.met:
-            return ()
-        if needs[stage].same:
-            return self.group[obstacle]
-        return self.done[obstacle] if self.takes(obstacle) and not needs[stage].together else ()
-
-    def loads(self, robot: str) -> list[str]:
-        """Return the loads that a robot carries."""
-        return [name for name in self.obstacles if robot in self.carriers(name)]
-
-    def is_full(self, robot: str) -> bool:
-        """Return whether a robot carries as many loads as it can; traces of earlier versions do not
-        limit them."""
-        most = self.header.robots[robot].carries
-        return most is not None and len(self.loads(robot)) >= most
-
-    def alternates(self, robot: str) -> bool:
-        """Return whether the robot was synthesized for its objective as plain alternation."""
-        return self.form.get((robot, self.objectives[robot])) == "alternation"
-
-    def need(self, obstacle: str) -> Line:
-        """Return the obstacle's next need, or its last one if all are met."""
-        needs = self.obstacles[obstacle].all_needs
-        return needs[min(self.stage[obstacle], len(needs) - 1)]
-
-    def too_few(self, obstacle: str) -> list[bool]:
-        """Return for each unmet need whether fewer robots have its action, and what the same robots
-        must do after it, than it takes."""
-        about, robots = self.obstacles[obstacle], self.header.robots.values()
-        left = range(self.stage[obstacle], len(about.all_needs))
-        return [
-            sum(about.actions(k) <= robot.capabilities for robot in robots)
-            < about.all_needs[k].robots
-            for k in left
-        ]
-
-    def swept_with(self, obstacle: str, robots: Collection[str]) -> list[str]:
-        """Return the robots, other than these, that are where an obstacle's resolution sweeps."""
-        sweeps = {*(self.obstacles[obstacle].sweeps or ())}
-        return [name for name in self.region if name not in robots and sweeps & self.taken_by(name)]
-
-    def must_not_sweep(self, robot: str, obstacle: str) -> bool:
-        """Return whether a robot that could resolve an obstacle must wait: the team does not know
-        of it yet, or another robot is where that sweeps."""
-        return obstacle not in self.discovered or bool(self.swept_with(obstacle, {robot}))
-
-    def resolving(self, obstacle: str) -> set[str]:
-        """Return the robots that act on an obstacle, or that have entered its region to resolve
-        it."""
-        acts = [act for act in self.acting.values() if obstacle in act.obstacles]
-        region = self.obstacles[obstacle].region
-        inside = {name for name in self.region if region in self.taken_by(name)}
-        entered = {name for name in inside if self.resolves_by_entering(obstacle, name)}
-        return entered.union(*(act.robots for act in acts))
-
-    def resolves_by_entering(self, obstacle: str, robot: str) -> bool:
-        """Return whether a robot resolves an obstacle by entering its region now."""
-        enters, stage = self.obstacles[obstacle].resolved_by_entering, self.stage[obstacle]
-        return enters(self.header.robots[robot], stage)
-
-    def stopped_by(self, obstacle: str) -> set[str]:
-        """Return the robots that the obstacle physically stops."""
-        return set(self.obstacles[obstacle].blocks & self.header.robots.keys())
-
-    def blocked_by(self, obstacle: str) -> set[str]:
-        """Return the robots that must not enter the obstacle's region now: those that it stops,
-        except one that resolves it by entering, as long as it may yet be resolved."""
-        stopped = self.stopped_by(obstacle)
-        if self.status[obstacle] is not Status.UNRESOLVED:
-            return stopped
-        return {name for name in stopped if not self.resolves_by_entering(obstacle, name)}
-
-    def is_cut_short(self) -> bool:
-        """Return whether the run ended within this turn, so that the rest of it never happened."""
-        if not self.turn.final:
-            return False
-        endings = ("completed", "tick_limit")
-        return self.outcome is None or self.outcome.outcome not in endings
-
-    def is_requested(self, obstacle: str) -> bool:
-        """Return whether a request for the obstacle is on the stack and not yet fulfilled."""
-        return any(entry.obstacle == obstacle for entry in self.stack)
-
-    def entry_of(self, record: Line) -> StackEntry | None:
-        """Return the entry that a pop drops: that of its request, wherever it is in the stack."""
-        why = (record.obstacle, record.requester, helpers_of(record))
-        entries = reversed(self.stack)
-        return next((e for e in entries if (e.obstacle, e.requester, e.helpers) == why), None)
-
-    def _fit_again(self, *, robot: str = "", obstacle: str = "") -> None:
-        """A robot may act again on all, or all robots on an obstacle."""
-        self.barred = {pair for pair in self.barred if robot != pair[0] and obstacle != pair[1]}
-
-    def _drop(self, record: Line) -> None:
-        """Remove an entry from the stack, even if it is not exactly the one that the line names."""
-        found = [e for e in self.stack if e.obstacle == record.obstacle] or self.stack
-        dropped = self.entry_of(record) or (found[-1] if found else None)
-        if dropped is not None:
-            self.stack.remove(dropped)
-
-    def obstacles_at(self, region: int) -> list[Line]:
-        return [o for o in self.obstacles.values() if o.region == region]
-
-    def show(self, region: int) -> str:
-        return self.grid.show(region)
+class Situation(State):
+    """The state as of some line, and the effects of lines on it."""
 
     def starts_turn(self, record: Line) -> bool:
         """Return whether a new turn begins with this line: its violation, or else its move (or, in
@@ -523,11 +226,6 @@ class Situation:
         listed = self.header.robots[robot].when or ()
         return any(self.inputs.get(each.input) for each in listed)
 
-    def due(self, robot: str) -> Objective:
-        """Return the objective that the inputs give to a robot now."""
-        listed = self.header.robots[robot].when or ()
-        return next((w.objective for w in listed if self.inputs.get(w.input)), self.base[robot])
-
     def _count_ahead(self, record: Line) -> None:
         """Count the targets met of an objective that ends: one resumed after an input continues."""
         robot, before = record.robot, self.ahead[record.robot]
@@ -536,57 +234,6 @@ class Situation:
             self.ahead[robot] = self._kept.pop(robot, 0)
         elif record.cause == "input":
             self._kept.setdefault(robot, before)
-
-    def standing(self, obstacle: str) -> set[str]:
-        """Return the robots that have the action that the obstacle needs next and stand where it is
-        performed."""
-        regions = self.need(obstacle).regions
-        able = self.capable(obstacle) - self.under_way.keys()
-        there = {robot for robot in able if self.region[robot] in regions}
-        if self.takes(obstacle):
-            there = {
-                n for n in there if n in self.carriers(obstacle) or self._may_take(n, obstacle)
-            }
-        return there
-
-    def _may_take(self, robot: str, obstacle: str) -> bool:
-        """Return whether a robot has room for a load that is not left to others: while acts are in
-        force and no joint plan is, the robots of its act take it, or, if it has none, those
-        without an act."""
-        acts = self._acts_to_come()
-        if self.is_full(robot) or not acts:
-            return not self.is_full(robot)
-        next_ = obstacle, self.stage[obstacle]
-        groups = [act.robots for act in acts if (act.obstacle, act.need) == next_]
-        if groups:
-            return any(robot in group for group in groups)
-        return all(robot not in act.robots for act in acts)
-
-    def has_act(self, robot: str) -> bool:
-        """Return whether acts that are due say where a robot acts next."""
-        return any(robot in act.robots for act in self._acts_to_come())
-
-    def _acts_to_come(self) -> list[Line]:
-        return [
-            act
-            for act in (() if self.has_plan else self.acts)
-            if self.status[act.obstacle] is Status.UNRESOLVED
-            and self.stage[act.obstacle] <= act.need
-        ]
-
-    def _is_next(self, robot: str, obstacle: str) -> bool:
-        """Return whether a robot's acts let it have its part in a load now: none of those before
-        it is done elsewhere."""
-        mine = [act for act in self._acts_to_come() if robot in act.robots]
-        if not mine:
-            return True
-        for act in mine:
-            need = self.obstacles[act.obstacle].all_needs[act.need]
-            if self.region[robot] not in need.regions:
-                return False
-            if act.obstacle == obstacle:
-                return True
-        return False
 
     def _asks_for(self, robot: str) -> None:
         """Note that a robot whose charge is used up asks for the obstacle that appeared there."""
@@ -626,26 +273,6 @@ class Situation:
             if not whole and name in self.requests and asked:
                 self._perform_at(robot, name)
 
-    def takers(self, robot: str, obstacle: str) -> frozenset[str] | None:
-        """Return the robots that take a load as a whole if a robot does so in its turn; None if it
-        cannot."""
-        need, there = self.need(obstacle), self.standing(obstacle)
-        whole = self.takes(obstacle) and (need.robots == 1 or need.together)
-        known = obstacle in self.requests and self.status[obstacle] is Status.UNRESOLVED
-        if not (whole and known) or robot not in there or len(there) < need.robots:
-            return None
-        return frozenset(there if need.together else [robot])
-
-    def meets_at_once(self, robot: str, obstacle: str) -> frozenset[str] | None:
-        """Return the robots that meet the next need of an obstacle, not its last, if an action of
-        one of them is over immediately: a live run has no lines for that."""
-        last = self.stage[obstacle] + 1 >= len(self.obstacles[obstacle].all_needs)
-        if not self.live or last or self.takes(obstacle) or robot in self.acting:
-            return None
-        need, there = self.need(obstacle), self.standing(obstacle)
-        group = there if need.together else {*self.done[obstacle], robot}
-        return frozenset(group) if robot in there and len(group) >= need.robots else None
-
     def _take(self, record: Line) -> None:
         """Note that robots take a load as a whole, and what the robot then does with it there."""
         name, stage = record.obstacle, record.need
@@ -658,11 +285,6 @@ class Situation:
             self.done[name].clear()
             self.turn.advanced.add(name)
             self._perform_at(record.robot, name, put_down=True)
-
-    def _order(self, obstacle: str) -> tuple[str, int, int]:
-        """Return the place of a load among those that a robot can take."""
-        about, number = self.obstacles[obstacle], obstacle.partition("#")[2]
-        return about.type, about.region, int(number) if number.isdecimal() else 1
 
     def _perform_at(self, robot: str, name: str, *, put_down: bool = False) -> None:
         """``put_down``: no load is taken."""
@@ -685,3 +307,14 @@ class Situation:
             if self.objectives[robot] != objective:
                 self.objectives[robot] = objective
                 self.progress[robot].reset(objective, line)
+
+    def _fit_again(self, *, robot: str = "", obstacle: str = "") -> None:
+        """A robot may act again on all, or all robots on an obstacle."""
+        self.barred = {pair for pair in self.barred if robot != pair[0] and obstacle != pair[1]}
+
+    def _drop(self, record: Line) -> None:
+        """Remove an entry from the stack, even if it is not exactly the one that the line names."""
+        found = [e for e in self.stack if e.obstacle == record.obstacle] or self.stack
+        dropped = self.entry_of(record) or (found[-1] if found else None)
+        if dropped is not None:
+            self.stack.remove(dropped)

@@ -9,7 +9,8 @@ from safenav.audit.kinds import STAYING, shape_of
 from safenav.audit.language import Pose
 from safenav.audit.lines import Line, Objective
 from safenav.audit.rules.rule import Finding, Rule
-from safenav.audit.situation import Situation, Status
+from safenav.audit.situation import Situation
+from safenav.audit.turn import Status
 
 BATTERY = ".battery"
 DECIMALS = 6

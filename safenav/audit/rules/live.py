@@ -7,7 +7,8 @@ from itertools import combinations
 
 from safenav.audit.lines import Line
 from safenav.audit.rules.rule import Finding, Rule
-from safenav.audit.situation import Situation, Status
+from safenav.audit.situation import Situation
+from safenav.audit.turn import Status
 
 _ROUNDED = 1e-6
 """Seconds by which sums of written times may differ."""

@@ -8,7 +8,8 @@ from safenav.audit.formulas import rules_of
 from safenav.audit.language import RefusedError
 from safenav.audit.lines import Line
 from safenav.audit.rules.rule import Finding, LineRule, Rule
-from safenav.audit.situation import Situation, Status
+from safenav.audit.situation import Situation
+from safenav.audit.turn import Status
 from safenav.audit.world import opposite
 
 

@@ -8,7 +8,8 @@ from safenav.audit.kinds import shape_of
 from safenav.audit.lines import Line, Objective
 from safenav.audit.progress import Progress
 from safenav.audit.rules.rule import Finding, LineRule, Rule
-from safenav.audit.situation import Situation, Turn
+from safenav.audit.situation import Situation
+from safenav.audit.turn import Turn
 
 
 class GoalRule(LineRule):

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 from safenav.audit.lines import Line
 from safenav.audit.rules.rule import Finding, LineRule, Rule
-from safenav.audit.situation import Situation, Status
+from safenav.audit.situation import Situation
+from safenav.audit.turn import Status
 from safenav.audit.world import opposite
 
 

@@ -8,7 +8,8 @@ from itertools import combinations, pairwise
 
 from safenav.audit.lines import Line
 from safenav.audit.rules.rule import Finding, Rule
-from safenav.audit.situation import Situation, Status
+from safenav.audit.situation import Situation
+from safenav.audit.turn import Status
 from safenav.audit.world import opposite
 
 

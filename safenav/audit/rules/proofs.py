@@ -15,8 +15,9 @@ from safenav.audit.proofs.closure import closure_problems
 from safenav.audit.proofs.joint import can_be_served, joint_problems
 from safenav.audit.proofs.tree import tree_problems
 from safenav.audit.rules.rule import Finding, Rule
-from safenav.audit.situation import Situation, Status
+from safenav.audit.situation import Situation
 from safenav.audit.team import Team, TooManyError
+from safenav.audit.turn import Status
 
 MOST_SERVED = 20_000
 """Joint states that are enumerated for a request that is set aside."""

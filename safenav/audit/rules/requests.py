@@ -8,8 +8,9 @@ from safenav.audit.deriving import open_obstacles, pose_of, serving, team_of
 from safenav.audit.kinds import ALTERNATION, STAYING
 from safenav.audit.lines import Line, Objective
 from safenav.audit.rules.rule import Finding, Postponed, Rule
-from safenav.audit.situation import RESYNTHESIS, Situation, helpers_of
+from safenav.audit.situation import RESYNTHESIS, Situation
 from safenav.audit.team import Act, Duty, Settlement, TooManyError, TrappedError
+from safenav.audit.turn import helpers_of
 
 SETTLES = ("acts", "blocked", "pop", "request", "push", "told", "synthesis")
 """The lines of a settlement."""

@@ -9,7 +9,8 @@ from safenav.audit.deriving import can_alternate
 from safenav.audit.kinds import ALTERNATION
 from safenav.audit.lines import Line, Objective
 from safenav.audit.rules.rule import Finding, Postponed, Rule
-from safenav.audit.situation import RESYNTHESIS, Situation, StackEntry, helpers_of
+from safenav.audit.situation import RESYNTHESIS, Situation
+from safenav.audit.turn import StackEntry, helpers_of
 
 
 class PushRule(Rule):

@@ -37,7 +37,8 @@ from safenav.audit.kinds import ALTERNATION
 from safenav.audit.language import Pose, RefusedError, TooLargeError, require
 from safenav.audit.lines import Line, proof_of, read_line
 from safenav.audit.rules.rule import Finding, Rule
-from safenav.audit.situation import Situation, Status
+from safenav.audit.situation import Situation
+from safenav.audit.turn import Status
 from safenav.audit.world import World
 from safenav.certify.checker.check_strategies import (
     ASSUMED,

@@ -1,0 +1,73 @@
+"""A turn of a robot, and what rules compare about it: obstacles' status, entries of the stack."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum, auto
+
+from safenav.audit.lines import Line, Objective
+from safenav.audit.progress import Progress
+
+
+class Status(Enum):
+    """Status of an obstacle."""
+
+    ABSENT = auto()
+    """It has not appeared yet, or has disappeared."""
+    UNRESOLVED = auto()
+    RESOLVED = auto()
+    UNTRAVERSABLE = auto()
+    """Resolved, and found to be a permanent obstacle."""
+    GIVEN_UP = auto()
+    """No robot can resolve it: the robots that it blocks plan around it."""
+
+
+@dataclass(frozen=True)
+class StackEntry:
+    """An entry of the objective stack: helpers, requester and obstacle; ``before``: the objectives
+    that it stores, those before the push."""
+
+    obstacle: str | None
+    requester: str | None
+    helpers: tuple[str, ...]
+    line: int
+    before: Mapping[str, Objective] = field(default_factory=dict)
+
+
+@dataclass
+class Turn:
+    """One robot's turn, or (robot None) what happens before the first.
+
+    ``origin``, ``on_the_way`` (from an earlier turn) and ``progress`` are the robot's when the turn
+    began, ``objectives`` those of the whole team. ``final``: only the outcome comes after it.
+    ``torn``: the run ended from outside, or the trace breaks off, so that lines may be missing
+    here. ``failed``: live, a step has ended here otherwise than it should."""
+
+    tick: int
+    robot: str | None
+    line: int
+    objectives: Mapping[str, Objective]
+    origin: int | None = None
+    on_the_way: bool = False
+    progress: Progress | None = None
+    records: list[Line] = field(default_factory=list)
+    final: bool = False
+    torn: bool = False
+    failed: bool = False
+    advanced: set[str] = field(default_factory=set)
+    """Obstacles of which a need was met in this turn, as far as that follows from the moves."""
+    met: dict[tuple[str, int], frozenset[str]] = field(default_factory=dict)
+    """The needs of obstacles that were met in this turn, with the robots that met them; for the
+    last need of each, the robots that could have met it."""
+
+    def all(self, kind: str) -> list[Line]:
+        return [record for record in self.records if record.type == kind]
+
+    def first(self, kind: str) -> Line | None:
+        return next((record for record in self.records if record.type == kind), None)
+
+
+def helpers_of(record: Line) -> tuple[str, ...]:
+    """Return all helpers that a line names."""
+    return record.helpers or (() if record.helper is None else (record.helper,))
