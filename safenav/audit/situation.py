@@ -221,11 +221,6 @@ class Situation(State):
         from_outside = ("interrupted", "error")
         self.turn.torn = last and (self.outcome is None or self.outcome.outcome in from_outside)
 
-    def is_away(self, robot: str) -> bool:
-        """Whether an input keeps a robot from its objective, be it with an equal one."""
-        listed = self.header.robots[robot].when or ()
-        return any(self.inputs.get(each.input) for each in listed)
-
     def _count_ahead(self, record: Line) -> None:
         """Count the targets met of an objective that ends: one resumed after an input continues."""
         robot, before = record.robot, self.ahead[record.robot]

@@ -12,7 +12,7 @@ from safenav.audit.world import World
 
 
 class State:
-    """What holds at some line. Only ``audit.situation`` changes it."""
+    """The state at some line. Only ``audit.situation`` changes it."""
 
     def __init__(self, header: Line, records: Iterable[Line]) -> None:
         self.header = header.scenario
@@ -233,6 +233,11 @@ class State:
 
     def show(self, region: int) -> str:
         return self.grid.show(region)
+
+    def is_away(self, robot: str) -> bool:
+        """Whether an input keeps a robot from its objective, be it with an equal one."""
+        listed = self.header.robots[robot].when or ()
+        return any(self.inputs.get(each.input) for each in listed)
 
     def due(self, robot: str) -> Objective:
         """Return the objective that the inputs give to a robot now."""

@@ -166,9 +166,10 @@ def files_of_run(
 
 
 def programs() -> dict[str, bytes]:
-    """Return the checker as a bundle has it: two programs, and the rules of a run in ``audit``."""
+    """Return the checker as a bundle has it: its programs, and the rules of a run in
+    ``audit``."""
     audit = Path(safenav.audit.__file__).parent
-    found = {name: CHECKER / name for name in ("check.py", "check_strategies.py")}
+    found = {path.name: path for path in sorted(CHECKER.glob("check*.py"))}
     for path in sorted(audit.rglob("*.py")):
         name = path.relative_to(audit).as_posix()
         found |= {f"audit/{name}": path} if name != "check.py" else {}  # which reads for safenav

@@ -14,13 +14,8 @@ from msgspec import Struct
 
 from safenav.audit.language import RefusedError, Row, TooLargeError
 from safenav.audit.world import World
-from safenav.certify.checker.check_strategies import (
-    Edges,
-    Met,
-    Strategy,
-    Task,
-    circumstances,
-)
+from safenav.certify.checker.check_strategies import Edges, Met, Strategy
+from safenav.certify.checker.check_tasks import Task, circumstances
 from safenav.certify.measures import Measure, NoMeasureError, measure
 from safenav.errors import ResourceLimitError
 

@@ -9,7 +9,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from safenav.audit.world import World
-from safenav.certify.checker.check_strategies import ASSUMED, Objective
+from safenav.certify.checker.check_objectives import Objective
+from safenav.certify.checker.check_tasks import ASSUMED
 from safenav.certify.proved import TEAM, Proof, rests_on
 from safenav.trace.reading import read_lines
 from safenav.trace.records import KINDS
@@ -24,7 +25,7 @@ NOT_COVERED = (
     "The truth of the trace: the program that ran wrote it.",
     "The step from the scenario's YAML file to scenario.json. The checker compares only the grid "
     "of a map drawn in the scenario.",
-    "The checker (check.py, check_strategies.py) and Python itself.",
+    "The checker (check.py, check_*.py) and Python itself.",
     "Motion in metres: check.py only compares which trace a motion file names; `safenav "
     "check-motion` checks the rest.",
     "The choice of helpers: `safenav check-trace` audits the bids.",

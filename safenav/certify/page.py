@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
 
-from safenav.certify.checker.check_strategies import ASSUMED
+from safenav.certify.checker.check_tasks import ASSUMED
 from safenav.certify.facts import Claim, facts_of
 from safenav.certify.map_picture import glyph, map_svg
 from safenav.certify.proved import PROVED, Proof

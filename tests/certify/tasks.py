@@ -16,7 +16,7 @@ from msgspec.structs import replace
 
 from certify.circumstances import circumstances
 from safenav.certify.bundle import files_of_run
-from safenav.certify.checker.check import Evidence
+from safenav.certify.checker.check_run import Evidence
 from safenav.certify.checker.check_strategies import RefusedError
 from safenav.certify.run import Kept
 from safenav.outcome import Verdict

@@ -1,0 +1,397 @@
+"""The run of a bundle: its trace is true by the rules of ``audit``, and each move is what a proven
+strategy answers."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import chain
+from typing import Any
+
+from safenav.audit.deriving import pose_of
+from safenav.audit.judging import RULES, findings
+from safenav.audit.kinds import ALTERNATION
+from safenav.audit.language import Pose, RefusedError, TooLargeError, require
+from safenav.audit.lines import Line, read_line
+from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.situation import Situation
+from safenav.audit.turn import Status
+from safenav.audit.world import World
+from safenav.certify.checker.check_ends import conclude
+from safenav.certify.checker.check_objectives import Objective
+from safenav.certify.checker.check_strategies import (
+    Json,
+    Strategy,
+    check_counterstrategy,
+    check_realizes,
+)
+from safenav.certify.checker.check_tasks import ASSUMED, Task, circumstances
+
+SOMEBODY = "any robot"
+
+
+STRAYING = (
+    *("always", "backtrack", "belief", "collision", "continuity", "follows-plan", "hold"),
+    *(
+        "known-obstacle",
+        "missed-belief",
+        "missed-goal",
+        "mobility",
+        "never-together",
+        "out-of-turn",
+    ),
+    *("service", "swap", "transit"),
+)
+"""Rules on moves and sightings. In an external world a robot may end up elsewhere than
+commanded."""
+
+
+class Robot:
+    """The strategy of a robot at some moment; ``data``: as the header has it."""
+
+    def __init__(self, name: str, data: Json, now: Situation) -> None:
+        self.name, self.data, self.now = name, data, now
+        self.own = self.objective = Objective(data["objective"])  # its own, and the one in force
+        self.goals = list[int]()  # goals of its own met since the last resolution
+        self.task: Any = None
+        self.nodes, self.came_from = set[int](), set[int]()  # where its strategy may be, and was
+        self.answers: set[int] | None = None  # of its strategy, in its last turn
+        self.knowledge, self.signal = dict[str, int](), dict[str, Any]()  # its last inputs
+        self.forms = set[str]()  # in which its own objective was proven, "plan" if it was moved
+
+    @property
+    def pose(self) -> Pose:
+        return self.now.region[self.name], self.now.heading[self.name]
+
+    @property
+    def destination(self) -> Pose:
+        """The end of its step, if it is in transit."""
+        return pose_of(self.name, self.now)
+
+    @property
+    def heard(self) -> dict[str, int]:
+        """The inputs of the environment."""
+        return {name: int(on) for name, on in self.now.inputs.items()}
+
+    def near(self, other: Robot) -> set[int]:
+        """Return the regions that another robot must not enter because of this one."""
+        places = self.now.taken_by(self.name)
+        zones = [zone for zone in self.now.zones(self.name, other.name) if zone & places]
+        own = places if self.now.conflict(self.name, other.name) else set[int]()
+        return own.union(*zones)
+
+    def at_pose(self) -> set[int]:
+        """Return the nodes of its strategy with its pose."""
+        return set(self.task.of_pose.get(self.pose, ())) if self.task else set()
+
+
+class Evidence(Rule):
+    """The lines of a trace are those of strategies that were shown to be right (docs/bundle.md).
+
+    Raises RefusedError where they are not; ``claims`` holds what is established."""
+
+    name = "evidence"
+
+    def __init__(self, files: Mapping[str, Any]) -> None:
+        self.files, self.claims, self.number = files, list[Json](), 1
+        header, *self.trace = map(json.loads, files["trace.jsonl"].read_bytes().splitlines())
+        self.scenario, self.tick = header["scenario"], 0
+        same = header["type"] == "header" and self.scenario == self.json("scenario.json")
+        require(same, "scenario.json is not what the header of the trace says")
+        self.header = read_line({"tick": 0, **header}, 1)
+        self.live = self.header.clock == "live"
+        self.world = World.of(self.scenario["map"], live=self.live)
+        self.robots = dict[str, Robot]()
+        self.turns = self.answered = self.strayed = 0
+        self.departed = 0  # the steps of a live run, which has a turn of each robot in every pass
+        self.astray: Finding | None = None  # why the present move is not as commanded
+        self.shown: dict[Any, Any] = {}  # what files show, each once
+        self.hopeless: set[tuple[str, str]] = set()  # robots that have no strategy, and for what
+
+    def text(self, path: str) -> str:
+        return str(self.files[path].read_bytes().decode())
+
+    def json(self, path: str) -> Any:
+        return read_json(self.files[path]) if path in self.files else None
+
+    def claim(self, kind: str, text: str, *files: str | None) -> None:
+        """Record a claim that some files establish (None: this line of the trace)."""
+        shown = [[path or "trace.jsonl", None if path else self.number] for path in files or [None]]
+        name, when = f"{kind}-{len(self.claims) + 1}", f"Tick {self.tick}: " if self.number else ""
+        self.claims.append({"id": name, "kind": kind, "text": when + text, "evidence": shown})
+
+    def replay(self, rules: Iterable[type[Rule]] = RULES) -> None:
+        """Refuse unless all lines are true by some rules."""
+        lines = [read_line(data, number) for number, data in enumerate(self.trace, 2)]
+        for finding in findings(self.header, lines, [*(rule() for rule in rules), self]):
+            external = self.scenario.get("world") == "external"
+            if external and finding.rule in STRAYING:
+                self.astray = finding
+                continue
+            self.number = finding.line
+            raise (TooLargeError if finding.unknown else RefusedError)(finding.explanation)
+        self.number = 0
+        for robot in self.robots.values():
+            self.state_form(robot)
+        if "motion.jsonl" in self.files:
+            trace, motion = (self.files[f"{n}.jsonl"].read_bytes() for n in ("trace", "motion"))
+            same = json.loads(motion.splitlines()[0])["trace"] == hashlib.sha256(trace).hexdigest()
+            require(same, "motion.jsonl is the motion of another trace")
+            said = "motion.jsonl names this trace"
+            self.claim("motion", f"{said}; `safenav check-motion` checks it.", "motion.jsonl")
+        but = f" but {self.strayed}, which ended elsewhere than commanded," if self.strayed else ""
+        moves = self.departed if self.live else self.turns
+        said = f"All {moves} moves{but} are legal: no wall, unresolved obstacle or collision"
+        timed = "; in seconds, robots in conflict never have a region both" if self.live else ""
+        others = "follow a joint plan" if self.live else "stay, back up or follow a joint plan"
+        what = f"{said}{timed}. {self.answered} follow strategies; the others {others}."
+        self.claim("moves", what, "trace.jsonl")
+
+    def state_form(self, robot: Robot) -> None:
+        """Note the form in which a robot's own objective was proven: the weakest that is in
+        force."""
+        if robot.forms:
+            form = min(robot.forms)  # alternation before literal
+            self.claim("form", f"{robot.name}: {robot.own.words(self.world, form)}.", "trace.jsonl")
+            robot.forms.clear()
+
+    def opening(self, now: Situation) -> Iterator[Finding]:
+        for name, data in self.scenario["robots"].items():
+            self.robots[name] = robot = Robot(name, data, now)
+            turning = {"free": False, "heading": True}.get(data["mobility"]) is bool(robot.pose[1])
+            require(turning and data["start"] not in robot.own.avoid, f"{name} cannot start so")
+        names = {SOMEBODY, *self.robots, *(f"robots.{name}" for name in self.robots)}
+        good = all(name not in names for name in now.obstacles)
+        require(good, "an obstacle has the name of a robot")
+        yield from ()
+
+    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+        """Follow a line of the trace."""
+        self.number, self.tick = record.line, record.tick
+        robot = self.robots.get(getattr(record, "robot", None) or "")
+        match record.type:
+            case "synthesis":
+                self.synthesis(record.data, self.robots[record.robot], now)
+            case "move":
+                self.move(record, self.robots[record.robot], now)
+            case "hold" if robot and record.signal is not None:  # after an ``act`` line
+                robot.signal = vars(record.signal)
+            case "push" | "pop":
+                for name, objective in record.data["objectives"].items():
+                    left = len(now.stack) + (1 if record.type == "push" else -1)
+                    self.tell(self.robots[name], Objective(objective), now, entries=left)
+            case "told":
+                told = Objective(record.data["objective"])
+                self.tell(self.robots[record.robot], told, now, entries=len(now.stack))
+            case "objective":
+                self.give(self.robots[record.robot], Objective(record.data["objective"]))
+            case "resolved":
+                for each in self.robots.values():
+                    each.goals = []
+            case "operator" if record.intervention == "put_back" and robot:
+                put: Pose = record.region, record.heading
+                robot.nodes = robot.task.of_pose.get(put, set()) if robot.task else set()
+            case "service" if record.active and robot and now.toward[robot.name] is None:
+                robot.nodes = robot.at_pose()
+            case "assumption" if robot:
+                require(robot.answers == set(), f"{robot.name} has an answer: no assumption failed")
+                robot.nodes = set()
+                said = f"An assumption of {robot.name} failed ({record.name}); its guarantees"
+                self.claim("broken", f"{said} resume at its next synthesis.")
+            case "plan_end":
+                for name, node in (record.nodes or {}).items():  # in which they continue
+                    each = self.robots[name]
+                    if node is not None and each.task and now.toward[name] is None:
+                        first = each.task.graph.first[node]
+                        require(first in each.at_pose(), f"{name} is not in {node}")
+                        each.nodes = {node}
+            case "goal" if robot and robot.objective.serves(robot.own):  # else it only helps
+                if robot.task and robot.task.objective.kind == "ltl":
+                    met = robot.task.meets(record.goal, robot.came_from, robot.nodes)
+                    require(met, f"{robot.name} is not at its goal {record.goal}")
+                robot.goals.append(record.goal)
+            case "blocked" | "deadline" | "outcome":
+                conclude(self, record, now)
+            case _:
+                pass
+        yield from ()
+
+    def give(self, robot: Robot, given: Objective) -> None:
+        """Note that a robot has another objective of its own."""
+        self.state_form(robot)
+        robot.objective = given if robot.objective.serves(robot.own) else robot.objective
+        robot.own, robot.goals = given, []
+        words = given.words(self.world)
+        self.claim("changed", f"{robot.name} receives another objective: {words}.")
+
+    def tell(self, robot: Robot, objective: Objective, now: Situation, *, entries: int) -> None:
+        """Refuse unless a robot gets its own objective, the same as before, one to charge its
+        battery, or one that serves an open request (``entries``: on the stack after this line)."""
+        known = [one for name, one in now.obstacles.items() if name in now.discovered]
+        wanted = [{*need.regions} for one in known for need in one.all_needs]
+        serves = any(aim <= there for aim in objective.targets for there in wanted)
+        fits = bool(entries) and (objective.kind != ALTERNATION or serves)
+        fits = fits or objective == robot.objective or objective.serves(robot.own)
+        while_waiting = robot.data.get("while_waiting")
+        fits = fits or (while_waiting is not None and objective == Objective(while_waiting))
+        stays = len(objective.targets) == 1
+        chargers = {*(now.header.chargers or ())} if robot.data.get("battery") else set[int]()
+        fits = fits or (stays and objective.targets[0] <= chargers)
+        require(fits, f"{robot.name} receives an objective that serves no request")
+        robot.objective = objective
+
+    def synthesis(self, record: Json, robot: Robot, now: Situation) -> None:
+        """Check a strategy, or that no strategy exists, for a ``synthesis`` line."""
+        spec, name, node = record["spec"], record.get("strategy"), record.get("node")
+        rules = f"rules/{circumstances(record)}.json"
+        asked = Objective(record["objective"])
+        words = asked.formed(record.get("form")).words(self.world)
+        said = f"{robot.name} for '{words}'"
+        for tried in (*(record.get("tried") or ()), record):
+            text = f"specs/{tried['spec']}.structuredslugs"
+            path = f"counterstrategies/{tried['spec']}.json"
+            if path in self.files and path not in self.shown:
+                proof = self.json(path)
+                self.shown[path] = graph = Strategy(proof["automaton"], self.text(text))
+                check_counterstrategy(graph, graph, proof, proof["measures"])
+                if tried is not record:
+                    what = f"'{asked.formed(tried['form']).words(self.world)}'"
+                    what = f"No strategy of {robot.name} for {what} works"
+                    what = f"{what} {ASSUMED[tried['fairness']]}."
+                    self.claim("weakest", what, None, text, path)
+        if record["verdict"] == "unrealizable" and path in self.shown:
+            task = self.task(record, robot, self.shown[path], rules, now)
+            check_counterstrategy(task, task.graph, self.json(path), self.json(rules))
+            self.claim("unrealizable", f"No strategy exists for {said}.", None, text, path, rules)
+            self.hopeless.add((robot.name, spec))
+        if record["verdict"] != "realizable" or node is None:
+            return
+        require(name, "its strategy is not listed: no proof of its moves")
+        files = text, f"strategies/{name}.json", f"measures/{spec}-{name}.json"
+        if files not in self.shown:
+            self.shown[files] = graph = Strategy(self.json(files[1]), self.text(text))
+            check_realizes(graph, self.json(files[2]))
+            what = f"satisfies its specification: {graph.count} nodes, {graph.size} edges"
+            self.claim("realizes", f"The strategy of {said} {what}.", *files)
+        graph = self.shown[files]
+        require(node in graph.begin, f"node {node} is not one with which the strategy may begin")
+        robot.task = task = self.task(record, robot, graph, rules, now)
+        if rules not in self.shown:
+            task.check_keeps(node, self.json(rules))
+            self.shown[rules] = task
+            what = "obeys the scenario's rules and meets that objective"
+            what = f"The strategy of {said} {what}, {ASSUMED[record['fairness']]}."
+            self.claim("keeps", what, None, *files, rules)
+        if task.objective.serves(robot.own):
+            robot.forms.add("literal" if task.objective == robot.own else "alternation")
+        robot.nodes, robot.knowledge = {node}, dict(task.knowledge)
+        robot.signal = robot.signal or {"request": 0, "wait": 0, "assigned": record.get("neutral")}
+
+    def task(self, record: Json, robot: Robot, graph: Any, rules: str, now: Situation) -> Task:
+        """Return the task that a robot is synthesized for: its circumstances are those of the
+        run."""
+        about = self.world, robot.data, record, self.scenario.get("partition"), graph
+        task = self.shown.get(rules) or Task(*about)
+        require(task.pose == robot.destination, f"it is not synthesized for {robot.destination}")
+        tried = record["verdict"] == "unrealizable" and self.tick  # for an objective not in force
+        if not tried and (task.places is None or not task.objective.serves(robot.own)):
+            self.tell(robot, task.objective, now, entries=len(now.stack))
+        stays = (Status.UNTRAVERSABLE, Status.GIVEN_UP)
+        standing = [
+            o
+            for name, o in now.obstacles.items()
+            if now.status[name] in stays
+            or (name in now.discovered and now.status[name] is Status.UNRESOLVED)
+            if robot.name in now.blocked_by(name)
+        ]
+        at = {f"robots.{name}": now.taken_by(name) for name in self.robots}
+        at |= {o.name: {o.region} for o in standing}
+        at[f"robots.{robot.name}.objective.avoid"] = {*robot.own.avoid}
+        listed = {each["name"]: each["again"] for each in self.scenario.get("inputs") or ()}
+        again = {name: listed[name] for name in task.heard if listed[name]}
+        same = again == (record.get("again") or {}) and task.inputs.items() <= robot.heard.items()
+        require(same, f"{robot.name} assumes other inputs than there are")
+        same = task.objective.rules() == robot.own.rules()
+        require(same, f"{robot.name} is synthesized for other rules than its own")
+        closed = [(name.removeprefix("obstacles."), r) for r, name in record.get("closed") or ()]
+        wrong = [name for name, region in closed if region not in at.get(name, ())]
+        require(not wrong, f"{', '.join(wrong)} is not where it should close a region")
+        shut = {o.name for o in standing if now.status[o.name] in stays}
+        rivals = {name for name in self.robots if name != robot.name}
+        rivals = {name for name in rivals if now.conflict(robot.name, name)}
+        shut |= {f"robots.{name}" for name in rivals - {*task.moving}}
+        shut -= {name for name, _ in closed}
+        shut |= {str(r) for r in robot.own.avoid - {region for _, region in closed}}
+        require(not shut, f"{robot.name} does not know of {', '.join(sorted(shut))}")
+        for name, value in task.knowledge.items():
+            where = task.whereabouts(name, value)
+            later = self.tick and record["tracking"] == "belief"  # it may have moved since the look
+            there = now.taken_by(name) & (self.world.later(where) if later else where)
+            require(there, f"{robot.name} believes {name} to be where it is not")
+        return task
+
+    def move(self, record: Line, robot: Robot, now: Situation) -> None:
+        """Note a move. In an external world, or if a step has failed, the robot may be elsewhere
+        than its strategy sent it."""
+        self.turns += 1
+        ended = now.ended.get(robot.name)
+        failed = ended is not None and ended.result != "arrived"
+        astray = self.astray is not None and self.astray.line == record.line
+        try:
+            require(not failed and not astray, "its step has failed")
+            self.step(record, robot, now)
+        except RefusedError:
+            if not (failed or now.external):
+                raise
+            self.strayed += 1
+            robot.nodes = set()
+            if failed and robot.task:  # it continues from there
+                robot.nodes = robot.task.of_pose.get((record.to, record.heading), set())
+
+    def step(self, record: Line, robot: Robot, now: Situation) -> None:
+        """Refuse unless a move agrees with the strategy. If the node is unknown, all nodes in its
+        pose are possible: from each the strategy keeps its guarantees."""
+        name, task, before, by = robot.name, robot.task, robot.pose, record.by or "strategy"
+        if record.signal is not None:
+            robot.signal = vars(record.signal)
+        if now.toward[name] is not None:
+            return  # it was decided before
+        require(task, f"{name} has no strategy")
+        after: Pose = record.to, record.heading
+        if record.toward is not None:
+            way = now.grid.direction(before[0], record.toward) if before[1] else None
+            after = record.toward, way
+        self.departed += after != before
+        permitted = after == before or robot.own.permits(before, after)
+        require(permitted, f"{name} goes to {after[0]}, against its objective")
+        shown = record.busy or ()
+        robot.answers = task.answers(robot, self.robots, shown, now.external)
+        there, answers = task.of_pose.get(after, set()), robot.answers
+        back = now.turn.first("backtrack") if by == "backtrack" else None
+        require(back or by != "backtrack", f"no obstacle is before {name}")
+        node = None if back is None else back.node
+        if node is not None:
+            answers = {node} & {*chain(*(task.graph.next[n] for n in robot.nodes))}
+        fits = {n for n in answers if task.poses[n] == after}
+        if by == "plan":
+            fits = there
+            robot.forms.add("alternation")  # a plan crosses what it must
+        elif by == "stay" or (by == "backtrack" and node is None):
+            require(after == before, f"{name} moves, though it should stay")
+            seen = {f"at_{other}": robot.knowledge[other] for other in task.tracked}
+            seen |= {name: robot.heard[name] for name in task.heard}
+            kept = {n for n in there if seen and task.knows(n, seen)} | robot.nodes
+            fits = (kept if by == "stay" else kept | fits) if answers else there
+        else:
+            said = sorted({str(task.poses[n]) for n in answers})
+            require(fits, f"{name} goes to {after}, but its strategy answers {said}")
+            self.answered += by != "backtrack" and not (self.live and after == before)
+        robot.came_from, robot.nodes = robot.nodes, fits
+
+
+def read_json(file: Any) -> Any:
+    try:
+        return json.loads(file.read_bytes())
+    except ValueError as error:
+        raise RefusedError(f"{file.name} is not valid JSON: {error}") from error
