@@ -28,7 +28,8 @@ class State(Struct, frozen=True):
 
 class Solo(Struct, frozen=True):
     """Possibilities of a robot by itself. ``regions`` that it can reach without breaking a rule;
-    ``winnable``: whether it can meet all goals infinitely often."""
+    ``winnable``: whether it can meet all goals infinitely often, or, where its objective ends at
+    the last one, stay there in the end."""
 
     regions: frozenset[Region]
     winnable: bool
@@ -56,9 +57,11 @@ def play(
     for index, part in parts.items():
         state = states[index]
         met.setdefault(part, set()).update(pursuit.met(state.memory, state.pose.region))
+    last = len(pursuit.listed()) - 1
+    again = {last} if pursuit.settles else {*range(last + 1)}
     return Solo(
         frozenset(state.pose.region for state in states),
-        any(len(goals) == len(pursuit.listed()) for goals in met.values()),
+        any(again <= goals for goals in met.values()),
     )
 
 

@@ -16,7 +16,7 @@ from safenav.explain.undisturbed import play
 from safenav.outcome import Verdict
 from safenav.report.terminal.explanation_text import cause_words
 from safenav.scenario.model import Robot, RobotModel
-from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Patrol, Visit, describe
+from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Once, Patrol, Visit, describe
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.compile import compile_task
 from safenav.spec.objective import NO_MEMORY
@@ -46,6 +46,7 @@ def _random_task(source: Random) -> tuple[Task, RegionMap]:
         Visit((first,)),
         Cover((first, second)),
         Hold(first),
+        Once((first, second)),
     ]
     if not first & second:
         objectives += [Patrol(first, second)] * 3

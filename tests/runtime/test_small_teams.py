@@ -129,6 +129,27 @@ limits: {ticks: 60}
 """
 
 
+ONE_OF_TWO = """\
+# r1 cannot pass r0 to 11, for which it is sent and keeps room; then it takes the load at 12.
+safenav: 1
+map: {grid: ["#####", "###.#", "#...#", "#####"]}
+catalogue:
+  robots:
+    m0: {mobility: free, layer: ground, capabilities: []}
+    m1: {mobility: free, layer: ground, capabilities: [lift]}
+  obstacles:
+    p0: {needs: [{action: lift, at: [11]}, {action: lift, at: [13], same: true}], blocks: []}
+    p1: {needs: [{action: lift, at: [12]}, {action: lift, at: [13], same: true}], blocks: []}
+robots:
+  r0: {model: m0, start: 13, objective: {patrol: [13, 12]}}
+  r1: {model: m1, start: 8, objective: {hold: 8}}
+orders: [{at: 1, type: p0, region: 11}, {at: 6, type: p1, region: 12}]
+until: {rounds: 1}
+limits: {ticks: 60}
+order: oldest
+"""
+
+
 @pytest.mark.parametrize(
     ("text", "outcome", "done"),
     [
@@ -136,6 +157,7 @@ limits: {ticks: 60}
         pytest.param(ONE_WAY, "completed", ["p0@8"], id="a rule makes moves irreversible"),
         pytest.param(WALLED, "completed", [], id="an order that no joint state serves"),
         pytest.param(KEEPS_ROOM, "operator_needed", [], id="joint plans keep room for a load"),
+        pytest.param(ONE_OF_TWO, "completed", ["p1@12"], id="only what no joint state serves"),
         pytest.param(TWO_LOADS, "operator_needed", [], id="a proof with two loads"),
         pytest.param(EXCLUSION, "completed", [], id="never together where a load is taken"),
     ],

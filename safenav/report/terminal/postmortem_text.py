@@ -10,6 +10,7 @@ import click
 from safenav.outcome import Outcome
 from safenav.runtime.analysis.postmortem import Postmortem
 from safenav.scenario.model import Scenario
+from safenav.trace.wording import counted
 
 _CAUSES = {
     "no_capable_robot": "too few robots have a needed action",
@@ -41,7 +42,7 @@ def postmortem_lines(found: Postmortem) -> Iterator[str]:
         yield "With any one of these changes, a run was completed:"
         for repair in found.repairs:
             change = "; ".join(f"{item}: {value}" for item, value in repair.change)
-            yield f"  - {change} (after {repair.ticks} ticks)"
+            yield f"  - {change} (after {counted(repair.ticks, 'tick')})"
     else:
         yield f"None of the simple changes that were tried helps ({found.tried} runs)."
 

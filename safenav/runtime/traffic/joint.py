@@ -98,8 +98,9 @@ class Course:
         self._reached = [Reached(member.targets) for member in problem.members]
 
     def serving(self, served: frozenset[int]) -> Course:
-        """The same rules where other obstacles must be resolved."""
-        return Course(self.problem, self.rounds, self.parked, served, self.sent)
+        """The same rules where others must be resolved; robots keep room only for those."""
+        sent = {robot: gate for robot, gate in self.sent.items() if gate in served}
+        return Course(self.problem, self.rounds, self.parked, served, sent)
 
     def begun(self, poses: tuple[int, ...], counts: tuple[Count, ...], stages: Stages) -> Joint:
         """Return the start state of a search: goals that waiting meets count as met."""

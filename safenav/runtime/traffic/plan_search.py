@@ -189,7 +189,7 @@ class PlanSearch(Struct):
         search.goal = lambda state: self.leg_done(course, start, state, helping)
         answer = search.run(self._rounds, 0)
         if isinstance(answer, Exhausted):
-            self.hopeless = course.served if helping else frozenset()
+            self.hopeless = frozenset(course.sent.values())  # others may be served without those
             course = course.serving(frozenset())
             search.goal = course.completed
             answer = search.run(ROUNDS_FIRST)
