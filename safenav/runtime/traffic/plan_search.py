@@ -10,16 +10,27 @@ from msgspec import Struct
 
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import RobotState, Role, TeamState
-from safenav.runtime.traffic.budgets import CERTIFICATE_CHAIN, LOOKS_FOR_FEW, ROUNDS_FIRST
+from safenav.runtime.traffic.approach import following
+from safenav.runtime.traffic.budgets import (
+    CERTIFICATE_CHAIN,
+    CERTIFICATE_ROUNDS,
+    CERTIFICATE_STATES,
+    LOOKS_FOR_FEW,
+    ROUNDS_FIRST,
+)
 from safenav.runtime.traffic.continuation_plans import Certificates
 from safenav.runtime.traffic.deadlock import deadlock_of_few, deadlocked
+from safenav.runtime.traffic.execution import schedule
 from safenav.runtime.traffic.joint import Answer, Course, Exhausted, Found, Joint, Spent
 from safenav.runtime.traffic.joint_plan import Search
 from safenav.runtime.traffic.local import local_plan
 from safenav.runtime.traffic.remembering import plain_poses, remembering
 from safenav.runtime.traffic.searches import Searches
+from safenav.runtime.traffic.shortening import shortened, timed
 from safenav.runtime.traffic.thinking import Thinking
 from safenav.runtime.traffic.timed import quickest
+
+CERTIFICATE = CERTIFICATE_ROUNDS, CERTIFICATE_STATES, CERTIFICATE_CHAIN
 
 
 class PlanSearch(Struct):
@@ -107,6 +118,51 @@ class PlanSearch(Struct):
             return states
         found = self.quickest(floor, floor.gates.index(obstacle))
         return states if found is None or len(found) >= len(states) else found
+
+    def approached(self, floor: Floor, states: Sequence[Joint]) -> Sequence[Joint]:
+        """A plan that ends with a resolution, on which robots that wait come nearer to their
+        targets behind the others, if that makes the next plan shorter."""
+        problem, first, last = floor.problem, states[0], states[-1]
+        if last.stages == first.stages or problem.apart or remembering(problem):
+            return states
+        course, found = self.searches.course(floor), list(states)
+        for index, robot in enumerate(self.state.robots.values()):
+            waits = robot.active and robot.assignment.role is Role.WAITS
+            if waits and not problem.members[index].turns and problem.conflicts[index]:
+                found = following(course, found, index) or found
+        if found[-1].poses == last.poses:
+            return states
+        after, before = (
+            self._next_leg(floor, course, found[-1]),
+            self._next_leg(floor, course, last),
+        )
+        if after is None or (before is not None and before <= after):
+            return states
+        if self.turning:
+            rest = self.searches.search(floor, course, found[-1]).run(*CERTIFICATE)
+            if not isinstance(rest, Found):
+                return states
+            self.certificates.keep(course, (*found, *rest.states[1:]))
+        return found
+
+    def _next_leg(self, floor: Floor, course: Course, start: Joint) -> int | None:
+        """The ticks until each robot has counted once after a resolution, or there is another one;
+        None if that is not found soon."""
+        search = self.searches.search(floor, course, start)
+        search.goal = lambda state: (
+            state.stages != start.stages
+            or all(
+                course.is_done(i, count) or state.counts[i] != count
+                for i, count in enumerate(start.counts)
+            )
+        )
+        answer = search.run(*CERTIFICATE)
+        if not isinstance(answer, Found):
+            return None
+        states = shortened(course, answer.states, ())
+        sizes = [member.graph.size for member in floor.problem.members]
+        poses = [state.poses for state in states]
+        return len(timed(schedule(poses, sizes, floor.problem.conflicts)))
 
     def leg(self, floor: Floor, course: Course, start: Joint) -> list[Joint] | None:
         """Return moves that bring at least the starving robot to its target: formulas may

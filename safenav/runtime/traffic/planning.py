@@ -437,6 +437,7 @@ class Traffic:
         self, floor: Floor, states: Sequence[Joint], counts: Sequence[Count], reason: str
     ) -> None:
         states = shortened(self._searches.course(floor), states, self._fixed(floor))
+        states = self.search.approached(floor, states)
         sizes = [member.graph.size for member in floor.problem.members]
         poses = [plain_poses(floor.problem, state.poses) for state in states]
         under_way = {}

@@ -37,7 +37,7 @@ def shortened(course: Course, states: Sequence[Joint], fixed: Collection[int]) -
     if last.stages != first.stages:
         fixed = range(len(sizes))
     paths = [
-        _Path(
+        TimedPath(
             member.graph,
             course.steps(first.stages)[robot].allowed,
             tuple(
@@ -85,12 +85,14 @@ def timed(plan: Schedule, *, in_turn: bool = False) -> list[tuple[int, ...]]:
     return joint
 
 
-def _improved(joint: Timed, paths: Sequence[_Path], conflicts: Sequence[frozenset[int]]) -> Timed:
+def _improved(
+    joint: Timed, paths: Sequence[TimedPath], conflicts: Sequence[frozenset[int]]
+) -> Timed:
     """The plan after each robot's path was searched again, until nothing changes."""
     sizes = [path.graph.size for path in paths]
     for _ in range(SHORTENING_ROUNDS):
         before = joint
-        arrivals = [_arrival(joint, robot) for robot in range(len(paths))]
+        arrivals = [arrival_of(joint, robot) for robot in range(len(paths))]
         for robot in sorted(range(len(paths)), key=lambda robot: -arrivals[robot]):
             for way in paths[robot].ways(joint, robot, conflicts[robot], sizes, arrivals[robot]):
                 new = [(*p[:robot], q, *p[robot + 1 :]) for p, q in zip(joint, way, strict=True)]
@@ -110,13 +112,26 @@ def _cost(joint: Timed) -> tuple[int, int]:
     return len(joint), sum(a != b for x, y in pairwise(joint) for a, b in zip(x, y, strict=True))
 
 
-def _arrival(joint: Timed, robot: int) -> int:
+def arrival_of(joint: Timed, robot: int) -> int:
     """The tick in which a robot takes its last step; 0 if it stays."""
     ticks = range(1, len(joint))
     return max((t for t in ticks if joint[t][robot] != joint[t - 1][robot]), default=0)
 
 
-class _Path(Struct, frozen=True):
+def closed_by(
+    joint: Timed, rivals: Collection[int], sizes: Sequence[int], graph: PoseGraph
+) -> list[Mask]:
+    """The poses that other robots close in each tick: where they are before or after it."""
+    closed = []
+    for now, then in pairwise(joint):
+        regions = 0
+        for other in rivals:
+            regions |= 1 << now[other] % sizes[other] | 1 << then[other] % sizes[other]
+        closed.append(graph.poses_on(regions))
+    return closed
+
+
+class TimedPath(Struct, frozen=True):
     """Requirements on a robot's path: poses ``allowed``, sets of poses in the order in which it
     must pass them (``via``), and those in which it may end (``final``)."""
 
@@ -144,21 +159,16 @@ class _Path(Struct, frozen=True):
         fewer, earlier = steps > least, arrival == ticks > least
         if not (fewer or earlier):
             return
-        closed = []
-        for now, then in pairwise(joint):
-            regions = 0
-            for other in rivals:
-                regions |= 1 << now[other] % sizes[other] | 1 << then[other] % sizes[other]
-            closed.append(self.graph.poses_on(regions))
+        closed = closed_by(joint, rivals, sizes, self.graph)
         later = self.graph.poses_on(region_mask(joint[-1][o] % sizes[o] for o in rivals))
         ends = [self.final & ~later]
         for poses in reversed(closed):
             later |= poses
             ends.insert(0, self.final & ~later)
-        way = self._way(start, closed, ends, steps - 1, early=False) if fewer else None
+        way = self.way(start, closed, ends, steps - 1, early=False) if fewer else None
         if way is not None:
             yield way
-        way = self._way(start, closed, ends[:-1], steps, early=True) if earlier else None
+        way = self.way(start, closed, ends[:-1], steps, early=True) if earlier else None
         if way is not None:
             yield [*way, way[-1]]
 
@@ -170,7 +180,7 @@ class _Path(Struct, frozen=True):
             start = goal.bit_length() - 1
         return found
 
-    def _way(
+    def way(
         self, start: int, closed: Sequence[Mask], ends: Sequence[Mask], most: int, early: bool
     ) -> list[int] | None:
         """Return a path of at most ``most`` steps, one pose per tick: the earliest, else the one
