@@ -129,7 +129,7 @@ class Actions(Struct):
         """The obstacles that a robot would resolve where it stands, but for other robots where
         they sweep."""
         knowledge, clear = self.state.knowledge, self._cleared(robot)
-        reach = knowledge.within_reach(robot.robot, self.state.regions(), knowledge.pending)
+        reach = knowledge.within_reach(robot.robot, self.state.standing(), knowledge.pending)
         swept = [o for o, _ in reach if o.swept(self.state.scenario.map)]
         return [obstacle.name for obstacle in swept if obstacle not in clear]
 
@@ -141,7 +141,7 @@ class Actions(Struct):
         state = self.state
         cleared = robot.acts_on if state.live else self._cleared(robot)
         names, takers = [obstacle.name for obstacle in cleared], self._takers()
-        further, met = state.knowledge.perform(robot.robot, state.regions(), names, only, takers)
+        further, met = state.knowledge.perform(robot.robot, state.standing(), names, only, takers)
         resolved = []
         for obstacle, result in event.found:
             state.introduce(obstacle)

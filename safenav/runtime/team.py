@@ -353,9 +353,10 @@ class TeamState(Struct):
         taken |= set(sorted(shown - taken)[: max(0, room)])
         return Sightings(here, frozenset(taken), positions, known)
 
-    def regions(self) -> dict[str, Region]:
-        """The region of each robot."""
-        return {name: state.pose.region for name, state in self.robots.items()}
+    def standing(self) -> dict[str, Region]:
+        """The region of each robot that can take part in an action: live, of those that stand."""
+        robots = self.robots.items()
+        return {n: state.pose.region for n, state in robots if not (self.live and state.transit)}
 
     def occupied(self) -> frozenset[Region]:
         """All occupied regions."""

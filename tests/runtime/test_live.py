@@ -408,6 +408,46 @@ def test_robots_act_where_they_start_before_they_leave(
         assert "missed-resolution" in {f.rule for f in check_trace(map(json.dumps, run())).findings}
 
 
+PASSING = """
+safenav: 1
+name: one leaves where the other arrives
+map: {grid: ["##########", "#........#", "##########"]}
+catalogue:
+  robots:
+    cart: {mobility: free, layer: ground, capabilities: [push]}
+    kite: {mobility: free, layer: air, capabilities: [push]}
+  obstacles:
+    gate: {needs: [{action: push, robots: 2, together: true, at: [[1, 4]]}, {action: push}]}
+robots:
+  a: {model: cart, start: [1, 3], objective: {visit: [[1, 6]]}}
+  b: {model: kite, start: [1, 2], objective: {visit: [[1, 4]]}}
+obstacles: [{type: gate, region: [1, 8]}]
+until: {rounds: 1}
+clock: live
+"""
+
+
+class AtOnce(LiveSimulation):
+    """Its actions take no time, and it does not say what they have brought on."""
+
+    def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Any:
+        del obstacles
+        return Acted(self.now(), robot.name, command=command)
+
+
+@pytest.mark.parametrize("world", [LiveSimulation, AtOnce])
+@pytest.mark.parametrize("speed", [7.0, 14.0], ids=["apart", "together"])
+def test_a_robot_on_its_way_takes_part_in_nothing(speed: float, world: Any) -> None:
+    """What takes two that stand there is not met by one that arrives when the other has left."""
+    scenario, told = load_scenario_text(PASSING), list[dict[str, Any]]()
+    place = world(scenario, speeds={"b": speed})
+    mission = Mission(scenario, world=place, listeners=[lambda r: told.append(as_data(r))])
+    assert mission.run().outcome == "completed"
+    for kind in ("met", *(["act"] if world is LiveSimulation else [])):
+        assert bool(of(told, kind)) == (speed == 14.0), kind
+    assert check_trace(map(json.dumps, told)).findings == ()
+
+
 @pytest.mark.parametrize("place", ["[1, 5]", "[2, 5]", "[1, 6]"])
 def test_blocking_calls_resolve_what_the_simulation_does(place: str) -> None:
     """Where a robot starts, by its first step, or later: in the same ticks."""

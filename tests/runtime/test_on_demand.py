@@ -163,7 +163,7 @@ def test_a_wrong_move_ends_the_run_before_it_is_made(monkeypatch: pytest.MonkeyP
     """A synthesizer that would send the quadcopter into a wall."""
     mission = mission_on_demand("case_study_1")
     mission.start()
-    before = dict(mission.state.regions())
+    before = dict(mission.state.poses)
     honest = ServedStrategy.move
 
     def lying(self: ServedStrategy, here: Position, inputs: dict[str, int]) -> ServedMove | None:
@@ -176,7 +176,7 @@ def test_a_wrong_move_ends_the_run_before_it_is_made(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(ServedStrategy, "move", lying)
     with pytest.raises(SynthesizerError, match="a wrong answer about quad: a move that breaks"):
         mission.step()
-    assert mission.state.regions() == before
+    assert mission.state.poses == before
 
 
 def on_demand_file(folder: Path) -> Path:

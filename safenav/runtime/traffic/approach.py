@@ -1,7 +1,7 @@
 """Robots that have made way for a helper follow it, as near to what they wait for as they can.
 
-A plan ends when an obstacle is resolved. By then a robot that waits for that, and has nothing to do
-on the plan any more, may stand behind the helper instead of where it let it pass.
+A plan ends when an obstacle is resolved. By then a robot that waits for that, and has done its way
+on the plan, may stand behind the helper instead of where it let it pass.
 """
 
 from __future__ import annotations

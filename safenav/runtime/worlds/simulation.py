@@ -76,6 +76,7 @@ class LiveSimulation:
             event = Blocked(end, name, here, obstacle, command=command)
         else:
             self._poses[name] = pose
+        self.truth.set_out(robot)
         self._push(took, event, robot)
 
     def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Acted | None:
@@ -145,4 +146,5 @@ class LiveSimulation:
             return replace(event, at=self._now, found=tuple(found))
         else:
             pace.placed(self._now, None)
+            self.truth.move(robot, pose)
         return event

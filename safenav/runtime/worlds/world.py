@@ -250,6 +250,10 @@ class SimulatedWorld:
     def move(self, robot: Robot, pose: Pose) -> None:
         self._regions[robot.name] = pose.region
 
+    def set_out(self, robot: Robot) -> None:
+        """The robot is on its way: it takes part in nothing where it was."""
+        self._regions.pop(robot.name, None)
+
     def act(self, robot: Robot) -> list[tuple[Obstacle, bool | None]]:
         done = self._works.perform(robot, self._regions, self.cleared)
         return [(work.obstacle, self.truths[work.obstacle.name]) for work in done]
