@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from itertools import combinations
 from typing import ClassVar
 
 from msgspec import Struct, field
@@ -216,6 +217,39 @@ class Patrol(StrictObjective, frozen=True):
         return f"patrol {word(self.first)} <-> {word(self.second)}{strictly}"
 
 
+class Circuit(StrictObjective, frozen=True):
+    """Visit the targets in order, forever, and touch none out of turn: the strict ordered
+    patrolling of Menghi et al. (IEEE TSE 2021), a patrol with any number of targets."""
+
+    kind: ClassVar[str] = "circuit"
+    meaning: ClassVar[str] = "all of its targets, in order, none out of turn"
+    drawing: ClassVar[str] = "visits regions in strict order"
+    least: ClassVar[int] = 2
+    turn: ClassVar[str] = "goal"
+    targets: tuple[Target, ...]
+
+    def listed(self) -> tuple[Target, ...]:
+        return self.targets
+
+    @classmethod
+    def made(cls, targets: Sequence[Target]) -> Circuit:
+        return cls(tuple(targets))
+
+    @classmethod
+    def wrong(cls, targets: Sequence[Target]) -> tuple[str, str] | None:
+        if len(targets) == 1:
+            return "one target, and a circuit has two or more", "use 'hold' to stay at one place"
+        shared = (one & other for one, other in combinations(targets, 2) if one & other)
+        if (regions := next(shared, None)) is not None:
+            place = ", ".join(str(region) for region in sorted(regions))
+            return f"two of the targets share region {place}", "use 'visit', which allows it"
+        return super().wrong(targets)
+
+    def words(self, word: Word) -> str:
+        strictly = " (form: literal)" if self.literal else ""
+        return "visit " + ", ".join(map(word, self.targets)) + f" in strict order{strictly}"
+
+
 class Visit(TargetObjective, frozen=True):
     """Visit the targets in order, forever; passing another target on the way is allowed."""
 
@@ -305,7 +339,7 @@ class Once(TargetObjective, frozen=True):
 
 
 KINDS: Mapping[str, type[TargetObjective]] = {
-    found.kind: found for found in (Patrol, Visit, Cover, Hold, Once)
+    found.kind: found for found in (Patrol, Circuit, Visit, Cover, Hold, Once)
 }
 """The kinds of objectives about targets, by their key in a scenario."""
 

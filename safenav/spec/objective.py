@@ -69,7 +69,7 @@ def _about_targets(
     if objective.remembers:
         bounds = (0, len(objective.listed()) - 1)
         variables = (Variable(objective.turn, Owner.OUTPUT, bounds, "the target whose turn it is"),)
-        return variables, _in_turn(objective, item, memory)
+        return variables, _in_turn(objective, item, region, memory)
     return (), _settled(objective, item) if objective.settles else _recur(objective, item)
 
 
@@ -117,11 +117,13 @@ def _patrol(patrol: Patrol, item: str, region: Region, memory: Memory) -> Iterat
     yield Constraint(Section.SYS_LIVENESS, f"{second_next} & scout'", recur, about_second)
 
 
-def _in_turn(objective: TargetObjective, item: str, memory: Memory) -> Iterator[Constraint]:
+def _in_turn(
+    objective: TargetObjective, item: str, region: Region, memory: Memory
+) -> Iterator[Constraint]:
     targets, goal = objective.listed(), objective.turn
     what = describe(objective)
     begin = Origin(item, f"{what}: which target comes first", SOURCE_OBJECTIVE)
-    yield Constraint(Section.SYS_INIT, f"{goal} = {memory.index}", begin)
+    yield Constraint(Section.SYS_INIT, f"{goal} = {objective.begin(region, memory.index)}", begin)
     turn = Origin(item, f"{what}: at the target whose turn it is, on to the next", SOURCE_OBJECTIVE)
     recur = Origin(item, f"{what}: infinitely often at each target in turn", SOURCE_OBJECTIVE)
     for index, target in enumerate(targets):
@@ -134,6 +136,11 @@ def _in_turn(objective: TargetObjective, item: str, memory: Memory) -> Iterator[
         yield Constraint(
             Section.SYS_TRANS, f"{goal} = {index} & !({there}) -> {goal}' = {index}", turn, about
         )
+    if objective.strict:
+        apart = Origin(item, f"{what}: never at a target out of its turn", SOURCE_OBJECTIVE)
+        for index, target in enumerate(targets):
+            formula = f"{one_of('region', target, chr(39))} -> {goal}' = {index}"
+            yield Constraint(Section.SYS_TRANS, formula, apart, tuple(sorted(target)))
     last = len(targets) - 1
     if objective.settles:
         stay = Origin(item, f"{what}: at the last one, stay", SOURCE_OBJECTIVE)

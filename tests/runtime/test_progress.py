@@ -10,6 +10,7 @@ from safenav.runtime.progress import Progress
 from safenav.runtime.resolution.problem import Member, Problem
 from safenav.runtime.traffic.joint import Course
 from safenav.scenario.objective import (
+    Circuit,
     Cover,
     Hold,
     Ltl,
@@ -83,7 +84,9 @@ def test_a_specification_means_the_same_before_its_memory_has_changed() -> None:
     assert [m for m in (0, 1) if progress.means(m, 9)] == [1]
 
 
-@pytest.mark.parametrize("objective", [Visit((A, B, C)), Patrol(B, D), Cover((A, B, D))])
+@pytest.mark.parametrize(
+    "objective", [Visit((A, B, C)), Circuit((A, B, C)), Patrol(B, D), Cover((A, B, D))]
+)
 def test_joint_plans_count_as_progress_does(objective: TargetObjective) -> None:
     """A walk that waits a tick after each step: plans count at once what is met by waiting."""
     graph = PoseGraph(WORLD, Mobility.FREE)
@@ -94,7 +97,7 @@ def test_joint_plans_count_as_progress_does(objective: TargetObjective) -> None:
     random, region = Random(7), 8
     progress = Progress(objective)
     progress.begin(region, {})
-    start = 1 if isinstance(objective, Patrol) and region in objective.second else 0
+    start = objective.begin(region)
     state = course.begun((region,), ((start, 0, 0),), ())
     for _ in range(300):
         region = random.choice(graph.steps(region))

@@ -65,7 +65,7 @@ obstacles:
 orders: [{at: 10, type: parcel, region: 7, resolve_within: 90}]
 suspects: [{type: door, region: 13}]
 changes:
-  - {at: 12, robot: cat, objective: {hold: 7}}
+  - {at: 12, robot: cat, objective: {circuit: [7, dock, 10]}}
   - {at: 20, robot: bob, service: out}
   - {at: 30, robot: bob, service: back}
 until: {rounds: 1, by: 600}
@@ -149,6 +149,7 @@ WELL_SHAPED = {
     "bad_event_patterns": False,
     "bad_expectations": False,
     "bad_forms": False,
+    "bad_circuits": False,
     "bad_formulas": False,  # names of memory
     "bad_headings": False,
     "bad_obstacle_type": False,

@@ -10,7 +10,16 @@ from random import Random
 import pytest
 
 from safenav.explain.undisturbed import play
-from safenav.scenario.objective import Cover, Hold, Objective, Once, Patrol, Visit
+from safenav.scenario.objective import (
+    Circuit,
+    Cover,
+    Hold,
+    Objective,
+    Once,
+    Patrol,
+    TargetObjective,
+    Visit,
+)
 from safenav.spec.forms import Rung, Weakening, can_keep, concession, forms
 from safenav.spec.objective import Memory
 from safenav.world.map import Heading, RegionMap
@@ -59,9 +68,13 @@ def test_it_agrees_with_the_game_played_out() -> None:
         mobility = Mobility.FREE if heading is None else Mobility.HEADING
         pose = Pose(random.choice(world.free), heading)
         some = random.sample(world.free, 3)
-        patrol = Patrol(frozenset(some[:1]), frozenset(some[1 : random.randint(2, 3)]))
+        patrol: TargetObjective = Patrol(
+            frozenset(some[:1]), frozenset(some[1 : random.randint(2, 3)])
+        )
+        if random.random() < 0.5:
+            patrol = Circuit(tuple(frozenset({region}) for region in some))
         blocked = frozenset(random.sample(world.free, random.randint(0, 2)))
-        for memory in (0, 1):
+        for memory in range(len(patrol.listed())):
             played = play(mobility, pose, patrol, Memory(memory), world, blocked).winnable
             graph = PoseGraph(world, mobility)
             told = can_keep(graph, pose, patrol, memory, region_mask(blocked))
@@ -100,6 +113,17 @@ def test_a_patrol_comes_down_a_form_at_a_time() -> None:
         Rung(patrol, 0, Weakening.TURNED),
         Rung(PLAIN, 1, Weakening.KEPT),
     ]
+
+
+def test_a_circuit_begins_with_the_next_target_that_it_can() -> None:
+    circuit = Circuit((at(0), at(2), at(7)))
+    graph = PoseGraph(floor("...", ".#.", "...", "#.#"), Mobility.FREE)
+    turned, last = forms(circuit, 0, Pose(10), graph)
+    assert turned == Rung(circuit, 2, Weakening.TURNED)
+    assert last == Rung(Visit(circuit.targets), 0, Weakening.KEPT)
+    assert concession(circuit, turned) == (
+        "7 first: from here it cannot begin with the one whose turn it is without crossing 7"
+    )
 
 
 def test_who_must_cross_a_target_patrols_by_alternation() -> None:

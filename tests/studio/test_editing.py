@@ -220,7 +220,13 @@ def test_the_form_of_a_patrol_stays_with_it() -> None:
     assert "{patrol: [54, 49], form: literal}" in strict
     told = {"op": "set_objective", "robot": "quad", "regions": [54, 14]}
     assert "{patrol: [54, 14], form: literal}" in edited(strict, {**told, "kind": "patrol"})
-    visit = edited(strict, {**told, "kind": "visit"})
+    told["regions"] = [54, 14, 20]
+    circuit = edited(strict, {**told, "kind": "circuit"})
+    assert "{circuit: [54, 14, 20], form: literal}" in circuit
+    assert "{circuit: [54, 14, 20]}" in edited(
+        circuit, {"op": "set_form", "robot": "quad", "literal": False}
+    )
+    visit = edited(strict, {**told, "kind": "visit", "regions": [54, 14]})
     assert "{visit: [54, 14]}" in visit
     assert edited(strict, {"op": "set_form", "robot": "quad", "literal": False}) == DOOR
     with pytest.raises(UsageError, match="only patrol"):

@@ -186,7 +186,7 @@ def test_the_palette_stays_when_a_robot_is_selected(house: Board) -> None:
     browser.wait(lambda: browser.all(".palette .chosen"), MINUTES)
     assert rectangles(browser, ".tools-of-map .pen") == before
     objectives = rectangles(browser, ".chosen .pens button")
-    assert list(objectives) == ["Cover", "Hold", "Once", "Patrol", "Visit"]
+    assert list(objectives) == ["Circuit", "Cover", "Hold", "Once", "Patrol", "Visit"]
     top = browser.run("return document.querySelector('.chosen').getBoundingClientRect().top")
     for box in before.values():
         assert box[1] >= 0 and box[3] <= top, "no tool is below the selection"

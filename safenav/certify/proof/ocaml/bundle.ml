@@ -165,7 +165,7 @@ let targets line = match Json.field "objective" line with
   | _ when Json.field_opt "places" line <> None -> []
   | objective -> List.concat_map (fun kind ->
       List.map (function Json.Arr rs -> List.map (fun r -> num (Json.int r)) rs | r -> [num (Json.int r)])
-        (optional kind objective)) ["patrol"; "visit"; "cover"]
+        (optional kind objective)) ["patrol"; "circuit"; "visit"; "cover"]
 
 (* The lines of the trace about syntheses, each with its number. *)
 let syntheses b =

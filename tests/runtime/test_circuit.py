@@ -1,0 +1,249 @@
+"""Strict ordered patrolling: the targets in order, forever, and none touched out of its turn."""
+
+from __future__ import annotations
+
+import json
+import re
+import textwrap
+from collections import deque
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pytest
+
+from certify.making import bundle_at, files_of, rewrite, run_checker
+from runtime.played import Run, Runner
+from safenav.audit.check import check_trace
+from safenav.runtime.mission import Mission
+from safenav.runtime.progress import Progress
+from safenav.scenario.objective import Circuit
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.spec.forms import can_keep
+from safenav.trace.writing import TraceWriter
+from safenav.world.map import Heading, RegionMap
+from safenav.world.moves import Mobility, Pose
+from safenav.world.poses import PoseGraph, region_mask
+
+ROOMS = """
+safenav: 1
+map:
+  grid: |
+    #############
+    #.......#...#
+    #.......#...#
+    #...#.......#
+    #.......#...#
+    #.......#...#
+    #############
+robots:
+  quad: {model: quadcopter, start: 14, objective: {circuit: [54, 49, 37]}}
+  digit: {model: digit, start: 71, heading: east, objective: {circuit: [58, 28, 20], form: literal}}
+obstacles: [{type: door, region: 47}]
+until: {rounds: 2}
+limits: {ticks: 200}
+"""
+SHARED = """
+safenav: 1
+map: {grid: ["########", "#......#", "#......#", "#......#", "########"]}
+catalogue: {robots: {cart: {mobility: free, layer: ground, capabilities: []}}}
+robots:
+  a: {model: cart, start: [1, 1], objective: {circuit: [[1, 6], [3, 6], [3, 1]]}}
+  b: {model: cart, start: [3, 6], objective: {circuit: [[1, 1], [2, 3]]}}
+until: {rounds: 3}
+"""
+ALONE = """
+safenav: 1
+map: {grid: ["########", "#......#", "#......#", "#......#", "########"]}
+catalogue:
+  robots:
+    cart:
+      {mobility: free, layer: ground, capabilities: [], motion: disc, speed: 1,
+       battery: {capacity: 20, move: 1, stay: 0, charge: 4}}
+robots:
+  a: {model: cart, start: [1, 1], objective: {circuit: [[1, 6], [3, 6], [3, 1]], within: 14}}
+chargers: [[2, 1]]
+until: {rounds: 2}
+"""
+CHARGER = 17
+
+
+def strict(path: list[int], targets: list[int]) -> bool:
+    """Whether a walk touches the targets one after the other, each for one tick only."""
+    met = [(tick, targets.index(r)) for tick, r in enumerate(path) if r in targets]
+    return all(after[1] == (before[1] + 1) % len(targets) for before, after in pairwise(met))
+
+
+def test_targets_are_met_in_strict_order_also_after_helping(run: Runner) -> None:
+    trace = run(ROOMS)
+    assert trace.outcome["outcome"] == "completed"
+    begun = {name: trace.all("synthesis", robot=name)[-1]["tick"] for name in ("quad", "digit")}
+    for robot, targets in (("quad", [54, 49, 37]), ("digit", [58, 28, 20])):
+        assert strict(trace.path(robot)[begun[robot] :], targets)
+        assert trace.all("synthesis", robot=robot)[-1].get("form") in (None, "literal")
+
+
+def met_in_order(trace: Run, robot: str, count: int) -> bool:
+    """Whether its goals follow each other; a charger is not a target."""
+    met = (goal for goal in trace.all("goal", robot=robot) if goal["region"] != CHARGER)
+    return all(b == (a + 1) % count for a, b in pairwise(goal["goal"] for goal in met))
+
+
+@pytest.mark.parametrize(
+    ("text", "more"),
+    [
+        (SHARED, ""),
+        (SHARED, "clock: live\n"),
+        (SHARED, "coordination: assignable\n"),
+        (ALONE, ""),
+    ],
+    ids=["shared", "live", "assignable", "energy and deadlines"],
+)
+def test_it_is_met_in_order_under_other_demands(run: Runner, text: str, more: str) -> None:
+    trace = run(text + more)
+    assert trace.outcome["outcome"] == "completed"
+    assert met_in_order(trace, "a", 3)
+    if text == SHARED:
+        assert {s["form"] for s in trace.all("synthesis", robot="a")} == {"alternation"}
+
+
+def test_the_brute_force_play_agrees_on_who_can_keep_it() -> None:
+    """A robot can iff from where it stands a cycle is reachable on which every target is met: in
+    the graph of poses and turns, explored one by one."""
+    random, counts = Random(5), {True: 0, False: 0}
+    for _ in range(300):
+        rows, cols = random.randint(1, 4), random.randint(3, 5)
+        grid = ["".join(random.choices("#.", (1, 5), k=cols)) for _ in range(rows)]
+        world = RegionMap.from_grid(grid)
+        if len(world.free) < 5:
+            continue
+        mobility = random.choice([Mobility.FREE, Mobility.HEADING])
+        heading = Heading.EAST if mobility is Mobility.HEADING else None
+        targets = random.sample(world.free, random.randint(2, 4))
+        start, turn = random.choice(world.free), random.randrange(len(targets))
+        graph = PoseGraph(world, mobility)
+        shut = {random.choice(world.free)} if random.random() < 0.3 else set()
+        objective = Circuit(tuple(frozenset({t}) for t in targets))
+        told = can_keep(graph, Pose(start, heading), objective, turn, region_mask(shut))
+        begun = targets.index(start) if start in targets else turn
+        expected = _winning(graph, Pose(start, heading), targets, begun, shut)
+        assert told == expected, (grid, targets, start, turn, shut)
+        counts[told] += 1
+    assert min(counts.values()) > 50
+
+
+Position = tuple[Pose, int]
+
+
+def _winning(graph: PoseGraph, pose: Pose, targets: list[int], turn: int, shut: set[int]) -> bool:
+    def steps(position: Position) -> list[Position]:
+        here, due = position
+        due = (due + 1) % len(targets) if here.region == targets[due] else due
+        after = (graph.pose(k) for k in graph.steps(graph.number(here)))
+        others = {t for k, t in enumerate(targets) if k != due}
+        return [(p, due) for p in after if p.region not in others | shut]
+
+    def reach(begin: list[Position]) -> set[Position]:
+        seen, waiting = set(begin), deque(begin)
+        while waiting:
+            for after in steps(waiting.popleft()):
+                if after not in seen:
+                    seen.add(after)
+                    waiting.append(after)
+        return seen
+
+    at_first = [p for p in reach([(pose, turn)]) if p[0].region == targets[0] and p[1] == 0]
+    return any(p in reach(steps(p)) for p in at_first)
+
+
+def test_progress_counts_what_a_list_of_targets_counts() -> None:
+    random, targets = Random(3), (2, 5, 7)
+    progress = Progress(Circuit(tuple(frozenset({t}) for t in targets)))
+    walk = [0, *(random.randrange(9) for _ in range(500))]
+    met = progress.begin(walk[0], {})
+    turn, expected = 0, 0
+    for region in walk[1:]:
+        fresh = progress.arrive(region, {}, {})
+        if region == targets[turn]:
+            met, turn, expected = [turn], (turn + 1) % 3, expected + 1
+            assert fresh == met
+        else:
+            assert fresh == []
+        assert progress.awaited() == frozenset({targets[turn]})
+        assert progress.rounds == expected // 3
+    assert progress.rounds > 5
+
+
+Line = dict[str, Any]
+
+
+def _move(lines: list[Line], robot: str, tick: int) -> Line:
+    found = (m for m in lines if m["type"] == "move" and (m["robot"], m["tick"]) == (robot, tick))
+    return next(found)
+
+
+def skip_a_target(lines: list[Line]) -> None:
+    goals = [k for k, line in enumerate(lines) if line["type"] == "goal" and line["robot"] == "a"]
+    del lines[goals[2]]
+
+
+def swap_two_goals(lines: list[Line]) -> None:
+    first, second, *_ = (line for line in lines if line["type"] == "goal" and line["robot"] == "a")
+    first["goal"], second["goal"] = second["goal"], first["goal"]
+
+
+def touch_one_out_of_turn(lines: list[Line]) -> None:
+    lines[0]["scenario"]["robots"]["a"]["objective"]["circuit"][1] = 12
+
+
+def wait_at_a_target(lines: list[Line]) -> None:
+    goal = next(line for line in lines if line["type"] == "goal" and line["robot"] == "a")
+    _move(lines, "a", goal["tick"] + 1).update({"to": goal["region"]})
+    _move(lines, "a", goal["tick"] + 2).update({"from": goal["region"]})
+
+
+@pytest.mark.parametrize(
+    "alter", [skip_a_target, swap_two_goals, touch_one_out_of_turn, wait_at_a_target]
+)
+def test_a_trace_that_does_it_otherwise_is_refused(
+    alter: Callable[[list[Line]], None], tmp_path: Path
+) -> None:
+    path, text = tmp_path / "trace.jsonl", SHARED[: SHARED.index("  b:")] + "until: {rounds: 2}\n"
+    with TraceWriter(path) as trace:
+        Mission(load_scenario_text(text), listeners=[trace]).run()
+    assert check_trace(path).findings == ()
+    lines = [json.loads(line) for line in path.read_text().splitlines()]
+    alter(lines)
+    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    assert check_trace(path).findings != ()
+
+
+def test_a_bundle_proves_it() -> None:
+    status, said = run_checker(bundle_at("circuit", textwrap.dedent(ROOMS)))
+    assert status == 0, said
+    claims = re.findall(r"form-\d+: (.*)", said)
+    assert len(claims) == 2 and all("without crossing" in claim for claim in claims)
+
+
+@pytest.mark.parametrize(
+    ("kind", "before", "after"),
+    [
+        ("circuit", r"circuit(\W+)54,(\s*)49,(\s*)37", r"circuit\g<1>54,\g<2>37,\g<3>49"),
+        ("visit", r"visit(\W+54,\s*49,\s*37)", r"circuit\1"),
+        ("circuit", r"circuit(\W+58,\s*28,\s*20)", r"round\1"),
+    ],
+    ids=["another order", "strategies that may cross", "an unknown kind"],
+)
+def test_a_bundle_is_refused_whose_strategies_keep_less(
+    kind: str, before: str, after: str, tmp_path: Path
+) -> None:
+    text = textwrap.dedent(ROOMS).replace("circuit: [54", f"{kind}: [54")
+    bundle = bundle_at("circuit" if kind == "circuit" else "visiting", text)
+    files = files_of(bundle)
+    for name in ("scenario.json", "trace.jsonl"):
+        told, changes = re.subn(before, after, files[name].decode())
+        assert changes
+        files[name] = told.encode()
+    assert run_checker(rewrite(bundle, files, tmp_path))[0] == 1
