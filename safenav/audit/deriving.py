@@ -9,8 +9,9 @@ from safenav.audit.formulas import Formulas, rules_of
 from safenav.audit.kinds import shape_of
 from safenav.audit.language import HEADINGS, Pose, RefusedError
 from safenav.audit.lines import Objective
+from safenav.audit.members import FAR, Member, Need, OpenObstacle, Poses
 from safenav.audit.situation import Situation
-from safenav.audit.team import FAR, Member, Need, OpenObstacle, Poses, Team
+from safenav.audit.team import Team
 from safenav.audit.turn import Status
 
 NEWEST = "newest"

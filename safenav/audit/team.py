@@ -6,16 +6,23 @@ of the code that decides in a run."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from functools import cache
-from itertools import combinations, product, takewhile
-from typing import NamedTuple
+from collections.abc import Collection, Mapping, Sequence
+from itertools import combinations
 
 from safenav.audit.language import Pose
+from safenav.audit.members import (
+    FAR,
+    Act,
+    Duty,
+    OpenObstacles,
+    Poses,
+    Sets,
+    Settlement,
+    Step,
+)
+from safenav.audit.roaming import Roaming
 
-Poses = frozenset[Pose]
 MOST_NODES = 20_000
-FAR = 1 << 30
 
 
 class TooManyError(Exception):
@@ -26,197 +33,8 @@ class TrappedError(Exception):
     """The team cannot continue after the acts that it has chosen."""
 
 
-class Act(NamedTuple):
-    """``robots``, each in its pose, have their part in the next need of an obstacle, its need
-    number ``need``."""
-
-    obstacle: str
-    need: int
-    robots: dict[str, Pose]
-
-
-class Need(NamedTuple):
-    """An action that ``robots`` of the ``able`` ones perform, each on one of ``regions``, all in
-    one tick if ``together``; ``same``: they are among those of the need before it."""
-
-    able: frozenset[str]
-    regions: frozenset[int]
-    robots: int = 1
-    together: bool = False
-    same: bool = False
-
-
-class OpenObstacle(NamedTuple):
-    """An open obstacle. ``stops``: robots that it physically stops; ``left``: its unmet needs, the
-    next one first; ``done``: robots that have had their part in that; ``barred``: robots without a
-    strategy for serving it; ``order``: robots that can take several loads take them in this
-    order."""
-
-    name: str
-    region: int
-    stops: frozenset[str]
-    left: tuple[Need, ...]
-    done: frozenset[str] = frozenset()
-    barred: frozenset[str] = frozenset()
-    order: tuple[str, int, int] = ("", 0, 0)
-
-    def closes(self, robot: str) -> bool:
-        """Whether a robot must keep out: it is stopped, and does not resolve it by entering."""
-        last = self.left[-1:]
-        enters = len(self.left) == 1 and last[0].robots == 1 and not last[0].same
-        enters = enters and self.region in last[0].regions and robot in last[0].able
-        return bool(last) and robot in self.stops and not enters
-
-    def chain(self) -> tuple[Need, ...]:
-        """The needs after the next one that the same robots must meet."""
-        later = self.left[1:]
-        return tuple(takewhile(lambda need: need.same, later))
-
-    def takes(self) -> bool:
-        """Whether the robots that meet the next need carry a load from then on."""
-        return bool(self.chain()) and not self.left[0].same
-
-    def carriers(self) -> frozenset[str]:
-        """The robots that carry a load: they have taken it, or had a part in taking it."""
-        if self.left and self.left[0].same:
-            return self.left[0].able
-        return self.done if self.takes() else frozenset()
-
-    def commits(self) -> bool:
-        """Whether the robots that meet the next need are chosen for another one by that."""
-        chosen = self.left[0].same and len(self.left[0].able) <= self.left[0].robots
-        return bool(self.chain()) and not chosen
-
-    def advanced(self, group: Iterable[str]) -> OpenObstacle:
-        left, met = self.left[1:], self.done.union(group)
-        if left and left[0].same:
-            left = (left[0]._replace(able=left[0].able & met), *left[1:])
-        return self._replace(left=left, done=frozenset())
-
-
-class Member(NamedTuple):
-    """A robot. ``steps``: from each pose to others, obstacles that stay left out; ``aims``: for
-    each of its targets the poses where it is met; ``ticks``: of its slowest step; ``room``: the
-    most loads that it can carry."""
-
-    steps: Mapping[Pose, tuple[Pose, ...]]
-    aims: tuple[Poses, ...]
-    rivals: frozenset[str] = frozenset()
-    ticks: int = 1
-    room: int = FAR
-
-
-OpenObstacles = tuple[OpenObstacle, ...]
-Sets = tuple[Poses, ...]  # poses that each robot may choose
-
-
-class Step(NamedTuple):
-    """The next need of the obstacle with that index, met by ``group``, each ``at`` some poses."""
-
-    obstacle: int
-    group: tuple[str, ...]
-    at: tuple[Poses, ...]
-    lossless: bool
-
-
-class Duty(NamedTuple):
-    """``robot`` serves an obstacle, with ``group``, in one of ``regions``."""
-
-    obstacle: str
-    group: tuple[str, ...]
-    regions: frozenset[int]
-    stays: bool
-
-
-class Settlement(NamedTuple):
-    """``served``: obstacles that will be resolved; ``duties``: duty of each robot."""
-
-    served: tuple[str, ...]
-    duties: dict[str, Duty]
-
-
-class Team:
+class Team(Roaming):
     """The robots' possibilities, whatever the order of their moves."""
-
-    def __init__(self, members: Mapping[str, Member], *, newest_first: bool = False) -> None:
-        self.members, self.names, self.newest_first = members, [*members], newest_first
-        self._before: dict[str, dict[Pose, list[Pose]]] = {name: {} for name in members}
-        for name, member in members.items():
-            for pose, steps in member.steps.items():
-                for to in steps:
-                    self._before[name].setdefault(to, []).append(pose)
-        self._reach, self._live = cache(self._reached), cache(self._lively)
-
-    @staticmethod
-    def walls(name: str, obstacles: OpenObstacles) -> frozenset[int]:
-        return frozenset(obstacle.region for obstacle in obstacles if obstacle.closes(name))
-
-    def reach(self, name: str, poses: Poses, obstacles: OpenObstacles) -> Poses:
-        """Return the poses that a robot can reach from some poses."""
-        return self._reach(name, poses, self.walls(name, obstacles))
-
-    def around(self, name: str, pose: Pose, obstacles: OpenObstacles) -> Poses:
-        """Return the poses that a robot can go back and forth between."""
-        there, walls = self.reach(name, frozenset([pose]), obstacles), self.walls(name, obstacles)
-        back = _spread({pose}, lambda p: (q for q in self._before[name].get(p, ()) if q in there))
-        return frozenset(p for p in back if p == pose or p[0] not in walls)
-
-    def goes_on(self, name: str, poses: Poses, obstacles: OpenObstacles) -> bool:
-        """Return whether a robot can meet each of its targets infinitely often from some of the
-        poses."""
-        return bool(
-            self.reach(name, poses, obstacles) & self._live(name, self.walls(name, obstacles))
-        )
-
-    def is_live(self, name: str, pose: Pose, obstacles: OpenObstacles) -> bool:
-        """Return whether a robot can meet each of its targets infinitely often from a pose."""
-        return pose in self._live(name, self.walls(name, obstacles))
-
-    def ticks(self, name: str, poses: Poses, there: Poses, obstacles: OpenObstacles) -> int | None:
-        """Return an upper bound on the ticks to the nearest of some poses; None if there is no
-        path."""
-        walls, steps = self.walls(name, obstacles), self.members[name].steps
-        seen, edge, count = set(poses), set(poses), 0
-        while edge and not edge & there:
-            edge = {q for p in edge for q in steps.get(p, ()) if q[0] not in walls} - seen
-            seen, count = seen | edge, count + 1
-        return count * self.members[name].ticks if edge else None
-
-    def _reached(self, name: str, poses: Poses, walls: frozenset[int]) -> Poses:
-        steps = self.members[name].steps
-        return _spread(poses, lambda p: (q for q in steps.get(p, ()) if q[0] not in walls))
-
-    def _lively(self, name: str, walls: frozenset[int]) -> Poses:
-        before = self._before[name]
-        kept = frozenset(p for p in self.members[name].steps if p[0] not in walls)
-
-        def back(pose: Pose) -> Iterator[Pose]:
-            return (one for one in before.get(pose, ()) if one in kept)
-
-        while True:
-            size = len(kept)
-            for aim in self.members[name].aims:
-                kept = _spread(aim & kept, back)
-            if len(kept) == size:
-                return kept
-
-    def full(self, obstacles: Iterable[OpenObstacle]) -> frozenset[str]:
-        """Return the robots that carry as many loads as they can."""
-        loads = [name for obstacle in obstacles for name in obstacle.carriers()]
-        return frozenset(n for n in self.names if loads.count(n) >= self.members[n].room)
-
-    def fits(self, group: Iterable[str], at: Mapping[str, Poses]) -> bool:
-        """Return whether all can stand there at the same time, those in conflict in different
-        regions."""
-        crowd = [name for name in group if self.members[name].rivals & {*group}]
-        ways = product(*({region for region, _ in at[name]} for name in crowd))
-        return any(
-            all(
-                one != other or b not in self.members[a].rivals
-                for (a, one), (b, other) in combinations(zip(crowd, way, strict=True), 2)
-            )
-            for way in ways
-        )
 
     def after(self, step: Step, sets: Sets, obstacles: OpenObstacles) -> tuple[Sets, OpenObstacles]:
         where = dict(zip(self.names, sets, strict=True)) | dict(
@@ -426,42 +244,6 @@ class Team:
             found[act.obstacle, act.need] = step
         return [*found.values()]
 
-    def in_the_way(
-        self,
-        name: str,
-        region: int,
-        at: Mapping[str, Pose],
-        obstacles: OpenObstacles,
-        duties: Mapping[str, Duty],
-    ) -> bool:
-        """Return whether a robot that stood in a region would keep a helper in conflict with it
-        from every region of its duty, or a group from standing there together."""
-        for helper in self.members[name].rivals & {*duties}:
-            duty = duties[helper]
-            stood = next(o for o in obstacles if o.name == duty.obstacle)
-            places = {}
-            for one in duty.group:
-                shut = {region} if one in self.members[name].rivals else set()
-                walls = self.walls(one, obstacles) | shut
-                goal = duties.get(one, duty).regions - shut
-                reached = self._reach(one, frozenset([at[one]]), walls)
-                places[one] = frozenset(pose for pose in reached if pose[0] in goal)
-            together = stood.left[0].together
-            if not all(places.values()) or (together and not self.fits(duty.group, places)):
-                return True
-        return False
-
-    def clear(
-        self,
-        name: str,
-        at: Mapping[str, Pose],
-        obstacles: OpenObstacles,
-        duties: Mapping[str, Duty],
-    ) -> frozenset[int]:
-        """Return the regions that a robot can reach in which it is in no helper's way."""
-        reached = {region for region, _ in self.reach(name, frozenset([at[name]]), obstacles)}
-        return frozenset(r for r in reached if not self.in_the_way(name, r, at, obstacles, duties))
-
     def _spots(self, name: str, sets: Sets, obstacles: OpenObstacles, k: int) -> Poses:
         """Return the poses where a robot can meet the next need of an obstacle."""
         reached = self.reach(name, sets[self.names.index(name)], obstacles)
@@ -502,15 +284,3 @@ class Team:
             found.append(step._replace(at=tuple(at.values())))
             sets, obstacles = self.after(found[-1], sets, obstacles)
         return found if self._done(sets, obstacles, wanted) else None
-
-
-def _spread(starts: Iterable[Pose], after: Callable[[Pose], Iterator[Pose]]) -> Poses:
-    """Return all poses that are reached from some poses."""
-    found = set(starts)
-    queue = list(found)
-    while queue:
-        for pose in after(queue.pop()):
-            if pose not in found:
-                found.add(pose)
-                queue.append(pose)
-    return frozenset(found)

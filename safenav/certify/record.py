@@ -13,8 +13,9 @@ from safenav.certify.bundle import Made, make_bundle
 from safenav.certify.run import Kept, read_lines
 from safenav.errors import NotCertifiedError, UsageError
 from safenav.runtime.mission import Mission, default_synthesizer
-from safenav.scenario.model import Controllers, Scenario
+from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.scenario.settings import Controllers
 from safenav.scenario.yaml.findings import Findings
 from safenav.scenario.yaml.source import STDIN, read_source
 from safenav.synthesis.cache import Cache

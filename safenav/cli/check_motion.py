@@ -55,7 +55,7 @@ def command(
     from safenav.motion.file.reading import read_motion
     from safenav.motion.requirements import SATISFIED, MotionRecording, judged, requirements_of
     from safenav.motion.source import read_source
-    from safenav.trace.wording import counted
+    from safenav.trace.words import counted
 
     source = read_source(trace)
     moved = read_motion(motion)

@@ -11,7 +11,7 @@ from msgspec import to_builtins
 from safenav.audit.check import Audit, audit
 from safenav.errors import ExitCode
 from safenav.trace.reading import read_bytes, read_trace
-from safenav.trace.wording import counted
+from safenav.trace.words import counted
 
 
 @click.command(name="check-trace")

@@ -93,8 +93,8 @@ def command(
     from safenav.report.terminal.story import Story
     from safenav.runtime.analysis.expectation import Ledger
     from safenav.runtime.mission import Mission, default_synthesizer
-    from safenav.scenario.model import Clock
     from safenav.scenario.reading.loader import load_scenario
+    from safenav.scenario.settings import Clock
     from safenav.trace.writing import TraceWriter, next_part
 
     plan = replace(load_scenario(scenario), clock=Clock.LIVE)

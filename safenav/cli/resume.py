@@ -52,9 +52,9 @@ def command(
     from safenav.report.terminal.synthesis_progress import WaitingLine
     from safenav.runtime.analysis.resuming import resumed
     from safenav.runtime.mission import Mission, default_synthesizer
-    from safenav.scenario.model import Clock
     from safenav.scenario.reading.joining import joined
     from safenav.scenario.reading.loader import load_scenario
+    from safenav.scenario.settings import Clock
     from safenav.trace.reading import read_trace
     from safenav.trace.writing import Listener, TraceWriter
 

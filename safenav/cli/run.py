@@ -108,8 +108,8 @@ def command(
     from safenav.report.terminal.synthesis_progress import WaitingLine
     from safenav.runtime.analysis.expectation import Ledger
     from safenav.runtime.mission import Mission, default_synthesizer
-    from safenav.scenario.model import Clock
     from safenav.scenario.reading.loader import load_scenario
+    from safenav.scenario.settings import Clock
     from safenav.trace.writing import TraceWriter, next_part
 
     plan = load_scenario(scenario)

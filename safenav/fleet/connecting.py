@@ -6,8 +6,9 @@ from safenav.extras import missing
 from safenav.fleet.fleet_file import FleetFile, TransportKind
 from safenav.fleet.place import Places
 from safenav.fleet.recording import DriveRecording
+from safenav.fleet.steps import FleetClock
 from safenav.fleet.transport import Transport
-from safenav.fleet.world import FleetClock, FleetWorld
+from safenav.fleet.world import FleetWorld
 from safenav.scenario.model import Scenario
 
 

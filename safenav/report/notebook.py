@@ -16,7 +16,7 @@ from safenav.report.replay.timeline import Replay
 from safenav.runtime.mission import RunResult
 from safenav.scenario.model import Scenario
 from safenav.trace import records
-from safenav.trace.wording import seconds_words
+from safenav.trace.words import seconds_words
 
 _UPDATE_SECONDS = 0.1
 

@@ -8,7 +8,8 @@ from enum import Enum
 
 from msgspec import Struct, field
 
-from safenav.scenario.model import FailedMoves, Failures, Obstacle, ObstacleType, Robot
+from safenav.scenario.model import Obstacle, ObstacleType, Robot
+from safenav.scenario.settings import FailedMoves, Failures
 from safenav.world.map import Region
 
 OPERATOR = "operator"

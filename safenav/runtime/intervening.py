@@ -13,7 +13,7 @@ from typing import Any
 import yaml
 
 from safenav.errors import InputError, UsageError
-from safenav.runtime.interventions import (
+from safenav.runtime.user_changes import (
     Close,
     Give,
     GiveUp,

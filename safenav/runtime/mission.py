@@ -23,7 +23,7 @@ from safenav.runtime.coordination.strategies import Strategies
 from safenav.runtime.coordination.strategy_search import StrategySearch, TaskResult
 from safenav.runtime.duties.reasons import Shortfall
 from safenav.runtime.energy.batteries import Batteries
-from safenav.runtime.interventions import Intervention, Interventions
+from safenav.runtime.interventions import Interventions
 from safenav.runtime.passes import Passes
 from safenav.runtime.promises.ledger import Deadlines
 from safenav.runtime.promises.refusal import refusal_of
@@ -31,13 +31,15 @@ from safenav.runtime.team import TeamState
 from safenav.runtime.termination import Conclusion, RunEnded, Stop
 from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.turn import Turns
+from safenav.runtime.user_changes import Intervention
 from safenav.runtime.worlds.adapter import BlockingAdapter
 from safenav.runtime.worlds.commands import Commands
 from safenav.runtime.worlds.protocol import BlockingWorld, World, WorldEvent
 from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.runtime.worlds.world import InputWorld, SimulatedWorld
-from safenav.scenario.model import Clock, Scenario, Tracking
+from safenav.scenario.model import Scenario, Tracking
 from safenav.scenario.reading.promises import in_seconds
+from safenav.scenario.settings import Clock
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.request import Listener as SynthesisListener

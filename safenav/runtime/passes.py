@@ -20,7 +20,7 @@ from safenav.runtime.termination import Conclusion, RunEnded
 from safenav.scenario.model import Obstacle
 from safenav.trace import records
 from safenav.trace.vocabulary import OperatorCause, PlanEndReason
-from safenav.trace.wording import seconds_words
+from safenav.trace.words import seconds_words
 
 WAITS = (Outcome.OPERATOR_NEEDED, Outcome.ASSUMPTION_VIOLATED, Outcome.SEARCH_LIMIT)
 """The ends after which an operator can help."""

@@ -12,11 +12,24 @@ from enum import StrEnum
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from safenav.outcome import Outcome
 from safenav.scenario import needs
-from safenav.scenario.event_pattern import EventPattern
 from safenav.scenario.motion import MotionModel
 from safenav.scenario.objective import Objective
+from safenav.scenario.settings import (
+    DEFAULT_CLOCK,
+    Clock,
+    Controllers,
+    Coordination,
+    Exclusion,
+    Expect,
+    Failures,
+    Input,
+    LatePolicy,
+    Limits,
+    RequestOrder,
+    RobotChange,
+    Until,
+)
 from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Mobility, Pose
 
@@ -256,147 +269,6 @@ def name_parts(name: str) -> tuple[str, str, int]:
     kind, _, place = name.partition("@")
     where, _, number = place.partition("#")
     return (kind, where, int(number)) if number.isdecimal() else (kind, place, 1)
-
-
-class RobotChange(Struct, frozen=True):
-    """A change for a robot during the run, at the beginning of tick ``at``: another
-    ``objective`` of its own (its rounds ``within`` so many ticks), or whether it is in service
-    (``active``); the other is None."""
-
-    at: int
-    robot: str
-    objective: Objective | None = None
-    active: bool | None = None
-    within: int | None = None
-
-
-class Input(Struct, frozen=True):
-    """A Boolean that the environment sets, the same for all robots in a tick; off before the first.
-    A simulation has it on in the ticks of ``spans`` (first and last) and, drawn from the seed for
-    each other tick, with this ``probability``. ``again``: the values that specifications assume
-    infinitely often."""
-
-    name: str
-    spans: tuple[tuple[int, int], ...] = ()
-    probability: float = 0.0
-    again: tuple[bool, ...] = ()
-
-
-class Exclusion(Struct, frozen=True):
-    """``robots`` of which at most one is in ``regions`` at any moment; one in transit is in both of
-    its regions."""
-
-    robots: frozenset[str]
-    regions: frozenset[Region]
-
-
-class Coordination(StrEnum):
-    """How the coordination layer reassigns robots (DESIGN section 5)."""
-
-    RESYNTHESIS = "resynthesis"
-    ASSIGNABLE = "assignable"
-
-
-class RequestOrder(StrEnum):
-    """Which open request is served first where not all can be served (paper, Section V-D: the
-    newest)."""
-
-    NEWEST = "newest"
-    OLDEST = "oldest"
-
-
-class Controllers(StrEnum):
-    """How strategies are kept during a run: listed state by state, or as a running synthesizer
-    that gives their moves on demand; ``auto``: on demand where there are too many states."""
-
-    LISTED = "listed"
-    ON_DEMAND = "on_demand"
-    AUTO = "auto"
-
-
-class Clock(StrEnum):
-    """How a run passes time: in ticks, in each of which every robot takes its turn, or in seconds
-    (``live``): each robot decides when its last command has ended."""
-
-    LOCKSTEP = "lockstep"
-    LIVE = "live"
-
-
-class FailedMoves(StrEnum):
-    """Policy after too many failed moves of a robot into a region: the region counts as an obstacle
-    that only an operator resolves, or the robot is out of service."""
-
-    OBSTACLE = "obstacle"
-    OUT_OF_SERVICE = "out_of_service"
-
-
-class Failures(Struct, frozen=True):
-    """Policies of a live run. ``retries``: repetitions of a failed move into a region before
-    ``then``. ``most``: failed moves without an arrival after which a robot is out of service.
-    ``actions``: failed actions of a robot on an obstacle after which another robot helps.
-    A command is cancelled after ``patience`` times the median duration, or after ``timeout``
-    seconds (None: no such limit); if it has not ended after the same time again, the robot is
-    lost."""
-
-    retries: int = 2
-    then: FailedMoves = FailedMoves.OBSTACLE
-    most: int = 6
-    actions: int = 2
-    patience: float = 10.0
-    timeout: float | None = None
-
-
-class LatePolicy(StrEnum):
-    """After a broken promise the run continues, or ends with the outcome ``late``."""
-
-    GO_ON = "go_on"
-    STOP = "stop"
-
-
-class Until(Struct, frozen=True):
-    """The run is completed when every robot has met its objective this many times after the
-    last resolution; ``by``: at this tick at the latest, None if it has no such promise."""
-
-    rounds: int = 2
-    by: int | None = None
-
-
-class Limits(Struct, frozen=True):
-    """``ticks`` and ``seconds`` (wall, or on the clock of a live run; None for no limit) of a run;
-    seconds (wall) and MiB of each single synthesis; ``states`` of a strategy that is listed where
-    that is left to safenav."""
-
-    ticks: int = 1000
-    synthesis_seconds: float = 60.0
-    synthesis_memory: int = 2048
-    seconds: float | None = None
-    states: int = 200_000
-
-
-class Expect(Struct, frozen=True):
-    """The expected result of a run of the scenario; None means: not checked.
-
-    ``resolved`` and ``blocked`` name obstacles (``door@47``) as sets; ``helpers`` maps an
-    obstacle to the robot that is asked; ``ticks`` is an upper bound, ``least_ticks`` a lower
-    one; ``rounds``: at least so many of each robot; ``order``: events that happen one after
-    the other, whatever happens in between; ``never``: events that do not happen. ``late``: the
-    promises that are broken (robots, obstacles, ``mission``) as a set.
-    """
-
-    outcome: Outcome | None = None
-    resolved: frozenset[str] | None = None
-    blocked: frozenset[str] | None = None
-    helpers: Mapping[str, str] | None = None
-    ticks: int | None = None
-    least_ticks: int | None = None
-    rounds: Mapping[str, int] | None = None
-    order: tuple[EventPattern, ...] | None = None
-    never: tuple[EventPattern, ...] | None = None
-    late: frozenset[str] | None = None
-
-
-DEFAULT_CLOCK = Clock.LOCKSTEP
-"""The clock of a scenario that names none."""
 
 
 class Scenario(Struct, frozen=True):

@@ -6,8 +6,9 @@ from enum import StrEnum
 
 from msgspec import Struct
 
-from safenav.scenario.model import Input, Robot, Tracking
+from safenav.scenario.model import Robot, Tracking
 from safenav.scenario.objective import Objective, Target, targets_of
+from safenav.scenario.settings import Input
 from safenav.spec.objective import NO_MEMORY, Memory
 from safenav.world.map import Region
 from safenav.world.moves import Pose

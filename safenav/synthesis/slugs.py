@@ -19,7 +19,7 @@ from msgspec.structs import replace
 
 from safenav.errors import SynthesizerError
 from safenav.outcome import Verdict
-from safenav.scenario.model import Controllers, Limits
+from safenav.scenario.settings import Controllers, Limits
 from safenav.spec.specification import Specification
 from safenav.synthesis.binary import Binary, find_binary, find_own_binary
 from safenav.synthesis.cache import Cache, CacheEntry, key_of

@@ -14,7 +14,6 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.outcome import Verdict
-from safenav.scenario.model import name_parts
 from safenav.scenario.objective import (
     KINDS,
     Ltl,
@@ -25,17 +24,15 @@ from safenav.scenario.objective import (
 )
 from safenav.trace import records, vocabulary
 from safenav.trace.objective import Objective as TracedObjective
+from safenav.trace.words import (
+    _natural,
+    counted,
+    listed,
+    obstacle_words,
+    seconds_words,
+    with_article,
+)
 from safenav.world.map import Region
-
-_UNCOUNTED = {"debris", "dirt", "dust", "fire", "fog", "glass", "gravel", "ice", "mud", "oil"} | {
-    "rubble",
-    "sand",
-    "smoke",
-    "snow",
-    "uncertainty",
-    "water",
-}
-"""Kinds of obstacles of which there is no plural, so no article either."""
 
 
 def objective_of(told: TracedObjective) -> Objective | None:
@@ -65,25 +62,6 @@ def _ltl(spelled: str) -> Ltl:
 
 def objective_words(objective: Objective | None, word: Word = number_word) -> str:
     return "no objective" if objective is None else describe(objective, word)
-
-
-def obstacle_words(name: str, word: Word = number_word) -> str:
-    """``door@47``, or ``door@dock`` where the region has a name."""
-    _, region, _ = name_parts(name)
-    if not region.isdecimal():
-        return name
-    return name.replace(f"@{region}", f"@{word(int(region))}", 1)
-
-
-def seconds_words(seconds: float) -> str:
-    """A duration in the unit that fits: ``12 ms``, ``3.4 s``, ``2 min 5 s``."""
-    if seconds < 0.0005:
-        return "under 1 ms"
-    if seconds < 0.9995:
-        return f"{seconds * 1000:.0f} ms"
-    if seconds < 59.95:
-        return f"{seconds:.1f} s"
-    return f"{round(seconds) // 60} min {round(seconds) % 60} s"
 
 
 _WHY = {
@@ -377,11 +355,6 @@ class Wording(Struct, frozen=True):
         return listed(self.robot(name) for name in names)
 
 
-def _natural(name: str) -> list[tuple[int, str]]:
-    """As people sort: ``rover_2`` before ``rover_10``."""
-    return [(int(part or 0), text) for text, part in re.findall(r"(\D*)(\d*)", name)]
-
-
 def synthesis_words(line: records.Synthesis) -> str:
     """The result of a synthesis: ``21 states in 3 ms, verified``."""
     found = line.verdict.value.replace("_", " ")
@@ -395,34 +368,3 @@ def synthesis_words(line: records.Synthesis) -> str:
         vocabulary.Verified.MOVES: ", each move checked",
     }[line.verified]
     return f"{found}{spent}{proof}"
-
-
-def regions_words(regions: Iterable[Region], word: Word = number_word) -> str:
-    """Regions in short: ``22-24, 35``; a region alone by its name."""
-    runs: list[tuple[int, int]] = []
-    for region in sorted(regions):
-        if runs and region == runs[-1][1] + 1:
-            runs[-1] = (runs[-1][0], region)
-        else:
-            runs.append((region, region))
-    return ", ".join(word(a) if a == b else f"{a}-{b}" for a, b in runs)
-
-
-def listed(names: Iterable[str]) -> str:
-    """Return ``a``, ``a and b`` or ``a, b and c``; ``no robot`` for no names."""
-    words = list(names)
-    if len(words) < 2:
-        return words[0] if words else "no robot"
-    return ", ".join(words[:-1]) + " and " + words[-1]
-
-
-def counted(number: int, noun: str, plural: str = "") -> str:
-    """``1 state``, ``2 states``; ``plural`` where an s is not enough."""
-    return f"{number} {noun if number == 1 else plural or noun + 's'}"
-
-
-def with_article(kind: str) -> str:
-    """``a door``, ``an obstacle``, ``rubble``."""
-    if kind.lower() in _UNCOUNTED:
-        return kind
-    return f"{'an' if kind[:1].lower() in tuple('aeiou') else 'a'} {kind}"

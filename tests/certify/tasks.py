@@ -20,9 +20,10 @@ from safenav.certify.checker.check_run import Evidence
 from safenav.certify.checker.check_strategies import RefusedError
 from safenav.certify.run import Kept
 from safenav.outcome import Verdict
-from safenav.scenario.model import Clock, Scenario
+from safenav.scenario.model import Scenario
 from safenav.scenario.objective import targets_of, to_data
 from safenav.scenario.reading.loader import load_scenario_text
+from safenav.scenario.settings import Clock
 from safenav.spec.compile import compile_task
 from safenav.spec.objective import NO_MEMORY, Memory
 from safenav.spec.specification import Constraint, Section, Specification

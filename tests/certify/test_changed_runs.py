@@ -11,7 +11,7 @@ from certify.making import SCENARIOS, files_of, rewrite, run_checker, shipped
 from certify.mutants import lines_of, with_lines
 from safenav import Mission, TraceWriter, built_in, load_scenario
 from safenav.certify.record import bundle_of_trace
-from safenav.runtime.interventions import Close, Give, Serve
+from safenav.runtime.user_changes import Close, Give, Serve
 from safenav.scenario.objective import Visit
 
 Line = dict[str, Any]

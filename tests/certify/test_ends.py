@@ -15,7 +15,7 @@ from certify.mutants import lines_of, with_lines
 from safenav import Mission, TraceWriter, load_scenario
 from safenav.certify.record import bundle_of_run, bundle_of_trace
 from safenav.errors import NotCertifiedError
-from safenav.runtime.interventions import Give
+from safenav.runtime.user_changes import Give
 from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.objective import Visit

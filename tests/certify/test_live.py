@@ -20,8 +20,8 @@ from runtime.counting import COUNTING
 from safenav import Mission, TraceWriter, load_scenario
 from safenav.certify.record import bundle_of_trace
 from safenav.outcome import Outcome
-from safenav.scenario.model import Clock
 from safenav.scenario.reading.loader import load_scenario_text
+from safenav.scenario.settings import Clock
 from safenav.spec.compile import compile_task
 from safenav.spec.specification import Specification
 

@@ -11,9 +11,11 @@ import pytest
 
 from safenav import Mission
 from safenav.audit.check import check_trace
+from safenav.fleet import steps
 from safenav.fleet import world as fleet
 from safenav.fleet.fleet_file import ScanUse, Station
 from safenav.fleet.place import Places
+from safenav.fleet.steps import FleetClock, FleetError
 from safenav.fleet.transport import (
     GoalEnd,
     GoalEnded,
@@ -24,7 +26,7 @@ from safenav.fleet.transport import (
     Reported,
     Scanned,
 )
-from safenav.fleet.world import FleetClock, FleetError, FleetWorld
+from safenav.fleet.world import FleetWorld
 from safenav.outcome import Outcome
 from safenav.runtime.worlds.protocol import Acted, WorldEvent
 from safenav.scenario.model import Scenario
@@ -138,7 +140,8 @@ def told(event: WorldEvent) -> tuple[Any, ...]:
 def _quick(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Time limits of hundredths of seconds."""
     for name, seconds in (("SETTLING", 0.05), ("STOPPING", 0.05), ("FRESH", 0.05), ("STALE", 0.2)):
-        monkeypatch.setattr(fleet, name, seconds)
+        monkeypatch.setattr(steps, name, seconds)
+    monkeypatch.setattr(fleet, "FRESH", 0.05)
     yield
 
 

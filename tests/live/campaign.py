@@ -31,8 +31,9 @@ from live.wire import Wired
 from live.worlds import HangError, Live, Serial
 from safenav import Mission
 from safenav.audit.check import check_trace
-from safenav.scenario.model import Clock, Scenario
+from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
+from safenav.scenario.settings import Clock
 from safenav.trace.writing import as_data
 
 MOST = {

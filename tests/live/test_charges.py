@@ -24,8 +24,9 @@ from safenav.audit.check import check_trace
 from safenav.errors import InputError
 from safenav.runtime.energy.stops import Stops
 from safenav.runtime.formulas import graph_of
-from safenav.scenario.model import Clock, Scenario
+from safenav.scenario.model import Scenario
 from safenav.scenario.objective import targets_of
+from safenav.scenario.settings import Clock
 from safenav.trace.writing import as_data
 from safenav.world.poses import region_mask
 

@@ -16,8 +16,8 @@ from safenav.motion.file.writing import text_of
 from safenav.motion.making import motion_of
 from safenav.runtime.mission import Mission
 from safenav.runtime.worlds.simulation import LiveSimulation
-from safenav.scenario.model import Clock
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.scenario.settings import Clock
 from safenav.trace.reading import read_bytes
 from safenav.trace.trace import Trace
 from safenav.trace.writing import TraceWriter

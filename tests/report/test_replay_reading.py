@@ -16,7 +16,7 @@ from safenav.report.replay.reading import read_replay
 from safenav.report.replay.timeline import ObstacleStatus, Replay, StackRow, StoryKind
 from safenav.scenario.objective import Hold, Patrol, Visit
 from safenav.trace.reading import read_trace
-from safenav.trace.wording import seconds_words
+from safenav.trace.words import seconds_words
 from safenav.world.map import Heading
 
 Line = dict[str, Any]

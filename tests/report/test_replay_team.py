@@ -23,7 +23,7 @@ from safenav.report.replay.perception import SightCache, shading_lines, shading_
 from safenav.report.replay.reading import read_replay
 from safenav.report.replay.timeline import Replay, StoryKind
 from safenav.report.terminal.replay import frame
-from safenav.trace.wording import regions_words
+from safenav.trace.words import regions_words
 from safenav.world.map import RegionMap
 from safenav.world.sight import members, visible_from
 

@@ -21,8 +21,8 @@ from safenav.certify.record import bundle_of_run
 from safenav.cli.check import command
 from safenav.errors import UsageError
 from safenav.outcome import Outcome
-from safenav.runtime.interventions import Give, SetInput
 from safenav.runtime.mission import Mission
+from safenav.runtime.user_changes import Give, SetInput
 from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Hold

@@ -13,7 +13,7 @@ from safenav import Mission, TraceWriter, built_in, load_scenario
 from safenav.audit.check import audit
 from safenav.errors import UsageError
 from safenav.report.replay.reading import replay_of
-from safenav.runtime.interventions import Close, Give, Intervention, Serve, SetTruth, TakeAway
+from safenav.runtime.user_changes import Close, Give, Intervention, Serve, SetTruth, TakeAway
 from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.objective import Hold, Visit
 from safenav.scenario.reading.loader import load_scenario_text

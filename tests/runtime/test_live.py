@@ -36,9 +36,10 @@ from safenav.runtime.worlds.protocol import (
 )
 from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.runtime.worlds.world import SimulatedWorld
-from safenav.scenario.model import Clock, FailedMoves, Failures, Obstacle, Robot, Scenario
+from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.scenario.settings import Clock, FailedMoves, Failures
 from safenav.trace.vocabulary import ActResult
 from safenav.trace.writing import TraceWriter, as_data
 from safenav.world.moves import Pose

@@ -19,8 +19,8 @@ from safenav.certify.checker.check import check
 from safenav.certify.record import bundle_of_run
 from safenav.errors import InputError
 from safenav.runtime.mission import Mission
-from safenav.scenario.model import Clock
 from safenav.scenario.reading.loader import load_scenario_text
+from safenav.scenario.settings import Clock
 from safenav.trace.writing import TraceWriter
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or 12

@@ -20,8 +20,9 @@ from safenav.errors import SynthesizerError, UsageError
 from safenav.outcome import Outcome
 from safenav.runtime.mission import Mission
 from safenav.runtime.on_demand import OnDemand
-from safenav.scenario.model import Controllers, Limits, Scenario
+from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario
+from safenav.scenario.settings import Controllers, Limits
 from safenav.synthesis.serving.served import Position, ServedMeasure, ServedMove, ServedStrategy
 from safenav.trace import records, vocabulary
 from safenav.trace.reading import read_trace

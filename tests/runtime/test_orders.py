@@ -14,9 +14,9 @@ from safenav.audit.check import check_trace
 from safenav.certify.checker.check import check
 from safenav.certify.record import bundle_of_run
 from safenav.errors import UsageError
-from safenav.runtime.interventions import PlaceOrder
 from safenav.runtime.knowledge import Knowledge
 from safenav.runtime.mission import Mission
+from safenav.runtime.user_changes import PlaceOrder
 from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.trace.writing import TraceWriter

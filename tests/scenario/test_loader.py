@@ -9,18 +9,10 @@ import pytest
 
 from safenav.errors import InputError
 from safenav.outcome import Outcome
-from safenav.scenario.model import (
-    Controllers,
-    Coordination,
-    Limits,
-    Robot,
-    Scenario,
-    Timing,
-    Tracking,
-    Until,
-)
+from safenav.scenario.model import Robot, Scenario, Timing, Tracking
 from safenav.scenario.objective import Cover, Hold, Ltl, Patrol, Visit, to_data
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.scenario.settings import Controllers, Coordination, Limits, Until
 from safenav.world.map import Heading
 from safenav.world.moves import Pose
 

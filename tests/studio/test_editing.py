@@ -13,8 +13,8 @@ import pytest
 
 from safenav.audit.check import audit
 from safenav.errors import UsageError
-from safenav.runtime.interventions import Close, Give, Intervention, Serve, SetTruth, TakeAway
 from safenav.runtime.mission import Mission
+from safenav.runtime.user_changes import Close, Give, Intervention, Serve, SetTruth, TakeAway
 from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.objective import Hold, Visit
 from safenav.scenario.reading.catalogue import built_in

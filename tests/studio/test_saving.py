@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from safenav.errors import UsageError
-from safenav.runtime.interventions import Close, Give, Serve
 from safenav.runtime.mission import Mission
+from safenav.runtime.user_changes import Close, Give, Serve
 from safenav.scenario.objective import Hold
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_draft, load_scenario

@@ -10,8 +10,9 @@ from safenav.audit.deriving import open_obstacle, pose_of, poses_in, team_of
 from safenav.audit.kinds import shape_of
 from safenav.audit.language import Pose
 from safenav.audit.lines import Line, Objective
+from safenav.audit.members import OpenObstacle, OpenObstacles, Poses
 from safenav.audit.situation import Situation
-from safenav.audit.team import OpenObstacle, OpenObstacles, Poses, Team
+from safenav.audit.team import Team
 from safenav.audit.turn import Status
 
 

@@ -13,8 +13,8 @@ from itertools import combinations
 from typing import Any
 
 from safenav.audit.language import Pose
+from safenav.audit.members import OpenObstacle, OpenObstacles, Poses
 from safenav.audit.proofs.case import Case
-from safenav.audit.team import OpenObstacle, OpenObstacles, Poses
 
 Sets = Mapping[str, Poses]
 

@@ -15,8 +15,9 @@ from itertools import product
 from typing import Any, NamedTuple
 
 from safenav.audit.language import Pose
+from safenav.audit.members import OpenObstacle, OpenObstacles
 from safenav.audit.proofs.case import Case, Wish
-from safenav.audit.team import OpenObstacle, OpenObstacles, TooManyError
+from safenav.audit.team import TooManyError
 
 MOST_STATES = 200_000
 

@@ -7,9 +7,10 @@ from collections.abc import Iterator, Mapping
 from safenav.audit.deriving import open_obstacles, pose_of, serving, team_of
 from safenav.audit.kinds import ALTERNATION, STAYING
 from safenav.audit.lines import Line, Objective
+from safenav.audit.members import Act, Duty, Settlement
 from safenav.audit.rules.rule import Finding, Postponed, Rule
 from safenav.audit.situation import RESYNTHESIS, Situation
-from safenav.audit.team import Act, Duty, Settlement, TooManyError, TrappedError
+from safenav.audit.team import TooManyError, TrappedError
 from safenav.audit.turn import helpers_of
 
 SETTLES = ("acts", "blocked", "pop", "request", "push", "told", "synthesis")

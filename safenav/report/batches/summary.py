@@ -12,7 +12,7 @@ from safenav.batch.effect import without_effect
 from safenav.batch.results_file import counts
 from safenav.batch.session import Report
 from safenav.report.terminal.table import table
-from safenav.trace.wording import listed
+from safenav.trace.words import listed
 
 _REASONS = 3
 _NAMES = 20

@@ -28,7 +28,8 @@ from safenav.report.replay.timeline import (
 )
 from safenav.scenario.objective import Objective, targets_of
 from safenav.trace.looks import looks
-from safenav.trace.wording import objective_words, seconds_words
+from safenav.trace.wording import objective_words
+from safenav.trace.words import seconds_words
 from safenav.world.map import Region, RegionMap
 from safenav.world.sight import members
 

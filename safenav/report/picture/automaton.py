@@ -18,7 +18,7 @@ from safenav.spec.specification import Owner, Section
 from safenav.spec.task import Task
 from safenav.synthesis.export import in_words
 from safenav.synthesis.strategy import Strategy
-from safenav.trace.wording import regions_words
+from safenav.trace.words import regions_words
 from safenav.world.map import Heading, RegionMap
 
 MOST_STATES = 60

@@ -8,7 +8,7 @@ from safenav.report.terminal.map import FREE, MapPicture, Marker, draw, with_nam
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.objective import Objective, describe, targets_of
 from safenav.trace.labels import labels
-from safenav.trace.wording import listed, obstacle_words, regions_words
+from safenav.trace.words import listed, obstacle_words, regions_words
 from safenav.world.map import Region, RegionMap
 from safenav.world.sight import members, visible_from
 

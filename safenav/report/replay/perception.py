@@ -9,7 +9,7 @@ from __future__ import annotations
 from msgspec import Struct, field
 
 from safenav.report.replay.timeline import ObstacleStatus, Replay, RobotBelief
-from safenav.trace.wording import regions_words
+from safenav.trace.words import regions_words
 from safenav.world.map import Region
 from safenav.world.sight import Visibility, members, visible_from
 

@@ -14,7 +14,8 @@ from typing import Generic, TypeVar
 from msgspec import Struct, field
 
 from safenav.scenario.objective import Objective, Word, number_word
-from safenav.trace.wording import Wording, listed, obstacle_words
+from safenav.trace.wording import Wording
+from safenav.trace.words import listed, obstacle_words
 from safenav.world.map import Heading, Region, RegionMap
 
 T = TypeVar("T")

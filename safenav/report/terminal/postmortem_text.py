@@ -10,7 +10,7 @@ import click
 from safenav.outcome import Outcome
 from safenav.runtime.analysis.postmortem import Postmortem
 from safenav.scenario.model import Scenario
-from safenav.trace.wording import counted
+from safenav.trace.words import counted
 
 _CAUSES = {
     "no_capable_robot": "too few robots have a needed action",

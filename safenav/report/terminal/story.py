@@ -15,7 +15,8 @@ from safenav.scenario.model import Scenario
 from safenav.scenario.objective import describe, station, targets_of
 from safenav.trace import records, vocabulary
 from safenav.trace.labels import labels
-from safenav.trace.wording import Wording, counted, objective_of, seconds_words, synthesis_words
+from safenav.trace.wording import Wording, objective_of, synthesis_words
+from safenav.trace.words import counted, seconds_words
 from safenav.world.map import Heading, Region
 
 Echo = Callable[[str], None]

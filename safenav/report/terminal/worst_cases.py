@@ -7,7 +7,7 @@ from typing import Any
 
 from safenav.runtime.deadlines.worst import Times, Worst
 from safenav.scenario.objective import Word
-from safenav.trace.wording import obstacle_words
+from safenav.trace.words import obstacle_words
 from safenav.world.moves import Pose
 
 

@@ -21,7 +21,8 @@ from msgspec.structs import replace
 
 from safenav.outcome import Outcome
 from safenav.runtime.mission import Mission
-from safenav.scenario.model import LatePolicy, Robot, Scenario, Timing
+from safenav.scenario.model import Robot, Scenario, Timing
+from safenav.scenario.settings import LatePolicy
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace import records
 from safenav.trace.vocabulary import DeadlineVerdict

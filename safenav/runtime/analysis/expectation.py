@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from msgspec import Struct, field
 
 from safenav.scenario.event_pattern import EventKind, EventPattern
-from safenav.scenario.model import Expect
 from safenav.scenario.objective import Word, number_word
+from safenav.scenario.settings import Expect
 from safenav.trace import records
-from safenav.trace.wording import obstacle_words
+from safenav.trace.words import obstacle_words
 
 _KINDS = frozenset(kind.value for kind in EventKind)
 

@@ -19,7 +19,6 @@ from safenav.runtime.duties.reasons import Hindrance, Shortfall
 from safenav.runtime.mission import Mission, RunResult
 from safenav.runtime.team import TeamState
 from safenav.scenario.model import (
-    Clock,
     Need,
     Obstacle,
     ObstacleType,
@@ -29,6 +28,7 @@ from safenav.scenario.model import (
     Scenario,
 )
 from safenav.scenario.objective import Ltl, Target, staying, targets_of, with_targets, written
+from safenav.scenario.settings import Clock
 from safenav.synthesis.slugs import Synthesizer
 from safenav.world.map import Heading, Region
 from safenav.world.moves import Mobility, Pose

@@ -19,27 +19,29 @@ from msgspec.structs import asdict, replace
 from safenav.errors import UsageError
 from safenav.runtime.energy.traced import TracedCharges
 from safenav.scenario.model import (
-    Clock,
-    Coordination,
-    Exclusion,
-    Limits,
     Need,
     Obstacle,
     ObstacleType,
-    RequestOrder,
     Robot,
-    RobotChange,
     RobotModel,
     Scenario,
     Timing,
     Tracking,
-    Until,
     name_parts,
 )
 from safenav.scenario.motion import MotionModel
 from safenav.scenario.objective import Ltl, targets_of, with_targets
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.joining import joined
+from safenav.scenario.settings import (
+    Clock,
+    Coordination,
+    Exclusion,
+    Limits,
+    RequestOrder,
+    RobotChange,
+    Until,
+)
 from safenav.trace import records, setting, vocabulary
 from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.trace import Trace

@@ -17,7 +17,8 @@ from safenav.runtime.duties.settlement import Settled, Settlement
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import Role, TeamState
 from safenav.runtime.worlds.world import Change
-from safenav.scenario.model import Coordination, Obstacle
+from safenav.scenario.model import Obstacle
+from safenav.scenario.settings import Coordination
 from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace, objective_in_trace
 from safenav.trace.proofs import Proof

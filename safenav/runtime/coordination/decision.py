@@ -51,7 +51,8 @@ from safenav.runtime.resolution.proofs import TeamClosure, closure_of
 from safenav.runtime.resolution.solve import Plan, Solver
 from safenav.runtime.team import Role, TeamState
 from safenav.runtime.termination import Conclusion
-from safenav.scenario.model import Coordination, Obstacle
+from safenav.scenario.model import Obstacle
+from safenav.scenario.settings import Coordination
 from safenav.trace.records import Appeared, Record, Reopened, Service
 from safenav.trace.vocabulary import BlockReason, ChangeCause, Reason
 

@@ -12,7 +12,7 @@ from safenav.runtime.coordination.decision import closed
 from safenav.runtime.duties.reasons import Shortfall, shortfall_words, shortfalls
 from safenav.runtime.team import TeamState
 from safenav.scenario.model import Scenario
-from safenav.trace.wording import listed
+from safenav.trace.words import listed
 from safenav.world.poses import bits
 
 

@@ -22,7 +22,7 @@ from safenav.scenario.objective import Ltl
 from safenav.spec.task import Task
 from safenav.trace import vocabulary
 from safenav.trace.proofs import Choice, Closure, Option, Proof, Reach, Tree
-from safenav.trace.wording import obstacle_words
+from safenav.trace.words import obstacle_words
 
 _TRAPPED = "every remaining option traps a robot needed elsewhere"
 

@@ -14,8 +14,9 @@ from msgspec.structs import replace
 from safenav.runtime.deadlines.within import Walk, best_places, keep, least_within, next_places
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
-from safenav.scenario.model import Coordination, Tracking
+from safenav.scenario.model import Tracking
 from safenav.scenario.objective import Ltl, Objective, Target, targets_of
+from safenav.scenario.settings import Coordination
 from safenav.spec.forms import Rung, forms
 from safenav.spec.objective import Memory
 from safenav.spec.task import LADDERS, Fairness, Observed, Task

@@ -19,8 +19,9 @@ from safenav.runtime.resolution.problem import (
     Zones,
 )
 from safenav.runtime.team import RobotState, TeamState
-from safenav.scenario.model import RequestOrder, Robot, Scenario
+from safenav.scenario.model import Robot, Scenario
 from safenav.scenario.objective import Ltl, targets_of
+from safenav.scenario.settings import RequestOrder
 from safenav.trace.header import heading_in_trace
 from safenav.trace.vocabulary import Place
 from safenav.world.poses import Mask, PoseGraph, bits, region_mask

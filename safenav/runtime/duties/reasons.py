@@ -12,7 +12,7 @@ from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.resolution.proofs import TeamClosure
 from safenav.scenario.objective import Word
 from safenav.trace.vocabulary import OperatorCause
-from safenav.trace.wording import listed, obstacle_words
+from safenav.trace.words import listed, obstacle_words
 from safenav.world.poses import bits
 
 

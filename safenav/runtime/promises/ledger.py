@@ -25,7 +25,7 @@ from safenav.runtime.promises.moment import goals_left, moment_of
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded
-from safenav.scenario.model import LatePolicy
+from safenav.scenario.settings import LatePolicy
 from safenav.trace import records
 from safenav.trace.vocabulary import DeadlineVerdict
 from safenav.trace.wording import Wording

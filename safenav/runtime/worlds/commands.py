@@ -32,9 +32,10 @@ from safenav.runtime.worlds.protocol import (
     WorldEvent,
 )
 from safenav.runtime.worlds.world import Change, ChangingWorld
-from safenav.scenario.model import Failures, Obstacle, Robot, Scenario
+from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.scenario.settings import Failures
 from safenav.trace.vocabulary import ActResult
-from safenav.trace.wording import seconds_words
+from safenav.trace.words import seconds_words
 from safenav.world.map import Region
 from safenav.world.moves import Mobility, Pose
 

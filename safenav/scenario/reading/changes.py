@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import ClassVar
 
-from safenav.scenario.model import Robot, RobotChange
+from safenav.scenario.model import Robot
 from safenav.scenario.objective import (
     Ltl,
     Objective,
@@ -18,6 +18,7 @@ from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading.objective import ObjectiveKeys, ObjectiveReader
 from safenav.scenario.reading.obstacles import TICK
 from safenav.scenario.reading.regions import RegionReader
+from safenav.scenario.settings import RobotChange
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Node, clipped
 from safenav.scenario.yaml.findings import Findings, suggestion

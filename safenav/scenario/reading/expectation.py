@@ -7,8 +7,9 @@ from collections.abc import Callable, Sequence
 
 from safenav.outcome import Outcome
 from safenav.scenario.event_pattern import EventKind, EventPattern
-from safenav.scenario.model import Expect, Obstacle, name_parts
+from safenav.scenario.model import Obstacle, name_parts
 from safenav.scenario.reading.regions import RegionReader
+from safenav.scenario.settings import Expect
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped
 from safenav.scenario.yaml.findings import Findings, suggestion

@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 
 from safenav.formula.syntax import RESERVED_WORDS
-from safenav.scenario.model import Input
 from safenav.scenario.reading.naming import IDENTIFIER
 from safenav.scenario.reading.objective import OWN_VARIABLES, VARIABLE
 from safenav.scenario.reading.obstacles import MOST_TICKS, TICK
+from safenav.scenario.settings import Input
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Node, Scalar, Sequence, clipped
 from safenav.scenario.yaml.findings import Findings

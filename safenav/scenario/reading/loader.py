@@ -12,22 +12,7 @@ from pathlib import Path
 from msgspec import Struct
 
 from safenav.errors import Diagnostic, InputError
-from safenav.scenario.model import (
-    Catalogue,
-    Clock,
-    Controllers,
-    Coordination,
-    FailedMoves,
-    Failures,
-    LatePolicy,
-    Limits,
-    ObstacleType,
-    RequestOrder,
-    Robot,
-    RobotChange,
-    Scenario,
-    Until,
-)
+from safenav.scenario.model import Catalogue, ObstacleType, Robot, Scenario
 from safenav.scenario.objective import Ltl
 from safenav.scenario.reading.areas import AREAS, read_areas
 from safenav.scenario.reading.catalogue import CatalogueKeys, built_in, extended, read_catalogue
@@ -50,6 +35,18 @@ from safenav.scenario.reading.promises import check_promises
 from safenav.scenario.reading.regions import REGION, RegionReader
 from safenav.scenario.reading.requirements import REQUIREMENTS, read_requirements
 from safenav.scenario.reading.robots import ROBOTS, read_robots
+from safenav.scenario.settings import (
+    Clock,
+    Controllers,
+    Coordination,
+    FailedMoves,
+    Failures,
+    LatePolicy,
+    Limits,
+    RequestOrder,
+    RobotChange,
+    Until,
+)
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped
 from safenav.scenario.yaml.findings import Findings, ReadableFolder, suggestion

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from safenav.scenario.model import Exclusion, Robot, Tracking
+from safenav.scenario.model import Robot, Tracking
 from safenav.scenario.reading.regions import TARGET, RegionReader
+from safenav.scenario.settings import Exclusion
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Node, clipped
 from safenav.scenario.yaml.document import Sequence as ListNode

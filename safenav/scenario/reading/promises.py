@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from safenav.scenario.model import Clock, Coordination, Scenario
+from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Ltl, kinds_that, one_of
 from safenav.scenario.reachability import Reachability
+from safenav.scenario.settings import Clock, Coordination
 from safenav.scenario.yaml.document import Mapping
 from safenav.scenario.yaml.findings import Findings
 

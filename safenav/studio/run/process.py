@@ -21,8 +21,9 @@ from safenav.lines import json_line
 from safenav.runtime.analysis.resuming import joins_words, rest_with
 from safenav.runtime.intervening import intervention
 from safenav.runtime.mission import Mission
-from safenav.scenario.model import Clock, Scenario
+from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
+from safenav.scenario.settings import Clock
 from safenav.studio.run.orders import ADD, DONE, FAILED, REFUSED, RunOrder
 from safenav.trace.records import Record
 from safenav.trace.writing import as_data

@@ -10,9 +10,10 @@ from typing import Any, NamedTuple
 import pytest
 
 from safenav.audit.language import HEADINGS, Pose
+from safenav.audit.members import Member, Need, OpenObstacle
 from safenav.audit.proofs.case import Case, Wish
 from safenav.audit.rules.proofs import problems_of
-from safenav.audit.team import Member, Need, OpenObstacle, Team, TooManyError
+from safenav.audit.team import Team, TooManyError
 
 # A corridor of regions 1 to 5; nobody may enter 0 or 6.
 FREE = frozenset(range(1, 6))

@@ -14,8 +14,9 @@ from safenav.cli.check import command
 from safenav.errors import InputError
 from safenav.runtime.analysis.ahead import run_ahead
 from safenav.runtime.mission import Mission, default_synthesizer
-from safenav.scenario.model import LatePolicy, Timing, Until
+from safenav.scenario.model import Timing
 from safenav.scenario.reading.loader import load_scenario_text
+from safenav.scenario.settings import LatePolicy, Until
 from safenav.trace import records
 
 COUNT = (int(os.environ.get("SAFENAV_FUZZ", "0")) or 45) // 5

@@ -17,8 +17,9 @@ from safenav.runtime.termination import RunEnded, Stop
 from safenav.runtime.traffic.plan_search import PlanSearch
 from safenav.runtime.traffic.thinking import Thinking, Unknown
 from safenav.runtime.worlds.protocol import Acted, Arrived, WorldEvent
-from safenav.scenario.model import Clock, Obstacle, Robot
+from safenav.scenario.model import Obstacle, Robot
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.scenario.settings import Clock
 from safenav.spec.specification import Specification
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace import records

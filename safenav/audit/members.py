@@ -1,0 +1,125 @@
+"""The members of a team, its open obstacles and what a settlement says, as data of ``team``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from itertools import takewhile
+from typing import NamedTuple
+
+from safenav.audit.language import Pose
+
+Poses = frozenset[Pose]
+
+
+FAR = 1 << 30
+
+
+class Act(NamedTuple):
+    """``robots``, each in its pose, have their part in the next need of an obstacle, its need
+    number ``need``."""
+
+    obstacle: str
+    need: int
+    robots: dict[str, Pose]
+
+
+class Need(NamedTuple):
+    """An action that ``robots`` of the ``able`` ones perform, each on one of ``regions``, all in
+    one tick if ``together``; ``same``: they are among those of the need before it."""
+
+    able: frozenset[str]
+    regions: frozenset[int]
+    robots: int = 1
+    together: bool = False
+    same: bool = False
+
+
+class OpenObstacle(NamedTuple):
+    """An open obstacle. ``stops``: robots that it physically stops; ``left``: its unmet needs, the
+    next one first; ``done``: robots that have had their part in that; ``barred``: robots without a
+    strategy for serving it; ``order``: robots that can take several loads take them in this
+    order."""
+
+    name: str
+    region: int
+    stops: frozenset[str]
+    left: tuple[Need, ...]
+    done: frozenset[str] = frozenset()
+    barred: frozenset[str] = frozenset()
+    order: tuple[str, int, int] = ("", 0, 0)
+
+    def closes(self, robot: str) -> bool:
+        """Whether a robot must keep out: it is stopped, and does not resolve it by entering."""
+        last = self.left[-1:]
+        enters = len(self.left) == 1 and last[0].robots == 1 and not last[0].same
+        enters = enters and self.region in last[0].regions and robot in last[0].able
+        return bool(last) and robot in self.stops and not enters
+
+    def chain(self) -> tuple[Need, ...]:
+        """The needs after the next one that the same robots must meet."""
+        later = self.left[1:]
+        return tuple(takewhile(lambda need: need.same, later))
+
+    def takes(self) -> bool:
+        """Whether the robots that meet the next need carry a load from then on."""
+        return bool(self.chain()) and not self.left[0].same
+
+    def carriers(self) -> frozenset[str]:
+        """The robots that carry a load: they have taken it, or had a part in taking it."""
+        if self.left and self.left[0].same:
+            return self.left[0].able
+        return self.done if self.takes() else frozenset()
+
+    def commits(self) -> bool:
+        """Whether the robots that meet the next need are chosen for another one by that."""
+        chosen = self.left[0].same and len(self.left[0].able) <= self.left[0].robots
+        return bool(self.chain()) and not chosen
+
+    def advanced(self, group: Iterable[str]) -> OpenObstacle:
+        left, met = self.left[1:], self.done.union(group)
+        if left and left[0].same:
+            left = (left[0]._replace(able=left[0].able & met), *left[1:])
+        return self._replace(left=left, done=frozenset())
+
+
+class Member(NamedTuple):
+    """A robot. ``steps``: from each pose to others, obstacles that stay left out; ``aims``: for
+    each of its targets the poses where it is met; ``ticks``: of its slowest step; ``room``: the
+    most loads that it can carry."""
+
+    steps: Mapping[Pose, tuple[Pose, ...]]
+    aims: tuple[Poses, ...]
+    rivals: frozenset[str] = frozenset()
+    ticks: int = 1
+    room: int = FAR
+
+
+OpenObstacles = tuple[OpenObstacle, ...]
+
+
+Sets = tuple[Poses, ...]  # poses that each robot may choose
+
+
+class Step(NamedTuple):
+    """The next need of the obstacle with that index, met by ``group``, each ``at`` some poses."""
+
+    obstacle: int
+    group: tuple[str, ...]
+    at: tuple[Poses, ...]
+    lossless: bool
+
+
+class Duty(NamedTuple):
+    """``robot`` serves an obstacle, with ``group``, in one of ``regions``."""
+
+    obstacle: str
+    group: tuple[str, ...]
+    regions: frozenset[int]
+    stays: bool
+
+
+class Settlement(NamedTuple):
+    """``served``: obstacles that will be resolved; ``duties``: duty of each robot."""
+
+    served: tuple[str, ...]
+    duties: dict[str, Duty]

@@ -1,0 +1,287 @@
+"""The steps of driven robots: goals sent, watched, tried again or given up, and where they end."""
+
+from __future__ import annotations
+
+import queue
+import time
+from collections.abc import Callable, Mapping
+from math import inf
+from typing import TYPE_CHECKING
+
+from msgspec import Struct
+
+from safenav.errors import ExitCode, SafenavError
+from safenav.extras import missing
+from safenav.fleet.acting import FleetProgress
+from safenav.fleet.fleet_file import Station
+from safenav.fleet.place import Places
+from safenav.fleet.recording import DriveRecording, RecordedTransport
+from safenav.fleet.sensing import Sensing
+from safenav.fleet.task import DrivenRobot, FleetTask, Phase
+from safenav.fleet.transport import (
+    GoalEnd,
+    GoalEnded,
+    GoalPoint,
+    Message,
+    Transport,
+)
+from safenav.runtime.worlds.protocol import (
+    Arrived,
+    Blocked,
+    Elsewhere,
+    Failed,
+    Lost,
+    WorldEvent,
+)
+from safenav.scenario.model import Obstacle, Scenario
+from safenav.world.frame import Frame
+from safenav.world.map import Region
+from safenav.world.moves import Mobility, Pose
+
+if TYPE_CHECKING:
+    from safenav.fleet.following import Follower, Following
+
+
+FRESH = 1.0
+"""Seconds for which an arrival waits for a reading that was taken after it."""
+
+
+STALE = 2.0
+"""Seconds without odometry after which nobody knows where a robot is."""
+
+
+SETTLING = 5.0
+"""Seconds that every goal may take beyond its distance: to accept it, to turn, to brake."""
+
+
+STOPPING = 5.0
+"""Seconds in which a cancelled goal has to end."""
+
+
+class FleetError(SafenavError):
+    """A fleet cannot be driven: a transport is missing, or a robot does not answer."""
+
+    exit_code = ExitCode.BAD_INPUT
+
+
+class FleetClock(Struct, frozen=True):
+    """Seconds; ``step``: of a simulation whose time passes only while the run waits, lets it pass
+    up to its next messages."""
+
+    now: Callable[[], float] = time.monotonic
+    step: Callable[[], None] | None = None
+
+
+REAL_TIME = FleetClock()
+
+
+class FleetSteps:
+    """Robots behind a transport, each on a step of its own."""
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        stations: Mapping[str, Station],
+        transport: Transport,
+        clock: FleetClock = REAL_TIME,
+        recording: DriveRecording | None = None,
+    ) -> None:
+        frame = self.check(scenario)
+        self._scenario = scenario
+        self.places = Places(scenario.map, frame)
+        self.recording = recording
+        if recording is not None:
+            transport = RecordedTransport(transport, clock.now, recording)
+        self._following = _following(scenario, self.places, stations, transport, clock.now)
+        self._transport = self._following or transport
+        self._clock = clock
+        self.begun = clock.now()
+        """The clock's seconds at which this world's begin."""
+        self._messages: queue.SimpleQueue[Message] = queue.SimpleQueue()
+        self._bodies = {
+            robot.name: DrivenRobot(robot, stations[robot.name], robot.start)
+            for robot in scenario.robots
+        }
+        self._goals = 0
+        self._sensing = Sensing(scenario, self.places)
+        self._events: list[WorldEvent] = []
+        self._untold: dict[str, FleetTask] = {}
+        self._progress = FleetProgress(scenario)
+        self._strays: dict[str, Obstacle] = {}
+        self._inputs: dict[str, bool] = {}
+
+    @staticmethod
+    def check(scenario: Scenario) -> Frame:
+        """Where the map lies in metres. Raises FleetError if the scenario does not say."""
+        if scenario.map.frame is None:
+            said = "the scenario's map has no metres: add 'resolution: 1.0' (metres a region)"
+            raise FleetError(f"{said} to 'map', or take the map from map_server with 'ros:'")
+        return scenario.map.frame
+
+    @property
+    def followers(self) -> Mapping[str, Follower]:
+        """The robots that are driven by references, with their plans."""
+        return {} if self._following is None else self._following.followers
+
+    def now(self) -> float:
+        return self._clock.now() - self.begun
+
+    def _send(self, body: DrivenRobot, task: FleetTask, pose: Pose) -> None:
+        self._goals += 1
+        x, y = self.places.centre(pose.region)
+        task.goal = self._goals
+        far = self._metres_to(body, pose.region)
+        task.due = self.now() + SETTLING + body.station.timeout * far / body.station.speed
+        short = task.phase is Phase.GOING and self._sensing.at(pose.region) is not None
+        goal = GoalPoint(self._goals, x, y, self.places.yaw(pose), short)
+        self._transport.navigate(body.robot.name, goal)
+        task.due = max(task.due, self.now() + SETTLING + self._left(body))
+
+    def _left(self, body: DrivenRobot) -> float:
+        """Seconds until the reference of a robot is over."""
+        return 0.0 if self._following is None else self._following.left(body.robot.name)
+
+    def _metres_to(self, body: DrivenRobot, region: Region) -> float:
+        at = body.place
+        x, y = (at.x, at.y) if at is not None else self.places.centre(body.pose.region)
+        return self.places.distance(region, x, y)
+
+    def _goal_ended(self, body: DrivenRobot, message: GoalEnded) -> None:
+        task = body.task
+        if task is None or message.number != task.goal:
+            return  # late: of a goal that was given up
+        if task.phase is Phase.GOING and message.end is GoalEnd.SUCCEEDED:
+            self._look(body, task)
+        elif task.phase is Phase.GOING:
+            self._again_or_back(body, task, message.reason or message.end.value)
+        elif task.phase is Phase.STOPPING and message.end is GoalEnd.SUCCEEDED:
+            self._look(body, task)  # it was there before it could stop
+        elif task.phase is Phase.STOPPING:
+            self._go_back(body, task)
+        elif task.phase is Phase.RETURNING and message.end is GoalEnd.SUCCEEDED:
+            self._look(body, task)
+        elif task.phase is Phase.RETURNING:
+            self._lose(body, task)
+
+    def _again_or_back(self, body: DrivenRobot, task: FleetTask, reason: str) -> None:
+        task.reason = reason
+        if task.left and self._sensing.at(task.to.region) is None:
+            task.left -= 1
+            self._send(body, task, task.to)
+        else:
+            self._go_back(body, task)
+
+    def _stop(self, body: DrivenRobot, task: FleetTask, reason: str) -> None:
+        task.reason, task.phase = reason, Phase.STOPPING
+        task.due = self.now() + STOPPING + self._left(body)
+        self._transport.cancel(body.robot.name)
+
+    def _watch(self, body: DrivenRobot) -> None:
+        """Stop a robot that leaves the regions of its step: its own planner may lead it around what
+        stands before it, through regions that other robots may enter. One that is in the midst of
+        another region is lost; a follower has its reference instead."""
+        task, at = body.task, body.place
+        if task is None or at is None or body.robot.name in self.followers:
+            return
+        off = min(self.places.outside(region, at.x, at.y) for region in body.regions)
+        if task.phase is Phase.GOING and off > body.station.tolerance:
+            self._stop(body, task, f"{off:.2f} m outside the regions of its step")
+        midst = min(self.places.frame.resolution) / 2
+        if task.phase in (Phase.STOPPING, Phase.RETURNING) and off > midst + body.station.tolerance:
+            self._transport.cancel(body.robot.name)
+            self._lose(body, task)
+
+    def _go_back(self, body: DrivenRobot, task: FleetTask) -> None:
+        task.phase, task.back = Phase.RETURNING, True
+        self._send(body, task, task.start)
+
+    def _came_back(self, body: DrivenRobot, task: FleetTask) -> None:
+        pose = self._pose_now(body)
+        if pose is None:
+            self._lose(body, task)
+            return
+        seen = self._sensing.at(task.to.region)
+        if pose.region != task.start.region:
+            self._end(
+                body, pose, Elsewhere(self.now(), body.robot.name, pose, command=task.command)
+            )
+        elif seen is not None:
+            blocked = Blocked(self.now(), body.robot.name, pose, seen, command=task.command)
+            self._end(body, pose, blocked)
+        else:
+            failed = Failed(self.now(), body.robot.name, pose, task.reason, command=task.command)
+            self._end(body, pose, failed)
+
+    def _look(self, body: DrivenRobot, task: FleetTask) -> None:
+        """The robot says that it has arrived, or is back: wait until its sensors have looked from
+        there."""
+        task.phase, task.due = Phase.LOOKING, self.now() + FRESH
+        task.since = body.place.stamp if body.place is not None else -inf
+        if body.station.scan is None:
+            self._looked(body, task)
+
+    def _looked(self, body: DrivenRobot, task: FleetTask) -> None:
+        (self._came_back if task.back else self._arrive)(body, task)
+
+    def _arrive(self, body: DrivenRobot, task: FleetTask) -> None:
+        pose = self._pose_now(body)
+        if pose is None:
+            self._lose(body, task)
+        elif pose == task.to and self._near(body, pose.region):
+            self._end(body, pose, Arrived(self.now(), body.robot.name, command=task.command))
+        elif pose.region == task.to.region and pose != task.to:
+            self._end(
+                body, pose, Elsewhere(self.now(), body.robot.name, pose, command=task.command)
+            )
+        else:
+            off = self._metres_to(body, task.to.region)
+            far = f"it says that it arrived, {off:.2f} m from the middle of {task.to.region}"
+            task.phase = Phase.GOING
+            self._again_or_back(body, task, far)
+
+    def _near(self, body: DrivenRobot, region: Region) -> bool:
+        """Whether it is where it was sent: of a follower its reference has told."""
+        return (
+            body.robot.name in self.followers
+            or self._metres_to(body, region) <= body.station.tolerance
+        )
+
+    def _lose(self, body: DrivenRobot, task: FleetTask) -> None:
+        regions = frozenset((task.start.region, task.to.region))
+        at = self._pose_now(body)
+        if at is not None:
+            regions |= {at.region}
+        event = Lost(self.now(), body.robot.name, regions, command=task.command)
+        self._end(body, body.pose, event)
+
+    def _end(self, body: DrivenRobot, pose: Pose, event: WorldEvent) -> None:
+        body.pose, body.task = pose, None
+        self._events.append(event)
+
+    def _pose_now(self, body: DrivenRobot) -> Pose | None:
+        """Where the robot is by its newest odometry; None if that is old, or in no free region."""
+        at = body.place
+        if at is None or self.now() - body.heard > STALE:
+            return None
+        region = self.places.region(at.x, at.y)
+        if region is None or not self._scenario.map.is_free(region):
+            return None
+        turns = body.robot.model.mobility is Mobility.HEADING
+        return Pose(region, self.places.heading(at.yaw) if turns else None)
+
+
+def _following(
+    scenario: Scenario,
+    places: Places,
+    stations: Mapping[str, Station],
+    transport: Transport,
+    clock: Callable[[], float],
+) -> Following | None:
+    """The maker of references, if a robot follows; its libraries are loaded only then."""
+    if all(station.follow is None for station in stations.values()):
+        return None
+    try:
+        from safenav.fleet.following import Following
+    except ImportError as error:
+        raise missing("'follow' of a robot", "numpy", "motion") from error
+    return Following(transport, scenario.robots, places, stations, clock)

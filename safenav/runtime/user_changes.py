@@ -1,0 +1,99 @@
+"""Changes to the world that a user can ask for between two ticks, as data."""
+
+from __future__ import annotations
+
+from msgspec import Struct
+
+from safenav.scenario.model import ObstacleType
+from safenav.scenario.objective import Objective
+from safenav.world.map import Region
+from safenav.world.moves import Pose
+
+
+class Close(Struct, frozen=True):
+    """An obstacle that appears in a region, as soon as no robot is there. ``truth``: revealed by
+    resolving it, for a type that has a truth."""
+
+    type: ObstacleType
+    region: Region
+    truth: bool | None = None
+
+
+class PlaceOrder(Struct, frozen=True):
+    """Work that somebody wants done in a region: an obstacle of a type that blocks no robot,
+    requested by no robot."""
+
+    type: ObstacleType
+    region: Region
+
+
+class TakeAway(Struct, frozen=True):
+    """An obstacle that disappears, by its name."""
+
+    obstacle: str
+
+
+class SetTruth(Struct, frozen=True):
+    """Another truth that resolving an obstacle reveals."""
+
+    obstacle: str
+    traversable: bool
+
+
+class Give(Struct, frozen=True):
+    """A robot gets another objective of its own."""
+
+    robot: str
+    objective: Objective
+
+
+class Serve(Struct, frozen=True):
+    """A robot stands still, or is back in service."""
+
+    robot: str
+    active: bool
+
+
+class SetInput(Struct, frozen=True):
+    """An input of the environment is on, or off, from now on."""
+
+    name: str
+    on: bool
+
+
+class MarkResolved(Struct, frozen=True):
+    """An operator has resolved an obstacle, by its name."""
+
+    obstacle: str
+
+
+class MarkPermanent(Struct, frozen=True):
+    """An obstacle that the team has encountered is permanent, by its name."""
+
+    obstacle: str
+
+
+class PutBack(Struct, frozen=True):
+    """A robot that has no command stands in ``pose`` now, and is in service."""
+
+    robot: str
+    pose: Pose
+
+
+class GiveUp(Struct, frozen=True):
+    """The run ends: as it would have ended where it waits, else as interrupted."""
+
+
+Intervention = (
+    Close
+    | PlaceOrder
+    | TakeAway
+    | SetTruth
+    | Give
+    | Serve
+    | SetInput
+    | MarkResolved
+    | MarkPermanent
+    | PutBack
+    | GiveUp
+)
