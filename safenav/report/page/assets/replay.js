@@ -1,4 +1,4 @@
-/* sources cb3fd696df5d7fe350d1bdb166fe588a5d8073e4c532e74d3730078142b4c617 */
+/* sources 9f5c97200c99b494cd6557d08f8f8cc463684885877cfd161a25ea458e0c965b */
 /* Contains Preact:
 The MIT License (MIT)
 

@@ -82,6 +82,10 @@ export function World({ run, tick, types, models, out, inputs, tool, choose, say
     ((tool.does !== "close" && tool.does !== "order") || tool.type === name) &&
     (tool.does !== "send" || tool.robot === name);
   const waits = waitsFor(run);
+  // The types that this run has, the first of all and the chosen one have buttons; the others wait in a list.
+  const near = types.filter(
+    ({ name, ordered }, i) => !ordered && (i === 0 || run.obstacles.some((o) => o.type === name) || (tool.does === "close" && tool.type === name)),
+  );
   return (
     <section class="panel world" aria-labelledby="world-title">
       {waits !== null && !over && (
@@ -123,8 +127,8 @@ export function World({ run, tick, types, models, out, inputs, tool, choose, say
               Order: {type.name}
             </button>
           ))}
-        {types.flatMap((type) =>
-          (type.ordered ? [] : type.truth ? [true, false] : [true]).map((truth) => (
+        {near.flatMap((type) =>
+          (type.truth ? [true, false] : [true]).map((truth) => (
             <button
               type="button"
               key={`${type.name}${truth}`}
@@ -138,6 +142,26 @@ export function World({ run, tick, types, models, out, inputs, tool, choose, say
               {type.truth ? `${type.name}, ${truth ? "passable" : "impassable"}` : `Close: ${type.name}`}
             </button>
           )),
+        )}
+        {types.some((type) => !type.ordered && !near.includes(type)) && (
+          <select
+            aria-label="Close with another obstacle"
+            value=""
+            aria-disabled={over}
+            title={over ? OVER : "Close a free region with another obstacle of the catalogue"}
+            onChange={(event) => {
+              if (over) notice(OVER);
+              else choose({ does: "close", type: event.currentTarget.value, truth: true });
+              event.currentTarget.value = "";
+            }}
+          >
+            <option value="">Close with ...</option>
+            {types
+              .filter((type) => !type.ordered && !near.includes(type))
+              .map(({ name }) => (
+                <option key={name}>{name}</option>
+              ))}
+          </select>
         )}
         <button type="button" aria-pressed={tool.does === "open"} {...unless(off, () => choose({ does: "open" }))}>
           Remove
