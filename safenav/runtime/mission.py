@@ -152,8 +152,8 @@ class Mission:
         """
         self.start()
         while self.result is None:
-            waiting = self.waiting is not None and self._commands.idle
-            if waiting and not self._interventions.asked:
+            waiting = self.waiting is not None and self._algorithm.attended
+            if waiting and self._commands.idle and not self._interventions.asked:
                 time.sleep(WAITED)  # an operator intervenes from another thread
             self.step()
         return self.result
@@ -187,7 +187,7 @@ class Mission:
 
     @property
     def waiting(self) -> Conclusion | None:
-        """The end of a live run that waits for an operator instead."""
+        """The end of a run that waits instead: for an operator, or for a change of the scenario."""
         return self.state.waiting
 
     @property

@@ -18,6 +18,7 @@ from safenav.runtime.coordination.events import (
 )
 from safenav.runtime.termination import Conclusion, RunEnded
 from safenav.scenario.model import Obstacle
+from safenav.scenario.settings import switching
 from safenav.trace import records
 from safenav.trace.vocabulary import OperatorCause, PlanEndReason
 from safenav.trace.words import seconds_words
@@ -32,16 +33,19 @@ SLOWEST = 20.0
 
 class Passes(Algorithm):
     """The passes of a team. ``attended``: live, whether an operator can intervene; then the run
-    waits where it would end."""
+    waits where it would end. Any run waits where it would end while its scenario still changes
+    something: ``_left`` is how often, when the wait began."""
 
     attended: bool = False
     limit: float | None = None
     _changed: bool = True
     _still: int = 0
     _come: bool = False
+    _left: int = 0
 
     def __post_init__(self) -> None:
         self.limit = self._limit()
+        self.team.changes_to_come = lambda: bool(self._to_come())
 
     def tick(self) -> None:
         """One tick, or one pass of a live run: what the world reports, the changes, each robot's
@@ -49,7 +53,8 @@ class Passes(Algorithm):
         team, before = self.team, self.team.changes
         self.stop.check()
         asked = self.interventions.asked
-        if team.waiting is not None and not asked and self.world.simulated and self.world.idle:
+        stands = self.attended and self.world.simulated and self.world.idle
+        if team.waiting is not None and not asked and stands:
             return  # time stands still until an operator intervenes
         self._come = self.search.fresh() or self._come
         changed = self._changed or self._come or asked or self.traffic.thinking.fresh()
@@ -70,7 +75,9 @@ class Passes(Algorithm):
             if change.obstacle.ordered if change.appeared else known:  # duties change with it
                 self.settle(self.turns.leave_plan(PlanEndReason.CHANGED, settling=True))
             team.introduce(change.obstacle, change.truth)
-            self.settle([ObstacleChanged(change)])
+            self._guarded(partial(self.settle, [ObstacleChanged(change)]))
+        if team.waiting is not None and not self.attended:
+            self._together |= len(self._to_come()) < self._left
         if self._together:
             self._resume()
         for number, robot in enumerate(team.robots.values(), 1):
@@ -128,6 +135,15 @@ class Passes(Algorithm):
         times = (*changes, *seconds, *self.world.times(), *self.batteries.times())
         return [time for time in times if time > now]
 
+    def _to_come(self) -> list[float]:
+        """The times to come, within the limits, at which the scenario changes something that no
+        robot does: obstacles, orders, objectives, service, listed inputs."""
+        now, scenario = self.world.now(), self.team.scenario
+        last = self.limit if self.team.live else float(scenario.limits.ticks)
+        changes = (float(change.at) for change in scenario.changes)
+        times = (*changes, *self.world.times(), *map(float, switching(scenario.inputs)))
+        return [time for time in times if now < time and (last is None or time <= last)]
+
     def _due(self) -> float | None:
         """The time at which there is something to do, whatever the world reports until then."""
         if not self.team.live:
@@ -149,9 +165,10 @@ class Passes(Algorithm):
             part()
         except RunEnded as over:
             conclusion = self._for_want_of(over.conclusion)
-            if not self.attended or conclusion.outcome not in WAITS:
+            coming = conclusion.outcome is Outcome.OPERATOR_NEEDED and self._to_come()
+            if not (coming or self.attended) or conclusion.outcome not in WAITS:
                 raise RunEnded(conclusion) from over
-            self.wait_for_operator(conclusion)
+            self.wait(conclusion)
 
     def _for_want_of(self, conclusion: Conclusion) -> Conclusion:
         """The end of a search without a verdict, where only an operator can bring back a robot that
@@ -163,9 +180,9 @@ class Passes(Algorithm):
         said = f"{' and '.join(out)} out of service; {conclusion.explanation}"
         return Conclusion(Outcome.OPERATOR_NEEDED, said, "out_of_service")
 
-    def wait_for_operator(self, conclusion: Conclusion) -> None:
-        """Let the robots stand until an intervention, but those that can still pursue their own
-        objective. Nothing of the decision that could not be
+    def wait(self, conclusion: Conclusion) -> None:
+        """Let the robots stand until an operator intervenes or the scenario changes something, but
+        those that can still pursue their own objective. Nothing of the decision that could not be
         made is in force."""
         team = self.team
         if team.waiting is not None:
@@ -176,10 +193,12 @@ class Passes(Algorithm):
         outcome = conclusion.outcome
         cause = None if conclusion.cause is None else OperatorCause(conclusion.cause)
         told = conclusion.explanation, cause, conclusion.proof
-        team.emit(records.Waiting(team.tick, outcome, *told))
+        coming = [] if self.attended else self._to_come()
+        self._left = len(coming)
+        team.emit(records.Waiting(team.tick, outcome, *told, min(coming, default=None)))
 
     def _resume(self) -> None:
-        """Decide once after all interventions of a pass, or since an obstacle has disappeared: what
+        """Decide once after all interventions of a pass, or since the scenario has changed: what
         was given up is requested again first, for what it lacked may be there now."""
         self.team.waiting, self._together = None, False
         self._guarded(lambda: self.settle([HopeReturned()]))

@@ -162,7 +162,8 @@ class TeamState(Struct):
     what obstacles lacked that could not be resolved at some time; ``recorded``: the objectives that
     the trace has named last. Only ``safenav.runtime.algorithm.apply`` changes these. ``now``: the
     clock of a live run, None in lockstep; ``failures``: those of its robots; ``owed``: a decision
-    waits for strategies; ``waiting``: the end of the run, if it waits for an operator instead;
+    waits for strategies; ``waiting``: the end of the run, if it waits instead, for an operator or
+    a change of the scenario (``changes_to_come``: whether it has any left);
     ``changes``: how often anything has changed by which robots decide. ``dues``: of the open
     obstacles, by the ledger of promises.
     ``inputs``: their values in this tick, and in the one before.
@@ -185,6 +186,7 @@ class TeamState(Struct):
     waiting: Conclusion | None = None
     changes: int = 0
     dues: Callable[[Floor], Dues | None] = lambda _: None
+    changes_to_come: Callable[[], bool] = lambda: False
     _known_others: dict[str, tuple[list[RobotState], list[RobotState]]] = field(
         default_factory=dict
     )

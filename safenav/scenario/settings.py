@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from enum import StrEnum
 
 from msgspec import Struct
@@ -35,6 +35,16 @@ class Input(Struct, frozen=True):
     spans: tuple[tuple[int, int], ...] = ()
     probability: float = 0.0
     again: tuple[bool, ...] = ()
+
+
+def switching(inputs: Iterable[Input]) -> list[int]:
+    """The ticks in which inputs change as the scenario lists it, in order; none of inputs that are
+    drawn."""
+    found = set[int]()
+    for each in inputs:
+        on = {tick for first, last in each.spans for tick in range(first, last + 1)}
+        found |= on ^ {tick + 1 for tick in on} if not each.probability else set()
+    return sorted(found)
 
 
 class Exclusion(Struct, frozen=True):

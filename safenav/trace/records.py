@@ -259,22 +259,24 @@ class Late(Record, frozen=True):
 
 
 class Reopened(Record, frozen=True):
-    """Live: an obstacle that was given up (``blocked``) is pending again: what it lacked may be
-    there now."""
+    """An obstacle that was given up (``blocked``) is pending again: what it lacked may be there
+    now."""
 
     type: ClassVar[str] = "reopened"
     obstacle: str
 
 
 class Waiting(Record, frozen=True):
-    """Live: the run would end, and waits for an operator instead. ``outcome``: the end that it
-    would have; the other fields as there."""
+    """The run would end, and waits instead: live for an operator, or ``until`` the tick or second
+    at which the scenario changes something. ``outcome``: the end that it would have; the other
+    fields as there."""
 
     type: ClassVar[str] = "waiting"
     outcome: Outcome
     explanation: str
     cause: OperatorCause | None = None
     proof: Proof | None = None
+    until: Seconds | None = None
 
 
 class Operator(Record, frozen=True):
@@ -465,7 +467,8 @@ class Resolved(Record, frozen=True):
 
 
 class KnownObstacle(Record, frozen=True):
-    """An obstacle joined the known ones for ``robots``. ``because``: what it lacks, in words."""
+    """An obstacle joined the known ones for ``robots``. ``because``: what it lacks, in words;
+    ``for_now``: the scenario changes something later."""
 
     type: ClassVar[str] = "blocked"
     obstacle: str
@@ -473,6 +476,7 @@ class KnownObstacle(Record, frozen=True):
     reason: BlockReason
     proof: Proof | None = None
     because: str | None = None
+    for_now: bool | None = None
 
 
 class Goal(Record, frozen=True):

@@ -105,7 +105,7 @@ _HOLDS = {
     vocabulary.HoldReason.SYNTHESIS: "until its strategy is synthesized",
     vocabulary.HoldReason.ACTING: "acting",
     vocabulary.HoldReason.SERVICE: "out of service",
-    vocabulary.HoldReason.OPERATOR: "until an operator intervenes",
+    vocabulary.HoldReason.OPERATOR: "until an operator intervenes or the scenario changes",
 }
 
 
@@ -156,7 +156,10 @@ class Wording(Struct, frozen=True):
                 why = line.because or _BLOCKED[line.reason]
                 if not line.robots:  # an order, say
                     return f"{obstacle} stays unresolved: {why}"
-                return f"{obstacle} permanently blocks {self._all(line.robots)}: {why}"
+                robots = self._all(line.robots)
+                if line.for_now:
+                    return f"{obstacle} blocks {robots} for now: {why}"
+                return f"{obstacle} permanently blocks {robots}: {why}"
             case records.Deadline():
                 return self._deadline(line)
             case records.Acts():
@@ -216,6 +219,11 @@ class Wording(Struct, frozen=True):
                 return f"a report is dropped: {what}, {line.reason}"
             case records.Reopened():
                 return f"{self.strong(self.obstacle(line.obstacle))} may be resolvable again"
+            case records.Waiting() if line.until is not None:
+                when = f"tick {line.until:.0f}" if line.t is None else seconds_words(line.until)
+                return (
+                    f"the team waits for the change of the scenario at {when}: {line.explanation}"
+                )
             case records.Waiting():
                 return f"the team waits for an operator: {line.explanation}"
             case records.Operator():

@@ -12,7 +12,9 @@ from safenav.audit.turn import Status
 
 _ROUNDED = 1e-6
 """Seconds by which sums of written times may differ."""
-_LIVE = ("depart", "arrive", "act", "acted", "hold", "late", "reopened", "waiting", "operator")
+_LIVE = ("depart", "arrive", "act", "acted", "hold", "late", "operator")
+_CHANGES = ("gone", "appeared", "order", "objective", "service", "inputs")
+"""Lines of what the scenario itself changes."""
 
 
 class ClockRule(Rule):
@@ -217,7 +219,9 @@ class HoldsRule(Rule):
                 self._plan = frozenset()
             case "waiting":
                 self._waiting = True
-            case "operator" | "gone":
+            case "operator":
+                self._waiting = False
+            case kind if kind in _CHANGES:
                 self._waiting = False
             case _:
                 pass
@@ -268,7 +272,7 @@ class LateRule(Rule):
             yield self.broken_by(record, None, problem)
 
 
-def _goes_on(record: Line | Line, now: Situation) -> bool:
+def _goes_on(record: Line, now: Situation) -> bool:
     """Return whether a robot may continue while the team waits."""
     robot, own = record.robot, now.own[record.robot]
     asked = (*now.requests.values(), *now.given_up.values())
@@ -277,12 +281,12 @@ def _goes_on(record: Line | Line, now: Situation) -> bool:
 
 
 class WaitingRule(Rule):
-    """While the team waits for an operator only robots get a command that pursue their own
-    objective, wait for nothing and can undo each step (free mobility); a wait says what a run could
-    end with, and is over when an obstacle has disappeared; what is reopened was given up, and not
-    found untraversable, and is so by an operator, or since an obstacle has disappeared or a robot
-    is back in service; an operator puts robots down where nobody in conflict is
-    (T, Live runs)."""
+    """While the team waits for an operator, or a change of the scenario, only robots get a command
+    that pursue their own objective, wait for nothing and can undo each step (free mobility); a wait
+    says what a run could end with, is for something to come (in lockstep), and is over with what
+    comes; what is reopened was given up, and not found untraversable, and is so by an operator, or
+    since the scenario has changed something; an operator puts robots down where nobody in conflict
+    is (T, Live runs)."""
 
     name = "waiting"
 
@@ -298,17 +302,25 @@ class WaitingRule(Rule):
                 if record.outcome not in ends:
                     problem = f"no robot waits because of {record.outcome}"
                     yield self.broken_by(record, None, problem)
-            case "depart" | "act" if self._waiting is not None and not _goes_on(record, now):
-                problem = f"{record.robot} gets a command while the team waits for an operator"
+                moment = record.tick if record.t is None else record.t
+                never = record.t is None if record.until is None else record.until <= moment
+                if never:
+                    yield self.broken_by(record, None, "the team waits for nothing to come")
+            case "depart" | "act" | "move" if self._waits(record, now):
+                problem = f"{record.robot} gets a command while the team waits"
                 yield self.broken_by(record, record.robot, problem)
             case "gone":
                 self._waiting, self._hope = None, True
+            case "service" if self._waiting is None or self._waiting.until is None:
+                self._hope = self._hope or record.active
+            case kind if kind in _CHANGES:
+                timed = self._waiting is None or self._waiting.until is not None
+                self._waiting = None if timed else self._waiting
+                self._hope = self._hope or timed
             case "operator":
                 self._waiting, self._hope = None, True
                 for problem in self._deed(record, now):
                     yield self.broken_by(record, record.robot, problem)
-            case "service":
-                self._hope = self._hope or record.active
             case "reopened":
                 if now.status[record.obstacle] is not Status.GIVEN_UP:
                     problem = f"{record.obstacle} is reopened, but was not given up"
@@ -319,12 +331,21 @@ class WaitingRule(Rule):
             case "blocked" if record.reason != "untraversable":
                 self._hope = False
             case "outcome" if self._waiting is not None:
-                told = ("interrupted", "error", "time_limit", self._waiting.outcome)
+                told = ("interrupted", "error", "time_limit", "tick_limit", self._waiting.outcome)
                 if record.outcome not in told:
                     problem = f"the run ends as {record.outcome} while it waits"
                     yield self.broken_by(record, None, problem)
             case _:
                 pass
+
+    def _waits(self, record: Line, now: Situation) -> bool:
+        """Return whether a robot is to stay, and sets out or acts."""
+        if self._waiting is None or _goes_on(record, now):
+            return False
+        if record.type != "move":
+            return True
+        departs = record.to != now.region[record.robot] or record.toward is not None
+        return departs and not now.live and now.toward[record.robot] is None
 
     def _deed(self, record: Line, now: Situation) -> Iterator[str]:
         if record.intervention != "put_back" or record.robot is None:

@@ -41,7 +41,7 @@ _MEANINGS = {
     ObstacleStatus.FOUND: "found",
     ObstacleStatus.REQUESTED: "help requested",
     ObstacleStatus.RESOLVED: "resolved",
-    ObstacleStatus.BLOCKED: "permanently blocked",
+    ObstacleStatus.BLOCKED: "blocked",
 }
 
 

@@ -69,7 +69,8 @@ def blocked(
 ) -> records.Record:
     """Return the record of an obstacle that becomes permanent."""
     robots = frozenset(n for n, robot in team.robots.items() if obstacle.blocks(robot.robot))
-    return records.KnownObstacle(team.tick, obstacle.name, robots, reason, proof, because)
+    for_now = (proof is not None and team.changes_to_come()) or None
+    return records.KnownObstacle(team.tick, obstacle.name, robots, reason, proof, because, for_now)
 
 
 def acts(team: TeamState, settled: Settled) -> Iterator[records.Record]:

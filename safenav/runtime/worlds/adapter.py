@@ -42,6 +42,10 @@ class BlockingAdapter:
         """The ticks that steps under way still take."""
         return tuple((name, each[0] - self._tick) for name, each in self._open.items())
 
+    def times(self) -> Sequence[float]:
+        """The ticks at which a simulation changes something."""
+        return [] if self._simulated is None else [float(t) for t in self._simulated.times()]
+
     def now(self) -> float:
         return float(self._tick)
 

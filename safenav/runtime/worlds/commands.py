@@ -240,6 +240,8 @@ class Commands:
 
     def times(self) -> Sequence[float]:
         """The times to come at which a simulation changes something."""
+        if isinstance(self.world, BlockingAdapter):
+            return self.world.times()
         return () if self._timed is None else self._timed.times()
 
     def changes(self, occupied: Collection[Region]) -> Sequence[Change]:

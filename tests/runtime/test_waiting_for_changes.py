@@ -1,0 +1,98 @@
+"""A run whose scenario still changes something waits where it would end, on both clocks."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from certify.making import run_checker
+from runtime.played import Runner
+from safenav.audit.check import check_trace
+from safenav.certify.record import bundle_of_trace
+from safenav.scenario.model import Clock
+
+CART = """
+safenav: 1
+map: {grid: ["########", "#......#", "###.####", "########"]}
+catalogue:
+  robots:
+    tug: {mobility: free, layer: air, capabilities: [tow]}
+  obstacles:
+    cart: {action: tow}
+    leaf: {action: sweep, blocks: []}
+robots:
+  a: {model: quadcopter, start: [1, 1], objective: {patrol: [[1, 1], [1, 6]]}}
+TUG
+obstacles:
+  - {type: cart, region: [1, 4]UNTIL}
+CHANGES
+until: {rounds: 2}
+"""
+TUG = "  t: {model: tug, start: [2, 3], objective: {hold: [2, 3]}}"
+
+
+def cart(clock: Clock, *, until: str = "", tug: str = "", changes: str = "") -> str:
+    text = CART.replace("TUG", tug).replace("UNTIL", until).replace("CHANGES", changes)
+    return f"{text}clock: {clock.value}\n"
+
+
+@pytest.mark.parametrize("clock", Clock)
+@pytest.mark.parametrize(
+    ("scenario", "outcome"),
+    [
+        ({"until": ", until: 30"}, "completed"),
+        ({"changes": "orders: [{at: 30, type: leaf, region: [1, 2]}]"}, "operator_needed"),
+        ({"changes": "changes: [{robot: a, at: 30, objective: {hold: [1, 1]}}]"}, "completed"),
+        ({"until": ", until: 2000"}, "operator_needed"),
+    ],
+    ids=["it goes by itself", "an order", "another objective", "beyond the limit"],
+)
+def test_a_run_waits_for_what_the_scenario_changes(
+    run: Runner, clock: Clock, scenario: dict[str, str], outcome: str
+) -> None:
+    limit = "limits: {ticks: 1000}\n" if clock is Clock.LOCKSTEP else "limits: {seconds: 1000}\n"
+    played = run(cart(clock, **scenario) + limit)
+    assert played.outcome["outcome"] == outcome
+    waits = [line["until"] for line in played.all("waiting")]
+    assert waits == ([] if scenario.get("until", "").endswith("2000") else [30])
+    ends = played.outcome["ticks"] if clock is Clock.LOCKSTEP else played.records[-1]["t"]
+    assert not waits or ends >= 29  # nobody moves in tick 30
+    assert ("proof" in played.outcome) == (outcome == "operator_needed")
+    assert next(line.get("for_now") for line in played.all("blocked")) == (bool(waits) or None)
+
+
+def test_another_robot_continues_while_the_team_waits(run: Runner) -> None:
+    tug = "  t: {model: quadcopter, start: [2, 3], objective: {patrol: [[2, 3], [1, 3]]}}"
+    played = run(cart(Clock.LOCKSTEP, until=", until: 30", tug=tug.replace("quadcopter", "tug")))
+    assert played.outcome["outcome"] == "completed"
+
+
+@pytest.mark.parametrize(
+    ("kind", "damage", "said"),
+    [
+        ("waiting", lambda line: line.update(until=2), "the team waits for nothing to come"),
+        ("waiting", lambda line: line.pop("until"), "the team waits for nothing to come"),
+        ("gone", lambda line: line.update(type="truth", traversable=True), "while the team waits"),
+    ],
+)
+def test_the_audit_judges_a_wait(
+    run: Runner, tmp_path: Path, kind: str, damage: Callable[[dict[str, Any]], object], said: str
+) -> None:
+    lines = run(cart(Clock.LOCKSTEP, until=", until: 30")).records
+    damage(next(line for line in lines if line["type"] == kind))
+    path = tmp_path / "damaged.jsonl"
+    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    assert said in "\n".join(map(str, check_trace(path).findings))
+
+
+def test_a_bundle_of_a_run_that_waited(run: Runner, tmp_path: Path) -> None:
+    lines = run(cart(Clock.LOCKSTEP, until=", until: 30")).records
+    path = tmp_path / "run.jsonl"
+    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    bundle_of_trace(path, tmp_path / "bundle")
+    status, said = run_checker(tmp_path / "bundle")
+    assert status == 0, said
