@@ -12,6 +12,7 @@ from msgspec.structs import replace
 from safenav.certify.bundle import Made, make_bundle
 from safenav.certify.run import Kept, read_lines
 from safenav.errors import NotCertifiedError, UsageError
+from safenav.outcome import Outcome
 from safenav.runtime.mission import Mission, default_synthesizer
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
@@ -52,7 +53,9 @@ def bundle_of_run(
         synthesizer, kept = default_synthesizer(plan, cache=cache), Kept()
         trace = Path(directory) / "trace.jsonl"
         with TraceWriter(trace) as writer:
-            Mission(plan, synthesizer, listeners=[writer], progress=kept).run()
+            ended = Mission(plan, synthesizer, listeners=[writer], progress=kept).run()
+        if ended.outcome is Outcome.INTERRUPTED:  # by Ctrl-C: no bundle is wanted either
+            raise KeyboardInterrupt
         data = trace.read_bytes()
         kept.complete(syntheses_of(data, scenario.name), cache, synthesizer)
         moved = motion_made(data) if motion else None

@@ -39,6 +39,17 @@ safenav.runtime.mission.first_failure = lambda *_: time.sleep(900)
 """A verification that never ends."""
 
 
+PRESSED = """
+import sys
+class Finder:
+    def find_spec(name, *_):
+        if name == "click":
+            raise KeyboardInterrupt
+sys.meta_path.insert(0, Finder)
+"""
+"""Ctrl-C while the command is imported."""
+
+
 def safenav(*arguments: object, before: str = "", **variables: str) -> subprocess.Popen[str]:
     command = [sys.executable, "-c", before + MAIN, *map(str, arguments)]
     environment = {**os.environ, "SAFENAV_CACHE": "off", **variables}
@@ -84,6 +95,22 @@ def test_a_signal_ends_a_run_with_its_outcome(number: signal.Signals, tmp_path: 
     run.communicate(timeout=300)
     assert run.returncode == 130
     assert outcome(trace) == "interrupted"
+
+
+def test_a_run_that_is_interrupted_is_not_certified(tmp_path: Path) -> None:
+    moved, bundle = tmp_path / "moved", tmp_path / "bundle"
+    run = safenav("certify", HELLO, "-o", bundle, before=STUCK.format(str(moved)))
+    while not moved.exists():
+        time.sleep(0.05)
+    run.send_signal(signal.SIGINT)
+    said = run.communicate(timeout=300)[1]
+    assert (run.returncode, said.strip(), bundle.exists()) == (130, "error: interrupted", False)
+
+
+def test_ctrl_c_during_the_imports_is_no_traceback() -> None:
+    program = f"{PRESSED}import runpy; runpy.run_module('safenav', run_name='__main__')"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (130, "error: interrupted\n")
 
 
 def test_the_outcome_does_not_depend_on_who_reads_the_story(tmp_path: Path) -> None:
