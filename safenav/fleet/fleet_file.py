@@ -7,57 +7,36 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 
 from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.scenario.model import Obstacle, Scenario
-from safenav.scenario.reading.regions import RegionReader
+from safenav.scenario.reading.regions import REGION, RegionReader
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping as MappingNode
-from safenav.scenario.yaml.document import Node
+from safenav.scenario.yaml.document import Node, Place, Scalar
 from safenav.scenario.yaml.findings import Findings, suggestion
+from safenav.scenario.yaml.shapes import (
+    POSITIVE,
+    TEXT,
+    TEXTS,
+    TRUTH,
+    Key,
+    Shape,
+    Table,
+    choice,
+    form,
+    many,
+    named,
+    whole,
+)
 from safenav.scenario.yaml.source import parsed, read_source
 
 VERSION = 1
-KEYS = (
-    "safenav-fleet",
-    "transport",
-    "network",
-    "simulation",
-    "pyrobosim",
-    "inputs",
-    "defaults",
-    "robots",
-)
-REQUIRED = {
-    "safenav-fleet": "begin the file with 'safenav-fleet: 1', the version of its format",
-    "transport": "'transport: ros2', 'ros1', 'simulation' or 'pyrobosim'",
-}
-NETWORK_KEYS = ("domain", "interface", "peers", "master", "address")
-STATION_KEYS = (
-    "namespace",
-    "tolerance",
-    "speed",
-    "timeout",
-    "retries",
-    "scan",
-    "report",
-    "follow",
-    "act",
-)
-SIMULATION_KEYS = ("pace", "obstacles")
-REQUIRED_OF_PYROBOSIM = {
-    "world": "'world: lab.yaml', a world file of pyrobosim",
-    "hallway": "'hallway: door', the type of obstacle that a closed hallway is",
-}
-PYROBOSIM_KEYS = (*REQUIRED_OF_PYROBOSIM, "pace", "closing")
-REQUIRED_OF_OBSTACLE = ("type", "region")
-OBSTACLE_KEYS = (*REQUIRED_OF_OBSTACLE, "traversable")
 EXAMPLE = "{type: door, region: 47}"
-SCAN_KEYS = ("topic", "obstacle", "beyond")
-FOLLOW_KEYS = ("topic", "tolerance")
 MOST_RETRIES = 20
 
 
@@ -146,6 +125,109 @@ class FleetFile(Struct, frozen=True):
     inputs: Mapping[str, str] = field(default_factory=dict)
 
 
+class NetworkKeys(Table):
+    about = "Where the robots are. Default: this machine alone."
+    made = Network
+    domain = Key(whole(0, 232), "ROS_DOMAIN_ID.")
+    interface = Key(TEXT, "The network interface; lo: loopback.")
+    peers = Key(
+        TEXTS,
+        "Addresses that are asked for robots; none: multicast. Default: 127.0.0.1.",
+    )
+    master = Key(TEXT, "ROS 1: the URI of the master.")
+    address = Key(TEXT, "ROS 1: the address of this machine.")
+
+
+class HiddenKeys(Table):
+    type = Key(TEXT, "An obstacle type of the scenario.", required=EXAMPLE)
+    region = Key(REGION, "Where it is, as in a scenario.", required=EXAMPLE)
+    traversable = Key(TRUTH, "What resolving it reveals.")
+
+
+class SimulationKeys(Table):
+    about = "Of the transport 'simulation'."
+    made = SimulationUse
+    pace = Key(POSITIVE, "At most this many times as fast as a clock.")
+    obstacles = Key(
+        form(many(HiddenKeys)),
+        "The obstacles that are really there. Default: those of the scenario.",
+    )
+
+
+class PyrobosimKeys(Table):
+    about = "Of the transport 'pyrobosim'."
+    made = PyrobosimUse
+    world = Key(
+        TEXT,
+        "A world file of pyrobosim, with robots of the same names; relative to this file.",
+        required="'world: lab.yaml', a world file of pyrobosim",
+    )
+    hallway = Key(
+        TEXT,
+        "The type of obstacle that a closed hallway is, in the region of its middle.",
+        required="'hallway: door', the type of obstacle that a closed hallway is",
+    )
+    pace = Key(POSITIVE, "Times as fast as a clock.")
+    closing = Key(
+        form(named(POSITIVE)),
+        "Hallways by name, and the seconds of the simulation after which each closes.",
+    )
+
+
+class ScanKeys(Table):
+    about = "A lidar that finds obstacles in the regions beside the robot."
+    made = ScanUse
+    topic = Key(TEXT, "Default: scan.")
+    obstacle = Key(
+        TEXT,
+        "The type of obstacle that stands where a ray ends.",
+        required="a type of obstacle",
+    )
+    beyond = Key(POSITIVE, "Metres behind the middle of a region that still count.")
+
+
+class FollowKeys(Table):
+    about = "The robot tracks references for itself, instead of goals."
+    made = FollowUse
+    topic = Key(TEXT, "The topic of its references.")
+    tolerance = Key(POSITIVE, "Metres by which it may be off its reference.")
+
+
+class StationKeys(Table):
+    definition = "robot"
+    made = Station
+    namespace = Key(TEXT, "Before its topics, services and actions. Default: / and its name.")
+    tolerance = Key(POSITIVE, "Metres from the middle of a region at which it has arrived.")
+    speed = Key(POSITIVE, "Metres per second, for time limits.")
+    timeout = Key(POSITIVE, "A goal may take this many times the expected time.")
+    retries = Key(whole(0, MOST_RETRIES), "How often a failed goal is sent again.")
+    scan = Key(form(ScanKeys))
+    report = Key(TEXT, "A topic of text: 'door@47' is there, '-door@47' is gone.")
+    follow = Key(form(FollowKeys))
+    act = Key(form(named(TEXT)), "The service that performs each action.")
+
+
+class FleetKeys(Table):
+    about = "How each robot of a scenario is reached, what it senses, and how it acts."
+    version = Key(
+        Shape({"const": VERSION}, partial(read.integer, least=1)),
+        "The version of the format: 1.",
+        required="begin the file with 'safenav-fleet: 1', the version of its format",
+        name="safenav-fleet",
+    )
+    transport = Key(
+        choice(TransportKind),
+        "The middleware between safenav and the robots.",
+        required="'transport: ros2', 'ros1', 'simulation' or 'pyrobosim'",
+    )
+    network = Key(form(NetworkKeys))
+    simulation = Key(form(SimulationKeys))
+    pyrobosim = Key(form(PyrobosimKeys))
+    inputs = Key(form(named(TEXT)), "ROS: the topic (std_msgs/Bool) of each input of the scenario.")
+    defaults = Key(form(StationKeys), "Of every robot that does not say otherwise.")
+    robots = Key(form(named(StationKeys)), "By name. A robot that is not listed has the defaults.")
+
+
 def load_fleet(path: Path, scenario: Scenario) -> FleetFile:
     """Read the fleet file for the robots of a scenario. Robots that it does not list get the
     defaults. Raises InputError with everything that is wrong."""
@@ -159,21 +241,19 @@ def load_fleet(path: Path, scenario: Scenario) -> FleetFile:
 
 
 def _fleet(root: Node, scenario: Scenario, folder: Path, findings: Findings) -> FleetFile | None:
-    item = read.mapping(root, "a fleet file", findings, KEYS, REQUIRED)
+    item = FleetKeys.read(root, "a fleet file", findings, of="")
     if item is None:
         return None
-    version = read.integer(item.get("safenav-fleet"), "'safenav-fleet'", findings, least=1)
-    if version not in (None, VERSION):
-        node = item.get("safenav-fleet")
-        assert node is not None
-        findings.add(node, f"found version {version}, expected {VERSION}")
-    transport = read.choice(item.get("transport"), "'transport'", TransportKind, findings)
-    network = _network(item.get("network"), findings)
-    listed = read.mapping(item.get("robots"), "'robots'", findings)
+    if item.version not in (None, VERSION):
+        found = f"found version {item.version}, expected {VERSION}"
+        findings.add(item.where(FleetKeys.version), found)
+    transport = item.transport
+    network = NetworkKeys.fill(item.network, "'network'", findings, Network(), "of network")
+    listed = read.mapping(item.robots, "'robots'", findings)
     names = [robot.name for robot in scenario.robots]
     stations = {
         name: _station(
-            name, item.get("defaults"), listed.get(name) if listed else None, findings, scenario
+            name, item.defaults, listed.get(name) if listed else None, findings, scenario
         )
         for name in names
     }
@@ -181,13 +261,13 @@ def _fleet(root: Node, scenario: Scenario, folder: Path, findings: Findings) -> 
         if key.text not in names:
             hint = suggestion(key.text, names) or f"its robots are {', '.join(names)}"
             findings.add(key, f"the scenario has no robot '{key.text}'", hint)
-    simulation = _simulation(item.get("simulation"), scenario, findings)
-    pyrobosim = _pyrobosim(item.get("pyrobosim"), scenario, folder, findings)
-    if transport is TransportKind.PYROBOSIM and item.get("pyrobosim") is None:
-        needed = " and ".join(REQUIRED_OF_PYROBOSIM.values())
+    simulation = _simulation(item.simulation, scenario, findings)
+    pyrobosim = _pyrobosim(item.pyrobosim, scenario, folder, findings)
+    if transport is TransportKind.PYROBOSIM and item.pyrobosim is None:
+        needed = " and ".join(PyrobosimKeys.required.values())
         findings.add(root, "the key 'pyrobosim' is missing", f"it has {needed}")
     kind = transport or TransportKind.ROS2
-    inputs = _inputs(item.get("inputs"), kind, scenario, findings)
+    inputs = _inputs(item.inputs, kind, scenario, findings)
     return FleetFile(kind, network, simulation, pyrobosim, stations, inputs)
 
 
@@ -212,42 +292,23 @@ def _inputs(
     return found
 
 
-def _network(node: Node | None, findings: Findings) -> Network:
-    item = read.mapping(node, "'network'", findings, NETWORK_KEYS)
-    if item is None:
-        return Network()
-    domain = read.integer(item.get("domain"), "'domain' of network", findings, least=0, most=232)
-    interface = read.text(item.get("interface"), "'interface' of network", findings)
-    peers = read.sequence(item.get("peers"), "'peers' of network", findings)
-    named = [read.text(peer, "a peer of network", findings) for peer in peers or ()]
-    base = Network()
-    return Network(
-        base.domain if domain is None else domain,
-        interface or base.interface,
-        base.peers if peers is None else tuple(peer for peer in named if peer),
-        read.text(item.get("master"), "'master' of network", findings) or base.master,
-        read.text(item.get("address"), "'address' of network", findings) or base.address,
-    )
-
-
 def _simulation(node: Node | None, scenario: Scenario, findings: Findings) -> SimulationUse:
-    item = read.mapping(node, "'simulation'", findings, SIMULATION_KEYS)
+    item = SimulationKeys.read(node, "'simulation'", findings, "of simulation")
     if item is None:
         return SimulationUse()
-    pace = read.positive(item.get("pace"), "'pace' of simulation", findings)
-    listed = read.sequence(item.get("obstacles"), "'obstacles' of simulation", findings)
+    pace = item.pace
+    listed = read.sequence(item.obstacles, "'obstacles' of simulation", findings)
     world = scenario.map
     regions = RegionReader(world, world.names, findings, world.areas)
     found = []
-    what, required = "an obstacle of simulation", dict.fromkeys(REQUIRED_OF_OBSTACLE, EXAMPLE)
+    what = "an obstacle of simulation"
     for entry in listed or ():
-        obstacle = read.mapping(entry, what, findings, OBSTACLE_KEYS, required)
+        obstacle = HiddenKeys.read(entry, what, findings)
         if obstacle is None:
             continue
-        kind = _kind(obstacle.get("type"), f"'type' of {what}", scenario, findings)
-        truth = read.boolean(obstacle.get("traversable"), f"'traversable' of {what}", findings)
-        place = obstacle.get("region")
-        region = None if place is None else regions.region(place, f"'region' of {what}")
+        kind = _kind(obstacle, HiddenKeys.type, scenario)
+        truth = obstacle.traversable
+        region = regions.region(obstacle.region, f"'region' of {what}")
         if kind is not None and region is not None:
             found.append(Obstacle(scenario.catalogue.obstacles[kind], region, truth))
     return SimulationUse(pace or 1.0, None if listed is None else tuple(found))
@@ -256,14 +317,11 @@ def _simulation(node: Node | None, scenario: Scenario, findings: Findings) -> Si
 def _pyrobosim(
     node: Node | None, scenario: Scenario, folder: Path, findings: Findings
 ) -> PyrobosimUse | None:
-    what = "'pyrobosim'"
-    item = read.mapping(node, what, findings, PYROBOSIM_KEYS, REQUIRED_OF_PYROBOSIM)
+    item = PyrobosimKeys.read(node, "'pyrobosim'", findings, "of pyrobosim")
     if item is None:
         return None
-    world = read.text(item.get("world"), "'world' of pyrobosim", findings)
-    kind = _kind(item.get("hallway"), "'hallway' of pyrobosim", scenario, findings)
-    pace = read.positive(item.get("pace"), "'pace' of pyrobosim", findings)
-    listed = read.mapping(item.get("closing"), "'closing' of pyrobosim", findings)
+    world, pace, kind = item.world, item.pace, _kind(item, PyrobosimKeys.hallway, scenario)
+    listed = read.mapping(item.closing, "'closing' of pyrobosim", findings)
     closing = {
         key.text: seconds
         for key, value in (listed.entries if listed else ())
@@ -274,15 +332,14 @@ def _pyrobosim(
     return PyrobosimUse(folder / world, kind, pace or 1.0, closing)
 
 
-def _kind(node: Node | None, what: str, scenario: Scenario, findings: Findings) -> str | None:
+def _kind(item: Table, key: Key[str], scenario: Scenario) -> str | None:
     """A type of obstacle that the scenario knows."""
-    kind = read.text(node, what, findings)
+    kind: str | None = item.given(key).get(key.name)
     types = list(scenario.catalogue.obstacles)
     if kind is None or kind in types:
         return kind
-    assert node is not None
     hint = suggestion(kind, types) or f"the scenario's types are {', '.join(sorted(types))}"
-    findings.add(node, f"the scenario has no type of obstacle '{kind}'", hint)
+    item.findings.add(item.where(key), f"the scenario has no type of obstacle '{kind}'", hint)
     return None
 
 
@@ -290,71 +347,45 @@ def _station(
     name: str, defaults: Node | None, own: Node | None, findings: Findings, scenario: Scenario
 ) -> Station:
     """A robot's station: its own keys, else those of the defaults."""
-    items: list[MappingNode] = []
+    entries: list[tuple[Scalar, Node]] = []
     for node, what in ((own, f"robot '{name}'"), (defaults, "'defaults'")):
-        item = read.mapping(node, what, findings, STATION_KEYS)
-        if item is not None:
-            items.append(item)
-
-    def at(key: str) -> Node | None:
-        return next((found for item in items if (found := item.get(key)) is not None), None)
-
-    base = Station(f"/{name}")
-    label = f"of robot '{name}'"
-    tolerance = read.positive(at("tolerance"), f"'tolerance' {label}", findings)
-    speed = read.positive(at("speed"), f"'speed' {label}", findings)
-    timeout = read.positive(at("timeout"), f"'timeout' {label}", findings)
-    retries = read.integer(
-        at("retries"), f"'retries' {label}", findings, least=0, most=MOST_RETRIES
-    )
-    namespace = read.text(at("namespace"), f"'namespace' {label}", findings)
-    acts = read.mapping(at("act"), f"'act' {label}", findings)
+        if (found := StationKeys.read(node, what, findings)) is not None:
+            entries += found.node.entries
+    label, base = f"of robot '{name}'", Station(f"/{name}")
+    item = StationKeys(MappingNode(Place(), tuple(entries)), label, findings)
+    acts = read.mapping(item.act, f"'act' {label}", findings)
     act = {
         key.text: service
         for key, value in (acts.entries if acts else ())
         if (service := read.text(value, f"'{key.text}' {label}", findings)) is not None
     }
-    return Station(
-        (namespace or base.namespace).rstrip("/"),
-        tolerance or base.tolerance,
-        speed or base.speed,
-        timeout or base.timeout,
-        base.retries if retries is None else retries,
-        _scan(at("scan"), label, findings, scenario),
-        read.text(at("report"), f"'report' {label}", findings),
-        _follow(at("follow"), label, findings),
-        act,
+    numbers = (StationKeys.tolerance, StationKeys.speed, StationKeys.timeout, StationKeys.retries)
+    return replace(
+        base,
+        **item.given(*numbers, StationKeys.report),
+        namespace=(item.namespace or base.namespace).rstrip("/"),
+        scan=_scan(item.scan, label, findings, scenario),
+        follow=_follow(item.follow, label, findings),
+        act=act,
     )
 
 
 def _scan(node: Node | None, label: str, findings: Findings, scenario: Scenario) -> ScanUse | None:
-    item = read.mapping(
-        node, f"'scan' {label}", findings, SCAN_KEYS, {"obstacle": "a type of obstacle"}
-    )
-    if item is None:
-        return None
-    kind = _kind(item.get("obstacle"), f"'obstacle' of scan {label}", scenario, findings)
-    topic = read.text(item.get("topic"), f"'topic' of scan {label}", findings)
-    beyond = read.positive(item.get("beyond"), f"'beyond' of scan {label}", findings)
-    if kind is None:
-        return None
-    use = ScanUse(topic or "scan", kind)
-    return use if beyond is None else replace(use, beyond=beyond)
+    item = ScanKeys.read(node, f"'scan' {label}", findings, f"of scan {label}")
+    kind = item and _kind(item, ScanKeys.obstacle, scenario)
+    return item.over(ScanUse("scan", kind)) if item and kind else None
 
 
 def _follow(node: Node | None, label: str, findings: Findings) -> FollowUse | None:
-    item = read.mapping(node, f"'follow' {label}", findings, FOLLOW_KEYS)
-    if item is None:
-        return None
-    topic = read.text(item.get("topic"), f"'topic' of follow {label}", findings)
-    tolerance = read.positive(item.get("tolerance"), f"'tolerance' of follow {label}", findings)
-    base = FollowUse()
-    return FollowUse(topic or base.topic, tolerance or base.tolerance)
+    item = FollowKeys.read(node, f"'follow' {label}", findings, f"of follow {label}")
+    return item.over(FollowUse()) if item else None
 
 
 def schema_text() -> str:
     """The JSON Schema (draft 2020-12) of fleet files."""
-    return Path(__file__).with_name("schema.json").read_text(encoding="utf-8")
+    from safenav.scenario.yaml import json_schema
+
+    return json_schema.schema_text(FleetKeys, "safenav fleet file")
 
 
 def template_text(scenario: Scenario) -> str:

@@ -10,7 +10,7 @@ import jsonschema
 import pytest
 import yaml
 
-from safenav.errors import InputError
+from safenav.errors import Diagnostic, InputError
 from safenav.fleet.fleet_file import (
     FleetFile,
     Network,
@@ -22,6 +22,7 @@ from safenav.fleet.fleet_file import (
     template_text,
 )
 from safenav.scenario.reading.loader import load_scenario
+from scenario.mistakes import disagreement, keys_of, mistakes, places
 from warm import safenav
 
 ROOT = Path(__file__).parents[2]
@@ -112,3 +113,40 @@ def test_new_writes_a_fleet_file(tmp_path: Path) -> None:
     done: Any = safenav("new", "--fleet", CASE, cwd=tmp_path)
     assert done.returncode == 0 and "--fleet fleet.yaml --rehearse" in done.stderr
     load_fleet(tmp_path / "fleet.yaml", load_scenario(CASE))
+
+
+FULL: dict[str, Any] = {
+    "safenav-fleet": 1,
+    "transport": "ros2",
+    "network": {"domain": 7, "interface": "wlan0", "peers": ["10.0.0.7"], "master": "http://a:1"}
+    | {"address": "10.0.0.1"},
+    "simulation": {
+        "pace": 2.5,
+        "obstacles": [{"type": "uncertainty", "region": [3, 8], "traversable": False}],
+    },
+    "pyrobosim": {"world": "lab.yaml", "hallway": "door", "pace": 1, "closing": {"hall": 3}},
+    "inputs": {},
+    "defaults": {"speed": 0.4, "timeout": 2, "follow": {"topic": "t", "tolerance": 0.1}},
+    "robots": {
+        "quad": {"namespace": "/q", "tolerance": 0.2, "retries": 3, "report": "seen"}
+        | {"scan": {"topic": "scan", "obstacle": "door", "beyond": 0.2}, "act": {"sense": "look"}}
+    },
+}
+
+
+def test_loader_and_schema_judge_mistakes_alike(tmp_path: Path) -> None:
+    scenario, validator = load_scenario(CASE), jsonschema.Draft202012Validator(SCHEMA)
+    path, wrong = tmp_path / "fleet.yaml", {}
+    cases = [(way, case) for n, way in enumerate(places(FULL)) for case in mistakes(FULL, way, n)]
+    for _, (name, data) in [((), ("none", FULL)), *cases]:
+        path.write_text(json.dumps(data))
+        found: tuple[Diagnostic, ...] = ()
+        try:
+            load_fleet(path, scenario)
+        except InputError as error:
+            found = error.diagnostics
+        if told := disagreement(data, found, validator):
+            wrong[name] = told
+    assert wrong == {}
+    assert len(cases) > 100
+    assert keys_of(SCHEMA, set()) <= {way[-1] for way in places(FULL)}

@@ -9,7 +9,6 @@ from __future__ import annotations
 import ast
 import json
 import re
-from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -20,7 +19,8 @@ from jsonschema import Draft202012Validator
 from safenav.errors import Diagnostic, InputError
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.schema import schema_text
-from safenav.scenario.yaml.document import DocumentError, Mapping, Node, Scalar, read_document
+from safenav.scenario.yaml.document import DocumentError, read_document
+from scenario.mistakes import disagreement, keys_of, mistakes, places, plain
 
 ROOT = Path(__file__).parents[2]
 SCHEMA: dict[str, Any] = json.loads(schema_text())
@@ -198,37 +198,6 @@ WELL_SHAPED = {
 """For each broken scenario that is YAML at all: whether its shape is right, so that only the
 loader can see what is wrong with it."""
 
-WRONG_VALUES: tuple[Any, ...] = (
-    *(None, True, 0, -1, 1.5, 2**31, 2**63, "", "xyz", "1 2", [], [[]], {}, {"xyz": 1}),
-)
-SOME = 1
-"""Wrong values at each place: all of them at all places are 6,000 scenarios, a minute."""
-
-SHAPE = re.compile(
-    r"\bexpected |unknown key |the key '.*' is missing|must be (at|from|more|a number)|unknown word"
-    r"|unknown heading|is empty$|cannot name|is reserved|there is no event|: both '|has both"
-    r"|without '|exactly one of|is 'literal', not|is 'out' or 'back'|has no meaning for"
-    r"|always_eventually|is not a tick or range|is not a colour|there are no robots"
-    r"|at least two robots|one form only|map: one of|version \d+ of|targets, and a patrol"
-    r"|an empty set|is outside the map: -|corner of"
-)
-"""The messages of the loader about the shape alone."""
-
-ONLY_LOADER = re.compile(
-    r"expected a finite number|threshold' has no meaning with a legend|"
-    r"the grid is empty|must be from .*(:|$)|must be a polygon"
-)
-"""Of those, the messages about what no schema tells: numbers that are not finite, rows of a text,
-limits that depend on the kind of motion."""
-
-
-def plain(node: Node) -> Any:
-    if isinstance(node, Scalar):
-        return node.value
-    if isinstance(node, Mapping):
-        return {key.value: plain(item) for key, item in node.entries}
-    return [plain(item) for item in node.items]
-
 
 def texts() -> dict[str, str]:
     """Every scenario that stands in a file or in a text of a test."""
@@ -253,17 +222,6 @@ def judged(text: str, file: str = "x.yaml") -> tuple[Diagnostic, ...]:
     return ()
 
 
-def disagreement(data: Any, found: tuple[Diagnostic, ...], validator: Any = VALIDATOR) -> str:
-    """Where loader and schema judge differently; empty if they agree."""
-    errors = [
-        f"{'.'.join(map(str, e.path))}: {e.message[:90]}" for e in validator.iter_errors(data)
-    ]
-    if errors and not found:
-        return f"the schema alone refuses: {errors}"
-    shape = [d.found for d in found if SHAPE.search(d.found) and not ONLY_LOADER.search(d.found)]
-    return f"the loader alone refuses: {shape}" if shape and not errors else ""
-
-
 def read(file: Path) -> Any:
     try:
         return plain(read_document(file.read_text(encoding="utf-8")).root)
@@ -281,7 +239,7 @@ def test_every_scenario_of_the_project_is_judged_alike() -> None:
         with suppress(DocumentError):
             data = plain(read_document(text).root)
             count += 1
-            if told := disagreement(data, judged(text, str(ROOT / name))):
+            if told := disagreement(data, judged(text, str(ROOT / name)), VALIDATOR):
                 wrong[name] = told
     assert wrong == {}
     assert count > 200
@@ -308,53 +266,11 @@ DATA: dict[str, Any] = plain(read_document(FULL).root)
 FORMS = [*((key, DATA[key]) for key in DATA), *OTHERS]
 
 
-def keys_of(schema: Any, found: set[str]) -> set[str]:
-    """The keys that a schema knows."""
-    if isinstance(schema, dict):
-        if isinstance(known := schema.get("properties"), dict):
-            found.update(known)
-        for part in schema.values():
-            keys_of(part, found)
-    for part in schema if isinstance(schema, list) else ():
-        keys_of(part, found)
-    return found
-
-
 def test_the_full_scenario_has_no_mistake_and_with_other_forms_every_key() -> None:
     assert judged(FULL) == ()
     assert list(VALIDATOR.iter_errors(DATA)) == []
     ways = [way for key, value in FORMS for way in places({key: value})]
     assert keys_of(SCHEMA, set()) == keys_of(SCHEMA, set()) & {way[-1] for way in ways}
-
-
-def places(value: Any, way: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """The way to each value within a value."""
-    if way:
-        yield way
-    if isinstance(value, dict | list):
-        for key in value if isinstance(value, dict) else range(len(value)):
-            yield from places(value[key], (*way, key))
-
-
-def mistakes(data: Any, way: tuple[Any, ...], turn: int) -> Iterator[tuple[str, Any]]:
-    """The data with mistakes at a place: some of the wrong values by turns, the key misspelt, the
-    key missing."""
-    for change in (
-        *(WRONG_VALUES[(SOME * turn + n) % len(WRONG_VALUES)] for n in range(SOME)),
-        ...,
-    ):
-        for key in (way[-1],) if change is not ... else ("xyz", None):
-            copy = json.loads(json.dumps(data))
-            holder = copy
-            for step in way[:-1]:
-                holder = holder[step]
-            if change is not ...:
-                holder[key] = change
-            elif isinstance(holder, dict):
-                value = holder.pop(way[-1])
-                if key is not None:
-                    holder[key] = value
-            yield f"{'.'.join(map(str, way))}: {key} = {change!r}", copy
 
 
 @pytest.mark.parametrize(

@@ -171,9 +171,11 @@ class Table:
         return None if found is None else cls(found, f"of {what}" if of is None else of, findings)
 
     @classmethod
-    def fill(cls, node: Node | None, what: str, findings: Findings, default: S) -> S:
+    def fill(
+        cls, node: Node | None, what: str, findings: Findings, default: S, of: str | None = None
+    ) -> S:
         """The default with the values that are given."""
-        item = cls.read(node, what, findings)
+        item = cls.read(node, what, findings, of)
         return default if item is None else item.over(default)
 
     def over(self, default: S) -> S:

@@ -1,0 +1,95 @@
+"""Documents with one mistake each, and whether a loader and a JSON Schema judge them alike."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from typing import Any
+
+from safenav.errors import Diagnostic
+from safenav.scenario.yaml.document import Mapping, Node, Scalar
+
+WRONG_VALUES: tuple[Any, ...] = (
+    *(None, True, 0, -1, 1.5, 2**31, 2**63, "", "xyz", "1 2", [], [[]], {}, {"xyz": 1}),
+)
+SOME = 1
+"""Wrong values at each place: all of them at all places are 6,000 scenarios, a minute."""
+
+SHAPE = re.compile(
+    r"\bexpected |unknown key |the key '.*' is missing|must be (at|from|more|a number)|unknown word"
+    r"|unknown heading|is empty$|cannot name|is reserved|there is no event|: both '|has both"
+    r"|without '|exactly one of|is 'literal', not|is 'out' or 'back'|has no meaning for"
+    r"|always_eventually|is not a tick or range|is not a colour|there are no robots"
+    r"|at least two robots|one form only|map: one of|version \d+ of|targets, and a patrol"
+    r"|an empty set|is outside the map: -|corner of"
+)
+"""The messages of the loader about the shape alone."""
+
+ONLY_LOADER = re.compile(
+    r"expected a finite number|threshold' has no meaning with a legend|"
+    r"the grid is empty|must be from .*(:|$)|must be a polygon"
+)
+"""Of those, the messages about what no schema tells: numbers that are not finite, rows of a text,
+limits that depend on the kind of motion."""
+
+
+def plain(node: Node) -> Any:
+    if isinstance(node, Scalar):
+        return node.value
+    if isinstance(node, Mapping):
+        return {key.value: plain(item) for key, item in node.entries}
+    return [plain(item) for item in node.items]
+
+
+def disagreement(data: Any, found: tuple[Diagnostic, ...], validator: Any) -> str:
+    """Where loader and schema judge differently; empty if they agree."""
+    errors = [
+        f"{'.'.join(map(str, e.path))}: {e.message[:90]}" for e in validator.iter_errors(data)
+    ]
+    if errors and not found:
+        return f"the schema alone refuses: {errors}"
+    shape = [d.found for d in found if SHAPE.search(d.found) and not ONLY_LOADER.search(d.found)]
+    return f"the loader alone refuses: {shape}" if shape and not errors else ""
+
+
+def keys_of(schema: Any, found: set[str]) -> set[str]:
+    """The keys that a schema knows."""
+    if isinstance(schema, dict):
+        if isinstance(known := schema.get("properties"), dict):
+            found.update(known)
+        for part in schema.values():
+            keys_of(part, found)
+    for part in schema if isinstance(schema, list) else ():
+        keys_of(part, found)
+    return found
+
+
+def places(value: Any, way: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """The way to each value within a value."""
+    if way:
+        yield way
+    if isinstance(value, dict | list):
+        for key in value if isinstance(value, dict) else range(len(value)):
+            yield from places(value[key], (*way, key))
+
+
+def mistakes(data: Any, way: tuple[Any, ...], turn: int) -> Iterator[tuple[str, Any]]:
+    """The data with mistakes at a place: some of the wrong values by turns, the key misspelt, the
+    key missing."""
+    for change in (
+        *(WRONG_VALUES[(SOME * turn + n) % len(WRONG_VALUES)] for n in range(SOME)),
+        ...,
+    ):
+        for key in (way[-1],) if change is not ... else ("xyz", None):
+            copy = json.loads(json.dumps(data))
+            holder = copy
+            for step in way[:-1]:
+                holder = holder[step]
+            if change is not ...:
+                holder[key] = change
+            elif isinstance(holder, dict):
+                value = holder.pop(way[-1])
+                if key is not None:
+                    holder[key] = value
+            yield f"{'.'.join(map(str, way))}: {key} = {change!r}", copy
