@@ -130,10 +130,7 @@ class NetworkKeys(Table):
     made = Network
     domain = Key(whole(0, 232), "ROS_DOMAIN_ID.")
     interface = Key(TEXT, "The network interface; lo: loopback.")
-    peers = Key(
-        TEXTS,
-        "Addresses that are asked for robots; none: multicast. Default: 127.0.0.1.",
-    )
+    peers = Key(TEXTS, "Where to find robots; []: multicast. Default: 127.0.0.1.")
     master = Key(TEXT, "ROS 1: the URI of the master.")
     address = Key(TEXT, "ROS 1: the address of this machine.")
 
@@ -145,33 +142,27 @@ class HiddenKeys(Table):
 
 
 class SimulationKeys(Table):
-    about = "Of the transport 'simulation'."
+    about = "Settings of the transport 'simulation'."
     made = SimulationUse
     pace = Key(POSITIVE, "At most this many times as fast as a clock.")
-    obstacles = Key(
-        form(many(HiddenKeys)),
-        "The obstacles that are really there. Default: those of the scenario.",
-    )
+    obstacles = Key(form(many(HiddenKeys)), "The true obstacles. Default: those of the scenario.")
 
 
 class PyrobosimKeys(Table):
-    about = "Of the transport 'pyrobosim'."
+    about = "Settings of the transport 'pyrobosim'."
     made = PyrobosimUse
     world = Key(
         TEXT,
-        "A world file of pyrobosim, with robots of the same names; relative to this file.",
+        "A world file with robots of the same names, relative to this file.",
         required="'world: lab.yaml', a world file of pyrobosim",
     )
     hallway = Key(
         TEXT,
-        "The type of obstacle that a closed hallway is, in the region of its middle.",
+        "The type of obstacle of a closed hallway, in the region of its middle.",
         required="'hallway: door', the type of obstacle that a closed hallway is",
     )
     pace = Key(POSITIVE, "Times as fast as a clock.")
-    closing = Key(
-        form(named(POSITIVE)),
-        "Hallways by name, and the seconds of the simulation after which each closes.",
-    )
+    closing = Key(form(named(POSITIVE)), "Hallways, and the seconds after which each closes.")
 
 
 class ScanKeys(Table):
@@ -179,9 +170,7 @@ class ScanKeys(Table):
     made = ScanUse
     topic = Key(TEXT, "Default: scan.")
     obstacle = Key(
-        TEXT,
-        "The type of obstacle that stands where a ray ends.",
-        required="a type of obstacle",
+        TEXT, "The type of obstacle that stands where a ray ends.", required="a type of obstacle"
     )
     beyond = Key(POSITIVE, "Metres behind the middle of a region that still count.")
 
@@ -196,8 +185,8 @@ class FollowKeys(Table):
 class StationKeys(Table):
     definition = "robot"
     made = Station
-    namespace = Key(TEXT, "Before its topics, services and actions. Default: / and its name.")
-    tolerance = Key(POSITIVE, "Metres from the middle of a region at which it has arrived.")
+    namespace = Key(TEXT, "Prefix of its topics. Default: / and its name.")
+    tolerance = Key(POSITIVE, "Metres from a region's middle that count as there.")
     speed = Key(POSITIVE, "Metres per second, for time limits.")
     timeout = Key(POSITIVE, "A goal may take this many times the expected time.")
     retries = Key(whole(0, MOST_RETRIES), "How often a failed goal is sent again.")
@@ -223,9 +212,9 @@ class FleetKeys(Table):
     network = Key(form(NetworkKeys))
     simulation = Key(form(SimulationKeys))
     pyrobosim = Key(form(PyrobosimKeys))
-    inputs = Key(form(named(TEXT)), "ROS: the topic (std_msgs/Bool) of each input of the scenario.")
-    defaults = Key(form(StationKeys), "Of every robot that does not say otherwise.")
-    robots = Key(form(named(StationKeys)), "By name. A robot that is not listed has the defaults.")
+    inputs = Key(form(named(TEXT)), "ROS: the topic (std_msgs/Bool) of each input.")
+    defaults = Key(form(StationKeys), "Values for robots that set no others.")
+    robots = Key(form(named(StationKeys)), "By name; others have the defaults.")
 
 
 def load_fleet(path: Path, scenario: Scenario) -> FleetFile:
@@ -264,7 +253,7 @@ def _fleet(root: Node, scenario: Scenario, folder: Path, findings: Findings) -> 
     simulation = _simulation(item.simulation, scenario, findings)
     pyrobosim = _pyrobosim(item.pyrobosim, scenario, folder, findings)
     if transport is TransportKind.PYROBOSIM and item.pyrobosim is None:
-        needed = " and ".join(PyrobosimKeys.required.values())
+        needed = " and ".join(key.hint for key in PyrobosimKeys.needed)
         findings.add(root, "the key 'pyrobosim' is missing", f"it has {needed}")
     kind = transport or TransportKind.ROS2
     inputs = _inputs(item.inputs, kind, scenario, findings)

@@ -57,18 +57,18 @@ UNLIMITED = "unlimited"
 MOST_CHARGE = 1_000_000
 MOST_ROBOTS = 100
 MOST_LOADS = 100
-ACTION = "the capability that resolves it, for example 'action: push'"
+ACTION = "for example 'action: push'"
 
 VISION = form(
     either({"type": "number", "minimum": 1}, {"const": UNLIMITED}),
     "vision",
-    "Radius of sight in regions, at least 1, or unlimited.",
+    "Radius of sight in regions.",
 )
 WHERE = either({"enum": tuple(ResolveAt)}, many(REGION, 1))
 SWEEPS = form(
     either({"const": ResolveAt.NEIGHBOURS}, many(REGION, 1)),
     "sweeps",
-    "Regions where no other robot may be while a robot resolves it. Default: none.",
+    "Regions where no other robot may be meanwhile. Default: none.",
 )
 
 
@@ -87,16 +87,12 @@ class BatteryKeys(Table):
     definition = "battery"
     made = Battery
     capacity = Key(
-        whole(1, MOST_CHARGE),
-        "The most that it holds.",
-        required="the most that it holds, for example 'capacity: 60'",
+        whole(1, MOST_CHARGE), "The most that it holds.", required="for example 'capacity: 60'"
     )
     move = Key(whole(0, MOST_CHARGE), "What a step takes.")
     stay = Key(whole(0, MOST_CHARGE), "What a tick without a step takes.")
     charge = Key(
-        whole(1, MOST_CHARGE),
-        "What a tick on a charger gives.",
-        required="what a tick on a charger gives, for example 'charge: 5'",
+        whole(1, MOST_CHARGE), "What a tick on a charger gives.", required="for example 'charge: 5'"
     )
     start = Key(whole(0, MOST_CHARGE), "With what it begins. Default: full.")
 
@@ -106,13 +102,11 @@ class ModelKeys(Table):
     made = RobotModel
     mobility = Key(
         choice(Mobility),
-        "free: any neighbour; heading: straight on or a 90 degree turn.",
+        "free: any neighbour; heading: straight on or with a turn.",
         required="'mobility: free' or 'mobility: heading'",
     )
     layer = Key(
-        TEXT,
-        "Robots of one layer cannot share a region, for example ground or air.",
-        required="robots of one layer avoid each other, for example 'layer: ground'",
+        TEXT, "Robots of one layer avoid each other.", required="for example 'layer: ground'"
     )
     capabilities = Key(WORDS, "Actions that it can perform.")
     vision = Key(VISION)
@@ -120,28 +114,24 @@ class ModelKeys(Table):
     speed = Key(POSITIVE, "Metres per second.")
     timing = Key(
         form(either(whole(1, MOST_TICKS), TimingKeys)),
-        "Ticks that a step takes: a number, or bounds between which it is drawn for each step. "
-        "Default: 1.",
+        "Ticks of a step: a number, or bounds to draw it from. Default: 1.",
     )
     motion = Key(MOTION)
     battery = Key(form(BatteryKeys))
     carries = Key(
         whole(1, MOST_LOADS),
-        "The most loads that it carries at one time (a load: an obstacle or an order with a need "
-        "that the 'same' robots must meet).",
+        "The most loads (of needs that the 'same' robots meet) that it carries.",
     )
 
 
 class NeedKeys(Table):
     definition = "need"
     made = Need
-    action = Key(TEXT, "The capability that it takes.", required=ACTION)
+    action = Key(TEXT, "The capability that resolves it.", required=ACTION)
     robots = Key(whole(1, MOST_ROBOTS), "How many distinct robots perform it.")
     at = Key(form(WHERE), "Where the action works.")
     together = Key(TRUTH, "Whether all perform it in the same tick.")
-    same = Key(
-        TRUTH, "Whether the robots that met the need before this one must also meet this one."
-    )
+    same = Key(TRUTH, "Whether the robots that met the need before must meet this one.")
 
 
 class TypeKeys(Table):
@@ -159,16 +149,14 @@ class TypeKeys(Table):
     action = Key(TEXT, "The capability that resolves it.")
     resolve_at = Key(form(WHERE), "Where the action works.")
     needs = Key(form(many(NeedKeys, 1)), "Several things that must be done, in this order.")
-    blocks = Key(
-        WORDS, "Layers and robot models that it blocks. Default: every robot without the action."
-    )
+    blocks = Key(WORDS, "Layers, models and robots that it stops. Default: all without the action.")
     has_truth = Key(TRUTH, "Whether resolving it reveals if the region is traversable.")
     resolve_within = Key(whole(), "The most ticks from the request to the resolution.")
     sweeps = Key(SWEEPS)
 
 
 class CatalogueKeys(Table):
-    about = "Robot models and obstacle types; entries replace built-in ones of the same name."
+    about = "Robot models and obstacle types; they replace built-in ones of the same name."
     definition = "catalogue"
     robots = Key(form(named(ModelKeys, matching(NAME))), "Robot models by name.")
     obstacles = Key(form(named(TypeKeys, matching(NAME))), "Obstacle types by name.")
@@ -330,7 +318,7 @@ def _type(
     name = _named(key, "an obstacle type", findings)
     what = f"obstacle type {clipped(key.text)}"
     listed = isinstance(node, MappingNode) and node.get("needs") is not None
-    item = TypeKeys.read(node, what, findings, required={} if listed else {"action": ACTION})
+    item = TypeKeys.read(node, what, findings, needed=() if listed else (TypeKeys.action,))
     if item is None:
         return None
     needs = _needs(item.needs, what, regions, findings) if listed else ()

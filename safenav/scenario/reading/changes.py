@@ -6,14 +6,7 @@ from collections.abc import Sequence
 from typing import ClassVar
 
 from safenav.scenario.model import Robot
-from safenav.scenario.objective import (
-    Ltl,
-    Objective,
-    avoided,
-    kinds_that,
-    one_of,
-    targets_of,
-)
+from safenav.scenario.objective import Ltl, Objective, avoided, kinds_that, one_of, targets_of
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading.objective import ObjectiveKeys, ObjectiveReader
 from safenav.scenario.reading.obstacles import TICK
@@ -30,12 +23,8 @@ SERVICE = {"out": False, "back": True}
 class ChangeKeys(Table):
     definition = "change"
     rules: ClassVar = {"oneOf": ({"required": ["objective"]}, {"required": ["service"]})}
-    at = Key(
-        TICK,
-        "The tick from which it holds.",
-        required="the tick from which it holds, for example 'at: 12'",
-    )
-    robot = Key(TEXT, "Which robot changes.", required="the name of a robot of the team")
+    at = Key(TICK, "The tick from which it holds.", required="for example 'at: 12'")
+    robot = Key(TEXT, required="the name of a robot of the team")
     objective = Key(form(ObjectiveKeys), "Its objective from then on; not 'ltl'.")
     service = Key(form({"enum": tuple(SERVICE)}), "out: it stands still; back: it continues.")
 

@@ -98,20 +98,18 @@ class ExpectKeys(Table):
     about = "The expected result of a run; only the keys that are given are checked."
     definition = "expect"
     outcome = Key(choice(OUTCOMES), "How the run ends.")
-    late = Key(
-        form(many(TEXT)), "Exactly the promises that are broken: robots, obstacles, mission."
-    )
+    late = Key(form(many(TEXT)), "Exactly the broken promises: robots, obstacles, mission.")
     resolved = Key(_OBSTACLES, "Exactly the obstacles that are resolved.")
     blocked = Key(_OBSTACLES, "Exactly the obstacles that join the known ones.")
     helpers = Key(
         form(named(TEXT, {"pattern": "^.+@.+$"})), "Which robot helps with which obstacle."
     )
-    ticks = Key(form(either(whole(1), TickKeys)), "At most this many ticks, or between two bounds.")
+    ticks = Key(form(either(whole(1), TickKeys)), "At most this many ticks, or bounds.")
     rounds = Key(
         form(either(whole(1), named(whole()))),
-        "At least this many rounds: of every robot, or robot by robot.",
+        "At least this many rounds of every robot, or of each.",
     )
-    order = Key(_EVENTS, "Events that happen one after the other, whatever happens in between.")
+    order = Key(_EVENTS, "Events that happen in this order, among others.")
     never = Key(_EVENTS, "Events that do not happen.")
 
 

@@ -45,15 +45,14 @@ def _chance(node: Node | None, what: str, findings: Findings) -> float | None:
 class InputKeys(Table):
     at = Key(
         form(either(_TICKS, many(_TICKS))),
-        "Ticks in which a simulation has it on: 12, 20-30 or a list of both.",
+        "Ticks when a simulation has it on: 12, 20-30 or a list.",
     )
     probability = Key(
         Shape(PROBABILITY.schema, _chance),
-        "With which a simulation has it on in each other tick. Default: 0.",
+        "Of being on in each other tick of a simulation. Default: 0.",
     )
     always_eventually = Key(
-        form({"enum": [*_AGAIN, True, False]}),
-        "The value that is assumed infinitely often: off, on or both.",
+        form({"enum": [*_AGAIN, True, False]}), "Assumed infinitely often: off, on or both."
     )
 
 

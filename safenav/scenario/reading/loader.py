@@ -74,20 +74,18 @@ Change = Callable[[Node, Findings], Node]
 class UntilKeys(Table):
     about = "When a run is completed."
     made = Until
-    rounds = Key(whole(1), "How often every robot meets its objective after the last resolution.")
-    by = Key(whole(1), "The tick at which the mission is to be completed at the latest.")
+    rounds = Key(whole(1), "Rounds of each robot after the last resolution.")
+    by = Key(whole(1), "The tick at which the mission is completed at the latest.")
 
 
 class LimitKeys(Table):
     about = "When to give up."
     made = Limits
     ticks = Key(whole(1), "Ticks of a run.")
-    seconds = Key(
-        POSITIVE, "Seconds of a whole run (wall; live: on the clock of the run). Default: no limit."
-    )
+    seconds = Key(POSITIVE, "Seconds of a run (live: on its clock). Default: none.")
     synthesis_seconds = Key(POSITIVE, "Seconds of a single synthesis.")
     synthesis_memory = Key(whole(1), "Memory of a single synthesis, in MiB.")
-    states = Key(whole(1), "With 'controllers: auto', most states of a strategy that is listed.")
+    states = Key(whole(1), "The most states of a strategy that 'auto' lists.")
 
 
 class FailureKeys(Table):
@@ -95,18 +93,12 @@ class FailureKeys(Table):
     made = Failures
     retries = Key(whole(), "How often a failed move into a region is repeated.")
     then = Key(
-        choice(FailedMoves),
-        "What follows: the region counts as an obstacle that only an operator resolves, or the "
-        "robot is out of service.",
+        choice(FailedMoves), "What follows: the region is an obstacle, or the robot out of service."
     )
-    most = Key(whole(1), "Failed moves without an arrival after which a robot is out of service.")
-    actions = Key(whole(1), "Failed actions on an obstacle after which another robot helps.")
-    patience = Key(
-        POSITIVE, "A command that takes this many times the median duration is cancelled."
-    )
-    timeout = Key(
-        POSITIVE, "A command that takes this many seconds is cancelled. Default: only patience."
-    )
+    most = Key(whole(1), "Failed moves in a row after which a robot is out of service.")
+    actions = Key(whole(1), "Failed actions after which another robot helps.")
+    patience = Key(POSITIVE, "Median durations after which a command is cancelled.")
+    timeout = Key(POSITIVE, "Seconds after which a command is cancelled. Default: none.")
 
 
 class ScenarioKeys(Table):
@@ -120,70 +112,51 @@ class ScenarioKeys(Table):
         "Version of the format.",
         required="begin the file with 'safenav: 1', the version of its format",
     )
-    name = Key(TEXT, "What reports call the scenario. Default: the name of the file.")
+    name = Key(TEXT, "Its name in reports. Default: that of the file.")
     map = Key(
         form(MapKeys),
         required="draw it: 'map:', below it 'grid: |', below that rows of '#' and '.'",
     )
-    areas = Key(
-        AREAS, "Named sets of regions, usable wherever a target is: any region of it counts."
-    )
+    areas = Key(AREAS, "Named sets of regions, usable as targets.")
     robots = Key(
         ROBOTS,
-        "The team: robots by name, in the order in which they move within a tick.",
+        "The team by name, in the order of moves within a tick.",
         required="name each robot with its model, start and objective",
     )
-    never_together = Key(
-        NEVER_TOGETHER, "Robots of which at most one is in these regions at any moment."
-    )
-    inputs = Key(INPUTS, "Booleans that the environment sets, the same for all robots in a tick.")
-    obstacles = Key(OBSTACLES, "Obstacles that robots find only when they encounter them.")
-    orders = Key(
-        ORDERS, "Work that the team receives at some tick, although no robot has encountered it."
-    )
-    changes = Key(
-        CHANGES, "Changes for robots during the run: another objective, or out of service."
-    )
+    never_together = Key(NEVER_TOGETHER, "Robots and regions for at most one of them.")
+    inputs = Key(INPUTS, "Booleans that the environment sets.")
+    obstacles = Key(OBSTACLES, "Obstacles that robots find by encountering them.")
+    orders = Key(ORDERS, "Work that the team receives at some tick.")
+    changes = Key(CHANGES, "Objectives and service of robots during the run.")
     until = Key(form(UntilKeys))
     limits = Key(form(LimitKeys))
-    clock = Key(choice(Clock), "How a run passes time: in ticks (lockstep) or in seconds (live).")
+    clock = Key(choice(Clock), "Time passes in ticks, or in seconds (live).")
     failures = Key(form(FailureKeys))
     resolve_within = Key(
         whole(),
-        "The most ticks from a request to the resolution, for obstacles without their own limit.",
+        "The most ticks from a request to a resolution, unless the obstacle says otherwise.",
     )
-    suspects = Key(
-        SUSPECTS,
-        "Obstacles that the team knows may be there: promises hold whether they are or not.",
-    )
+    suspects = Key(SUSPECTS, "Obstacles that the team knows may be there.")
     late = Key(choice(LatePolicy), "After a broken promise: go_on, or stop.")
     chargers = Key(form(many(REGION)), "Regions where batteries are charged.")
-    flat = Key(
-        TEXT,
-        "The obstacle type that appears at a robot whose charge does not last; it has "
-        "'blocks: []'.",
-    )
+    flat = Key(TEXT, "The obstacle type (with 'blocks: []') of a robot without charge.")
     seed = Key(whole(most=2**63 - 1), "Seed of everything random in a run.")
     coordination = Key(choice(Coordination), "How robots are reassigned.")
     order = Key(choice(RequestOrder), "Which open request is served first.")
     controllers = Key(
         choice(Controllers),
-        "Whether strategies are listed, or give their moves on demand; auto: on demand where a "
-        "listed one would exceed limits.states.",
+        "Whether strategies are listed or give moves on demand; auto: by limits.states.",
     )
     deadlock = Key(SWITCH, "Whether joint plans move robots that wait for each other.")
     partition = Key(PARTITION)
     requirements = Key(
         REQUIREMENTS,
-        "Formulas of signal temporal logic that the motion of a run must satisfy, such as "
-        "always(distance(a, b) >= 1): a list of formulas or of 'name: formula', or a mapping of "
-        "named ones.",
+        "Formulas over the motion, such as always(distance(a, b) >= 1); they may have names.",
     )
     expect = Key(form(ExpectKeys))
     catalogue = Key(
         form(either(CatalogueKeys, TEXT)),
-        "Robot models and obstacle types of this scenario, in place or as the path of a file "
-        "beside it.",
+        "Models and types of its own, in place or as the path of a file.",
     )
 
 

@@ -23,7 +23,7 @@ class ExclusionKeys(Table):
     )
     in_ = Key(
         form(either(TARGET, many(TARGET, 1))),
-        "Regions of which at most one of them is in one.",
+        "Regions for at most one of them.",
         required="name regions or areas, for example 'in: bridge'",
         name="in",
     )

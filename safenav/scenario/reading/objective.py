@@ -306,11 +306,7 @@ class ObjectiveReader:
         return tuple(line for line in lines if line is not None)
 
     def _line(
-        self,
-        node: Node,
-        what: str,
-        declared: dict[str, tuple[int, int] | None],
-        next_allowed: bool,
+        self, node: Node, what: str, declared: dict[str, tuple[int, int] | None], next_allowed: bool
     ) -> str | None:
         """The formula as text with region and heading names replaced by their numbers."""
         text = read.text(node, f"a formula of {what}", self._findings)

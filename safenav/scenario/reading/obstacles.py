@@ -15,22 +15,16 @@ from safenav.scenario.yaml.shapes import PROBABILITY, TEXT, Key, Table, either, 
 MOST_TICKS = read.MOST
 TICK = whole(1, MOST_TICKS)
 LIMIT = Key(whole(), "The most ticks from the request to the resolution.")
-_AT = Key(
-    REGION, "Where it is.", required="where it is, for example 'region: 47' or 'region: [3, 8]'"
-)
+_AT = Key(REGION, "Where it is.", required="for example 'region: 47' or 'region: [3, 8]'")
 
 
 class ChanceKeys(Table):
-    probability = Key(
-        PROBABILITY, "Of being so.", required="from 0 to 1, for example {probability: 0.5}"
-    )
+    probability = Key(PROBABILITY, "From 0 to 1.", required="for example {probability: 0.5}")
 
 
 class SuspectKeys(Table):
     type = Key(
-        form(TEXT),
-        "An obstacle type of the catalogue, such as door or uncertainty.",
-        required="an obstacle type of the catalogue, for example 'type: door'",
+        form(TEXT), "An obstacle type of the catalogue.", required="for example 'type: door'"
     )
     region = _AT
 
@@ -38,23 +32,16 @@ class SuspectKeys(Table):
 class ObstacleKeys(SuspectKeys):
     definition = "obstacle"
     traversable = Key(
-        form(either({"type": "boolean"}, ChanceKeys)),
-        "What resolving it reveals, for types with a truth. Default: true.",
+        form(either({"type": "boolean"}, ChanceKeys)), "What resolving it reveals. Default: true."
     )
-    from_ = Key(
-        TICK, "The tick at which it appears. Default: it is there from the beginning.", name="from"
-    )
+    from_ = Key(TICK, "The tick at which it appears. Default: the first.", name="from")
     until = Key(TICK, "The tick at which it disappears. Default: never.")
     resolve_within = LIMIT
     sweeps = Key(SWEEPS)
 
 
 class OrderKeys(Table):
-    at = Key(
-        TICK,
-        "The tick at which the team receives it.",
-        required="the tick at which the team receives it, for example 'at: 10'",
-    )
+    at = Key(TICK, "The tick at which the team receives it.", required="for example 'at: 10'")
     type = Key(
         form(TEXT),
         "An obstacle type with 'blocks: []'.",

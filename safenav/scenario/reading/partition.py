@@ -20,15 +20,14 @@ class TileKeys(Table):
     tiles = Key(
         form(several(whole(1), whole(1))),
         "Rows and columns of a tile.",
-        required="rows and columns of a tile, for example {tiles: [4, 4]}",
+        required="for example {tiles: [4, 4]}",
     )
 
 
 PARTITION = form(
     either({"const": ROOMS}, TileKeys, many(many(REGION, 1), 1)),
     "partition",
-    "The cells in which a robot that is out of sight may be: tiles, or lists of regions, together "
-    "all free ones. Default: rooms.",
+    "The cells in which a robot out of sight may be. Default: rooms.",
 )
 
 

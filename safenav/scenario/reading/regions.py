@@ -24,8 +24,7 @@ PLACE = form(either(NUMBER, CELL), "place")
 REGION = form(
     either(NUMBER, CELL, matching(NAME)),
     "region",
-    "A region: its number, [row, column], or a name from the map; an area where a set of regions "
-    "is allowed.",
+    "A region: its number, [row, column] or name; where several may be, an area.",
 )
 
 

@@ -36,16 +36,7 @@ from safenav.scenario.reading.regions import REGION, RegionReader
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped
 from safenav.scenario.yaml.findings import Findings, suggestion
-from safenav.scenario.yaml.shapes import (
-    TEXT,
-    WORDS,
-    Key,
-    Shape,
-    Table,
-    choice,
-    form,
-    named,
-)
+from safenav.scenario.yaml.shapes import TEXT, WORDS, Key, Shape, Table, choice, form, named
 from safenav.world.map import Heading, RegionMap
 from safenav.world.moves import Mobility, Pose
 
@@ -66,33 +57,23 @@ _HEADINGS = {heading.label: heading for heading in Heading}
 class RobotKeys(Table):
     definition = "robot"
     made = Robot
-    model = Key(
-        TEXT,
-        "A robot model of the catalogue, such as digit or quadcopter.",
-        required="a robot model of the catalogue, for example 'model: digit'",
-    )
+    model = Key(TEXT, "A robot model of the catalogue.", required="for example 'model: digit'")
     start = Key(
         REGION, "Where it starts.", required="a region, for example 'start: 47' or 'start: [3, 8]'"
     )
     heading = Key(
         Shape({"enum": tuple(_HEADINGS)}, read.text),
-        "Which way it faces; needed by models with heading mobility.",
+        "Which way it faces, if its mobility is heading.",
     )
-    objective = Key(
-        form(ObjectiveKeys),
-        required=f"its task, for example 'objective: {EXAMPLE}'",
-    )
+    objective = Key(form(ObjectiveKeys), required=f"its task, for example 'objective: {EXAMPLE}'")
     while_waiting = Key(
-        form(ObjectiveKeys),
-        "Its objective while it waits for help; not 'ltl'. Default: it stays.",
+        form(ObjectiveKeys), "While it waits for help; not 'ltl'. Default: it stays."
     )
     vision = Key(VISION)
-    avoids = Key(WORDS, "Robots that it must not share a region with. Default: those of its layer.")
-    tracks = Key(WORDS, "Robots that its specification models although it need not avoid them.")
+    avoids = Key(WORDS, "Robots to keep apart from. Default: those of its layer.")
+    tracks = Key(WORDS, "Robots that its specification also models.")
     tracking = Key(choice(Tracking), "How its specification models others.")
-    when = Key(
-        form(named(ObjectiveKeys)), "Its objectives while inputs are on, the first of them that is."
-    )
+    when = Key(form(named(ObjectiveKeys)), "Objectives while inputs are on; the first counts.")
 
 
 ROBOTS = form({**named(RobotKeys, VARIABLE), "minProperties": 1})

@@ -70,11 +70,7 @@ def mapping(
 
 
 def _unknown_keys(
-    node: Mapping,
-    what: str,
-    known: Iterable[str],
-    elsewhere: Wanted[str, str],
-    findings: Findings,
+    node: Mapping, what: str, known: Iterable[str], elsewhere: Wanted[str, str], findings: Findings
 ) -> set[str]:
     """Report keys that are not known; returns the known ones that were probably meant."""
     words = set(known)

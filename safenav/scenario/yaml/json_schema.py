@@ -56,8 +56,8 @@ def _table(table: type[Table], definitions: dict[str, object]) -> dict[str, obje
     found["type"] = "object"
     found["properties"] = {name: _key(key, table, definitions) for name, key in table.known.items()}
     found["additionalProperties"] = False
-    if table.required:
-        found["required"] = list(table.required)
+    if table.needed:
+        found["required"] = [key.name for key in table.needed]
     return {**found, **_shape(table.rules, definitions)}
 
 

@@ -101,7 +101,8 @@ class Key(Generic[T]):
     """A key of a table; as an attribute of an item its value, or None if there is none or it was
     reported.
 
-    ``about`` describes it; ``required`` is what to write if it is missing; ``name`` is how it is
+    ``about`` describes it; ``required`` is what to write if it is missing, or continues ``about``
+    with an example; ``name`` is how it is
     written where Python reserves that word.
     """
 
@@ -112,6 +113,12 @@ class Key(Generic[T]):
         self.about = about
         self.required = required
         self.name = name
+
+    @property
+    def hint(self) -> str:
+        """The hint of the message that it is missing."""
+        what = f"{self.about[:1].lower()}{self.about[1:-1]}, "
+        return (what if self.required.startswith("for example") else "") + self.required
 
     def __set_name__(self, table: type[Table], name: str) -> None:
         self.name = self.name or name
@@ -141,12 +148,12 @@ class Table:
     made: ClassVar[type[Struct] | None] = None
     rules: ClassVar[Schema] = {}
     known: ClassVar[Mapping[str, Key[Any]]] = {}
-    required: ClassVar[Mapping[str, str]] = {}
+    needed: ClassVar[tuple[Key[Any], ...]] = ()
 
     def __init_subclass__(cls, more: Iterable[Key[Any]] = ()) -> None:
         own = [*more, *(value for value in vars(cls).values() if isinstance(value, Key))]
         cls.known = {**cls.known, **{key.name: key for key in own}}
-        cls.required = {key.name: key.required for key in cls.known.values() if key.required}
+        cls.needed = tuple(key for key in cls.known.values() if key.required)
 
     def __init__(self, node: MappingNode, of: str, findings: Findings) -> None:
         self.node = node
@@ -161,13 +168,14 @@ class Table:
         findings: Findings,
         of: str | None = None,
         elsewhere: Mapping[str, str] | None = None,
-        required: Mapping[str, str] | None = None,
+        needed: Iterable[Key[Any]] | None = None,
     ) -> Self | None:
         """The item there; reports keys that are unknown or missing. ``of``: how messages about a
         key continue, such as ``of until``; ``elsewhere``: hints for keys that belong in something
-        else; ``required``: in place of the keys that always are."""
-        needed = cls.required if required is None else required
-        found = read.mapping(node, what, findings, cls.known, needed, elsewhere)
+        else; ``needed``: in place of the keys that always are."""
+        keys = cls.needed if needed is None else needed
+        required = {key.name: key.hint for key in keys}
+        found = read.mapping(node, what, findings, cls.known, required, elsewhere)
         return None if found is None else cls(found, f"of {what}" if of is None else of, findings)
 
     @classmethod

@@ -56,14 +56,10 @@ class Text(StrEnum):
 class ImageKeys(Table):
     about = "An image with colours that have a meaning."
     definition = "image"
-    file = Key(
-        form(TEXT),
-        "The path of the image.",
-        required="the path of the image, for example 'file: floor.png'",
-    )
+    file = Key(form(TEXT), "The path of the image.", required="for example 'file: floor.png'")
     legend = Key(
         form(named(matching(NAME), matching(COLOUR))),
-        "Colours (#rrggbb) that stand for wall, free, or an area.",
+        "Colours (#rrggbb) that mean wall, free, or an area.",
     )
     text = Key(choice(Text), "What labels on the plan become. Default: ignore.")
 
@@ -84,24 +80,16 @@ class MapKeys(Table):
         ),
         "One line for each row: '#' is a wall, '.' is free.",
     )
-    image = Key(
-        form(either(TEXT, ImageKeys)), "A PNG or PGM file beside the scenario: dark is wall."
-    )
+    image = Key(form(either(TEXT, ImageKeys)), "A PNG or PGM file: dark is wall.")
     ros = Key(TEXT, "The YAML file of a map as ROS map_server saves it.")
     movingai = Key(TEXT, "A map of the MovingAI benchmarks.")
     rows = Key(whole(1), "Rows of regions into which the file is divided.")
     cols = Key(whole(1), "Columns of regions into which the file is divided.")
     threshold = Key(PROBABILITY, "What is darker is wall; 0 is black, 1 is white. Default: 0.5.")
-    share = Key(
-        PROBABILITY,
-        "How much of a region has to be blocked to make it a wall. Default: 0, any of it.",
-    )
+    share = Key(PROBABILITY, "How much of a region makes it a wall. Default: 0, any of it.")
     resolution = Key(POSITIVE, "Metres that a region measures.")
     origin = Key(
         form({**many({"type": "number"}, 2), "maxItems": 3}),
-        "[x, y] or [x, y, yaw] of the south-western corner, in metres and radians.",
+        "[x, y] or [x, y, yaw] of the south-western corner, in metres, radians.",
     )
-    names = Key(
-        form(named(PLACE, matching(NAME))),
-        "Names for regions, usable in place of their numbers.",
-    )
+    names = Key(form(named(PLACE, matching(NAME))), "Names for regions.")

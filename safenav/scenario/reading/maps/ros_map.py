@@ -9,12 +9,7 @@ from pathlib import Path
 
 from safenav.scenario.reading.maps.grid import too_large
 from safenav.scenario.reading.maps.keys import MapKeys
-from safenav.scenario.reading.maps.map_file import (
-    read_count,
-    read_named,
-    read_pixels,
-    with_walls,
-)
+from safenav.scenario.reading.maps.map_file import read_count, read_named, read_pixels, with_walls
 from safenav.scenario.reading.maps.origin import read_origin
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar
