@@ -169,11 +169,6 @@ class StrictObjective(TargetObjective, frozen=True):
     in_turn: ClassVar[bool] = True
     strict: ClassVar[bool] = True
 
-    def begin(self, region: Region, memory: int = 0) -> int:
-        """A robot that stands on a target begins with that one: the formula forbids to be there
-        in another's turn (paper, Section VI)."""
-        return next((i for i, target in enumerate(self.listed()) if region in target), memory)
-
     def forbidden(self, memory: int, region: Region, after: Region) -> bool:
         now = self.turned(memory, region)
         return any(after in target for i, target in enumerate(self.listed()) if i != now)
@@ -216,10 +211,17 @@ class Patrol(StrictObjective, frozen=True):
         strictly = " (form: literal)" if self.literal else ""
         return f"patrol {word(self.first)} <-> {word(self.second)}{strictly}"
 
+    def begin(self, region: Region, memory: int = 0) -> int:
+        """A robot that stands on a target begins with that one: the formula forbids to be there
+        in another's turn (paper, Section VI)."""
+        return next((i for i, target in enumerate(self.listed()) if region in target), memory)
+
 
 class Circuit(StrictObjective, frozen=True):
     """Visit the targets in order, forever, and touch none out of turn: the strict ordered
-    patrolling of Menghi et al. (IEEE TSE 2021), a patrol with any number of targets."""
+    patrolling of Menghi et al. (IEEE TSE 2021), a patrol with any number of targets. A robot that
+    gets it on a target out of turn leaves that first: to begin with it, as a patrol does, could
+    make a robot that charges there miss the others forever."""
 
     kind: ClassVar[str] = "circuit"
     meaning: ClassVar[str] = "all of its targets, in order, none out of turn"
