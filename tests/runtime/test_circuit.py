@@ -202,6 +202,32 @@ def test_progress_counts_what_a_list_of_targets_counts() -> None:
     assert progress.rounds > 5
 
 
+BEYOND = """
+safenav: 1
+map: {grid: ["########", "#......#", "########"]}
+catalogue:
+  robots:
+    rover: {mobility: free, layer: ground, capabilities: [], battery: {capacity: 14, charge: 5}}
+robots:
+  r: {model: rover, start: [1, 3], objective: {patrol: [[1, 6], [1, 3]], form: literal}}
+chargers: [[1, 1]]
+until: {rounds: 4}
+limits: {ticks: 300}
+"""
+
+
+def test_a_literal_form_that_is_lost_beyond_a_target_is_proven_lost(
+    run: Runner, tmp_path: Path
+) -> None:
+    """The robot went to charge across the target that is not next, and cannot come back."""
+    lines = run(BEYOND).records
+    assert (lines[-1]["outcome"], lines[-1]["cause"]) == ("operator_needed", "unrealizable")
+    path = tmp_path / "trace.jsonl"
+    lines[-2]["memory"] = {"scout": 1}  # from there it could
+    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    assert [finding.rule for finding in check_trace(path).findings] == ["proof"]
+
+
 Line = dict[str, Any]
 
 

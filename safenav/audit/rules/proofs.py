@@ -9,6 +9,7 @@ from typing import Any
 from safenav.audit.deriving import pose_of, team_of
 from safenav.audit.formulas import rules_of
 from safenav.audit.kinds import shape_of
+from safenav.audit.language import Pose, closure
 from safenav.audit.lines import Line, proof_of
 from safenav.audit.proofs.case import Case, case_of
 from safenav.audit.proofs.closure import closure_problems
@@ -140,7 +141,28 @@ def _continues(name: str, now: Situation, team: Team, memory: Mapping[str, int] 
         if values in formulas.valuations:
             live = formulas.live(team.reach(name, here, ()), team.members[name].steps)
             return (pose_of(name, now), formulas.valuations.index(values)) in live
+    if own.literal and shape_of(own.kind).strict and memory and name not in now.out:
+        turn = next(iter(memory.values()))
+        return team.goes_on(name, here, ()) and _keeps_order(name, now, team, turn)
     return team.goes_on(name, here, ())
+
+
+def _keeps_order(name: str, now: Situation, team: Team, turn: int) -> bool:
+    """Return whether a robot alone can meet its targets in turn forever from where it is, target
+    number ``turn`` being next, and touch none out of turn: whether it gets to a cycle on which it
+    meets the first one."""
+    targets, walkable = now.own[name].targets, team.reach(name, frozenset([pose_of(name, now)]), ())
+    steps = team.members[name].steps
+
+    def after(state: tuple[Pose, int]) -> Iterator[tuple[Pose, int]]:
+        pose, due = state
+        due = (due + 1) % len(targets) if pose[0] in targets[due] else due
+        shut = frozenset[int]().union(*(t for k, t in enumerate(targets) if k != due))
+        yield from ((to, due) for to in steps[pose] if to in walkable and to[0] not in shut)
+
+    found = closure([(pose_of(name, now), turn)], after)
+    first = [state for state in found if state[1] == 0 and state[0][0] in targets[0]]
+    return any(state in closure(after(state), after) for state in first)
 
 
 def problems_of(proof: Mapping[str, Any], case: Case) -> Iterator[str]:
