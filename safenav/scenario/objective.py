@@ -220,8 +220,8 @@ class Patrol(StrictObjective, frozen=True):
 class Circuit(StrictObjective, frozen=True):
     """Visit the targets in order, forever, and touch none out of turn: the strict ordered
     patrolling of Menghi et al. (IEEE TSE 2021), a patrol with any number of targets. A robot that
-    gets it on a target out of turn leaves that first: to begin with it, as a patrol does, could
-    make a robot that charges there miss the others forever."""
+    gets it on a target out of turn leaves that first. If it started with that one, as a patrol
+    does, a robot that charges there could miss the others forever."""
 
     kind: ClassVar[str] = "circuit"
     meaning: ClassVar[str] = "all of its targets, in order, none out of turn"
