@@ -43,13 +43,13 @@ def frame_of(
 ) -> Frame:
     """The frame of the trace's map, or parts of it as they are given instead.
 
-    Raises UsageError if nobody says how many metres a region measures.
+    Raises UsageError if the size of a region is missing.
     """
     world = trace.header.scenario.map
     sides = world.resolution if resolution is None else (resolution, resolution)
     if sides is None:
         raise UsageError(
-            f"{trace.source}: how many metres does a region measure? The trace does not say\n"
+            f"{trace.source}: the size of a region in metres is missing\n"
             "    add --resolution 0.5, or 'resolution' to the map of the scenario"
         )
     if min(sides) <= 0:

@@ -241,7 +241,8 @@ class Passes(Algorithm):
             raise RunEnded(Conclusion(Outcome.COMPLETED, said))
         left = [robot for robot in team.robots.values() if robot.own.rounds < wanted]
         served = team.last_settled.found.served
-        if team.live and free and left and not served and self.traffic.only_out(left):
+        out = any(not robot.active for robot in left)
+        if out and free and not served and self.traffic.only_out(left):
             self._guarded(self._unless_back)
         if team.live:
             if self.limit is not None and self.world.now() >= self.limit:
@@ -252,9 +253,12 @@ class Passes(Algorithm):
     def _unless_back(self) -> None:
         """Only robots out of service have something left to do. Raises RunEnded unless one may be
         back by itself."""
-        if not self._times():
-            out = [robot.name for robot in self.team.robots.values() if not robot.active]
-            said = f"{' and '.join(out)} out of service; {self._what_is_left()}"
+        if not (self._times() if self.team.live else self._to_come()):
+            out = [robot for robot in self.team.robots.values() if not robot.active]
+            said = f"{' and '.join(robot.name for robot in out)} out of service"
+            flat = " and ".join(robot.name for robot in out if robot.too_flat)
+            said += f" (battery of {flat} empty)" if flat else ""
+            said += f"; {self._what_is_left()}"
             raise RunEnded(Conclusion(Outcome.OPERATOR_NEEDED, said, "out_of_service"))
 
     def _out_of(self, limit: Outcome) -> Conclusion:

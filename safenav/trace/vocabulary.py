@@ -188,4 +188,4 @@ class OperatorCause(StrEnum):
     NEVER_RESOLVABLE = "never_resolvable"
     """The closure of all that the team can do leaves a robot stuck: see ``proof``."""
     OUT_OF_SERVICE = "out_of_service"
-    """Live: nothing is left to do while robots are out of service."""
+    """Nothing is left to do while robots are out of service."""

@@ -116,6 +116,7 @@ def test_a_trace_without_metres_needs_them(safenav: Command, tmp_path: Path) -> 
     run(safenav, tmp_path, WALK % OPEN)
     refused = safenav("export", "s.jsonl", "--waypoints", "way.csv")
     assert refused.returncode == 2
+    assert "the size of a region in metres is missing" in refused.stderr
     assert "--resolution 0.5" in refused.stderr
     assert not (tmp_path / "way.csv").exists()
     told = safenav(

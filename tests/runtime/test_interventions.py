@@ -126,7 +126,13 @@ def played(text: str) -> tuple[Mission, list[Record]]:
     [
         (ONE_DIGIT, "{at: 12, robot: digit, service: out}", "operator_needed", "digit has it", 1),
         (ONE_DIGIT, "{at: 3, robot: digit, service: out}", "operator_needed", "out of service", 0),
-        (TWO_DIGITS, "{at: 13, robot: spare, service: out}", "tick_limit", "spare has done", 2),
+        (
+            TWO_DIGITS,
+            "{at: 13, robot: spare, service: out}",
+            "operator_needed",
+            "spare has done",
+            2,
+        ),
         (
             TWO_DIGITS,
             "{at: 13, robot: spare, service: out}, {at: 40, robot: spare, service: back}",

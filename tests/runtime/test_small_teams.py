@@ -170,6 +170,23 @@ def test_what_can_be_done_is_done(run: Runner, text: str, outcome: str, done: li
     assert sorted(resolved) == done
 
 
+def test_a_trap_is_explained_by_what_would_be_lost(run: Runner) -> None:
+    """The robot could still meet its objective from where it is: nothing else conflicts."""
+    ended = run("""
+        safenav: 1
+        map: {grid: [".......", "###.###", "......."]}
+        catalogue: {robots: {cart: {mobility: free, layer: ground}}}
+        robots:
+          c: {model: cart, start: 0, objective: {visit: [14, 0]}}
+          d: {model: digit, start: 20, heading: west, objective: {hold: 20}}
+        obstacles: [{type: door, region: 10}]
+        """).outcome
+    assert ended["explanation"] == (
+        "every remaining option traps a robot needed elsewhere; "
+        "d could no longer hold 20 after that"
+    )
+
+
 RULES = """\
 # While the alarm is on r0 has no rules; the duty that it has then is under its rules afterwards.
 safenav: 1

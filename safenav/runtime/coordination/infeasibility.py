@@ -18,7 +18,7 @@ from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.resolution.proofs import Refutation, TeamClosure
 from safenav.runtime.team import TeamState
 from safenav.runtime.termination import Conclusion
-from safenav.scenario.objective import Ltl
+from safenav.scenario.objective import Ltl, describe
 from safenav.spec.task import Task
 from safenav.trace import vocabulary
 from safenav.trace.proofs import Choice, Closure, Option, Proof, Reach, Tree
@@ -74,6 +74,10 @@ def nobody_goes_on(
         stuck = [name for name, live in zip(floor.names, closure.live, strict=True) if not live]
     for name in stuck:
         robot = state.robots[name]
+        if closure is not proof and not isinstance(robot.robot.objective, Ltl):
+            objective = describe(robot.robot.objective, word)  # from where it is, it still could
+            said.append(f"{name} could no longer {objective} after that")
+            continue
         task = Task(
             robot.robot,
             robot.next_pose,

@@ -286,6 +286,27 @@ def test_live_a_battery_is_brought(run: Runner) -> None:
     assert [line["robot"] for line in played.all("resolved")] == ["drone"]
 
 
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+def test_a_lone_robot_that_nothing_charges_ends_the_run(clock: str, run: Runner) -> None:
+    """It waits for what the scenario removes, until its charge is used up."""
+    outcome = run(f"""
+        safenav: 1
+        map: {{grid: ["########", "#......#", "###.####", "########"]}}
+        catalogue:
+          robots:
+            cart: {{mobility: free, layer: ground,
+                    battery: {{capacity: 12, move: 1, stay: 1, charge: 5}}}}
+          obstacles: {{rubble: {{action: tow}}}}
+        chargers: [[1, 6]]
+        robots: {{a: {{model: cart, start: [1, 1], objective: {{patrol: [[1, 1], [1, 6]]}}}}}}
+        obstacles: [{{type: rubble, region: [1, 4], until: 60}}]
+        until: {{rounds: 2}}
+        clock: {clock}
+        """).outcome
+    assert (outcome["outcome"], outcome["cause"]) == ("operator_needed", "out_of_service")
+    assert "a out of service (battery of a empty)" in outcome["explanation"]
+
+
 def test_live_a_robot_that_waits_too_long_runs_flat(run: Runner) -> None:
     played = run(CUT_OFF + "clock: live\n")
     (out,) = played.all("service", active=False, cause="battery")
