@@ -83,7 +83,9 @@ class Turns:
             yield from self._stand_still(robot, HoldReason.ACTING)
         elif self.traffic.active and not self._released(robot):
             yield from self._follow_plan(robot)
-        elif self.state.live and self.actions.waits_to_sweep(robot):
+        elif self.state.live and (
+            self.actions.waits_to_sweep(robot) or self._awaits_action(robot.name)
+        ):
             yield from self._stand_still(robot, HoldReason.HELD)
         else:
             yield from self._follow_strategy(robot)
@@ -112,10 +114,23 @@ class Turns:
         planner = robot.planner
         if not self.state.live or planner is None or not self.traffic.released(robot.name):
             return False
+        if self.traffic.follows(robot.name):
+            return False
         off = "off its strategy", planner, robot.pose
         if planner.node is None and robot.stays_for != off and not self.strategies.relocate(robot):
             robot.stays_for = off  # it has no node there
         return planner.node is not None
+
+    def _awaits_action(self, name: str) -> bool:
+        """Live: whether a robot has followed a helper that stands where it is to act."""
+        return self.traffic.follows(name) and any(
+            other.assignment.role is Role.HELPS
+            and other.transit is None
+            and other.assignment.goal
+            >> graph_of(other.robot, self.state.scenario.map).number(other.pose)
+            & 1
+            for other in self.state.robots.values()
+        )
 
     def back_in_service(self, robot: RobotState) -> None:
         """Continue the robot from where it is, whatever the others have done meanwhile. If it

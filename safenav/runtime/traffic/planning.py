@@ -69,6 +69,7 @@ class Traffic:
         self._urgent: int | None = None
         self._pending: Pending | None = None
         self._all_wait = False
+        self._followers: tuple[Settlement | None, frozenset[str]] = None, frozenset()
         self.thinking = Thinking(stop)
         self._searches = searches = Searches(state, self.thinking)
         self._tried: Counter[Hashable] = Counter()
@@ -131,6 +132,12 @@ class Traffic:
         ``ahead`` is closed to it, and each move that it may not undo must be ``certified``."""
         index = self.state.last_settled.floor.index(name)
         return self.execution is not None and self.execution.done(index)
+
+    def follows(self, name: str) -> bool:
+        """Whether a robot has followed its helper by a plan, and stands there until it is decided
+        again who does what."""
+        found, names = self._followers
+        return name in names and found is self.state.last_settled.found
 
     def holds(self, name: str) -> bool:
         """Whether a robot stays where it is until a plan is there: one that is wanted, and is not
@@ -437,7 +444,10 @@ class Traffic:
         self, floor: Floor, states: Sequence[Joint], counts: Sequence[Count], reason: str
     ) -> None:
         states = shortened(self._searches.course(floor), states, self._fixed(floor))
-        states = self.search.approached(floor, states)
+        ends, states = states[-1].poses, self.search.approached(floor, states)
+        pairs = zip(floor.names, ends, states[-1].poses, strict=True)
+        nearer = frozenset(name for name, end, now in pairs if now != end)
+        self._followers = self.state.last_settled.found, nearer
         sizes = [member.graph.size for member in floor.problem.members]
         poses = [plain_poses(floor.problem, state.poses) for state in states]
         under_way = {}

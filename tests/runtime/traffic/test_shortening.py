@@ -119,33 +119,45 @@ def test_detours_of_a_plan_disappear() -> None:
     assert (ticks(floor, states), ticks(floor, new), steps(new)) == (10, 6, 6)
 
 
+IN_THE_WAY = """
+safenav: 1
+name: requester stands in the helper's way
+map:
+  grid: |
+    ###############
+    #...####......#
+    #.............#
+    #...####......#
+    ###############
+catalogue:
+  robots: {cart: {mobility: free, layer: ground, capabilities: []}}
+robots:
+  cart: {model: cart, start: [2, 1], objective: {visit: [[2, 12], [2, 1]]}}
+  digit:
+    {model: digit, start: [1, 1], heading: east, objective: {visit: [[1, 1], [3, 3]]}}
+obstacles:
+  - {type: door, region: [2, 6]}
+until: {rounds: 1}
+limits: {ticks: 200}
+"""
+
+
 def test_the_requester_clears_the_way_of_its_helper(run: Runner) -> None:
     """A walker that cannot turn round comes to a doorway where the robot that asked waits. It lets
     the walker pass and follows it. When the door is found, in tick 5, an exhaustive search finds
     that the mission takes 25 more ticks at least."""
-    played = run(
-        """
-        safenav: 1
-        name: requester stands in the helper's way
-        map:
-          grid: |
-            ###############
-            #...####......#
-            #.............#
-            #...####......#
-            ###############
-        catalogue:
-          robots: {cart: {mobility: free, layer: ground, capabilities: []}}
-        robots:
-          cart: {model: cart, start: [2, 1], objective: {visit: [[2, 12], [2, 1]]}}
-          digit:
-            {model: digit, start: [1, 1], heading: east, objective: {visit: [[1, 1], [3, 3]]}}
-        obstacles:
-          - {type: door, region: [2, 6]}
-        until: {rounds: 1}
-        limits: {ticks: 200}
-        """
-    )
+    played = run(IN_THE_WAY)
     assert played.outcome["outcome"] == "completed"
     assert played.one("resolved")["tick"] == 11
     assert played.outcome["ticks"] == 30
+
+
+def test_live_the_requester_stays_behind_a_helper_that_acts(run: Runner) -> None:
+    """It does not go back to where it waits before the door is open."""
+    played = run(IN_THE_WAY + "clock: live\n")
+    opened = played.one("resolved")["t"]
+    first = played.all("plan")[0]["t"]
+    way = [step for step in played.all("depart") if step["robot"] == "cart"]
+    meanwhile = [step for step in way if first <= step["t"] < opened]
+    assert {step["by"] for step in meanwhile} == {"plan"} and meanwhile[-1]["to"] == 34
+    assert next(step for step in way if step["t"] >= opened)["from"] == 34
