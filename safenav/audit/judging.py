@@ -77,7 +77,7 @@ def findings(header: Line, records: Sequence[Line], rules: Iterable[Rule]) -> It
             yield Finding("order", record.tick, None, record.line, problem)
             continue
         for rule in rules:
-            yield from rule.line(record, now)
+            yield from rule.findings_on(record, now)
         if record.type in ("violation", "backtrack", "move") and now.starts_turn(record):
             now.finish_turn(last=False)
             for rule in rules:

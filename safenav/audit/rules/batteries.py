@@ -49,7 +49,7 @@ class ChargeRule(Rule):
         self._empty = [name for name in self._charge if self._is_empty(name, now.region[name], now)]
         yield from ()
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[str | Finding]:
         if now.live:
             yield from self._in_time(record, now)
         elif self._owed is None and self._empty and record.tick > 0:
@@ -62,8 +62,7 @@ class ChargeRule(Rule):
                     yield from self._moved(record, now)
             case "appeared" if record.cause == "battery":
                 if self._owed is None:
-                    problem = f"{record.obstacle} appears, but no charge is used up"
-                    yield self.broken_by(record, None, problem)
+                    yield f"{record.obstacle} appears, but no charge is used up"
                 elif now.obstacles[record.obstacle].region != now.region[self._owed]:
                     problem = f"{record.obstacle} appears elsewhere than {self._owed} is"
                     yield self.broken_by(record, self._owed, problem)
@@ -71,16 +70,13 @@ class ChargeRule(Rule):
                     self._flat[record.obstacle] = self._owed
             case "service" if record.cause == "battery" and record.active is False:
                 if record.robot != self._owed:
-                    problem = f"the charge of {record.robot} is not used up"
-                    yield self.broken_by(record, record.robot, problem)
+                    yield f"the charge of {record.robot} is not used up"
                 elif self._asks and record.robot not in self._flat.values():
-                    problem = f"nothing appears at {record.robot}, whose charge is used up"
-                    yield self.broken_by(record, record.robot, problem)
+                    yield f"nothing appears at {record.robot}, whose charge is used up"
                 self._owed = None
             case "service" if record.cause == "battery":
                 if record.robot not in self._filled:
-                    problem = f"the battery of {record.robot} was not replaced"
-                    yield self.broken_by(record, record.robot, problem)
+                    yield f"the battery of {record.robot} was not replaced"
                 else:
                     self._filled.discard(record.robot)
                     self._charge[record.robot] = _battery(now, record.robot).capacity
@@ -116,7 +112,7 @@ class ChargeRule(Rule):
             problem = f"{move.robot} is to {stop}, and stays at {now.show(move.to)}"
             yield self.broken_by(move, move.robot, problem)
 
-    def _stop(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def _stop(self, record: Line, now: Situation) -> Iterator[str]:
         """Judge a stop by that before it."""
         robot, here = record.robot, now.region.get(record.robot)
         before, *_ = self._stops.pop(robot, (None,))
@@ -125,8 +121,7 @@ class ChargeRule(Rule):
         if before is not None and here not in before.targets[0]:
             again = record.objective.targets == before.targets  # in another pose there
             if not again and not _kept_from(robot, before.targets[0], now):
-                problem = f"{robot} has another stop before it gets to the one to {before}"
-                yield self.broken_by(record, robot, problem)
+                yield f"{robot} has another stop before it gets to the one to {before}"
         if record.objective.kind == STAYING and record.objective != now.own[robot]:
             self._stops[robot] = (record.objective, record.line, record.tick)
 

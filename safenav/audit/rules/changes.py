@@ -16,12 +16,12 @@ class AppearedRule(Rule):
 
     name = "appeared"
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[str | Finding]:
         if record.type != "appeared":
             return
         obstacle = now.obstacles[record.obstacle]
         if now.status[obstacle.name] not in (Status.ABSENT, Status.RESOLVED):
-            yield self.broken_by(record, None, f"{obstacle.name} appears where it already is")
+            yield f"{obstacle.name} appears where it already is"
         if record.cause == "battery":
             return  # at a robot, which another rule judges
         for robot in () if obstacle.ordered else now.header.robots:
@@ -33,12 +33,9 @@ class AppearedRule(Rule):
         if record.cause == "scenario":
             since = min((o.from_ for o in now.listed[obstacle.name] if o.from_), default=None)
             if since is None:
-                yield self.broken_by(
-                    record, None, f"the scenario does not let {obstacle.name} appear"
-                )
+                yield f"the scenario does not let {obstacle.name} appear"
             elif _time(record, now) < since:
-                problem = f"{obstacle.name} appears in tick {record.tick}, before {since}"
-                yield self.broken_by(record, None, problem)
+                yield f"{obstacle.name} appears in tick {record.tick}, before {since}"
 
 
 class OrderedRule(Rule):
@@ -50,18 +47,18 @@ class OrderedRule(Rule):
     def __init__(self) -> None:
         self._appeared: Line | None = None
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[str | Finding]:
         before, self._appeared = self._appeared, None
         if record.type == "appeared":
             self._appeared = record
         if record.type == "order":
             obstacle = now.obstacles[record.obstacle]
             if before is None or before.obstacle != record.obstacle:
-                yield self.broken_by(record, None, f"{obstacle.name} has not just appeared")
+                yield f"{obstacle.name} has not just appeared"
             elif obstacle.blocks:
-                yield self.broken_by(record, None, f"{obstacle.name} is ordered, but stops robots")
+                yield f"{obstacle.name} is ordered, but stops robots"
             elif not obstacle.ordered:
-                yield self.broken_by(record, None, f"{obstacle.name} is not to be ordered")
+                yield f"{obstacle.name} is not to be ordered"
         elif before is not None and now.obstacles[before.obstacle].ordered:
             yield self.broken_by(before, None, f"{before.obstacle} appears, but is not ordered")
 
@@ -95,18 +92,16 @@ class ServiceRule(Rule):
 
     name = "service"
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[str]:
         told = record.type == "service" and record.cause != "battery"  # another rule judges that
         if told and record.active is not (record.robot in now.out):
-            problem = f"{record.robot} is {'in' if record.active else 'out of'} service as before"
-            yield self.broken_by(record, record.robot, problem)
+            yield f"{record.robot} is {'in' if record.active else 'out of'} service as before"
         if record.type != "move" or record.robot not in now.out:
             return
         if now.toward[record.robot] is not None:
             return  # it is in transit
         if record.to != record.from_ or record.toward is not None:
-            problem = f"{record.robot} moves, but is out of service"
-            yield self.broken_by(record, record.robot, problem)
+            yield f"{record.robot} moves, but is out of service"
 
 
 class InputsRule(Rule):
@@ -119,12 +114,12 @@ class InputsRule(Rule):
     def __init__(self) -> None:
         self._user: set[str] = set()
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[str | Finding]:
         known = {each.name for each in now.header.inputs or ()}
         if record.type == "inputs":
             self._user.update(record.user or ())
             if {*record.values} != known:
-                yield self.broken_by(record, None, f"the inputs are {', '.join(sorted(known))}")
+                yield f"the inputs are {', '.join(sorted(known))}"
         if record.type != "move":
             return
         simulated = not (now.external or now.live)
@@ -137,8 +132,7 @@ class InputsRule(Rule):
                 yield self.broken_by(record, None, problem)
         own, due = now.own[record.robot], now.due(record.robot)
         if now.header.robots[record.robot].when and own != due:
-            problem = f"{record.robot} has the objective {own}; the inputs give it {due}"
-            yield self.broken_by(record, record.robot, problem)
+            yield f"{record.robot} has the objective {own}; the inputs give it {due}"
 
 
 class ChangesRule(Rule):
@@ -151,7 +145,7 @@ class ChangesRule(Rule):
         self._told: list[Line] = []
         self._tick = 0.0
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[str]:
         if record.type == "move" and not now.live:
             self._tick = record.tick
         elif now.live and record.t is not None:
@@ -171,7 +165,7 @@ class ChangesRule(Rule):
         self._told += same
         if not same:
             what = f"{record.robot} gets a change in tick {record.tick}"
-            yield self.broken_by(record, record.robot, f"{what} that the scenario does not list")
+            yield f"{what} that the scenario does not list"
 
     def ending(self, now: Situation) -> Iterator[Finding]:
         for change in now.header.changes or ():

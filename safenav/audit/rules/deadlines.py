@@ -90,7 +90,7 @@ class DeadlineRule(Rule):
                 self._open[MISSION] = promises.by
         yield from ()
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[str | Finding]:
         if record.type not in SETTLES or record.type == "acts":
             yield from self._chosen(now)
         if record.type == "acts":
@@ -99,16 +99,14 @@ class DeadlineRule(Rule):
             self._beyond = frozenset(record.beyond)
             self._around, self._since = dict(record.around or {}), (self._tick, self._had)
             if self._around and now.header.suspects is None:
-                yield self.broken_by(record, None, "nothing is suspected")
+                yield "nothing is suspected"
         elif record.type in _SETTLES_AGAIN and self._since != (self._tick, self._had):
             self._around = {}
         elif record.type == "move" and record.to != record.from_ and self._shuns(record):
-            problem = f"{record.robot} is in {now.show(record.to)}, and was to keep out of it"
-            yield self.broken_by(record, record.robot, problem)
+            yield f"{record.robot} is in {now.show(record.to)}, and was to keep out of it"
         if record.type == "deadline":
             self._look(now)
-            for problem in self._judged(record, now):
-                yield self.broken_by(record, None, problem)
+            yield from self._judged(record, now)
             return
         if not self._active:
             return
@@ -198,10 +196,8 @@ class DeadlineRule(Rule):
 
     def _missing(self, record: Line, owed: list[tuple[str, int, str]]) -> Iterator[Finding]:
         for of, due, verdict in owed:
-            problem = (
-                f"no line before this one tells that what {of} had to do by {due} is {verdict}"
-            )
-            yield self.broken_by(record, None, problem)
+            told = f"no line before this one tells that what {of} had to do by {due} is {verdict}"
+            yield self.broken_by(record, None, told)
         owed.clear()
 
     def _happened(self, record: Line, now: Situation) -> None:

@@ -102,15 +102,13 @@ class CommandRule(Rule):
         self._numbers: dict[str, int] = {}
         self._out: set[str] = set()
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[str]:
         match record.type:
             case "depart" | "act":
-                for problem in self._begun(record, now):
-                    yield self.broken_by(record, record.robot, problem)
+                yield from self._begun(record, now)
                 self._numbers[record.robot] = record.command
             case "arrive" | "acted":
-                for problem in self._ended(record, now):
-                    yield self.broken_by(record, record.robot, problem)
+                yield from self._ended(record, now)
             case _:
                 pass
 
@@ -170,20 +168,19 @@ class ActRule(Rule):
 
     name = "act"
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[str | Finding]:
         if record.type != "act":
             return
         if record.robot not in record.robots:
-            yield self.broken_by(record, record.robot, f"{record.robot} has no part in its own act")
+            yield f"{record.robot} has no part in its own act"
         for robot in record.robots:
             if robot in now.under_way:
                 yield self.broken_by(record, robot, f"{robot} is to act, but is on its way")
         for name in record.obstacles:
             if name not in now.obstacles:
-                yield self.broken_by(record, record.robot, f"{name} is not known")
+                yield f"{name} is not known"
             elif not set(record.robots) & now.standing(name):
-                problem = f"none of {', '.join(record.robots)} can act on {name} from there"
-                yield self.broken_by(record, record.robot, problem)
+                yield f"none of {', '.join(record.robots)} can act on {name} from there"
 
 
 class HoldsRule(Rule):
@@ -198,7 +195,7 @@ class HoldsRule(Rule):
         self._waiting = False
         self._acts: Line | None = None
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[str | Finding]:
         if record.type in ("move", "goal", "belief"):
             return
         held, self._acts = self._acts, None
@@ -207,9 +204,8 @@ class HoldsRule(Rule):
             yield self.broken_by(held, held.robot, problem)
         match record.type:
             case "hold":
-                problem = self._problem(record, now)
-                if problem:
-                    yield self.broken_by(record, record.robot, problem)
+                if problem := self._problem(record, now):
+                    yield problem
                 self._why[record.robot] = record.why, record.signal, record.shown
             case "depart":
                 self._why.pop(record.robot, None)
@@ -252,19 +248,18 @@ class LateRule(Rule):
     def __init__(self) -> None:
         self._learnt: dict[str, float] = {}
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[str | Finding]:
         if record.type in ("resolved", "gone", "appeared", "acted") and record.t is not None:
             names = record.results if record.type == "acted" else [record.obstacle]
             self._learnt |= dict.fromkeys(names, record.t)
         if record.type != "late":
             return
         if not record.reason:
-            yield self.broken_by(record, record.robot, "a report is dropped without a reason")
+            yield "a report is dropped without a reason"
         open_ = [now.under_way.get(record.robot or ""), now.acting.get(record.robot or "")]
         numbers = {command.command for command in open_ if command is not None}
         if record.command is not None and record.command in numbers:
-            problem = f"what ends command {record.command} of {record.robot} is dropped"
-            yield self.broken_by(record, record.robot, problem)
+            yield f"what ends command {record.command} of {record.robot} is dropped"
         learnt = self._learnt.get(record.obstacle or "", -1.0)
         about = record.command is None and record.obstacle is not None
         if about and record.at is not None and record.at > learnt + _ROUNDED:
@@ -294,21 +289,19 @@ class WaitingRule(Rule):
         self._waiting: Line | None = None
         self._hope = False
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[str]:
         match record.type:
             case "waiting":
                 self._waiting = record
                 ends = ("operator_needed", "assumption_violated", "search_limit")
                 if record.outcome not in ends:
-                    problem = f"no robot waits because of {record.outcome}"
-                    yield self.broken_by(record, None, problem)
+                    yield f"no robot waits because of {record.outcome}"
                 moment = record.tick if record.t is None else record.t
                 never = record.t is None if record.until is None else record.until <= moment
                 if never:
-                    yield self.broken_by(record, None, "the team waits for nothing to come")
+                    yield "the team waits for nothing to come"
             case "depart" | "act" | "move" if self._waits(record, now):
-                problem = f"{record.robot} gets a command while the team waits"
-                yield self.broken_by(record, record.robot, problem)
+                yield f"{record.robot} gets a command while the team waits"
             case "gone":
                 self._waiting, self._hope = None, True
             case "service" if self._waiting is None or self._waiting.until is None:
@@ -319,22 +312,18 @@ class WaitingRule(Rule):
                 self._hope = self._hope or timed
             case "operator":
                 self._waiting, self._hope = None, True
-                for problem in self._deed(record, now):
-                    yield self.broken_by(record, record.robot, problem)
+                yield from self._put_down(record, now)
             case "reopened":
                 if now.status[record.obstacle] is not Status.GIVEN_UP:
-                    problem = f"{record.obstacle} is reopened, but was not given up"
-                    yield self.broken_by(record, None, problem)
+                    yield f"{record.obstacle} is reopened, but was not given up"
                 elif not self._hope:
-                    problem = f"{record.obstacle} is reopened, but nothing has changed"
-                    yield self.broken_by(record, None, problem)
+                    yield f"{record.obstacle} is reopened, but nothing has changed"
             case "blocked" if record.reason != "untraversable":
                 self._hope = False
             case "outcome" if self._waiting is not None:
                 told = ("interrupted", "error", "time_limit", "tick_limit", self._waiting.outcome)
                 if record.outcome not in told:
-                    problem = f"the run ends as {record.outcome} while it waits"
-                    yield self.broken_by(record, None, problem)
+                    yield f"the run ends as {record.outcome} while it waits"
             case _:
                 pass
 
@@ -347,7 +336,7 @@ class WaitingRule(Rule):
         departs = record.to != now.region[record.robot] or record.toward is not None
         return departs and not now.live and now.toward[record.robot] is None
 
-    def _deed(self, record: Line, now: Situation) -> Iterator[str]:
+    def _put_down(self, record: Line, now: Situation) -> Iterator[str]:
         if record.intervention != "put_back" or record.robot is None:
             return
         if record.region is None or not now.grid.is_free(record.region):

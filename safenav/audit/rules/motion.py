@@ -104,12 +104,12 @@ class AlwaysRule(Rule):
                 problem = f"{robot} starts in {now.show(region)}, which it avoids"
                 yield self.broken(0, robot, now.header_line, problem)
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[str]:
         if record.type != "move" or (now.external and record.by is None):
             return
         robot, own = record.robot, now.own[record.robot]
         for region in (_taken(record) - now.taken_by(robot)) & own.avoid:
-            yield self.broken_by(record, robot, f"{robot} enters {now.show(region)}, to be avoided")
+            yield f"{robot} enters {now.show(region)}, to be avoided"
         to = record.to if record.toward is None else record.toward
         if not own.always or record.from_ == to or now.toward[robot] is not None:
             return  # a step that was begun may be ended under other rules
@@ -122,8 +122,7 @@ class AlwaysRule(Rule):
             return
         if not kept:
             told = f"{robot} steps from {now.show(record.from_)} to {now.show(to)}"
-            problem = f"{told}, against {' and '.join(own.always)}"
-            yield self.broken_by(record, robot, problem)
+            yield f"{told}, against {' and '.join(own.always)}"
 
 
 class TransitRule(LineRule):

@@ -36,29 +36,24 @@ class GoalOrderRule(Rule):
 
     name = "goal-order"
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[str]:
         if record.type != "goal":
             return
         robot, progress = record.robot, now.progress[record.robot]
         for goal in now.turn.all("goal"):
             if (goal.robot, goal.goal) == (robot, record.goal) and goal.line > progress.reset_line:
-                yield self.broken_by(
-                    record, robot, f"{robot} meets target {goal.goal} twice in one turn"
-                )
+                yield f"{robot} meets target {goal.goal} twice in one turn"
                 return
         own = now.objectives[robot] == now.own[robot]
         if own and shape_of(now.objectives[robot].kind).ends and record.goal > now.ahead[robot]:
-            problem = f"{robot} meets target {record.goal}, but {now.ahead[robot]} is next"
-            yield self.broken_by(record, robot, problem)
+            yield f"{robot} meets target {record.goal}, but {now.ahead[robot]} is next"
             return
         if progress.reset_line >= now.turn.line > now.header_line:
             return  # may be counted by the objective before
         if progress.awaited is not None and record.goal != progress.awaited:
-            problem = f"{robot} meets target {record.goal}, but {progress.awaited} is next"
-            yield self.broken_by(record, robot, problem)
+            yield f"{robot} meets target {record.goal}, but {progress.awaited} is next"
         if progress.fresh and record.goal in progress.covered:
-            problem = f"{robot} meets target {record.goal} a second time in one round"
-            yield self.broken_by(record, robot, problem)
+            yield f"{robot} meets target {record.goal} a second time in one round"
 
 
 class OutOfTurnRule(Rule):
@@ -136,7 +131,7 @@ class RoundsRule(Rule):
         self._unsure: set[str] = set()
         self._pushed: list[dict[str, int]] = []
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[str | Finding]:
         told = record.type == "met" and now.header.coordination == "assignable"
         if told or record.type in ("resolved", "blocked", "push", "pop"):
             self._unsure.update(now.header.robots)
@@ -167,9 +162,8 @@ class RoundsRule(Rule):
         elif record.type == "goal":
             if now.objectives[record.robot] == now.own[record.robot]:
                 self._own[record.robot] = record.round
-            problem = self._problem(record, now.objectives[record.robot])
-            if problem:
-                yield self.broken_by(record, record.robot, problem)
+            if problem := self._problem(record, now.objectives[record.robot]):
+                yield problem
 
     def ending(self, now: Situation) -> Iterator[Finding]:
         outcome = now.outcome

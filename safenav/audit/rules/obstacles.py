@@ -176,7 +176,7 @@ class MissedResolutionRule(Rule):
     def __init__(self) -> None:
         self._tried: set[tuple[str, str]] = set()
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[str]:
         if record.type == "acted":
             self._tried |= {(record.robot, name) for name in record.results}
         elif record.type == "arrive":
@@ -184,8 +184,7 @@ class MissedResolutionRule(Rule):
         elif _departs(record, now) and not now.external and not now.has_act(record.robot):
             for name in now.obstacles:
                 if (record.robot, name) not in self._tried and _could_act(record.robot, name, now):
-                    problem = f"{record.robot} departs without acting on {name}, as it could"
-                    yield self.broken_by(record, record.robot, problem)
+                    yield f"{record.robot} departs without acting on {name}, as it could"
 
     def turn(self, now: Situation) -> Iterator[Finding]:
         turn = now.turn
@@ -239,15 +238,15 @@ class SweptRule(Rule):
 
     name = "swept"
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[str | Finding]:
         match record.type:
             case "act":
                 for name in record.obstacles:
                     if name in now.obstacles:
-                        yield from self._free(record, name, set(record.robots), now)
+                        yield from self._free(name, set(record.robots), now)
             case "resolved":
                 robots = {record.robot, *(record.robots or ())}
-                yield from self._free(record, record.obstacle, robots, now)
+                yield from self._free(record.obstacle, robots, now)
             case "move":
                 ended = now.ended.get(record.robot)
                 if ended is not None and ended.result == "elsewhere":
@@ -259,22 +258,21 @@ class SweptRule(Rule):
             case _:
                 pass
 
-    def _moved(self, move: Line, obstacle: Line, now: Situation) -> Iterator[Finding]:
+    def _moved(self, move: Line, obstacle: Line, now: Situation) -> Iterator[str | Finding]:
         """Judge the regions that a move enters, not those that the robot had before."""
         robot, name = move.robot, obstacle.name
         entered = {move.to, move.to if move.toward is None else move.toward} - now.taken_by(robot)
         if obstacle.region in entered and now.resolves_by_entering(name, robot):
-            yield from self._free(move, name, {robot}, now)
+            yield from self._free(name, {robot}, now)
         # a robot that stands in it unaware does not resolve it: that takes a request
         resolving = now.resolving(name) - {robot} if name in now.requests else set()
         if entered & {*obstacle.sweeps} and resolving and robot not in now.resolving(name):
             told = f"{robot} is where {name} sweeps, which {_names(resolving)} resolves"
             yield self.broken_by(move, robot, told)
 
-    def _free(self, record: Line, name: str, robots: set[str], now: Situation) -> Iterator[Finding]:
+    def _free(self, name: str, robots: set[str], now: Situation) -> Iterator[str]:
         for other in now.swept_with(name, robots):
-            told = f"{_names(robots)} resolves {name}, which sweeps where {other} is"
-            yield self.broken_by(record, record.robot, told)
+            yield f"{_names(robots)} resolves {name}, which sweeps where {other} is"
 
 
 class BlockedRule(Rule):

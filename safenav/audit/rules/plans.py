@@ -49,12 +49,12 @@ class FollowsPlanRule(Rule):
     def __init__(self) -> None:
         self._running: _Running | None = None
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[str | Finding]:
         match record.type:
             case "plan":
                 if self._running is not None:
                     why = f"that of line {self._running.plan.line} has no end"
-                    yield self.broken_by(record, None, f"a plan begins, and {why}")
+                    yield f"a plan begins, and {why}"
                 self._running = _Running(record)
             case "plan_end":
                 yield from self._ended(record, now)
@@ -62,17 +62,17 @@ class FollowsPlanRule(Rule):
             case "move" if self._running is not None and record.robot in self._running.at:
                 problem = self._running.problem(record, now)
                 if problem:
-                    yield self.broken_by(record, record.robot, problem)
+                    yield problem
             case "move" if record.by == "plan" and now.toward[record.robot] is None:
                 problem = f"{record.robot} is recorded to move by a plan, but is in none"
-                yield self.broken_by(record, record.robot, problem)
+                yield problem
             case _:
                 pass
 
-    def _ended(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def _ended(self, record: Line, now: Situation) -> Iterator[str | Finding]:
         running = self._running
         if running is None:
-            yield self.broken_by(record, None, "a plan ends, but none is in force")
+            yield "a plan ends, but none is in force"
         elif record.reason == "reached":
             for robot, places in running.plan.robots.items():
                 left = len(places) - 1 - running.at[robot]
@@ -82,7 +82,7 @@ class FollowsPlanRule(Rule):
         elif record.reason == "violation" and now.turn.first("violation") is None:
             if any(end.result != "arrived" for end in now.ended.values()):
                 return  # its violation follows
-            yield self.broken_by(record, None, "the plan ends by a violation that no line reports")
+            yield "the plan ends by a violation that no line reports"
 
 
 @dataclass

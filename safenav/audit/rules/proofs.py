@@ -38,7 +38,7 @@ class ProofRule(Rule):
         self._memory: dict[tuple[str, str], Mapping[str, int] | None] = {}
         """Memory of each robot that had no strategy, by its name and specification."""
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[str | Finding]:
         if record.type == "goal":
             if now.objectives[record.robot] == now.own[record.robot]:
                 self._goals.setdefault(record.robot, []).append(record)
@@ -57,7 +57,7 @@ class ProofRule(Rule):
         elif record.type in ("outcome", "waiting") and record.outcome == "operator_needed":
             if record.cause == "out_of_service":
                 if not now.out:
-                    yield self.broken_by(record, None, "no robot is out of service")
+                    yield "no robot is out of service"
                 return
             proof = proof_of(record)
             if proof is None:
@@ -67,12 +67,10 @@ class ProofRule(Rule):
                     )
                 return
             for name in _could_be_given_up(proof, now):
-                problem = f"no need of {name} can ever be met, but it does not join the obstacles"
-                yield self.broken_by(record, None, problem)
+                yield f"no need of {name} can ever be met, but it does not join the obstacles"
             try:
                 case = case_of(now, self._goals, self._never)
-                for problem in problems_of(proof, case) if case else ():
-                    yield self.broken_by(record, None, problem)
+                yield from problems_of(proof, case) if case else ()
             except TooManyError as large:
                 yield replace(self.broken_by(record, None, str(large)), unknown=True)
 
@@ -96,17 +94,16 @@ class ProofRule(Rule):
             problem = f"{name} is set aside, but robots can resolve it and complete the mission"
             yield self.broken_by(record, record.requester, problem)
 
-    def _given_up(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def _given_up(self, record: Line, now: Situation) -> Iterator[str | Finding]:
         """An obstacle that can never be resolved, even if every robot is back in service, is
         permanently closed to the robots that it blocks."""
         case = case_of(now, self._goals, self._never, hopeful=True)
         proof = proof_of(record)
         if proof is not None:
             found = case and never_resolved_problems(proof, case, record.obstacle)
-            for problem in found or ():
-                yield self.broken_by(record, None, problem)
+            yield from found or ()
         else:
-            yield self.broken_by(record, None, f"{record.obstacle} is given up without proof")
+            yield f"{record.obstacle} is given up without proof"
         self._never.add(record.obstacle)
 
 

@@ -65,8 +65,9 @@ class Rule:
         """Check the header alone; called once."""
         return ()
 
-    def line(self, record: Line, now: Situation) -> Iterable[Finding]:
-        """Check a line before it takes effect; called for each line."""
+    def line(self, record: Line, now: Situation) -> Iterable[str | Finding]:
+        """Check a line before it takes effect; called for each line. What is wrong with this line
+        and its robot is said in words, anything else is a finding."""
         return ()
 
     def turn(self, now: Situation) -> Iterable[Finding]:
@@ -76,6 +77,12 @@ class Rule:
     def ending(self, now: Situation) -> Iterable[Finding]:
         """Check the whole run; called once, after the last line."""
         return ()
+
+    def findings_on(self, record: Line, now: Situation) -> Iterator[Finding]:
+        """Return the findings on a line."""
+        for found in self.line(record, now):
+            about = getattr(record, "robot", None)
+            yield self.broken_by(record, about, found) if isinstance(found, str) else found
 
     def broken(self, tick: int, robot: str | None, line: int, explanation: str) -> Finding:
         return Finding(self.name, tick, robot, line, explanation)
@@ -89,10 +96,8 @@ class LineRule(Rule):
 
     kind: ClassVar[str]
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
-        if record.type == self.kind:
-            for problem in self.problems(record, now):
-                yield self.broken_by(record, getattr(record, "robot", None), problem)
+    def line(self, record: Line, now: Situation) -> Iterable[str | Finding]:
+        return self.problems(record, now) if record.type == self.kind else ()
 
     def problems(self, record: Line, now: Situation) -> Iterator[str]:
         """Yield why the line is wrong."""

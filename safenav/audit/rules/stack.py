@@ -46,9 +46,9 @@ class ToldRule(Rule):
 
     name = "told"
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[str]:
         if record.type == "told" and now.header.coordination == RESYNTHESIS:
-            yield self.broken_by(record, record.robot, f"{record.robot} has no command inputs")
+            yield f"{record.robot} has no command inputs"
 
 
 class PopRule(Rule):

@@ -34,11 +34,10 @@ class SynthesisRule(Rule):
         self._happened: set[str] = set()
         self._begun = False
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[str | Finding]:
         self._happened.add(record.type)
         if record.type == "synthesis":
-            for problem in self._problems(record, now):
-                yield self.broken_by(record, record.robot, problem)
+            yield from self._problems(record, now)
         elif record.type == "move" and not self._begun:
             self._begun = True
             for robot in sorted(now.header.robots.keys() - self._initial):
@@ -98,16 +97,18 @@ class StrategyRule(Rule):
         self._last: dict[tuple[str, Objective], Line] = {}
         self._excused: set[str] = set()
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[str | Finding]:
         if record.type == "synthesis":
             self._last[record.robot, record.objective] = record
             self._excused.discard(record.robot)
         elif record.type == "assumption":
             self._excused.add(record.robot)
-        elif record.type == "move" and record.robot not in self._excused:
-            problem = self._problem(record.robot, record.by, now)
-            if problem:
-                yield self.broken_by(record, record.robot, problem)
+        elif (
+            record.type == "move"
+            and record.robot not in self._excused
+            and (problem := self._problem(record.robot, record.by, now))
+        ):
+            yield problem
 
     def _problem(self, robot: str, by: str | None, now: Situation) -> str:
         if by in ("plan", "stay", "backtrack") or (now.live and by is None):
@@ -132,12 +133,12 @@ class VerdictsRule(Rule):
     def __init__(self) -> None:
         self._proven: dict[str, Line] = {}
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:  # noqa: ARG002
+    def line(self, record: Line, now: Situation) -> Iterator[str]:  # noqa: ARG002
         if record.type == "synthesis" and record.spec and record.verdict in _PROVEN:
             former: Line = self._proven.setdefault(record.spec, record)
             if former.verdict != record.verdict:
                 problem = f"{record.verdict}, but {former.verdict} in line {former.line}"
-                yield self.broken_by(record, record.robot, f"this specification is {problem}")
+                yield f"this specification is {problem}"
 
 
 def _alternating(objective: Objective) -> tuple[str, object]:
