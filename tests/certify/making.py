@@ -65,6 +65,26 @@ robots:
 """
 """A patrol that only its weakest form allows."""
 
+CIRCUIT = """
+safenav: 1
+map:
+  grid: |
+    #############
+    #.......#...#
+    #.......#...#
+    #...#.......#
+    #.......#...#
+    #.......#...#
+    #############
+robots:
+  quad: {model: quadcopter, start: 14, objective: {circuit: [54, 49, 37]}}
+  digit: {model: digit, start: 71, heading: east, objective: {circuit: [58, 28, 20], form: literal}}
+obstacles: [{type: door, region: 47}]
+until: {rounds: 2}
+limits: {ticks: 200}
+"""
+"""Rounds in strict order, and a detour."""
+
 ONE_WAY = 177
 """Seed of a random one in which only one-way choices are left."""
 
@@ -84,8 +104,8 @@ def negative(name: str) -> Path:
 def shipped(name: str) -> Path:
     """The bundle of a shipped scenario; ``hello, assignable`` is hello with goals that are
     assigned at runtime."""
-    if name == "alternation":
-        return bundle_at(name, ALTERNATION)
+    if name in ("alternation", "circuit"):
+        return bundle_at(name, ALTERNATION if name == "alternation" else CIRCUIT)
     if name in (*NEGATIVES, "one way"):
         return negative(name)
     name, _, assignable = name.partition(", ")

@@ -52,7 +52,7 @@ THEOREMS = (
     "parse_print",
 )
 LARGE = ("team_of_six", "warehouse")
-OTHERS = ("beam", "parked_robot", "unrealizable/crossing_a_target")
+OTHERS = ("beam", "parked_robot", "circuit", "unrealizable/crossing_a_target")
 
 
 @pytest.fixture(scope="module")

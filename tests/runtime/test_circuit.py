@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import textwrap
 from collections import deque
 from collections.abc import Callable
 from itertools import pairwise
@@ -14,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from certify.making import bundle_at, files_of, rewrite, run_checker
+from certify.making import CIRCUIT, bundle_at, files_of, rewrite, run_checker, shipped
 from runtime.played import Run, Runner
 from safenav.audit.check import check_trace
 from safenav.runtime.mission import Mission
@@ -27,24 +26,6 @@ from safenav.world.map import Heading, RegionMap
 from safenav.world.moves import Mobility, Pose
 from safenav.world.poses import PoseGraph, region_mask
 
-ROOMS = """
-safenav: 1
-map:
-  grid: |
-    #############
-    #.......#...#
-    #.......#...#
-    #...#.......#
-    #.......#...#
-    #.......#...#
-    #############
-robots:
-  quad: {model: quadcopter, start: 14, objective: {circuit: [54, 49, 37]}}
-  digit: {model: digit, start: 71, heading: east, objective: {circuit: [58, 28, 20], form: literal}}
-obstacles: [{type: door, region: 47}]
-until: {rounds: 2}
-limits: {ticks: 200}
-"""
 SHARED = """
 safenav: 1
 map: {grid: ["########", "#......#", "#......#", "#......#", "########"]}
@@ -98,7 +79,7 @@ def strict(path: list[int], targets: list[int]) -> bool:
 
 
 def test_targets_are_met_in_strict_order_also_after_helping(run: Runner) -> None:
-    trace = run(ROOMS)
+    trace = run(CIRCUIT)
     assert trace.outcome["outcome"] == "completed"
     begun = {name: trace.all("synthesis", robot=name)[-1]["tick"] for name in ("quad", "digit")}
     for robot, targets in (("quad", [54, 49, 37]), ("digit", [58, 28, 20])):
@@ -273,7 +254,7 @@ def test_a_trace_that_does_it_otherwise_is_refused(
 
 
 def test_a_bundle_proves_it() -> None:
-    status, said = run_checker(bundle_at("circuit", textwrap.dedent(ROOMS)))
+    status, said = run_checker(shipped("circuit"))
     assert status == 0, said
     claims = re.findall(r"form-\d+: (.*)", said)
     assert len(claims) == 2 and all("without crossing" in claim for claim in claims)
@@ -291,8 +272,8 @@ def test_a_bundle_proves_it() -> None:
 def test_a_bundle_is_refused_whose_strategies_keep_less(
     kind: str, before: str, after: str, tmp_path: Path
 ) -> None:
-    text = textwrap.dedent(ROOMS).replace("circuit: [54", f"{kind}: [54")
-    bundle = bundle_at("circuit" if kind == "circuit" else "visiting", text)
+    text = CIRCUIT.replace("circuit: [54", f"{kind}: [54")
+    bundle = shipped("circuit") if kind == "circuit" else bundle_at("visiting", text)
     files = files_of(bundle)
     for name in ("scenario.json", "trace.jsonl"):
         told, changes = re.subn(before, after, files[name].decode())
