@@ -21,7 +21,7 @@ from safenav.report.picture.glyphs import (
     STATUS_MARKS,
     separated,
 )
-from safenav.report.picture.legend import Row, key_row, legend_of
+from safenav.report.picture.legend import Row, key_row, legend_of, lines_of
 from safenav.report.picture.names import draw_areas, draw_names, outline, placed_names
 from safenav.report.picture.pictograms import (
     CHARGER,
@@ -106,9 +106,22 @@ def _more(scene: Scene, options: Options) -> list[Row]:
     style = looks(names)
     taken = taken_row(scene.robots, style)
     rows = [taken] if taken is not None else []
+    if any(robot.loads for robot in scene.robots):
+        rows.append(Row(_load_sign, lines_of("load that the robot carries", 12)))
+    if scene.chargers:
+        rows.append(Row(_charger_sign, lines_of("charger", 12)))
     if options.shading is not None:
         rows += shading_rows(options.shading, dict(zip(names, style, strict=True)))
     return rows
+
+
+def _load_sign(page: SvgWriter, x: float, y: float) -> None:
+    page.rect(x - 8, y - 8, 16, 16, rx=1.5, fill="#FFFFFF", stroke=INK, stroke_width=0.8)
+    page.glyph(OBSTACLES["crate"], x, y, 6, fill=INK)
+
+
+def _charger_sign(page: SvgWriter, x: float, y: float) -> None:
+    page.glyph(CHARGER, x, y, 7, fill="#B87900")
 
 
 def _described(scene: Scene) -> str:

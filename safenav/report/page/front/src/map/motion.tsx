@@ -12,7 +12,7 @@ const BADGE = { at: 0.96 * BODY, radius: 0.7 * BODY, shape: 0.6 * BODY };
 /** The least radius of a robot, in pixels. */
 const LEAST = 8.5;
 /** The silhouette of a load whose type has none. */
-const ANY_LOAD = "M-0.8,-0.8H0.8V0.8H-0.8ZM-0.62,-0.62V0.62H0.62V-0.62Z";
+export const ANY_LOAD = "M-0.8,-0.8H0.8V0.8H-0.8ZM-0.62,-0.62V0.62H0.62V-0.62Z";
 const TRAIL = 24;
 const STRENGTHS = [0.25, 0.45, 0.75];
 

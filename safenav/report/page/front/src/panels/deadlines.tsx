@@ -39,6 +39,14 @@ export function slackOf(bars: readonly Bar[]): string {
   return `kept, ${slack} ${slack === 1 ? "tick" : "ticks"} of slack`;
 }
 
+/** Where words leave the bars in sight, if there is room at an end. */
+function sideOf(bars: readonly Bar[], last: number): "before" | "after" | "over" {
+  const begin = Math.min(...bars.map((bar) => bar.begin));
+  const end = Math.max(...bars.map((bar) => Math.max(bar.due, bar.end)));
+  if (begin > 0.3 * last) return "before";
+  return end < 0.7 * last ? "after" : "over";
+}
+
 export function Deadlines({ run, player }: { run: Run; player: Player }) {
   if (run.deadlines.length === 0) return null;
   const last = player.end || 1;
@@ -56,7 +64,7 @@ export function Deadlines({ run, player }: { run: Run; player: Player }) {
               </>
             ))}
           </svg>
-          <span>
+          <span class={sideOf(bars, run.last)}>
             {of}: {slackOf(bars)}
           </span>
         </li>

@@ -7,6 +7,7 @@ import type { Stage } from "../map/stage";
 import type { Player } from "../run/player";
 import { EventSign, RobotSign, StatusSign } from "./icons";
 import { ARROW } from "../map/knowledge";
+import { ANY_LOAD } from "../map/motion";
 import { DOINGS } from "./lanes";
 import { areaOf, at, label, loadsOf, transitAt, type EventKind, type Frame, type Run, type Status } from "../run/run";
 import { Hatch, knowledgeOf, viewersOf } from "../map/shading";
@@ -267,6 +268,24 @@ export const Legend = memo(({ run }: { run: Run }) => {
           </li>
         )}
         <ShadingLegend run={run} />
+        {run.obstacles.some((obstacle) => obstacle.carried.length > 1) && (
+          <li>
+            <svg width="18" height="18" viewBox="-1.2 -1.2 2.4 2.4" class="robot" aria-hidden="true">
+              <g class="load">
+                <path d={ANY_LOAD} fill-rule="evenodd" />
+              </g>
+            </svg>
+            load that the robot carries
+          </li>
+        )}
+        {run.chargers.length > 0 && (
+          <li>
+            <svg width="18" height="18" viewBox="-1.2 -1.2 2.4 2.4" aria-hidden="true">
+              <path class="charger" d={run.charger} />
+            </svg>
+            charger
+          </li>
+        )}
         <li>
           <svg width="26" height="18" viewBox="14 -9 24 18" aria-hidden="true">
             <path class="violation-arrow" d={ARROW} />

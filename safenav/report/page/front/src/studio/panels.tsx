@@ -240,6 +240,7 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
             literal form
           </label>
         )}
+        <div class="verdict-room">{verdict && <Judged verdict={verdict} say={say} />}</div>
         <Parts
           doc={doc}
           say={say}
@@ -250,7 +251,6 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
         <h3>Robot</h3>
         <Parts doc={doc} say={say} path={["robots", robot.name]} keys={doc.palette.keys.robot} add="Add a key of the robot ..." />
         <Own doc={doc} say={say} of="robots" name={robot.model} />
-        <div class="verdict-room">{verdict && <Judged verdict={verdict} say={say} />}</div>
       </section>
     );
   }
