@@ -11,21 +11,19 @@ simulated time. Several threads may call it; ``step`` alone moves anything.
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Iterable, Mapping
 from math import cos, hypot, inf, sin, tau
-from types import MappingProxyType
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from safenav.fleet.lab_model import STEP, Handling, SimulatedBody, body_of, is_door, model_text
-from safenav.fleet.place import Places, turned
+from safenav.fleet.dynamics import Dynamics
+from safenav.fleet.lab_model import STEP, Handling, SimulatedBody, is_door
+from safenav.fleet.place import turned
 from safenav.fleet.setpoints import Setpoints
-from safenav.motion.flyer.tracking import DRAG, HORIZON, LAG, AxisTracker
 from safenav.motion.flyer.tracking import STEP as PERIOD
-from safenav.scenario.model import Need, Obstacle, Robot
+from safenav.motion.flyer.tracking import AxisTracker
+from safenav.scenario.model import Need, Obstacle
 
 NEAR, SLOW, ALIGNED = 0.03, 0.05, 0.05
 """Metres, metres per second, radians: within these a robot has reached its goal."""
@@ -33,69 +31,20 @@ STUCK = 3.0
 """Seconds without progress after which a goal is aborted."""
 PROGRESS = 0.02
 """Metres or radians that count as progress."""
-FORCE = 2.5
-"""Highest acceleration of a robot on the ground, m/s^2."""
 OPEN = 1.2
 """Radians from which on a leaf counts as open."""
 RAYS, FAR = 72, 8.0
 """Rays of a lidar, and metres that they reach."""
 ACTING, WAITING = 2.0, 2.0
 """Seconds that an action on a box takes, and that a robot waits for others who lift with it."""
-STIFF = 6.0
-"""Stiffness (1/s) with which a robot on the ground is drawn to its reference."""
 
 
-class Physics:
+class Physics(Dynamics):
     """A world in MuJoCo. ``contacts`` counts the steps of each pair that touched, as names of
     robots, ``wall`` and obstacles. ``begin``: x, y and yaw of robots that stand elsewhere than in
     the middle of their region at first."""
 
-    def __init__(
-        self,
-        places: Places,
-        robots: Iterable[Robot],
-        obstacles: Iterable[Obstacle],
-        begin: Mapping[str, tuple[float, float, float]] = MappingProxyType({}),
-    ) -> None:
-        self.lock = threading.RLock()
-        self._places = places
-        self._side = min(places.frame.resolution)
-        self._bodies = {robot.name: body_of(robot) for robot in robots}
-        starts = {robot.name: robot.start for robot in robots}
-        self._obstacles = {o.name: o for o in obstacles}
-        self._model: Any = mujoco.MjModel.from_xml_string(
-            model_text(places, self._obstacles.values(), self._bodies.values())
-        )
-        self._data: Any = mujoco.MjData(self._model)
-        self._leaves: dict[str, list[int]] = {}
-        self.contacts: dict[tuple[str, str], int] = {}
-        self._stages: dict[str, int] = {}
-        self._parts: dict[str, set[str]] = {}
-        for name, body in self._bodies.items():
-            axes = "xyza" if body.flies else "xya"
-            joints = [self._model.joint(f"{name}.{axis}") for axis in axes]
-            body.dofs = tuple(int(joint.dofadr[0]) for joint in joints)
-            middle = (*places.centre(starts[name].region), places.yaw(starts[name]) or 0.0)
-            x, y, yaw = begin.get(name, middle)
-            for dof, value in zip((*body.dofs[:2], body.dofs[-1]), (x, y, yaw), strict=True):
-                self._data.qpos[dof] = value
-            body.stay = (x, y)
-            body.begun = (*body.stay, -inf)
-            if body.flies:
-                self._data.qpos[body.dofs[2]] = body.height
-                body.trackers = (AxisTracker(x, body.tilt), AxisTracker(y, body.tilt))
-        for name, obstacle in self._obstacles.items():
-            if is_door(obstacle):
-                self._leaves[name] = [
-                    int(self._model.joint(f"{name}.{i}").qposadr[0]) for i in (0, 1)
-                ]
-        mujoco.mj_forward(self._model, self._data)
-
     # What drives it
-
-    @property
-    def now(self) -> float:
-        return float(self._data.time)
 
     def send(self, name: str, x: float, y: float, yaw: float | None) -> None:
         """Give a robot a goal in place of the one it has."""
@@ -217,10 +166,6 @@ class Physics:
             for _ in range(max(1, round(seconds / STEP))):
                 self._step()
 
-    def _moves(self, name: str) -> bool:
-        body = self._bodies[name]
-        return bool(body.way) or (body.reference is not None and self.now < body.reference.end)
-
     # Steps
 
     def _begin(self, body: SimulatedBody, way: list[tuple[float, float, float | None]]) -> None:
@@ -237,102 +182,6 @@ class Physics:
         self._note_contacts()
         for body in self._bodies.values():
             self._judge(body)
-
-    def _drive(self, body: SimulatedBody, _: bool) -> None:
-        """Towards the goal, with limited speed and force; without a goal, track the reference, else
-        keep the place."""
-        x, y, yaw = self._at(body)
-        vx, vy, turn = (float(self._data.qvel[dof]) for dof in body.dofs)
-        if body.reference is not None and not body.way:
-            self._track(body, body.reference, (x, y, vx, vy), yaw, turn)
-            return
-        gx, gy, to = body.way[0] if body.way else (*body.stay, None)
-        far = hypot(gx - x, gy - y)
-        fast = min(body.speed, (2 * 0.5 * FORCE * far) ** 0.5) / far if far > 1e-6 else 0.0
-        wanted = turned(to - yaw) if to is not None else 0.0
-        spin = max(-body.turning, min(body.turning, 3.0 * wanted))
-        for dof, speed, now, weight in (
-            (body.dofs[0], (gx - x) * fast, vx, body.mass),
-            (body.dofs[1], (gy - y) * fast, vy, body.mass),
-            (body.dofs[2], spin, turn, body.mass * body.radius**2 / 2),
-        ):
-            pull = max(-FORCE, min(FORCE, (speed - now) / 0.1))
-            if dof == body.dofs[2]:
-                pull = max(-10.0, min(10.0, (speed - now) / 0.1))
-            self._data.qfrc_applied[dof] = weight * pull
-
-    def _track(
-        self,
-        body: SimulatedBody,
-        reference: Setpoints,
-        state: tuple[float, float, float, float],
-        yaw: float,
-        turn: float,
-    ) -> None:
-        """A walker by its footsteps; anything else by the reference's acceleration and limited
-        corrections."""
-        row = reference.at(self.now)
-        if body.omega:
-            pull = body.walk.pull(state, row, reference, self.now, body.omega)
-            if pull is None:  # it has fallen
-                body.reference, body.stay = None, state[:2]
-                return
-        else:
-            off = STIFF**2 * (row[:2] - state[:2]) + 2 * STIFF * (row[3:5] - state[2:])
-            pull = tuple(np.clip(row[6:8] + off, -FORCE, FORCE).tolist())
-        for dof, share in zip(body.dofs[:2], pull, strict=True):
-            self._data.qfrc_applied[dof] = body.mass * share
-        spin = 36.0 * turned(float(row[9]) - yaw) - 12.0 * turn
-        inertia = body.mass * body.radius**2 / 2
-        self._data.qfrc_applied[body.dofs[2]] = inertia * max(-20.0, min(20.0, spin))
-
-    def _fly(self, body: SimulatedBody, thinks: bool) -> None:
-        """The quadratic programme at 20 Hz for x and y; altitude and yaw are held."""
-        x, y, yaw = self._at(body)
-        follows = None if body.way else body.reference
-        to = body.way[0][2] if body.way else None
-        if follows is not None:
-            to = float(follows.at(self.now)[9])
-        if thinks:
-            goal = body.way[0][:2] if body.way else body.stay
-            ahead = None if follows is None else follows.ahead(self.now + PERIOD).rows
-            pulls = []
-            for i, tracker in enumerate(body.trackers):
-                tracker.observe((x, y)[i])
-                if follows is None or ahead is None:
-                    wanted, ends = self._reference(body, i, goal[i]), (body.begun[i], goal[i])
-                else:
-                    wanted = ahead[:, [i, i + 3, i + 6]]
-                    ends = float(follows.rows[0, i]), float(follows.rows[-1, i])
-                low = min(ends) - self._side / 2 + body.radius
-                high = max(ends) + self._side / 2 - body.radius
-                pulls.append(tracker.command(wanted, np.full(HORIZON, low), np.full(HORIZON, high)))
-            body.pull = (pulls[0], pulls[1])
-        for i in (0, 1):
-            speed = float(self._data.qvel[body.dofs[i]])
-            body.thrust[i] += (body.pull[i] - body.thrust[i]) * STEP / LAG
-            self._data.qfrc_applied[body.dofs[i]] = body.mass * (body.thrust[i] - DRAG * speed)
-        z, up = (float(a[body.dofs[2]]) for a in (self._data.qpos, self._data.qvel))
-        self._data.qfrc_applied[body.dofs[2]] = body.mass * (9 * (body.height - z) - 5 * up)
-        turn = float(self._data.qvel[body.dofs[3]])
-        off = turned(to - yaw) if to is not None else 0.0
-        self._data.qfrc_applied[body.dofs[3]] = 0.02 * (4 * off - 4 * turn)
-
-    def _reference(self, body: SimulatedBody, axis: int, goal: float) -> Any:
-        """Position, velocity, acceleration after each step of the horizon: a quintic from where the
-        goal was given, from rest to rest."""
-        start, began = body.begun[axis], body.begun[2]
-        across = body.way[0][:2] if body.way else body.begun[:2]
-        other = across[1 - axis] - body.begun[1 - axis]
-        way = hypot(goal - start, other)
-        lasts = max(1.875 * way / body.speed, (10 / 3**0.5 * way / (body.tilt / 2)) ** 0.5, PERIOD)
-        rows = np.zeros((HORIZON, 3))
-        for k in range(HORIZON):
-            s = min(1.0, max(0.0, (self.now - began + (k + 1) * PERIOD) / lasts))
-            rows[k, 0] = start + (goal - start) * (10 * s**3 - 15 * s**4 + 6 * s**5)
-            rows[k, 1] = (goal - start) * (30 * s**2 - 60 * s**3 + 30 * s**4) / lasts
-            rows[k, 2] = (goal - start) * (60 * s - 180 * s**2 + 120 * s**3) / lasts**2
-        return rows
 
     def _judge(self, body: SimulatedBody) -> None:
         """End a goal that is reached, or that makes no progress; end an action."""
@@ -405,11 +254,6 @@ class Physics:
             x, y, _ = self._at(body)
             body.trackers = (AxisTracker(x, body.tilt), AxisTracker(y, body.tilt))
 
-    def _at(self, body: SimulatedBody) -> tuple[float, float, float]:
-        """x, y, yaw; joints count from the origin of the world."""
-        x, y, yaw = (float(self._data.qpos[body.dofs[i]]) for i in (0, 1, -1))
-        return x, y, yaw
-
     def _is_open(self, name: str) -> bool:
         return all(abs(float(self._data.qpos[joint])) >= OPEN for joint in self._leaves[name])
 
@@ -420,15 +264,3 @@ class Physics:
         geom = self._model.geom(obstacle.name)
         geom.contype, geom.conaffinity, geom.group = 0, 0, 5
         self._model.geom_pos[geom.id][2] = -10.0
-
-    def _note_contacts(self) -> None:
-        for index in range(self._data.ncon):
-            pair = self._data.contact[index].geom
-            names = sorted(self._named(int(geom)) for geom in pair)
-            if any(name in self._bodies for name in names):
-                key = (names[0], names[1])
-                self.contacts[key] = self.contacts.get(key, 0) + 1
-
-    def _named(self, geom: int) -> str:
-        name = str(self._model.geom(geom).name)
-        return name.split(".")[0]

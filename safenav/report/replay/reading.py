@@ -8,42 +8,39 @@ tick."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
-from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError
-from safenav.report.replay.charges import ChargeLevels
 from safenav.report.replay.timeline import (
     Changes,
-    Event,
-    Hidden,
     LongStep,
     ObstacleStatus,
     Replay,
     RobotBelief,
     RobotProgress,
-    RobotTrack,
     RunEnd,
     Slack,
     StackRow,
     StoryKind,
 )
-from safenav.scenario.objective import Objective, TargetObjective
-from safenav.trace import records, setting
-from safenav.trace.objective import Objective as TracedObjective
+from safenav.report.replay.unfinished import (
+    HEADINGS,
+    SAME,
+    ContradictionError,
+    UnfinishedReplay,
+    hidden_of,
+    on_map,
+)
+from safenav.scenario.objective import TargetObjective
+from safenav.trace import records
 from safenav.trace.reading import read_trace
 from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import ActResult, DeadlineVerdict, MoveEnd, Reason
-from safenav.trace.wording import Wording, objective_of
-from safenav.world.map import Heading, Region, RegionMap
-
-SAME = 1e-3
-"""Seconds within which two instants are the same."""
-
-_HEADINGS = {heading.label: heading for heading in Heading}
+from safenav.trace.wording import objective_of
+from safenav.world.map import Region
 
 
 def read_replay(path: Path) -> Replay:
@@ -66,85 +63,8 @@ def replay_of(trace: Trace) -> Replay:
     return telling.replay(trace.header.safenav)
 
 
-class ContradictionError(Exception):
-    """A line that does not fit the header or the lines before it."""
-
-
-class ReplayBuilder(Struct):
+class ReplayBuilder(UnfinishedReplay):
     """A replay in the making: ``tell`` passes it the lines of a trace in their order."""
-
-    header: setting.ScenarioHeader
-    map: RegionMap
-    tracks: dict[str, RobotTrack]
-    hidden: dict[str, Hidden]
-    regions: dict[str, list[Region]]
-    headings: dict[str, list[Heading | None]]
-    statuses: dict[str, list[tuple[int, ObstacleStatus]]]
-    objectives: dict[str, list[tuple[int, Objective | None]]]
-    progress: dict[str, list[tuple[int, RobotProgress]]]
-    charges: ChargeLevels
-    frames: list[StackRow] = field(default_factory=list)
-    stack: list[tuple[int, tuple[StackRow, ...]]] = field(default_factory=list)
-    events: list[Event] = field(default_factory=list)
-    beliefs: dict[tuple[str, str], list[tuple[int, RobotBelief | None]]] = field(
-        default_factory=dict
-    )
-    bound: dict[str, list[Region | None]] = field(default_factory=dict)
-    times: list[float] | None = None
-    """Seconds of each instant of a live run; None for a run in lockstep, which has ticks."""
-    steps: dict[str, list[LongStep]] = field(default_factory=dict)
-    """Steps of a live run."""
-    plans: list[tuple[int, Mapping[str, tuple[Region, ...]]]] = field(default_factory=list)
-    deadlines: list[Slack] = field(default_factory=list)
-    loads: dict[str, list[tuple[int, tuple[str, ...]]]] = field(default_factory=dict)
-    violation: records.Violation | None = None
-    ending: RunEnd | None = None
-    ended: int | None = None
-
-    @classmethod
-    def begin(cls, trace: Trace) -> ReplayBuilder:
-        header = trace.header.scenario
-        try:
-            world = RegionMap.from_grid(header.map.grid, header.map.names, header.map.areas)
-        except ValueError as error:
-            raise ContradictionError(f"the map cannot be used: {error}") from error
-        tracks, hidden = {}, {}
-        for name, robot in header.robots.items():
-            start = _on_map(world, robot.start)
-            heading = _HEADINGS[robot.heading] if robot.heading is not None else None
-            can = tuple(sorted(robot.capabilities))
-            if robot.vision is not None and robot.vision < 1:
-                raise ContradictionError(f"{name} does not even see the next region")
-            place = ((start,), (heading,))
-            tracks[name] = RobotTrack(name, robot.model, robot.layer, can, *place, robot.vision)
-        for name, obstacle in trace.obstacles.items():
-            hidden[name] = _hidden(world, header, obstacle)
-        return cls(
-            header,
-            world,
-            tracks,
-            hidden,
-            {name: list(track.regions) for name, track in tracks.items()},
-            {name: list(track.headings) for name, track in tracks.items()},
-            {name: [] for name in hidden},
-            {name: [(-1, objective_of(r.objective))] for name, r in header.robots.items()},
-            {name: [] for name in tracks},
-            ChargeLevels.begin(header),
-            times=None if trace.header.clock is None else [0.0],
-            steps={name: [] for name in tracks},
-        )
-
-    @property
-    def wording(self) -> Wording:
-        actions = {name: found.actions for name, found in self.hidden.items()}
-        skills = {name: robot.capabilities for name, robot in self.header.robots.items()}
-        return Wording(
-            self.map.word,
-            self.map.place,
-            team=len(self.header.robots),
-            actions=actions,
-            skills=skills,
-        )
 
     def tell(self, line: records.Record) -> None:
         """Add the next line. Raises ContradictionError if it does not fit those before."""
@@ -167,7 +87,7 @@ class ReplayBuilder(Struct):
             case records.Operator():
                 self._about(line, StoryKind.OPERATOR, line.robot, line.obstacle)
             case records.Discovered() if line.obstacle.name not in self.hidden:
-                found = _hidden(self.map, self.header, line.obstacle)
+                found = hidden_of(self.map, self.header, line.obstacle)
                 self.hidden[found.name] = found
                 self.statuses[found.name] = []
             case records.Violation():
@@ -268,11 +188,6 @@ class ReplayBuilder(Struct):
                     steps[-1] = replace(steps[-1], last=len(times) - 1)
         return replace(line, tick=len(times) - 1)
 
-    def _standing(self, robot: str) -> Region | None:
-        """Return the region of a robot that is not on its way, in a live run."""
-        steps, now = self.steps[robot], len(self.times or ()) - 1
-        return None if steps and steps[-1].last == now else self.regions[robot][-1]
-
     def _step(self, line: records.Depart | records.Arrive) -> None:
         self._known(line.robot)
         if self.times is None:
@@ -280,7 +195,7 @@ class ReplayBuilder(Struct):
         now, steps = self.times[-1], self.steps[line.robot]
         if isinstance(line, records.Depart):
             end = now + (line.seconds or 0.0)
-            steps.append(LongStep(line.tick, line.tick, _on_map(self.map, line.to), now, end))
+            steps.append(LongStep(line.tick, line.tick, on_map(self.map, line.to), now, end))
             return
         if not steps or steps[-1].last < line.tick:
             raise ContradictionError(f"{line.robot} arrives, and is not under way")
@@ -288,8 +203,8 @@ class ReplayBuilder(Struct):
         steps[-1] = replace(steps[-1], last=line.tick - 1, end=now)
         if steps[-1].last < steps[-1].first:
             del steps[-1]
-        self.regions[line.robot][-1] = _on_map(self.map, line.at)
-        self.headings[line.robot][-1] = None if line.heading is None else _HEADINGS[line.heading]
+        self.regions[line.robot][-1] = on_map(self.map, line.at)
+        self.headings[line.robot][-1] = None if line.heading is None else HEADINGS[line.heading]
         if line.result is not MoveEnd.ARRIVED:
             self._event(line, StoryKind.FAILURE, line.robot, line.at)
 
@@ -299,10 +214,10 @@ class ReplayBuilder(Struct):
         if line.tick != len(regions):
             expected = f"the next move of {line.robot} is that of tick {len(regions)}"
             raise ContradictionError(f"{expected}, not of tick {line.tick}")
-        regions.append(_on_map(self.map, line.to))
+        regions.append(on_map(self.map, line.to))
         self.charges.moved(line)
-        headings.append(_HEADINGS[line.heading] if line.heading is not None else None)
-        toward = None if line.toward is None else _on_map(self.map, line.toward)
+        headings.append(HEADINGS[line.heading] if line.heading is not None else None)
+        toward = None if line.toward is None else on_map(self.map, line.toward)
         self.bound.setdefault(line.robot, [None]).append(toward)
 
     def _push(self, line: records.Push) -> None:
@@ -345,27 +260,12 @@ class ReplayBuilder(Struct):
             or (name != line.requester and name in now and now[name] != self._objective(name))
         )
 
-    def _objective(self, name: str) -> Objective | None:
-        return self.objectives[name][-1][1]
-
     def _believe(self, line: records.Belief) -> None:
         self._known(line.robot)
         self._known(line.of)
-        regions = frozenset(_on_map(self.map, region) for region in line.regions)
+        regions = frozenset(on_map(self.map, region) for region in line.regions)
         told = self.beliefs.setdefault((line.robot, line.of), [])
         told.append((line.tick, RobotBelief(line.seen, regions)))
-
-    def _objectives(self, line: records.Push | records.Pop) -> None:
-        self.stack.append((line.tick, tuple(self.frames)))
-        for name, told in line.objectives.items():
-            self._told(line.tick, name, told)
-
-    def _told(self, tick: int, name: str, told: TracedObjective) -> None:
-        self._known(name)
-        objective = objective_of(told)
-        if objective != self._objective(name):
-            self.objectives[name].append((tick, objective))
-            self.progress[name].append((tick, RobotProgress()))
 
     def _goal(self, line: records.Goal) -> None:
         self._known(line.robot)
@@ -374,17 +274,12 @@ class ReplayBuilder(Struct):
         objective = self._objective(line.robot)
         holding = isinstance(objective, TargetObjective) and objective.settles
         rounds = 0 if holding else line.round  # ticks on the spot are not rounds to show
-        told.append((line.tick, RobotProgress(rounds, _on_map(self.map, line.region))))
+        told.append((line.tick, RobotProgress(rounds, on_map(self.map, line.region))))
         if not holding:
             self._event(line, StoryKind.GOAL, line.robot, line.region)
         elif before.reached != line.region:  # continued holding is not an event
             self._event(line, StoryKind.GOAL, line.robot, line.region)
             self._reword(self.wording.holding(line))
-
-    def _status(self, obstacle: str, tick: int, status: ObstacleStatus) -> None:
-        if obstacle not in self.hidden:
-            raise ContradictionError(f"the header has no obstacle {obstacle}")
-        self.statuses[obstacle].append((tick, status))
 
     def _carried(self, line: records.Met) -> None:
         known = self.hidden.get(line.obstacle)
@@ -404,31 +299,6 @@ class ReplayBuilder(Struct):
         known = self.hidden[line.obstacle]
         if known.since > 0 and len(self.statuses[line.obstacle]) == 1:
             self.hidden[line.obstacle] = replace(known, since=line.tick)
-
-    def _known(self, robot: str) -> None:
-        if robot not in self.tracks:
-            raise ContradictionError(f"the header has no robot {robot}")
-
-    def _about(
-        self, line: records.Record, kind: StoryKind, robot: str | None, obstacle: str | None
-    ) -> None:
-        known = self.hidden.get(obstacle or "")
-        self._event(line, kind, robot, known.region if known is not None else None, obstacle)
-
-    def _event(
-        self,
-        line: records.Record,
-        kind: StoryKind,
-        robot: str | None = None,
-        region: Region | None = None,
-        obstacle: str | None = None,
-    ) -> None:
-        if region is not None:
-            _on_map(self.map, region)
-        if robot is not None:
-            self._known(robot)
-        text = self.wording.sentence(line)
-        self.events.append(Event(line.tick, kind, text, robot, region, obstacle))
 
     def _stand(self, last: int) -> bool:
         """Let robots that took no turn in the tick after ``last`` stand where they were, if the run
@@ -495,24 +365,9 @@ class ReplayBuilder(Struct):
             beliefs={pair: Changes.of(None, told) for pair, told in self.beliefs.items()},
             deadlines=tuple(self.deadlines),
             loads={name: Changes.of((), told) for name, told in self.loads.items()},
-            chargers=tuple(_on_map(self.map, one) for one in self.header.chargers or ()),
+            chargers=tuple(on_map(self.map, one) for one in self.header.chargers or ()),
             charges={name: Changes.of(100, told) for name, told in self.charges.percent.items()},
         )
-
-
-def _hidden(
-    world: RegionMap, header: setting.ScenarioHeader, obstacle: setting.ObstacleHeader
-) -> Hidden:
-    return Hidden(
-        obstacle.name,
-        obstacle.type,
-        _on_map(world, obstacle.region),
-        tuple(need.action for need in obstacle.all_needs),
-        tuple(_on_map(world, region) for region in obstacle.resolution_regions),
-        tuple(robot for robot in header.robots if robot in obstacle.blocks),
-        obstacle.from_ or 0,
-        tuple(need.same is True for need in obstacle.all_needs[1:]),
-    )
 
 
 def _long_steps(bound: Sequence[Region | None]) -> tuple[LongStep, ...]:
@@ -527,9 +382,3 @@ def _long_steps(bound: Sequence[Region | None]) -> tuple[LongStep, ...]:
         else:
             steps.append(LongStep(tick, tick, toward, tick - 1, tick + 1))
     return tuple(steps)
-
-
-def _on_map(world: RegionMap, region: Region) -> Region:
-    if not 0 <= region < world.size:
-        raise ContradictionError(f"{region} is not a region of the map (0 to {world.size - 1})")
-    return region
