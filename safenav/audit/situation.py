@@ -15,6 +15,8 @@ RESYNTHESIS = "resynthesis"
 WITHOUT_EFFECT = ("failed", "nothing")
 
 
+SCENARIO_CHANGES = ("gone", "appeared", "order", "objective", "service", "inputs")
+"""Lines of what the scenario itself changes."""
 _CHANGES = (
     "violation",
     "resolved",
@@ -61,7 +63,11 @@ class Situation(State):
         self.turn.records.append(record)
         if record.type in _CHANGES:
             self.aside.clear()
+        if record.type == "operator" or record.type in SCENARIO_CHANGES:
+            self.waits = False
         match record.type:
+            case "waiting":
+                self.waits = True
             case "hold":
                 waits = record.why == "synthesis"
                 (self.awaiting.add if waits else self.awaiting.discard)(record.robot)

@@ -69,6 +69,9 @@ class State:
         """Obstacles that the scenario lists, or that a line has described."""
         self.discovered: set[str] = set()
         self.out: set[str] = set()
+        """The robots that are out of service."""
+        self.waits = False
+        """The team waits for an operator, or for a change of the scenario."""
         self.barred: set[tuple[str, str]] = set()
         """Live: (robot, obstacle) where actions have failed until the robot leaves it to others."""
         self.orders: set[str] = set()
@@ -77,7 +80,6 @@ class State:
         self.base = dict(self.objectives)
         """The objectives of the header, which robots have while no input gives them another."""
         self._kept: dict[str, int] = {}
-        """The robots that are out of service."""
         self.form: dict[tuple[str, Objective], str | None] = {}
         self.live = header.clock == LIVE
         self.under_way: dict[str, Line] = {}

@@ -71,6 +71,36 @@ def test_another_robot_continues_while_the_team_waits(run: Runner) -> None:
     assert played.outcome["outcome"] == "completed"
 
 
+HOPELESS_HELP = """
+safenav: 1
+map: {grid: ["############", "#..........#", "############"]}
+catalogue:
+  robots:
+    tug: {mobility: free, layer: air, capabilities: [tow]}
+    cart: {mobility: free, layer: ground, capabilities: []}
+  obstacles: {bar: {action: tow}, gate: {action: unlock}, leaf: {action: sweep}}
+robots:
+  cart: {model: cart, start: [1, 10], objective: {visit: [[1, 2], [1, 10]]}}
+  tug: {model: tug, start: [1, 2], objective: {visit: [[1, 10]]}}
+obstacles:
+  - {type: bar, region: [1, 8]}
+  - {type: gate, region: [1, 5]}
+  - {type: leaf, region: [1, 6], until: 30}
+until: {rounds: 1}
+"""
+
+
+def test_the_stack_stays_while_the_team_waits(run: Runner, tmp_path: Path) -> None:
+    """The helper cannot arrive: its request is over, and what follows is decided after the wait."""
+    played = run(HOPELESS_HELP)
+    assert played.outcome["outcome"] == "operator_needed"
+    assert [line["until"] for line in played.all("waiting")] == [30]
+    assert any(line["helper"] == "tug" for line in played.all("push"))
+    path = tmp_path / "run.jsonl"
+    path.write_text("".join(json.dumps(line) + "\n" for line in played.records))
+    assert not check_trace(path).findings
+
+
 @pytest.mark.parametrize(
     ("kind", "damage", "said"),
     [

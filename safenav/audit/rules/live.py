@@ -7,14 +7,12 @@ from itertools import combinations
 
 from safenav.audit.lines import Line
 from safenav.audit.rules.rule import Finding, Rule
-from safenav.audit.situation import Situation
+from safenav.audit.situation import SCENARIO_CHANGES, Situation
 from safenav.audit.turn import Status
 
 _ROUNDED = 1e-6
 """Seconds by which sums of written times may differ."""
 _LIVE = ("depart", "arrive", "act", "acted", "hold", "late", "operator")
-_CHANGES = ("gone", "appeared", "order", "objective", "service", "inputs")
-"""Lines of what the scenario itself changes."""
 
 
 class ClockRule(Rule):
@@ -192,7 +190,6 @@ class HoldsRule(Rule):
     def __init__(self) -> None:
         self._why: dict[str, tuple[object, ...]] = {}
         self._plan: frozenset[str] = frozenset()
-        self._waiting = False
         self._acts: Line | None = None
 
     def line(self, record: Line, now: Situation) -> Iterator[str | Finding]:
@@ -213,12 +210,6 @@ class HoldsRule(Rule):
                 self._plan = frozenset(record.robots)
             case "plan_end":
                 self._plan = frozenset()
-            case "waiting":
-                self._waiting = True
-            case "operator":
-                self._waiting = False
-            case kind if kind in _CHANGES:
-                self._waiting = False
             case _:
                 pass
 
@@ -234,7 +225,7 @@ class HoldsRule(Rule):
         true = {
             "service": robot in now.out,
             "plan": robot in self._plan,
-            "operator": self._waiting,
+            "operator": now.waits,
         }
         return "" if true.get(record.why, True) else f"{robot} stays ({record.why}): not so"
 
@@ -306,7 +297,7 @@ class WaitingRule(Rule):
                 self._waiting, self._hope = None, True
             case "service" if self._waiting is None or self._waiting.until is None:
                 self._hope = self._hope or record.active
-            case kind if kind in _CHANGES:
+            case kind if kind in SCENARIO_CHANGES:
                 timed = self._waiting is None or self._waiting.until is not None
                 self._waiting = None if timed else self._waiting
                 self._hope = self._hope or timed

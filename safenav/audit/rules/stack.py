@@ -106,7 +106,7 @@ class PopRule(Rule):
 
 class MissedPopRule(Rule):
     """The entries of a request that is over are dropped in the same turn, or live, when the
-    strategies for that have come (D 5.2)."""
+    strategies for that have come (D 5.2); while the team waits they stay, and are decided after."""
 
     name = "missed-pop"
 
@@ -118,7 +118,7 @@ class MissedPopRule(Rule):
         yield from self._owed.judge([*self._missing(now)], now)
 
     def _missing(self, now: Situation) -> Iterator[tuple[Finding, Callable[[], bool]]]:
-        for entry in () if now.turn.final else now.stack:
+        for entry in () if now.turn.final or now.waits else now.stack:
             if entry.obstacle not in now.requests and entry not in self._told:
                 self._told.append(entry)
                 problem = f"{entry.obstacle} is over, but its entry stays on the stack"
