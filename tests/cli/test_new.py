@@ -15,18 +15,10 @@ from cli.conftest import Command
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.schema import schema_text
 from safenav.scenario.template import DEFAULT, TEMPLATES, template_text
-from safenav.scenario.yaml.document import Mapping, Node, Scalar, read_document
+from safenav.scenario.yaml.document import plain, read_document
 
 SCHEMA_LINE = "# yaml-language-server: $schema=safenav.schema.json"
 DOCS = Path(__file__).parents[2] / "docs"
-
-
-def plain(node: Node) -> object:
-    if isinstance(node, Scalar):
-        return node.value
-    if isinstance(node, Mapping):
-        return {key.value: plain(item) for key, item in node.entries}
-    return [plain(item) for item in node.items]
 
 
 @pytest.mark.parametrize("template", TEMPLATES)

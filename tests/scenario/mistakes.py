@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from typing import Any
 
 from safenav.errors import Diagnostic
-from safenav.scenario.yaml.document import Mapping, Node, Scalar
 
 WRONG_VALUES: tuple[Any, ...] = (
     *(None, True, 0, -1, 1.5, 2**31, 2**63, "", "xyz", "1 2", [], [[]], {}, {"xyz": 1}),
@@ -32,14 +31,6 @@ ONLY_LOADER = re.compile(
 )
 """Of those, the messages about what no schema tells: numbers that are not finite, rows of a text,
 limits that depend on the kind of motion."""
-
-
-def plain(node: Node) -> Any:
-    if isinstance(node, Scalar):
-        return node.value
-    if isinstance(node, Mapping):
-        return {key.value: plain(item) for key, item in node.entries}
-    return [plain(item) for item in node.items]
 
 
 def disagreement(data: Any, found: tuple[Diagnostic, ...], validator: Any) -> str:

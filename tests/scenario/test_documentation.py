@@ -1,7 +1,8 @@
-"""The examples of docs/scenario.md and docs/maps.md load."""
+"""The examples of docs/scenario.md and docs/maps.md load; tables of keys hold all keys."""
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
@@ -9,7 +10,19 @@ import pytest
 import yaml
 
 from safenav.errors import InputError
-from safenav.scenario.reading.loader import load_scenario_text
+from safenav.fleet.fleet_file import FleetKeys, StationKeys
+from safenav.scenario.reading.catalogue import BatteryKeys, ModelKeys, NeedKeys, TypeKeys
+from safenav.scenario.reading.changes import ChangeKeys
+from safenav.scenario.reading.expectation import ExpectKeys
+from safenav.scenario.reading.inputs import InputKeys
+from safenav.scenario.reading.loader import FailureKeys, ScenarioKeys, load_scenario_text
+from safenav.scenario.reading.maps.keys import ImageKeys
+from safenav.scenario.reading.objective import LtlKeys
+from safenav.scenario.reading.obstacles import ObstacleKeys, OrderKeys
+from safenav.scenario.reading.robots import RobotKeys
+from safenav.scenario.yaml.json_schema import schema_text
+from safenav.scenario.yaml.shapes import Table
+from scenario.mistakes import keys_of
 
 ROOT = Path(__file__).parents[2]
 
@@ -57,3 +70,36 @@ def test_maps_of_every_form_load_as_documented(fragment: str) -> None:
         except InputError as error:
             assert "is a wall" in str(error), error
     raise AssertionError("no region is free")
+
+
+def tables(page: str) -> list[set[str]]:
+    """The words in code in the first column of each table of a page."""
+    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
+    found = re.findall(r"(?:^\|.*\n)+", text, re.MULTILINE)
+    rows = [[row.split("|")[1] for row in table.splitlines()[2:]] for table in found]
+    return [{word for row in table for word in re.findall(r"`([\w-]+)`", row)} for table in rows]
+
+
+@pytest.mark.parametrize(
+    ("page", "table"),
+    [
+        *(("scenario.md", table) for table in (ScenarioKeys, FailureKeys, RobotKeys, LtlKeys)),
+        *(("scenario.md", table) for table in (InputKeys, ObstacleKeys, OrderKeys, ChangeKeys)),
+        *(("scenario.md", table) for table in (ExpectKeys, ModelKeys, TypeKeys, NeedKeys)),
+        ("batteries.md", BatteryKeys),
+        ("maps.md", ImageKeys),
+        ("drive.md", StationKeys),
+    ],
+)
+def test_a_table_of_the_documentation_has_every_key(page: str, table: type[Table]) -> None:
+    most = max(tables(page), key=lambda words: len(words & table.known.keys()))
+    assert set(table.known) - most == set()
+    if table is not StationKeys:  # that one begins with keys of the file
+        assert most - set(table.known) == set()
+
+
+@pytest.mark.parametrize("table", [ScenarioKeys, FleetKeys])
+def test_the_documentation_has_every_key(table: type[Table]) -> None:
+    pages = (page.read_text(encoding="utf-8") for page in (ROOT / "docs").glob("*.md"))
+    words = set(re.findall(r"[\w-]+(?=`|:\s)", "\n".join(pages)))
+    assert keys_of(json.loads(schema_text(table, "")), set()) - words == set()

@@ -14,7 +14,7 @@ from safenav.errors import InputError
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import to_data
 from safenav.scenario.reading.loader import load_scenario_text
-from safenav.scenario.yaml.document import Mapping, Node, Scalar, read_document
+from safenav.scenario.yaml.document import plain, read_document
 from safenav.world.map import RegionMap
 
 words = st.text(alphabet=string.ascii_letters + "ü -", min_size=1, max_size=8).filter(
@@ -27,18 +27,10 @@ data = st.recursive(
 )
 
 
-def _plain(node: Node) -> Any:
-    if isinstance(node, Scalar):
-        return node.value
-    if isinstance(node, Mapping):
-        return {key.value: _plain(item) for key, item in node.entries}
-    return [_plain(item) for item in node.items]
-
-
 @given(data.filter(lambda value: value is not None), st.booleans())
 def test_dumped_data_reads_back(value: object, flow: bool) -> None:
     text = yaml.safe_dump(value, default_flow_style=flow, allow_unicode=True)
-    assert _plain(read_document(text).root) == value
+    assert plain(read_document(text).root) == value
 
 
 @st.composite
@@ -203,7 +195,7 @@ def _paths(value: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
     return found
 
 
-PLAIN = _plain(read_document(VALID).root)
+PLAIN = plain(read_document(VALID).root)
 
 
 @settings(max_examples=400, deadline=None)
@@ -211,7 +203,7 @@ PLAIN = _plain(read_document(VALID).root)
 def test_any_value_in_any_place_gives_a_scenario_or_an_input_error(
     changes: list[tuple[tuple[Any, ...], Any]],
 ) -> None:
-    scenario = _plain(read_document(VALID).root)
+    scenario = plain(read_document(VALID).root)
     for path, value in changes:
         parent = scenario
         with suppress(KeyError, IndexError, TypeError):  # an earlier change took the place away

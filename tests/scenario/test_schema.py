@@ -19,8 +19,8 @@ from jsonschema import Draft202012Validator
 from safenav.errors import Diagnostic, InputError
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.schema import schema_text
-from safenav.scenario.yaml.document import DocumentError, read_document
-from scenario.mistakes import disagreement, keys_of, mistakes, places, plain
+from safenav.scenario.yaml.document import DocumentError, plain, read_document
+from scenario.mistakes import disagreement, keys_of, mistakes, places
 
 ROOT = Path(__file__).parents[2]
 SCHEMA: dict[str, Any] = json.loads(schema_text())

@@ -24,10 +24,9 @@ from typing import Any
 
 from msgspec import Struct
 
-from safenav.batch.cases.variation import value_of
 from safenav.scenario.reading.loader import ScenarioKeys
 from safenav.scenario.yaml import fields as read
-from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence
+from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, plain
 from safenav.scenario.yaml.findings import Findings, suggestion
 from safenav.scenario.yaml.source import parsed
 
@@ -147,7 +146,7 @@ def _values(node: Node, what: str, findings: Findings) -> list[Any]:
     items = read.sequence(node, what, findings)
     if items is not None and not items:
         findings.add(node, f"{what}: a list of no values", "remove it, or give one value")
-    return [value_of(value) for value in items or ()]
+    return [plain(value) for value in items or ()]
 
 
 def _settings_list(node: Node | None, what: str, findings: Findings) -> list[dict[str, Any]]:
@@ -157,7 +156,7 @@ def _settings_list(node: Node | None, what: str, findings: Findings) -> list[dic
         if settings is None:
             continue
         paths = [(key.text, value) for key, value in settings.entries if _is_path(key, findings)]
-        found.append({path: value_of(value) for path, value in paths})
+        found.append({path: plain(value) for path, value in paths})
     return found
 
 

@@ -32,17 +32,6 @@ def node_of(value: Any, place: Place) -> Node:
     return Scalar(place, value, "" if value is None else str(value))
 
 
-def value_of(node: Node) -> Any:
-    """A node as plain data."""
-    match node:
-        case Scalar(value=value):
-            return value
-        case Sequence(items=items):
-            return [value_of(item) for item in items]
-        case Mapping(entries=entries):
-            return {key.text: value_of(item) for key, item in entries}
-
-
 def _replaced(node: Node, steps: list[str], value: Any, path: str, findings: Findings) -> Node:
     """``node`` with what is at ``steps`` replaced; mappings on the way are made if missing."""
     if not steps:

@@ -98,6 +98,18 @@ class ObjectiveKeys(Table, more=[_targets(kind) for kind in KINDS.values()]):
     always = Key(FORMULAS, "Formulas over region and heading that each of its steps keeps.")
 
 
+def stated(node: Node | None) -> tuple[str, tuple[Node, ...]]:
+    """The kind of an objective as it is written, right or wrong, and the nodes of its targets."""
+    for key, value in node.entries if isinstance(node, Mapping) else ():
+        if key.text == "ltl":
+            return key.text, ()
+        if (kind := KINDS.get(key.text)) is not None:
+            if isinstance(value, Sequence) and not kind.one:
+                return key.text, value.items
+            return key.text, (value,)
+    return "", ()
+
+
 class ObjectiveReader:
     """Reads the objectives of a scenario's robots, all over one map.
 

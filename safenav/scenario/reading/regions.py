@@ -8,7 +8,7 @@ from collections.abc import Sequence as Nodes
 
 from safenav.scenario.objective import Target
 from safenav.scenario.reading.naming import NAME
-from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped
+from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped, plain
 from safenav.scenario.yaml.fields import sequence, wrong_type
 from safenav.scenario.yaml.findings import Findings, suggestion
 from safenav.scenario.yaml.shapes import Key, Table, either, form, many, matching, several
@@ -39,6 +39,18 @@ class AnyKeys(Table):
 TARGET = form(either(REGION, AnyKeys), "target")
 ZONE = form(either(TARGET, many(TARGET)))
 """A target, or a list of them of which each counts."""
+
+
+def place_of(value: object) -> Region | tuple[int, int] | None:
+    """The region that plain data names by its number, or by row and column."""
+    match value:
+        case bool() | [bool(), _] | [_, bool()]:
+            return None
+        case int(number):
+            return int(number)
+        case [int(row), int(col)]:
+            return int(row), int(col)
+    return None
 
 
 class RegionReader:
@@ -139,16 +151,12 @@ class RegionReader:
         return self.names.get(text)
 
     def _number(self, node: Node, what: str) -> Region | None:
-        match node:
-            case Scalar(value=bool()):
-                pass
-            case Scalar(value=int(number)):
+        if isinstance(node, Scalar) and isinstance(node.value, str) and node.value:
+            return self._named(node, node.value, what)
+        match place_of(plain(node)):
+            case int(number):
                 return self._inside(node, number, what)
-            case Scalar(value=str(name)) if name:
-                return self._named(node, name, what)
-            case Sequence(items=(Scalar(value=int(row)), Scalar(value=int(col)))) if not (
-                isinstance(row, bool) or isinstance(col, bool)
-            ):
+            case (row, col):
                 return self._at(node, row, col, what)
         wrong_type(node, what, _EXPECTED, self._findings)
         return None

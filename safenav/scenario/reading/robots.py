@@ -31,6 +31,7 @@ from safenav.scenario.reading.objective import (
     VARIABLE,
     ObjectiveKeys,
     ObjectiveReader,
+    stated,
 )
 from safenav.scenario.reading.regions import REGION, RegionReader
 from safenav.scenario.yaml import fields as read
@@ -312,7 +313,7 @@ def _check_reachable(robot: Robot, node: Node | None, world: RegionMap, findings
         return
     avoid = avoided(robot.objective)
     reach = Reachability(robot.model.mobility, robot.start, world, avoid)
-    places = _target_nodes(robot.objective, node)
+    places = stated(node)[1]
     start = world.label(robot.start.region)
     if robot.start.region in avoid:
         found = f"'avoid' of {robot.name}: it starts in {start}, which it must avoid"
@@ -334,19 +335,6 @@ def _check_reachable(robot: Robot, node: Node | None, world: RegionMap, findings
         found = f"objective of {robot.name}: it cannot visit all targets infinitely often"
         hint = "with heading mobility it cannot turn at its target"
         findings.add(node, found, hint)
-
-
-def _target_nodes(objective: Objective, node: Node | None) -> tuple[Node, ...]:
-    """Where each target is written."""
-    assert isinstance(node, Mapping)
-    if isinstance(objective, Ltl):
-        return ()
-    value = node.get(objective.kind)
-    assert value is not None
-    if objective.one:
-        return (value,)
-    assert isinstance(value, Sequence)
-    return value.items
 
 
 def _why(robot: Robot, target: frozenset[int], world: RegionMap) -> str:

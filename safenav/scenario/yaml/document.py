@@ -70,6 +70,15 @@ class Mapping(Struct, frozen=True):
 Node = Scalar | Sequence | Mapping
 
 
+def plain(node: Node) -> Any:
+    """The data that a node stands for."""
+    if isinstance(node, Scalar):
+        return node.value
+    if isinstance(node, Mapping):
+        return {key.text: plain(item) for key, item in node.entries}
+    return [plain(item) for item in node.items]
+
+
 class DocumentError(Exception):
     """The text is not valid YAML: where, what, and what to do about it."""
 

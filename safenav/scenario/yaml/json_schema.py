@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from enum import StrEnum
+from typing import Any
 
 from msgspec.structs import fields
 
@@ -61,10 +62,21 @@ def _table(table: type[Table], definitions: dict[str, object]) -> dict[str, obje
     return {**found, **_shape(table.rules, definitions)}
 
 
-def _key(key: Key[object], table: type[Table], definitions: dict[str, object]) -> object:
+def _key(key: Key[Any], table: type[Table], definitions: dict[str, object]) -> object:
     shape = _shape(key.shape, definitions)
-    about = " ".join(filter(None, (key.about, _default(key.name, table))))
+    about = _own(key, table)
     return {"description": about, **shape} if about else shape
+
+
+def described(key: Key[Any], table: type[Table]) -> str:
+    """Return the description of a key, or else that of its shape."""
+    shape = key.shape
+    inner = shape.about or getattr(shape.schema, "about", "")
+    return _own(key, table) or inner
+
+
+def _own(key: Key[Any], table: type[Table]) -> str:
+    return " ".join(filter(None, (key.about, _default(key.name, table))))
 
 
 def _default(name: str, table: type[Table]) -> str:

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.report.page.encode import encoded
@@ -24,6 +23,8 @@ from safenav.report.replay.timeline import (
 )
 from safenav.scenario.model import Catalogue
 from safenav.scenario.objective import KINDS, Objective
+from safenav.scenario.reading.objective import stated
+from safenav.scenario.reading.regions import RegionReader
 from safenav.scenario.yaml.document import (
     DocumentError,
     Mapping,
@@ -32,41 +33,34 @@ from safenav.scenario.yaml.document import (
     Sequence,
     read_document,
 )
+from safenav.scenario.yaml.findings import Findings
 from safenav.studio.editing.keys import known_keys, parts_of
-from safenav.studio.editing.places import LISTS, OBJECTIVES
 from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.moves import Mobility
 
 _HEADINGS = {heading.label: heading for heading in Heading}
 
 
-class _Placing(Struct, frozen=True):
-    """Reads regions where they stand, walls or not."""
+class _Placing:
+    """Reads regions where they stand, walls or not, and says nothing of what is wrong."""
 
-    world: RegionMap
-    names: dict[str, Region]
+    def __init__(self, world: RegionMap, names: Iterable[tuple[str, Node]]) -> None:
+        self.world = world
+        floor, unheard = replace(world, walls=frozenset()), Findings("")
+        plain = RegionReader(floor, {}, unheard)
+        found = ((name, plain.region(node, "")) for name, node in names)
+        self.names = {name: region for name, region in found if region is not None}
+        self._reader = RegionReader(floor, self.names, unheard, world.areas)
 
     def region(self, node: Node | None) -> Region | None:
-        found: Region | None = None
-        if isinstance(node, Scalar) and isinstance(node.value, int):
-            found = int(node.value)
-        elif isinstance(node, Scalar):
-            found = self.names.get(str(node.value))
-        elif isinstance(node, Sequence) and len(node.items) == 2:
-            row, col = (item.value if isinstance(item, Scalar) else None for item in node.items)
-            if isinstance(row, int) and isinstance(col, int) and 0 <= col < self.world.cols:
-                found = row * self.world.cols + col
-        return found if found is not None and 0 <= found < self.world.size else None
+        return self._reader.region(node, "")
 
     def target(self, node: Node | None) -> list[Region]:
-        if isinstance(node, Mapping):
-            listed = node.get("any")
-            items = listed.items if isinstance(listed, Sequence) else ()
-            return [region for item in items for region in self.target(item)]
-        if isinstance(node, Scalar) and node.value in self.world.areas:
-            return sorted(self.world.areas[str(node.value)])
-        found = self.region(node)
-        return [] if found is None else [found]
+        """The regions of a target in the order in which they are written."""
+        listed = node.get("any") if isinstance(node, Mapping) else None
+        items = listed.items if isinstance(listed, Sequence) else (node,) if node else ()
+        found = (self._reader.regions(item, "") or () for item in items)
+        return [region for regions in found for region in sorted(regions)]
 
 
 def drawing_of(text: str, world: RegionMap, catalogue: Catalogue) -> dict[str, Any] | None:
@@ -75,11 +69,7 @@ def drawing_of(text: str, world: RegionMap, catalogue: Catalogue) -> dict[str, A
         root = read_document(text).root
     except DocumentError:
         return None
-    placing = _Placing(world, {})
-    for name, node in _entries(_get(_get(root, "map"), "names")):
-        region = placing.region(node)
-        if region is not None:
-            placing.names[name] = region
+    placing = _Placing(world, _entries(_get(_get(root, "map"), "names")))
     robots = [r for r in _robots(root, placing) if r["start"] is not None]
     obstacles = [*_obstacles(root, placing, "obstacles"), *_obstacles(root, placing, "orders")]
     chargers = [r for item in _items(_get(root, "chargers")) for r in placing.target(item)]
@@ -151,26 +141,16 @@ def palette(catalogue: Catalogue) -> dict[str, Any]:
 def _robots(root: Node, placing: _Placing) -> Iterable[dict[str, Any]]:
     for key, node in _entries_with_places(_get(root, "robots")):
         objective = _get(node, "objective")
-        kind, targets = None, []
-        areas: list[str] = []
-        for name, told in _entries(objective):
-            if name in LISTS and isinstance(told, Sequence):
-                kind, targets = name, [placing.target(item) for item in told.items]
-                areas = [_text(item) for item in told.items]
-            elif name in OBJECTIVES:
-                kind, targets = name, [placing.target(told)]
-                areas = [_text(told)]
-            elif name == "ltl":
-                kind = name
+        kind, nodes = stated(objective)
         heading = _get(node, "heading")
         yield {
             "name": key.text,
             "model": _text(_get(node, "model")),
             "start": placing.region(_get(node, "start")),
             "heading": _text(heading) if _text(heading) in _HEADINGS else None,
-            "kind": kind,
-            "targets": targets,
-            "areas": [area if area in placing.world.areas else None for area in areas],
+            "kind": kind or None,
+            "targets": [placing.target(target) for target in nodes],
+            "areas": [area if area in placing.world.areas else None for area in map(_text, nodes)],
             "literal": _get(objective, "form") is not None,
             "line": key.place.line,
         }

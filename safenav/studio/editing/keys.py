@@ -10,9 +10,16 @@ from functools import cache
 from typing import Any
 
 from safenav.scenario.objective import KINDS
-from safenav.scenario.schema import schema_text
+from safenav.scenario.reading.catalogue import ModelKeys, TypeKeys
+from safenav.scenario.reading.loader import ScenarioKeys
+from safenav.scenario.reading.objective import ObjectiveKeys
+from safenav.scenario.reading.obstacles import ObstacleKeys, OrderKeys
+from safenav.scenario.reading.robots import RobotKeys
 from safenav.scenario.yaml.document import Mapping, Node, Scalar
 from safenav.scenario.yaml.document import Sequence as Items
+from safenav.scenario.yaml.json_schema import described
+from safenav.scenario.yaml.shapes import Table
+from safenav.scenario.yaml.walking import table_at
 
 ROOM = 60
 """Characters of a value that stands on one line."""
@@ -28,14 +35,14 @@ _DRAWN = {
 }
 """The kinds of parts, each with the keys that have controls of their own."""
 
-_PATHS: dict[str, tuple[str, ...]] = {
-    "scenario": (),
-    "robot": ("robots", "*"),
-    "objective": ("robots", "*", "objective"),
-    "obstacle": ("obstacles", "*"),
-    "order": ("orders", "*"),
-    "model": ("catalogue", "robots", "*"),
-    "type": ("catalogue", "obstacles", "*"),
+_TABLES: dict[str, type[Table]] = {
+    "scenario": ScenarioKeys,
+    "robot": RobotKeys,
+    "objective": ObjectiveKeys,
+    "obstacle": ObstacleKeys,
+    "order": OrderKeys,
+    "model": ModelKeys,
+    "type": TypeKeys,
 }
 
 
@@ -44,53 +51,18 @@ def known_keys() -> dict[str, list[dict[str, str]]]:
     """Return the keys of each kind of part that have a field of text, with what they mean."""
     return {
         kind: [
-            {"key": key, "about": str(about.get("description", ""))}
-            for key, about in _properties(_PATHS[kind]).items()
-            if key not in drawn
+            {"key": key, "about": described(found, table)}
+            for key, found in table.known.items()
+            if key not in _DRAWN[kind]
         ]
-        for kind, drawn in _DRAWN.items()
+        for kind, table in _TABLES.items()
     }
 
 
 def ordered_keys(path: Sequence[Any]) -> list[str]:
     """Return all keys that may stand at a path of the document, in their usual order."""
-    general = ("*" if i in (1, 2) and _named(path, i) else str(p) for i, p in enumerate(path))
-    return list(_properties(tuple(general)))
-
-
-def _named(path: Sequence[Any], index: int) -> bool:
-    return index == (2 if path[0] == "catalogue" else 1)
-
-
-@cache
-def _schema() -> dict[str, Any]:
-    found: dict[str, Any] = json.loads(schema_text())
-    return found
-
-
-@cache
-def _properties(path: tuple[str, ...]) -> dict[str, dict[str, Any]]:
-    here = _schema()
-    for part in path:
-        options = list(_options(here))
-        tables = [o["properties"][part] for o in options if part in o.get("properties", {})]
-        tables += [o[key] for o in options for key in ("additionalProperties", "items") if key in o]
-        here = next(table for table in tables if isinstance(table, dict))
-    found: dict[str, dict[str, Any]] = {}
-    for option in _options(here):
-        for key, about in option.get("properties", {}).items():
-            found.setdefault(key, next(_options(about)) | about if isinstance(about, dict) else {})
-    return found
-
-
-def _options(here: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    """Yield a schema and those that it refers to or offers."""
-    if "$ref" in here:
-        yield from _options(_schema()["$defs"][here["$ref"].rsplit("/", 1)[1]])
-    yield here
-    for kind in ("anyOf", "oneOf", "allOf"):
-        for option in here.get(kind, ()):
-            yield from _options(option)
+    table = table_at(ScenarioKeys, path)
+    return [] if table is None else list(table.known)
 
 
 def parts_of(root: Node) -> dict[str, dict[str, list[Any]]]:
