@@ -224,13 +224,21 @@ def mission_end(bound: Bound) -> int | None:
 
 def least_within(now: Situation, robot: str) -> int | None:
     """The least number of ticks that every round of a robot can take, alone, forever: by trying
-    one after the other."""
+    one after the other. A strict objective that may not be weakened takes the least in which it
+    touches no target out of turn, if there is one."""
+    own = now.own[robot]
+    strict = _least_round(now, robot, True) if own.literal and shape_of(own.kind).strict else None
+    return _least_round(now, robot, False) if strict is None else strict
+
+
+def _least_round(now: Situation, robot: str, strict: bool) -> int | None:
     bound = Bound(now, 0, len(now.header.robots), {})
     targets = now.own[robot].targets
+    every = frozenset[int]().union(*targets)
 
     def way(seeds: Ticks) -> Ticks:
         for goal in targets:
-            stayed, stepped = bound.ticks(robot, seeds, goal)
+            stayed, stepped = bound.ticks(robot, seeds, every if strict else goal)
             seeds = {
                 pose: min(stepped.get(pose, NEVER), stayed.get(pose, NEVER) + 1)
                 for pose in stayed.keys() | stepped.keys()

@@ -183,6 +183,35 @@ def test_progress_counts_what_a_list_of_targets_counts() -> None:
     assert progress.rounds > 5
 
 
+HALL = """
+safenav: 1
+map: {{grid: ["######", "#...##", "#....#", "#....#", "#..###", "#..#.#", "#....#", "######"]}}
+robots:
+  r:
+    model: digit
+    start: [5, 1]
+    heading: north
+    objective: {{circuit: {targets}, form: literal, within: {within}}}
+until: {{rounds: 2}}
+limits: {{ticks: 200}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("targets", "within", "says"),
+    [
+        ("[[4, 2], [3, 1], [4, 1], [1, 2]]", 17, "'form: literal' forbids crossing"),
+        ("[[3, 1], [1, 2], [3, 4]]", 9, "the fastest round takes 10"),
+        ("[[3, 1], [1, 2], [3, 4]]", 10, "every robot has met its objective"),
+    ],
+)
+def test_rounds_in_strict_order_are_promised_or_refused(
+    run: Runner, targets: str, within: int, says: str
+) -> None:
+    """The audit agrees on the least number of ticks."""
+    assert says in run(HALL.format(targets=targets, within=within)).outcome["explanation"]
+
+
 BEYOND = """
 safenav: 1
 map: {grid: ["########", "#......#", "########"]}

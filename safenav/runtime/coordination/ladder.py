@@ -116,7 +116,7 @@ def goal_places(
     if found is None and not walk.strict:
         found = best_places(walk, least_within(walk) or most)
     if found is None:
-        return None if walk.strict else ()
+        return None if walk.strict and not objective.literal else ()
     return tuple(frozenset(graph.pose(number) for number in bits(places)) for places in found)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from msgspec.structs import replace
+
 from safenav.outcome import Outcome
 from safenav.runtime.deadlines.bound import earliest
 from safenav.runtime.deadlines.within import Walk, least_within
@@ -77,7 +79,9 @@ def _least(team: TeamState, robot: RobotState) -> int | None:
     masks = tuple(graph.poses_on(region_mask(target)) for target in targets)
     start = graph.number(robot.pose)
     ticks = robot.robot.model.timing.least
-    return least_within(Walk(graph, masks, graph.everywhere, start, ticks))
+    walk = Walk(graph, masks, graph.everywhere, start, ticks)
+    least = least_within(replace(walk, strict=robot.robot.objective.literal))
+    return least_within(walk) if least is None else least  # without any strict one, synthesis says
 
 
 def _words(robot: RobotState, within: int, least: int | None) -> str:
