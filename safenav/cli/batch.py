@@ -104,7 +104,7 @@ class _Batch(click.Command):
 )
 @click.option(
     "--slower",
-    type=click.FloatRange(min=1),
+    type=options.FiniteRange(min=1),
     default=1.5,
     show_default=True,
     help="Report a scenario that took more than this many times its baseline.",

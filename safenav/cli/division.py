@@ -20,7 +20,7 @@ _OPTIONS = (
     ),
     click.option(
         "--share",
-        type=click.FloatRange(0, 1),
+        type=options.FiniteRange(0, 1),
         help="Share of a region that must be blocked to make it a wall; default: any.",
     ),
 )

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from safenav.cli.options import FiniteRange
 from safenav.cli.output import FILE
 from safenav.errors import ExitCode, UsageError
 from safenav.trace.trace import Trace
@@ -73,7 +74,7 @@ Exit codes:
 )
 @click.option(
     "--rate",
-    type=click.FloatRange(min=0.1, max=1e4),
+    type=FiniteRange(min=0.1, max=1e4),
     default=100.0,
     metavar="HZ",
     help="Samples per second of the columns.  [100]",
@@ -81,13 +82,13 @@ Exit codes:
 @click.option("--robot", help="The robot whose columns to write.")
 @click.option(
     "--resolution",
-    type=click.FloatRange(min=0, min_open=True, max=1e6),
+    type=FiniteRange(min=0, min_open=True, max=1e6),
     metavar="M",
     help="Side of a region in metres, if the trace does not give it.",
 )
 @click.option(
     "--origin",
-    type=click.FloatRange(-1e9, 1e9),
+    type=FiniteRange(-1e9, 1e9),
     nargs=2,
     metavar="X Y",
     help="South-western corner of the map in metres, if the trace does not give it.",

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from safenav.cli.options import FiniteRange
 from safenav.cli.output import FILE
 from safenav.errors import ExitCode
 
@@ -27,21 +28,21 @@ Exit codes:
 @click.option("-o", "--output", type=FILE, help="File to write; - is standard output.")
 @click.option(
     "--side",
-    type=click.FloatRange(min=0, min_open=True, max=1e6),
+    type=FiniteRange(min=0, min_open=True, max=1e6),
     metavar="M",
     help="Side of a region in metres; default: as in the trace, else 2.7.",
 )
 @click.option("--seed", type=click.IntRange(min=0), default=0, help="Seed of the disturbances.")
 @click.option(
     "--gust",
-    type=click.FloatRange(min=0),
+    type=FiniteRange(min=0),
     default=0.0,
     metavar="M/S",
     help="Wind on flyers, root mean square; their flight is simulated.",
 )
 @click.option(
     "--push",
-    type=click.FloatRange(min=0),
+    type=FiniteRange(min=0),
     default=0.0,
     metavar="M/S",
     help="Pushes on walkers, once per move, by up to this change of velocity.",

@@ -158,8 +158,11 @@ def _batches(path: Path) -> Iterator[Lines]:
 
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise UsageError(f"--operator {path}: cannot be read: {error}") from error
+    except OSError as error:
+        raise UsageError(f"--operator {path}: cannot be read: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        byte = f"byte 0x{error.object[error.start]:02X}"
+        raise UsageError(f"--operator {path}: not UTF-8: {byte}") from error
     found: list[Lines] = [[]]
     for number, line in enumerate(lines, 1):
         told = line.partition("#")[0].strip()

@@ -2,9 +2,25 @@
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
 import click
 
-SECONDS = click.FloatRange(min=0, min_open=True)
+
+class FiniteRange(click.FloatRange):
+    """A finite number in a range."""
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        number = float(super().convert(value, param, ctx))
+        if not math.isfinite(number):
+            self.fail(f"{value} is not a finite number", param, ctx)
+        return number
+
+
+SECONDS = FiniteRange(min=0, min_open=True, max=1e9)
 """A duration, or a moment of a run."""
 
 live = click.option(

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from safenav.cli.options import FiniteRange
 from safenav.cli.output import FILE
 from safenav.errors import ExitCode, UsageError
 from safenav.extras import missing
@@ -55,7 +56,7 @@ Exit codes:
 @click.option("--ticks", metavar="A-B", help="Only these ticks, or seconds (GIF, terminal).")
 @click.option(
     "--speed",
-    type=click.FloatRange(0.1, 100),
+    type=FiniteRange(0.1, 100),
     help="Ticks per second, or times as fast as a run in seconds (GIF, terminal).  [4 or 12]",
 )
 @click.option(

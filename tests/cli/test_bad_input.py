@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -50,6 +51,10 @@ def test_broken_scenario_is_told_with_its_place(
         ("run",),
         ("run", HELLO, "--max-ticks", "0"),
         ("run", HELLO, "--sede", "1"),
+        ("run", HELLO, "--time-limit", "nan"),
+        ("run", HELLO, "--time-limit", "inf"),
+        ("run", HELLO, "--clock", "live", "--operator", "nowhere.txt"),
+        ("run", HELLO, "--clock", "live", "--operator", sys.executable),
         ("fly", HELLO),
         ("synth", HELLO, "--robot", "nobody"),
         ("synth", HELLO, "-o", "/dev/null/out"),

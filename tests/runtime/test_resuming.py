@@ -65,6 +65,15 @@ def test_what_is_known_is_kept(tmp_path: Path) -> None:
         assert robot.start.region == at
 
 
+def test_what_a_trace_does_not_describe_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "trace.jsonl"
+    written(load_scenario(SCENARIOS / "battery_delivery.yaml"), path)
+    path.write_text("".join(path.read_text().splitlines(keepends=True)[:20]))
+    said = "does not fully describe batteries: name the scenario, too"
+    with pytest.raises(UsageError, match=said):
+        resumed(read_trace(path))
+
+
 def test_a_finished_run_is_not_resumed(tmp_path: Path) -> None:
     path = tmp_path / "trace.jsonl"
     written(load_scenario(SCENARIOS / "hello.yaml"), path)

@@ -47,6 +47,7 @@ from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import ChangeCause, Reason
 from safenav.trace.wording import objective_of
+from safenav.trace.words import listed
 from safenav.world.frame import Frame
 from safenav.world.map import Heading, RegionMap
 from safenav.world.moves import Mobility, Pose
@@ -217,11 +218,12 @@ def _changes(base: Scenario, state: _State) -> Iterable[RobotChange]:
 def _scenario(header: setting.ScenarioHeader, clock: Clock) -> Scenario:
     """The scenario of a header."""
     missing = [key for key in UNREAD if getattr(header, key)]
-    if any(robot.battery or robot.when for robot in header.robots.values()):
-        missing.append("batteries or inputs of robots")
+    robots = header.robots.values()
+    missing += ["batteries"] if any(robot.battery for robot in robots) else []
+    missing += ["'when'"] if any(robot.when for robot in robots) else []
     if missing:
-        said = f"the trace does not hold all of {', '.join(missing)}"
-        raise UsageError(f"{said}: give the scenario, too (safenav resume TRACE SCENARIO)")
+        said = f"the trace does not fully describe {listed(missing)}"
+        raise UsageError(f"{said}: name the scenario, too (safenav resume TRACE SCENARIO)")
     world = RegionMap.from_grid(header.map.grid, header.map.names, header.map.areas)
     if header.map.resolution is not None:
         x, y, yaw = header.map.origin or (0.0, 0.0, 0.0)

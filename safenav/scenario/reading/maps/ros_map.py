@@ -61,7 +61,7 @@ def read_ros(node: Node, fields: MapKeys, folder: Path, findings: Findings) -> R
             f"the map measures {width:g} x {height:g} m: say how large a region is, for example "
             "'resolution: 0.5' (metres), or give 'rows' and 'cols'"
         )
-        findings.add(node, "map: how large are the regions?", hint)
+        findings.add(node, "map: region size missing", hint)
     if len(findings) > before:
         return None
     if side is not None:
