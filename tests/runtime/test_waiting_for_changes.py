@@ -126,3 +126,64 @@ def test_a_bundle_of_a_run_that_waited(run: Runner, tmp_path: Path) -> None:
     bundle_of_trace(path, tmp_path / "bundle")
     status, said = run_checker(tmp_path / "bundle")
     assert status == 0, said
+
+
+ORDERS = """\
+# two orders of one tick
+safenav: 1
+map: {grid: ["#####", "#...#", "#####"]}
+catalogue:
+  obstacles:
+    p0: {action: lift, resolve_at: [6], blocks: []}
+robots:
+  r0: {model: quadcopter, start: 6, objective: {visit: [8, 6]}}
+obstacles: [{type: door, region: 7}]
+orders: [{at: 5, type: p0, region: 6}, {at: 5, type: p0, region: 6}, {at: 7, type: p0, region: 6}]
+until: {rounds: 1}
+"""
+
+INPUT = """\
+# an input of a robot without a strategy
+safenav: 1
+map: {grid: ["######", "#....#", "######"]}
+inputs: {alarm: {at: [5]}}
+robots:
+  r0: {model: quadcopter, start: 7, objective: {visit: [10, 7]}, when: {alarm: {visit: [9, 7]}}}
+obstacles: [{type: door, region: 8}]
+until: {rounds: 1}
+"""
+
+BEYOND = """\
+# an order beyond what is given up
+safenav: 1
+map: {grid: ["######", "#....#", "######"]}
+catalogue:
+  robots: {m0: {mobility: free, layer: ground, capabilities: [lift]}}
+  obstacles: {p0: {action: lift, resolve_at: [10], blocks: []}}
+robots:
+  r0: {model: m0, start: 7, objective: {visit: [9, 7]}}
+obstacles: [{type: door, region: 9}]
+orders: [{at: 1, type: p0, region: 10}, {at: 5, type: p0, region: 10}]
+until: {rounds: 1}
+"""
+
+ONCE = """\
+# a robot without a strategy
+safenav: 1
+map: {grid: ["######", "#....#", "######"]}
+catalogue: {obstacles: {p0: {action: lift, resolve_at: [10], blocks: []}}}
+robots:
+  r0: {model: quadcopter, start: 7, objective: {once: [10, 7]}}
+obstacles: [{type: door, region: 9}]
+orders: [{at: 5, type: p0, region: 10}]
+until: {rounds: 1}
+"""
+
+
+@pytest.mark.parametrize(
+    "text", [ORDERS, INPUT, BEYOND, ONCE], ids=["orders", "input", "beyond", "once"]
+)
+def test_the_audit_follows_what_a_wait_leaves_undone(run: Runner, text: str) -> None:
+    trace = run(text)
+    assert trace.outcome["outcome"] == "operator_needed"
+    assert trace.all("waiting")

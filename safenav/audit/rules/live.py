@@ -279,6 +279,7 @@ class WaitingRule(Rule):
     def __init__(self) -> None:
         self._waiting: Line | None = None
         self._hope = False
+        self._changed = -1  # the tick of the last change: what it gives up is reopened, too
 
     def line(self, record: Line, now: Situation) -> Iterator[str]:
         match record.type:
@@ -301,13 +302,14 @@ class WaitingRule(Rule):
                 timed = self._waiting is None or self._waiting.until is not None
                 self._waiting = None if timed else self._waiting
                 self._hope = self._hope or timed
+                self._changed = record.tick if timed else self._changed
             case "operator":
                 self._waiting, self._hope = None, True
                 yield from self._put_down(record, now)
             case "reopened":
                 if now.status[record.obstacle] is not Status.GIVEN_UP:
                     yield f"{record.obstacle} is reopened, but was not given up"
-                elif not self._hope:
+                elif not self._hope and record.tick != self._changed:
                     yield f"{record.obstacle} is reopened, but nothing has changed"
             case "blocked" if record.reason != "untraversable":
                 self._hope = False

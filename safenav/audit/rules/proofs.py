@@ -78,7 +78,11 @@ class ProofRule(Rule):
         """Return whether some robot has permanently lost its objective, as a synthesis states:
         alone, and without any obstacle that may yet be resolved, it cannot continue forever."""
         team = team_of(now, shut=self._never)
-        told = (record.unrealizable or {}) if record.type == "outcome" else {}
+        if record.type == "outcome":
+            told = record.unrealizable or {}
+        else:  # a wait: by the syntheses of the turn
+            failed = [s for s in now.turn.all("synthesis") if s.verdict == "unrealizable"]
+            told = {synthesis.robot: synthesis.spec for synthesis in failed}
         return any(
             team is None or not _continues(name, now, team, self._memory.get((name, spec)))
             for name, spec in told.items()

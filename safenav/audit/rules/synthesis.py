@@ -59,6 +59,8 @@ class SynthesisRule(Rule):
                 yield self.broken_by(record, record.robot, problem)
         if turn.robot is None or turn.final or now.header.coordination != RESYNTHESIS or now.live:
             return  # live, a strategy may come later: StrategyRule judges each move
+        if now.waits:
+            return  # none is looked for before something has changed
         done = {(s.robot, s.objective) for s in turn.all("synthesis")}
         for robot, objective in now.objectives.items():
             same = _alternating(objective) == _alternating(turn.objectives[robot])
