@@ -27,7 +27,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 from frames import described, gaps_of  # noqa: E402
 
 from report import made_traces, team_trace  # noqa: E402
-from report.browser import Browser  # noqa: E402
+from report.browser import Browser, Keys  # noqa: E402
 from safenav.report.page.html import page_of  # noqa: E402
 from safenav.report.replay.reading import read_replay  # noqa: E402
 
@@ -93,7 +93,7 @@ def _measure(page: Path, seconds: float, speeds: tuple[int, ...], solid: bool = 
             browser.run(
                 'document.querySelector(".speed select").dispatchEvent(new Event("change"))'
             )
-            browser.button("First tick").click()
+            browser.press(Keys.HOME)
             browser.button("Play").click()
             gaps = gaps_of(browser.driver, seconds)
             browser.button("Pause").click()

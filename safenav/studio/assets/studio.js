@@ -1,4 +1,4 @@
-/* sources 808f88505a921379097020bb992d5e4c20f44bb9d077c544777dd7dd3d5f8e4d */
+/* sources 70143a4a416f2e8d6c105047086101852334069f7d2abdb54ec055f6a623ddb7 */
 /* Contains Preact:
 The MIT License (MIT)
 
