@@ -103,7 +103,8 @@ def play(seed: int, *, faults: bool = False, wired: bool = False, patience: int 
             where = traceback.extract_tb(error.__traceback__)[-1]
             found = f"crash: {type(error).__name__}: {error} ({where.name}, line {where.lineno})"
         spent, cpu = time.monotonic() - begun, time.process_time() - cpu
-        log = [] if wired and found.startswith("slow") else floor.records()  # it is cut in a call
+        cut = wired and found.startswith("slow")  # in a call
+        log, faults_so_far = ([], {}) if cut else (floor.records(), dict(floor.faults_so_far()))
         walk = Walk(Floor(data).mission, log)
         if found and walk.defects:
             found = f"{walk.defects[0]}; {found}"
@@ -111,7 +112,7 @@ def play(seed: int, *, faults: bool = False, wired: bool = False, patience: int 
         if found in ("", "?") and (findings := check_trace(lines).findings):
             found = f"audit: {findings[0]}"
         told = tuple(json.dumps(same(json.loads(line))) for line in lines)
-        return Played(outcome, found, walk, dict(floor.faults_so_far()), spent, cpu, told)
+        return Played(outcome, found, walk, faults_so_far, spent, cpu, told)
 
 
 def same(record: dict[str, Any]) -> dict[str, Any]:
