@@ -180,8 +180,22 @@ until: {rounds: 1}
 """
 
 
+OCCUPIED = """
+# an obstacle is to appear where a robot stands
+safenav: 1
+map: {grid: ["#######", "#...#.#", "#######"]}
+robots:
+  r0: {model: quadcopter, start: 8, objective: {visit: [10, 8]}}
+  r1: {model: quadcopter, start: 12, objective: {hold: 12}}
+obstacles: [{type: door, region: 9}, {type: door, region: 12, from: 5}]
+until: {rounds: 1}
+"""
+
+
 @pytest.mark.parametrize(
-    "text", [ORDERS, INPUT, BEYOND, ONCE], ids=["orders", "input", "beyond", "once"]
+    "text",
+    [ORDERS, INPUT, BEYOND, ONCE, OCCUPIED],
+    ids=["orders", "input", "beyond", "once", "occupied"],
 )
 def test_the_audit_follows_what_a_wait_leaves_undone(run: Runner, text: str) -> None:
     trace = run(text)
