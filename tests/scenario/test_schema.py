@@ -286,6 +286,8 @@ def test_a_mistake_is_judged_alike(key: str, value: Any) -> None:
         for name, data in mistakes({key: value}, way, turn):
             scenario = {**{k: v for k, v in DATA.items() if k != key}, **data}
             found = judged(json.dumps(scenario))
+            missing = [d for d in found if d.found.endswith(" is missing")]
+            assert all(d.hint for d in missing), "a missing key is told with an example"
             if told := disagreement(scenario if whole is VALIDATOR else data, found, whole):
                 wrong[name] = told
     assert wrong == {}

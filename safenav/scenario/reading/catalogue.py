@@ -318,7 +318,7 @@ def _type(
     name = _named(key, "an obstacle type", findings)
     what = f"obstacle type {clipped(key.text)}"
     listed = isinstance(node, MappingNode) and node.get("needs") is not None
-    item = TypeKeys.read(node, what, findings, needed=() if listed else (TypeKeys.action,))
+    item = TypeKeys.read(node, what, findings, needed=() if listed else (NeedKeys.action,))
     if item is None:
         return None
     needs = _needs(item.needs, what, regions, findings) if listed else ()
