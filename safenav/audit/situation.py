@@ -9,7 +9,7 @@ from collections.abc import Mapping
 
 from safenav.audit.lines import Line, Objective
 from safenav.audit.state import State
-from safenav.audit.turn import StackEntry, Status, Turn, helpers_of
+from safenav.audit.turn import StackEntry, Status, Turn, helpers_of, is_over
 
 RESYNTHESIS = "resynthesis"
 WITHOUT_EFFECT = ("failed", "nothing")
@@ -63,11 +63,12 @@ class Situation(State):
         self.turn.records.append(record)
         if record.type in _CHANGES:
             self.aside.clear()
-        if record.type == "operator" or record.type in SCENARIO_CHANGES:
-            self.waits = False
+        told = record.type == "operator" or record.type in SCENARIO_CHANGES
+        if self.waits is not None and (told or is_over(self.waits, record)):
+            self.waits = None
         match record.type:
             case "waiting":
-                self.waits = True
+                self.waits = record
             case "hold":
                 waits = record.why == "synthesis"
                 (self.awaiting.add if waits else self.awaiting.discard)(record.robot)

@@ -70,8 +70,8 @@ class State:
         self.discovered: set[str] = set()
         self.out: set[str] = set()
         """The robots that are out of service."""
-        self.waits = False
-        """The team waits for an operator, or for a change of the scenario."""
+        self.waits: Line | None = None
+        """The line by which the team waits for an operator, or for a change of the scenario."""
         self.barred: set[tuple[str, str]] = set()
         """Live: (robot, obstacle) where actions have failed until the robot leaves it to others."""
         self.orders: set[str] = set()

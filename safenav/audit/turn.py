@@ -71,3 +71,10 @@ class Turn:
 def helpers_of(record: Line) -> tuple[str, ...]:
     """Return all helpers that a line names."""
     return record.helpers or (() if record.helper is None else (record.helper,))
+
+
+def is_over(wait: Line, record: Line) -> bool:
+    """Return whether what a team waits for (line ``waiting``) is due by the time of a line, whether
+    or not that changes anything: the team decides again."""
+    moment = record.tick if record.t is None else record.t
+    return wait.until is not None and wait.until <= moment

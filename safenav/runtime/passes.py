@@ -34,14 +34,14 @@ SLOWEST = 20.0
 class Passes(Algorithm):
     """The passes of a team. ``attended``: live, whether an operator can intervene; then the run
     waits where it would end. Any run waits where it would end while its scenario still changes
-    something: ``_left`` is how often, when the wait began."""
+    something: the wait ends at ``_until``."""
 
     attended: bool = False
     limit: float | None = None
     _changed: bool = True
     _still: int = 0
     _come: bool = False
-    _left: int = 0
+    _until: float | None = None
 
     def __post_init__(self) -> None:
         self.limit = self._limit()
@@ -77,7 +77,7 @@ class Passes(Algorithm):
             team.introduce(change.obstacle, change.truth)
             self._guarded(partial(self.settle, [ObstacleChanged(change)]))
         if team.waiting is not None and not self.attended:
-            self._together |= len(self._to_come()) < self._left
+            self._together |= self._until is not None and self._until <= self.world.now()
         if self._together:
             self._resume()
         for number, robot in enumerate(team.robots.values(), 1):
@@ -194,8 +194,8 @@ class Passes(Algorithm):
         cause = None if conclusion.cause is None else OperatorCause(conclusion.cause)
         told = conclusion.explanation, cause, conclusion.proof
         coming = [] if self.attended else self._to_come()
-        self._left = len(coming)
-        team.emit(records.Waiting(team.tick, outcome, *told, min(coming, default=None)))
+        self._until = min(coming, default=None)
+        team.emit(records.Waiting(team.tick, outcome, *told, self._until))
 
     def _resume(self) -> None:
         """Decide once after all interventions of a pass, or since the scenario has changed: what

@@ -71,6 +71,34 @@ def test_another_robot_continues_while_the_team_waits(run: Runner) -> None:
     assert played.outcome["outcome"] == "completed"
 
 
+# What was to come at tick 30 never comes: the scout finds what lies there, while the team waits.
+LEARNT_MEANWHILE = """
+safenav: 1
+map: {grid: ["#######", "#.....#", "#######"]}
+catalogue:
+  robots:
+    scout: {mobility: free, layer: air, capabilities: [sense]}
+    cart: {mobility: free, layer: ground, capabilities: []}
+  obstacles: {gate: {action: unlock}}
+robots:
+  cart: {model: cart, start: [1, 5], objective: {hold: [1, 4]}}
+  scout: {model: scout, start: [1, 1], objective: {hold: [1, 1]}}
+obstacles:
+  - {type: gate, region: [1, 4], until: 20}
+  - {type: uncertainty, region: [1, 2], traversable: false, until: 30}
+until: {rounds: 1}
+"""
+
+
+def test_what_a_robot_learns_does_not_end_a_wait(run: Runner, tmp_path: Path) -> None:
+    played = run(LEARNT_MEANWHILE)
+    assert played.outcome["outcome"] == "completed"
+    assert [line["until"] for line in played.all("waiting")] == [20]
+    path = tmp_path / "run.jsonl"
+    path.write_text("".join(json.dumps(line) + "\n" for line in played.records))
+    assert not check_trace(path).findings
+
+
 HOPELESS_HELP = """
 safenav: 1
 map: {grid: ["############", "#..........#", "############"]}
@@ -101,19 +129,28 @@ def test_the_stack_stays_while_the_team_waits(run: Runner, tmp_path: Path) -> No
     assert not check_trace(path).findings
 
 
+def of(kind: str, lines: list[dict[str, Any]], tick: int = 0) -> dict[str, Any]:
+    """The first line of a kind from a tick on."""
+    return next(line for line in lines if line["type"] == kind and line["tick"] >= tick)
+
+
 @pytest.mark.parametrize(
-    ("kind", "damage", "said"),
+    ("damage", "said"),
     [
-        ("waiting", lambda line: line.update(until=2), "the team waits for nothing to come"),
-        ("waiting", lambda line: line.pop("until"), "the team waits for nothing to come"),
-        ("gone", lambda line: line.update(type="truth", traversable=True), "while the team waits"),
+        (lambda lines: of("waiting", lines).update(until=2), "the team waits for nothing to come"),
+        (lambda lines: of("waiting", lines).pop("until"), "the team waits for nothing to come"),
+        (lambda lines: of("gone", lines).update(type="truth", traversable=True), "permanent"),
+        (
+            lambda lines: of("move", lines, 20).update(to=10),
+            "a gets a command while the team waits",
+        ),
     ],
 )
 def test_the_audit_judges_a_wait(
-    run: Runner, tmp_path: Path, kind: str, damage: Callable[[dict[str, Any]], object], said: str
+    run: Runner, tmp_path: Path, damage: Callable[[list[dict[str, Any]]], object], said: str
 ) -> None:
     lines = run(cart(Clock.LOCKSTEP, until=", until: 30")).records
-    damage(next(line for line in lines if line["type"] == kind))
+    damage(lines)
     path = tmp_path / "damaged.jsonl"
     path.write_text("".join(json.dumps(line) + "\n" for line in lines))
     assert said in "\n".join(map(str, check_trace(path).findings))

@@ -8,7 +8,7 @@ from itertools import combinations
 from safenav.audit.lines import Line
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import SCENARIO_CHANGES, Situation
-from safenav.audit.turn import Status
+from safenav.audit.turn import Status, is_over
 
 _ROUNDED = 1e-6
 """Seconds by which sums of written times may differ."""
@@ -225,7 +225,7 @@ class HoldsRule(Rule):
         true = {
             "service": robot in now.out,
             "plan": robot in self._plan,
-            "operator": now.waits,
+            "operator": now.waits is not None,
         }
         return "" if true.get(record.why, True) else f"{robot} stays ({record.why}): not so"
 
@@ -282,6 +282,8 @@ class WaitingRule(Rule):
         self._changed = -1  # the tick of the last change: what it gives up is reopened, too
 
     def line(self, record: Line, now: Situation) -> Iterator[str]:
+        if self._waiting is not None and is_over(self._waiting, record):
+            self._waiting, self._hope, self._changed = None, True, record.tick
         match record.type:
             case "waiting":
                 self._waiting = record
