@@ -19,7 +19,8 @@ is over again; *forget it*: the same search for robots without the memory of the
 ``deadlock`` ends the run with the proof, unless a robot is out of service (later) or obstacles
 sweep regions (``search_limit``). Robots cut off by one out of service have no goal. A round is the
 four variants of ``joint_plan.Variant`` and one chain of legs. After ``MOST_FAILURES`` failures in a
-row the run ends at ``search_limit``. Every plan is shortened before it begins. Budgets are states
+row, or ``MOST_WORK`` in these, the run ends at ``search_limit``. Every plan is shortened before it
+begins. Budgets are states
 unless said otherwise; they were measured on random teams: small and often beats large.
 With a robot out of service on a floor where some turn, searches for the mission take one round with
 the chain of a certificate, and fewer failures end the run.
@@ -31,6 +32,9 @@ while often has it easier, so each effort is made four times before a larger one
 MOST_FAILURES = 24
 MOST_FAILURES_HINDERED = 6
 """The same with a robot out of service, which no search can move: the end is then no verdict."""
+MOST_WORK = 3_000_000
+"""Effort of searches in a row without success, in steps of one robot in a joint state: the run ends
+at ``search_limit`` then. Some 250,000 a second were measured: about 12 s of the processor."""
 LOOKS_FOR_FEW = (1, 6, MOST_FAILURES)
 """After which spent searches a few robots are examined: the first, and now and then."""
 ROUNDS_AHEAD = 2

@@ -19,7 +19,7 @@ from safenav.runtime.team import TeamState
 from safenav.runtime.termination import Conclusion, RunEnded
 from safenav.runtime.traffic.budgets import FEW_GROUPS, FEW_SIZES, FEW_STATES
 from safenav.runtime.traffic.immobile import Stuck
-from safenav.runtime.traffic.joint import Count, Course, Exhausted
+from safenav.runtime.traffic.joint import Count, Course, Effort, Exhausted
 from safenav.runtime.traffic.joint_plan import Search
 from safenav.trace import proofs
 from safenav.trace.header import heading_in_trace
@@ -31,6 +31,7 @@ def deadlock_of_few(
     rounds: int,
     counts: Sequence[Count],
     stopping: Callable[[], None],
+    work: Effort | None = None,
 ) -> tuple[Floor, Course, Exhausted] | None:
     """Return a few robots of a larger team that cannot complete, as a floor of their own, and what
     they can reach: those that never move again, or any two or three; None if none are found.
@@ -48,7 +49,9 @@ def deadlock_of_few(
         course = Course(few.problem, rounds)
         start = course.begun(few.poses, tuple(counts[i] for i in group), ())
         wishes = [None] * len(group)
-        search = Search(course, lambda *_, w=wishes: w, start, course.completed, stopping=stopping)
+        search = Search(
+            course, lambda *_, w=wishes: w, start, course.completed, stopping=stopping, work=work
+        )
         answer = search.singles(FEW_STATES) if group in groups else search.run(1, FEW_STATES)
         if isinstance(answer, Exhausted):
             return few, course, answer

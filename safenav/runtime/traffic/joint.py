@@ -326,6 +326,17 @@ class Spent(Struct, frozen=True):
 Answer = Found | Exhausted | Spent
 
 
+class Effort(Struct):
+    """Effort that searches may still do, in steps of one robot in a joint state: unlike a number of
+    states it takes about as long in a large team as in a small one."""
+
+    left: int
+
+    @property
+    def done(self) -> bool:
+        return self.left <= 0
+
+
 def way_to(before: Mapping[Joint, Joint | None], last: Joint) -> Found:
     """The plan that ends in a state, of the state before each."""
     way = []

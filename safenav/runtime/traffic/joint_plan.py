@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import heapq
 import random
+import sys
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from enum import Enum
@@ -32,6 +33,7 @@ from safenav.runtime.traffic.joint import (
     Answer,
     Count,
     Course,
+    Effort,
     Exhausted,
     Found,
     Joint,
@@ -59,7 +61,8 @@ class Variant(Enum):
 
 
 class Search:
-    """Plans from one joint state. ``stopping`` raises to end a search from outside."""
+    """Plans from one joint state. ``stopping`` raises to end a search from outside; ``work``: its
+    limit beside the budgets of its variants (None: there is none)."""
 
     def __init__(
         self,
@@ -70,8 +73,10 @@ class Search:
         *,
         seed: int = 0,
         stopping: Callable[[], None] = lambda: None,
+        work: Effort | None = None,
     ) -> None:
         self.course = course
+        self.work = work or Effort(sys.maxsize)
         self.start = start
         self.goal = goal
         self._guide = guide
@@ -98,6 +103,8 @@ class Search:
         spent = 0
         budget = FIRST_BUDGET
         for turn in range(max(1, rounds)):
+            if self.work.done:
+                return Spent(spent)
             for variant, states in _attempts(budget):
                 answer = self.by(variant, states)
                 if isinstance(answer, Found):
@@ -140,7 +147,8 @@ class Search:
                 if self.goal(after):
                     return way_to(before, after)
                 queue.append(after)
-            if len(before) > budget:
+                self.work.left -= len(state.poses)
+            if len(before) > budget or self.work.done:
                 return Spent(len(before))
         return Exhausted(frozenset(before))
 
@@ -172,7 +180,8 @@ class Search:
                 stack.pop()
                 continue
             edges += 1
-            if edges > budget * 12:
+            self.work.left -= len(state.poses)
+            if edges > budget * 12 or self.work.done:
                 return Spent(len(before))
             if after in before:
                 continue
@@ -193,7 +202,10 @@ class Search:
         while heap:
             self.stopping()
             _, _, state = heapq.heappop(heap)
+            if self.work.done:
+                return Spent(len(before))
             for after in self._following(state, Variant.FARTHEST, order):
+                self.work.left -= len(state.poses)
                 if after in before:
                     continue
                 before[after] = state

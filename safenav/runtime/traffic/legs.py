@@ -14,7 +14,7 @@ from itertools import chain
 from typing import Protocol
 
 from safenav.runtime.traffic.budgets import LEG_BUDGET, LEGS_OF_A_ROBOT
-from safenav.runtime.traffic.joint import Answer, Found, Joint, Spent
+from safenav.runtime.traffic.joint import Answer, Effort, Found, Joint, Spent
 from safenav.runtime.traffic.pibt import Field
 
 
@@ -23,6 +23,7 @@ class LegSearch(Protocol):
 
     start: Joint
     goal: Callable[[Joint], bool]
+    work: Effort
 
     def fields(self, state: Joint) -> Sequence[Field]:
         """Return for each robot the distances to its goal poses in a state."""
@@ -44,7 +45,8 @@ def by_legs(search: LegSearch, rng: random.Random, most_vain: int) -> Found | Sp
         leg, vain = _next_leg(search, legs[-1][-1], rng)
         spent += vain
         made += 1
-        if spent > most_vain or made > most or (leg is None and len(legs) == 1):
+        over = spent > most_vain or made > most or search.work.done
+        if over or (leg is None and len(legs) == 1):
             return Spent(spent + sum(map(len, legs)))
         if leg is None:
             del legs[rng.randrange(1, len(legs)) :]

@@ -57,13 +57,14 @@ def _leg(search: Search, robot: int, movable: set[int]) -> Found | None:
     cost = {start: 0}
     before: dict[Joint, Joint | None] = {start: None}
     heap = [(field[start.poses[robot]], next(ticket), start)]
-    while heap and len(before) < LOCAL_STATES:
+    while heap and len(before) < LOCAL_STATES and not search.work.done:
         search.stopping()
         _, _, state = heapq.heappop(heap)
         if field[state.poses[robot]] == 0 or state.stages != start.stages:
             return way_to(before, state)
         for mover, pose in limited.singles(state):
             after = limited.after(state, mover, pose)
+            search.work.left -= len(state.poses)
             paid = cost[state] + 1
             ahead = field[after.poses[robot]]
             if ahead < FAR and paid < cost.get(after, FAR):

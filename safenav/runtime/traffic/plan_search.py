@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
-from msgspec import Struct
+from msgspec import Struct, field
 
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import RobotState, Role, TeamState
@@ -16,12 +16,13 @@ from safenav.runtime.traffic.budgets import (
     CERTIFICATE_ROUNDS,
     CERTIFICATE_STATES,
     LOOKS_FOR_FEW,
+    MOST_WORK,
     ROUNDS_FIRST,
 )
 from safenav.runtime.traffic.continuation_plans import Certificates
 from safenav.runtime.traffic.deadlock import deadlock_of_few, deadlocked
 from safenav.runtime.traffic.execution import schedule
-from safenav.runtime.traffic.joint import Answer, Course, Exhausted, Found, Joint, Spent
+from safenav.runtime.traffic.joint import Answer, Course, Effort, Exhausted, Found, Joint, Spent
 from safenav.runtime.traffic.joint_plan import Search
 from safenav.runtime.traffic.local import local_plan
 from safenav.runtime.traffic.remembering import plain_poses, remembering
@@ -35,9 +36,9 @@ CERTIFICATE = CERTIFICATE_ROUNDS, CERTIFICATE_STATES, CERTIFICATE_CHAIN
 
 class PlanSearch(Struct):
     """Searches for plans. ``rivals``: whether a robot shares its floor; ``starved``: the robot that
-    the plan is for; ``failures``: searches in a row with an exhausted budget, ``spent``: all such
-    searches; ``hopeless``: the served obstacles that no plan for the mission resolves, as the last
-    one has shown."""
+    the plan is for; ``failures``: searches in a row with an exhausted budget, ``used``: their work,
+    ``work``: the rest for the present one; ``spent``: all such searches; ``hopeless``: the
+    served obstacles that no plan for the mission resolves, as the last one has shown."""
 
     state: TeamState
     thinking: Thinking
@@ -45,7 +46,9 @@ class PlanSearch(Struct):
     certificates: Certificates
     rivals: Mapping[str, bool]
     failures: int = 0
+    used: int = 0
     spent: int = 0
+    work: Effort = field(default_factory=lambda: Effort(MOST_WORK))
     starved: str = ""
     hopeless: frozenset[int] = frozenset()
     _cut_off: frozenset[int] = frozenset()
@@ -68,6 +71,7 @@ class PlanSearch(Struct):
     ) -> tuple[Floor, Course, Joint, Answer]:
         """Search for a plan, the last resorts included; return also where it begins. Raises
         RunEnded as ``_look_for_few``."""
+        self.work = Effort(MOST_WORK - self.used)
         course, start, search, answer = self._searched(floor, helping)
         if self.state.live and start.stages != floor.stages:
             return floor, course, start, answer
@@ -228,6 +232,7 @@ class PlanSearch(Struct):
         course = self.searches.course(floor)
         start = course.begun(floor.poses, self.searches.counts(floor, course.rounds), floor.stages)
         search = self.searches.search(floor, course, start)
+        search.work = self.work
         if self.turning and self.searches.cut_off(floor, every=True):
             return course, start, search, Spent(0)  # the mission cannot be completed as it is
         if self.turning or remembering(floor.problem):
@@ -258,11 +263,13 @@ class PlanSearch(Struct):
         obstacles as one resolves together, those that are served first before the others."""
         wanted, bare = self.state.last_settled.found.served, course.serving(frozenset())
         search = self.searches.search(floor, bare, start)
+        search.work = self.work
         answer = search.run(1)
         course = bare
         for gate in wanted if isinstance(answer, Found) else ():
             more = course.serving(course.served | {gate})
             tried = self.searches.search(floor, more, start)
+            tried.work = self.work
             found = tried.run(1)
             if isinstance(found, Found):
                 course, search, answer = more, tried, found
@@ -284,6 +291,6 @@ class PlanSearch(Struct):
             return
         counts = self.searches.counts(floor, course.rounds)
         active = [i for i, robot in enumerate(self.state.robots.values()) if robot.active]
-        few = deadlock_of_few(floor, active, course.rounds, counts, self.thinking.check)
+        few = deadlock_of_few(floor, active, course.rounds, counts, self.thinking.check, self.work)
         if few is not None:
             raise deadlocked(self.state, *few)

@@ -24,6 +24,7 @@ from safenav.runtime.termination import Conclusion, RunEnded, Stop
 from safenav.runtime.traffic.budgets import (
     MOST_FAILURES,
     MOST_FAILURES_HINDERED,
+    MOST_WORK,
 )
 from safenav.runtime.traffic.continuation_plans import Certificates
 from safenav.runtime.traffic.deadlock import deadlocked
@@ -389,14 +390,14 @@ class Traffic:
             raise deadlocked(self.state, floor, course, answer)
         if isinstance(answer, Spent):
             self.search.failures += 1
+            self.search.used = MOST_WORK - self.search.work.left
             self._watch.begin_anew()
-            if self.search.failures > (
-                MOST_FAILURES_HINDERED if self.search.hindered else MOST_FAILURES
-            ):
+            most = MOST_FAILURES_HINDERED if self.search.hindered else MOST_FAILURES
+            if self.search.failures > most or self.search.work.done:
                 said = f"search budget exhausted while planning joint moves: {reason}"
                 raise RunEnded(Conclusion(Outcome.SEARCH_LIMIT, said))
             return
-        self.search.failures = 0
+        self.search.failures = self.search.used = 0
         if self.search.turning:
             self._certificates.keep(course, answer.states)
         counts = self._searches.counts(floor, course.rounds)

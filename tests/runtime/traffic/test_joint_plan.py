@@ -10,7 +10,16 @@ import pytest
 from runtime.coordination.floors import Bot, Floor
 from safenav.runtime.resolution.problem import Stages
 from safenav.runtime.traffic.execution import Execution, dues_of, schedule
-from safenav.runtime.traffic.joint import Count, Course, Exhausted, Found, Joint, Spent, has_met
+from safenav.runtime.traffic.joint import (
+    Count,
+    Course,
+    Effort,
+    Exhausted,
+    Found,
+    Joint,
+    Spent,
+    has_met,
+)
 from safenav.runtime.traffic.joint_plan import Search, Variant
 
 SWAP = ["#####", "#...#", "##.##", "#####"]
@@ -114,6 +123,21 @@ def test_headings_make_plans_for_the_next_goal_insufficient() -> None:
 def test_a_spent_budget_proves_nothing() -> None:
     floor = Floor(RING, {"a": Bot("6", [18, 6]), "b": Bot("18", [6, 18]), "c": Bot("8", [16])})
     assert isinstance(search(floor, rounds=3).singles(5), Spent)
+
+
+def never(_: Joint) -> bool:
+    return False
+
+
+@pytest.mark.parametrize("left", [0, 50, 300])
+def test_no_search_does_more_work_than_is_left(left: int) -> None:
+    """Of all variants, legs and proofs together: one joint state's successors more at most."""
+    starts = ("6", "8", "16", "18")
+    floor = Floor(RING, {f"r{k}": Bot(at, [12 + k]) for k, at in enumerate(starts)})
+    asked = search(floor, goal=never)
+    asked.work = Effort(left)
+    assert isinstance(asked.run(), Spent)
+    assert -5 * len(floor.poses) ** 2 <= asked.work.left <= 0
 
 
 BOTTLENECK = ["#########", "#...#...#", "#.......#", "#########"]
