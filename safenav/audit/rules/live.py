@@ -311,7 +311,7 @@ class WaitingRule(Rule):
             case "reopened":
                 if now.status[record.obstacle] is not Status.GIVEN_UP:
                     yield f"{record.obstacle} is reopened, but was not given up"
-                elif not (self._hope or record.tick == self._changed or self._is_due(record)):
+                elif not self._hope and record.tick != self._changed:
                     yield f"{record.obstacle} is reopened, but nothing has changed"
             case "blocked" if record.reason != "untraversable":
                 self._hope = False
@@ -321,12 +321,6 @@ class WaitingRule(Rule):
                     yield f"the run ends as {record.outcome} while it waits"
             case _:
                 pass
-
-    def _is_due(self, record: Line) -> bool:
-        """Return whether the time has come for which the team waits: an obstacle that is to appear
-        where a robot stands does so later."""
-        until = None if self._waiting is None else self._waiting.until
-        return until is not None and until <= (record.tick if record.t is None else record.t)
 
     def _waits(self, record: Line, now: Situation) -> bool:
         """Return whether a robot is to stay, and sets out or acts."""
