@@ -55,6 +55,7 @@ class Interventions(Struct):
     sets_inputs: InputWorld | None
     _asked: list[Intervention] = field(default_factory=list)
     _ordered: set[str] = field(default_factory=set)
+    _looked: int = -1
     _made: int = 0
     _chosen: dict[str, bool] = field(default_factory=dict)
 
@@ -93,7 +94,8 @@ class Interventions(Struct):
 
     def apply(self) -> Iterator[Event]:
         """Apply the scenario's changes of this tick and every requested one: yield the events that
-        follow, each to be settled before the next."""
+        follow, each to be settled before the next. Called again where one has ended in a wait, it
+        continues with the next."""
         changes = self.state.scenario.changes
         while self._made < len(changes) and changes[self._made].at <= self.state.time:
             change = changes[self._made]
@@ -105,8 +107,8 @@ class Interventions(Struct):
                 yield from self.turns.serve(robot, active=change.active, cause=_SCENARIO)
         if not isinstance(self.world, ChangingWorld):
             yield from self._orders()
-        asked, self._asked = self._asked, []
-        for wanted in asked:
+        while self._asked:
+            wanted = self._asked.pop(0)
             if self.state.live:
                 self._tell(wanted)
             yield from self._bring_about(wanted)
@@ -127,11 +129,12 @@ class Interventions(Struct):
 
     def _inputs(self) -> Iterator[Event]:
         """Take note of the inputs of this tick; robots get the objectives that they give them."""
-        state, state.inputs_before = self.state, self.state.inputs
+        state = self.state
+        if self._looked != state.tick:
+            self._looked, state.inputs_before = state.tick, state.inputs
         state.inputs = self._told_inputs()
-        if state.inputs == state.inputs_before:
-            return
-        state.emit(records.Inputs(state.tick, state.inputs, tuple(self._chosen) or None))
+        if state.inputs != state.inputs_before:
+            state.emit(records.Inputs(state.tick, state.inputs, tuple(self._chosen) or None))
         for robot in state.robots.values():
             on = [name for name, _ in robot.robot.when if state.inputs[name]]
             mode = on[0] if on else None

@@ -67,7 +67,8 @@ class Passes(Algorithm):
         given_up = self.interventions.given_up
         self._together |= team.waiting is not None and asked
         self._guarded(lambda: self.settle(self.batteries.tick_begins()))
-        self._guarded(lambda: self.settle(self.interventions.apply()))
+        while not self._guarded(lambda: self.settle(self.interventions.apply())):
+            pass  # the change before has ended in a wait
         if given_up:
             raise RunEnded(team.waiting or Conclusion(Outcome.INTERRUPTED, "given up"))
         for change in self.world.changes(team.occupied()):
@@ -159,16 +160,19 @@ class Passes(Algorithm):
             return limits.seconds
         return limits.ticks * SLOWEST
 
-    def _guarded(self, part: Callable[[], None]) -> None:
-        """Do a part of a pass; where the run would end and an operator can help, it waits."""
+    def _guarded(self, part: Callable[[], None]) -> bool:
+        """Do a part of a pass; where the run would end and an operator can help, or the scenario
+        still changes something, it waits. Return whether all of the part was done."""
         try:
             part()
+            return True
         except RunEnded as over:
             conclusion = self._for_want_of(over.conclusion)
             coming = conclusion.outcome is Outcome.OPERATOR_NEEDED and self._to_come()
             if not (coming or self.attended) or conclusion.outcome not in WAITS:
                 raise RunEnded(conclusion) from over
             self.wait(conclusion)
+            return False
 
     def _for_want_of(self, conclusion: Conclusion) -> Conclusion:
         """The end of a search without a verdict, where only an operator can bring back a robot that

@@ -238,3 +238,27 @@ def test_the_audit_follows_what_a_wait_leaves_undone(run: Runner, text: str) -> 
     trace = run(text)
     assert trace.outcome["outcome"] == "operator_needed"
     assert trace.all("waiting")
+
+
+BOTH = """
+safenav: 1
+map: {grid: ["#######", "#...#.#", "#######"]}
+inputs: {alarm: {at: [5]}}
+robots:
+  r0: {model: quadcopter, start: 8, objective: {visit: [10, 8]}, when: {alarm: {visit: [10]}}}
+  r1: {model: quadcopter, start: 12, objective: {hold: 12}, when: {alarm: {visit: [12]}}}
+  r2: {model: digit, start: 10, heading: west, objective: {hold: 10}}
+obstacles: [{type: pulled_door, region: 9}]
+changes:
+  - {at: 7, robot: r2, objective: {hold: 8}}
+  - {at: 7, robot: r2, service: out}
+  - {at: 9, robot: r2, service: back}
+until: {rounds: 1}
+"""
+
+
+def test_all_changes_of_a_tick_hold_though_one_ends_in_a_wait(run: Runner) -> None:
+    trace = run(BOTH)
+    told = [(r["tick"], r["robot"]) for r in trace.all("objective")]
+    assert told == [(5, "r0"), (5, "r1"), (6, "r0"), (6, "r1"), (7, "r2")]
+    assert [r["tick"] for r in trace.all("service")] == [7, 9]
