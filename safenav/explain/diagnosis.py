@@ -24,8 +24,10 @@ def diagnose(task: Task, world: RegionMap) -> Diagnosis:
     if isinstance(task.objective, Ltl):
         return Diagnosis(None, confined=walkable.regions)
     solo = _solo(task, world)
-    if solo.winnable:
-        return Diagnosis(None, confined=solo.regions)
+    again = replace(task, objective=alternation(task.targets, task.objective))
+    ends = task.assignable and task.objective.settles and not _solo(again, world).winnable
+    if solo.winnable:  # with assignable goals it must not end where it cannot leave
+        return Diagnosis(NoStrategyCause.ONE_WAY if ends else None, confined=solo.regions)
     lost = tuple(t for t in task.targets if not walkable.reaches(t))
     found = Diagnosis(NoStrategyCause.NO_WAY, lost, walkable.regions)
     if not _connected(task, world):
