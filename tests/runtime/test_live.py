@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
+import subprocess
+import sys
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -235,6 +238,26 @@ def test_without_faults(tmp_path: Path) -> None:
     result, lines = played(tmp_path, lambda _, event: [event])
     assert result.outcome == "completed" and not of(lines, "late")
     assert {line["result"] for line in of(lines, "arrive")} == {"arrived"}
+
+
+def test_a_simulated_run_does_not_depend_on_the_hashes_of_a_process(tmp_path: Path) -> None:
+    """Robots are examined in the scenario's order, so the same one is named in each process."""
+    run = "import sys; from safenav.cli import main; sys.argv[0] = 'safenav'; main()"
+    scenario = SCENARIOS / "night_round.yaml"
+    told = []
+    for seed in "01":
+        trace = tmp_path / f"{seed}.jsonl"
+        words = ["run", str(scenario), "--clock", "live", "--trace", str(trace)]
+        subprocess.run(
+            [sys.executable, "-c", run, *words],
+            env={**os.environ, "PYTHONHASHSEED": seed},
+            stdout=subprocess.DEVNULL,
+            check=True,
+        )
+        lines = map(json.loads, trace.read_text().splitlines())
+        told.append([(line["reason"], line["robots"]) for line in lines if line["type"] == "plan"])
+    assert told[0] == told[1]
+    assert told[0]
 
 
 def test_a_failed_move_is_repeated(tmp_path: Path) -> None:

@@ -185,8 +185,9 @@ class Traffic:
             waits[name] = [other.name for other in rivals if other.occupied & sides]
         moving = [name for name, robot in robots.items() if robot.transit is not None]
         floor = self._searches.aimed(self._searches.floor())
-        for name in still(waits, moving):
-            if not self._rivals[name] or not robots[name].active:
+        unmoved = still(waits, moving)
+        for name in robots:  # in this order: the first is named, and the plan is made for it
+            if name not in unmoved or not self._rivals[name] or not robots[name].active:
                 continue
             if not 0 < self._distance(floor, name) < FAR:
                 continue
