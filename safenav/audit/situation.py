@@ -55,6 +55,11 @@ class Situation(State):
             self.progress[robot].copy(),
         )
 
+    def _ends_wait(self, wait: Line, record: Line) -> bool:
+        """Return whether a line ends a wait: one for a change of the scenario ends at its time."""
+        told = wait.until is None and record.type in SCENARIO_CHANGES
+        return told or record.type == "operator" or is_over(wait, record)
+
     def apply(self, record: Line) -> None:
         """Let a line take effect."""
         if record.type == "outcome":
@@ -63,8 +68,7 @@ class Situation(State):
         self.turn.records.append(record)
         if record.type in _CHANGES:
             self.aside.clear()
-        told = record.type == "operator" or record.type in SCENARIO_CHANGES
-        if self.waits is not None and (told or is_over(self.waits, record)):
+        if self.waits is not None and self._ends_wait(self.waits, record):
             self.waits = None
         match record.type:
             case "waiting":

@@ -12,7 +12,13 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.errors import UsageError
-from safenav.runtime.coordination.events import Event, ObstacleChanged, ObstacleSealed, Unsettled
+from safenav.runtime.coordination.events import (
+    Event,
+    HopeReturned,
+    ObstacleChanged,
+    ObstacleSealed,
+    Unsettled,
+)
 from safenav.runtime.knowledge import UNTRAVERSABLE
 from safenav.runtime.progress import Progress
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
@@ -132,9 +138,10 @@ class Interventions(Struct):
         state = self.state
         if self._looked != state.tick:
             self._looked, state.inputs_before = state.tick, state.inputs
-        state.inputs = self._told_inputs()
-        if state.inputs != state.inputs_before:
-            state.emit(records.Inputs(state.tick, state.inputs, tuple(self._chosen) or None))
+        told = self._told_inputs()
+        if told != state.inputs:  # once, though it looks again after a wait
+            state.inputs = told
+            state.emit(records.Inputs(state.tick, told, tuple(self._chosen) or None))
         for robot in state.robots.values():
             on = [name for name, _ in robot.robot.when if state.inputs[name]]
             mode = on[0] if on else None
@@ -274,7 +281,10 @@ class Interventions(Struct):
                 Role.OWN, objective, safe_poses=robot.assignment.safe_poses
             )
             robot.progress, robot.begun = robot.own, False
-        yield Unsettled(vocabulary.Reason.OBJECTIVE)
+        if state.waiting is None and cause is not _INPUT:  # it may resolve what it kept out of
+            yield HopeReturned(vocabulary.Reason.OBJECTIVE)
+        else:
+            yield Unsettled(vocabulary.Reason.OBJECTIVE)
 
     def _may_close(self, wanted: Close) -> None:
         world = self.state.scenario.map

@@ -168,11 +168,18 @@ class Passes(Algorithm):
             return True
         except RunEnded as over:
             conclusion = self._for_want_of(over.conclusion)
-            coming = conclusion.outcome is Outcome.OPERATOR_NEEDED and self._to_come()
-            if not (coming or self.attended) or conclusion.outcome not in WAITS:
+            if not self._may_be_helped(conclusion):
                 raise RunEnded(conclusion) from over
             self.wait(conclusion)
             return False
+
+    def waits_on(self, end: Conclusion) -> bool:
+        return self.team.waiting is not None and self._may_be_helped(end)
+
+    def _may_be_helped(self, conclusion: Conclusion) -> bool:
+        """Whether an operator, or what the scenario still changes, can help."""
+        coming = conclusion.outcome is Outcome.OPERATOR_NEEDED and self._to_come()
+        return conclusion.outcome in WAITS and (self.attended or bool(coming))
 
     def _for_want_of(self, conclusion: Conclusion) -> Conclusion:
         """The end of a search without a verdict, where only an operator can bring back a robot that
@@ -237,8 +244,9 @@ class Passes(Algorithm):
         if done and free and not (coming or team.owed or team.last_settled.found.served):
             plural = "round" if wanted == 1 else "rounds"
             said = f"every robot has met its objective for {wanted} {plural}"
-            requests = (*team.requests, *team.requests.given_up)
-            undone = [r.obstacle.name for r in requests if r.obstacle.ordered]
+            given_up = team.knowledge.given_up()  # a robot may have done one in passing
+            left_out = (r for r in team.requests.given_up if r.obstacle.name in given_up)
+            undone = [r.obstacle.name for r in (*team.requests, *left_out) if r.obstacle.ordered]
             if undone:
                 said += f"; not done: {', '.join(undone)}"
             self.deadlines.completed()
@@ -257,7 +265,7 @@ class Passes(Algorithm):
     def _unless_back(self) -> None:
         """Only robots out of service have something left to do. Raises RunEnded unless one may be
         back by itself."""
-        if not (self._times() if self.team.live else self._to_come()):
+        if not (self.batteries.returns or (self._times() if self.team.live else self._to_come())):
             out = [robot for robot in self.team.robots.values() if not robot.active]
             said = f"{' and '.join(robot.name for robot in out)} out of service"
             flat = " and ".join(robot.name for robot in out if robot.too_flat)

@@ -150,9 +150,28 @@ order: oldest
 """
 
 
+OTHER_RULES = """\
+# r0 must not go to 12 for its load before it gets an objective without that rule.
+safenav: 1
+map: {grid: ["#####", "#..##", "#...#", "#.#.#", "#####"]}
+catalogue:
+  robots: {m0: {mobility: free, layer: ground, capabilities: [lift]}}
+  obstacles:
+    p0: {needs: [{action: lift, at: [16]}, {action: lift, at: [13], same: true}], blocks: []}
+    p1: {needs: [{action: lift, at: [12]}, {action: lift, at: [6], same: true}], blocks: []}
+robots:
+  r0: {model: m0, start: 11, objective: {visit: [16, 6], avoid: [12]}}
+orders: [{at: 2, type: p0, region: 16}, {at: 4, type: p1, region: 12}]
+changes: [{at: 8, robot: r0, objective: {hold: 18}}]
+until: {rounds: 2}
+limits: {ticks: 100}
+"""
+
+
 @pytest.mark.parametrize(
     ("text", "outcome", "done"),
     [
+        pytest.param(OTHER_RULES, "completed", ["p0@16", "p1@12"], id="another objective"),
         pytest.param(TRAP, "completed", ["p0@18"], id="an order ends a plan that changes duties"),
         pytest.param(ONE_WAY, "completed", ["p0@8"], id="a rule makes moves irreversible"),
         pytest.param(WALLED, "completed", [], id="an order that no joint state serves"),
@@ -168,6 +187,9 @@ def test_what_can_be_done_is_done(run: Runner, text: str, outcome: str, done: li
     orders = {line["obstacle"] for line in trace.all("order")}
     resolved = {line["obstacle"] for line in trace.all("resolved")} & orders
     assert sorted(resolved) == done
+    if outcome == "completed":
+        told = trace.outcome["explanation"].partition("not done: ")[2]
+        assert sorted(told.split(", ") if told else []) == sorted(orders - resolved)
 
 
 def test_a_trap_is_explained_by_what_would_be_lost(run: Runner) -> None:
@@ -210,6 +232,28 @@ robots:
 obstacles: [{type: t0, region: 9}]
 orders: [{at: 3, type: p0, region: 21}, {at: 6, type: p1, region: 14}]
 until: {rounds: 2}
+limits: {ticks: 60}
+"""
+
+ALARM_WITHOUT_WAY = """\
+# During the alarm r0 has no way to 13, so the team waits; the input is told once. Meanwhile r1 does
+# an order at its target, which counts.
+safenav: 1
+map: {grid: ["#####", "#...#", "#...#", "#####"]}
+catalogue:
+  robots:
+    m0: {mobility: free, layer: air, capabilities: []}
+    m1: {mobility: free, layer: ground, capabilities: [lift, look]}
+  obstacles:
+    t0: {action: look, resolve_at: neighbours, has_truth: true}
+    p0: {needs: [{action: lift, at: [7]}, {action: lift, at: [7], same: true}], blocks: []}
+inputs: {alarm: {at: [3-9]}}
+robots:
+  r0: {model: m0, start: 6, objective: {patrol: [8, 7]}, when: {alarm: {visit: [13, 11]}}}
+  r1: {model: m1, start: 12, objective: {patrol: [6, 7]}}
+obstacles: [{type: t0, region: 13, traversable: false}]
+orders: [{at: 4, type: p0, region: 7}]
+until: {rounds: 1}
 limits: {ticks: 60}
 """
 
@@ -264,11 +308,16 @@ limits: {ticks: 60}
 """
 
 
-@pytest.mark.parametrize("text", [RULES, EQUAL, OWN_CHANGED], ids=["rules", "equal", "own changed"])
+@pytest.mark.parametrize(
+    "text",
+    [RULES, EQUAL, OWN_CHANGED, ALARM_WITHOUT_WAY],
+    ids=["rules", "equal", "own changed", "a wait"],
+)
 def test_inputs_change_objectives_beside_duties(run: Runner, text: str) -> None:
     trace = run(text)
     assert trace.outcome["outcome"] == "completed"
-    assert trace.all("inputs", values={"alarm": False})
+    assert trace.one("inputs", values={"alarm": True})
+    assert trace.one("inputs", values={"alarm": False})
 
 
 def test_one_out_of_service_acts_where_it_stands(run: Runner) -> None:

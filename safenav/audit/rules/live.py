@@ -297,14 +297,12 @@ class WaitingRule(Rule):
             case "depart" | "act" | "move" if self._waits(record, now):
                 yield f"{record.robot} gets a command while the team waits"
             case "gone":
-                self._waiting, self._hope = None, True
+                timed = self._waiting is not None and self._waiting.until is not None
+                self._waiting, self._hope = self._waiting if timed else None, True
             case "service" if self._waiting is None or self._waiting.until is None:
                 self._hope = self._hope or record.active
-            case kind if kind in SCENARIO_CHANGES:
-                timed = self._waiting is None or self._waiting.until is not None
-                self._waiting = None if timed else self._waiting
-                self._hope = self._hope or timed
-                self._changed = record.tick if timed else self._changed
+            case kind if kind in SCENARIO_CHANGES and self._waiting is None:
+                self._hope, self._changed = True, record.tick
             case "operator":
                 self._waiting, self._hope = None, True
                 yield from self._put_down(record, now)

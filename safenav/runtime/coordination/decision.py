@@ -109,8 +109,8 @@ def _decided(team: TeamState, event: Event, stopping: Stopping) -> Decision:
             kept = replace(team.requests, aside=team.requests.aside | names)
             decision = _unchanged(team, event, next=Unsettled(Reason.BLOCKED))
             return replace(decision, requests=kept)
-        case HopeReturned():
-            return _reopened(team, event)
+        case HopeReturned(reason):
+            return _reopened(team, event, reason)
         case BatteryFlat():
             return _ran_flat(team, event)
         case Astray(name):
@@ -235,7 +235,7 @@ def _sealed(team: TeamState, event: Event, obstacle: Obstacle) -> Decision:
     return replace(decision, knowledge=knowledge, requests=requests)
 
 
-def _reopened(team: TeamState, event: Event) -> Decision:
+def _reopened(team: TeamState, event: Event, reason: Reason) -> Decision:
     """Obstacles that were given up are requested again, before anything else is decided."""
     knowledge, requests, said = team.knowledge.copy(), team.requests, list[Record]()
     for request in requests.given_up:
@@ -244,7 +244,7 @@ def _reopened(team: TeamState, event: Event) -> Decision:
             knowledge.meet(request.obstacle)
             requests = requests.reopened(request)
             said.append(Reopened(team.tick, name))
-    decision = _unchanged(team, event, records=tuple(said), next=Unsettled(Reason.SERVICE))
+    decision = _unchanged(team, event, records=tuple(said), next=Unsettled(reason))
     return replace(decision, knowledge=knowledge, requests=requests)
 
 

@@ -57,8 +57,10 @@ class RequestsSetAside(Struct, frozen=True):
 
 
 class HopeReturned(Struct, frozen=True):
-    """Obstacles that were given up may be resolvable again: an operator has intervened, or a robot
-    is back in service."""
+    """Obstacles that were given up may be resolvable again: an operator has intervened, the wait
+    for a change is over, or a robot has another objective."""
+
+    reason: Reason = Reason.SERVICE
 
 
 class BatteryFlat(Struct, frozen=True):

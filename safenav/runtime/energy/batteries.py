@@ -66,6 +66,11 @@ class Batteries(Struct, eq=False):
         elif isinstance(record, records.Resolved) and record.obstacle in self._flat:
             self._charged.append(self._flat.pop(record.obstacle))
 
+    @property
+    def returns(self) -> bool:
+        """Whether a robot is back in service when the next tick begins: its battery was brought."""
+        return bool(self._charged)
+
     def tick_begins(self) -> Iterator[Event]:
         """Put robots back in service whose battery was replaced in the tick before; decide the
         first stops. Live, charges become those of this moment."""

@@ -322,3 +322,25 @@ def test_live_the_audit_refuses_other_charges(key: str, run: Runner, tmp_path: P
     path = tmp_path / "forged.jsonl"
     path.write_text("".join(json.dumps(line) + "\n" for line in lines))
     assert any("with a charge of" in str(finding) for finding in check_trace(path).findings)
+
+
+def test_a_battery_that_is_brought_at_once_brings_its_robot_back(run: Runner) -> None:
+    """The robot is in service in the tick after: until then the run does not end without it."""
+    trace = run("""
+        safenav: 1
+        map: {grid: ["#########", "#.......#", "#########"]}
+        catalogue:
+          robots:
+            cart: {mobility: free, layer: ground, capabilities: [],
+                   battery: {capacity: 60, charge: 3, start: 4}}
+            drone: {mobility: free, layer: air, capabilities: [bring]}
+          obstacles: {empty: {needs: [{action: bring, at: neighbours}], blocks: []}}
+        robots:
+          cart: {model: cart, start: [1, 1], objective: {visit: [[1, 7], [1, 1]]}}
+          drone: {model: drone, start: [1, 6], objective: {hold: [1, 6]}}
+        chargers: []
+        flat: empty
+        until: {rounds: 1}
+        """)
+    assert trace.outcome["outcome"] == "completed"
+    assert [line["active"] for line in trace.all("service", robot="cart")] == [False, True]
