@@ -223,7 +223,8 @@ class DeadlineRule(Rule):
             case "gone" | "blocked":
                 self._ends(record.obstacle, "excused")
             case "synthesis":
-                first = (record.memory or {}).get("goal")
+                memory = record.memory or {}
+                first = memory.get("goal", memory.get("scout"))
                 if first is not None and record.objective == now.own[record.robot]:
                     self._first[record.robot] = first
             case "objective":

@@ -19,7 +19,9 @@ from runtime.played import Runner
 from safenav.audit.check import check_trace
 from safenav.certify.record import bundle_of_run
 from safenav.errors import InputError
+from safenav.runtime.mission import Mission
 from safenav.scenario.reading.loader import load_scenario_text
+from safenav.trace.writing import TraceWriter
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) // 4 or 30
 """``SAFENAV_FUZZ=5000`` runs 1,875 scenarios and damages each trace four times."""
@@ -193,3 +195,16 @@ def test_the_checker_of_a_bundle_computes_the_bound_again(tmp_path: Path) -> Non
         assert code == 1
         assert "is possible from tick" in said
         shutil.rmtree(tmp_path / "forged")
+
+
+def test_the_earliest_tick_of_a_patrol_is_that_of_the_target_it_begins_with(tmp_path: Path) -> None:
+    """The strategy begins with 48, from which a round ends a tick sooner than from 39."""
+    path = tmp_path / "run.jsonl"
+    with TraceWriter(path) as trace:
+        Mission(load_scenario_text(timed_scenario(9001584)), listeners=[trace]).run()
+    lines = [json.loads(line) for line in path.read_text().splitlines()]
+    lost = next(line for line in lines if line.get("verdict") == "lost")
+    assert lost["earliest"] == 18
+    lost["earliest"] = 19
+    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    assert "possible from tick 18 on, not 19" in "\n".join(map(str, check_trace(path).findings))
