@@ -370,7 +370,8 @@ class DeadlineRule(Rule):
         for name in now.header.robots:
             clock, objective = self._clocks[name], now.own[name]
             if shape_of(objective.kind).settles:
-                first = 0 if clock.turn is None else clock.turn + 1
+                met = clock.turn if shape_of(objective.kind).in_turn else None
+                first = 0 if met is None else met + 1
                 choices = [[*objective.targets[first:]] if clock.rounds < 1 else []]
             elif shape_of(objective.kind).in_turn:
                 choices = [*self._left(name, now, wanted - clock.rounds)]

@@ -59,11 +59,11 @@ def goals_left(team: TeamState, robot: RobotState, rounds: int | None = None) ->
     ``rounds``; None where their order is its own."""
     objective = robot.own.objective
     targets = targets_of(objective)
-    if isinstance(objective, Ltl) or not objective.in_turn:
+    if isinstance(objective, Ltl) or not objective.ordered():
         return None
     graph = plain_graph(team.scenario.map, robot.robot.model.mobility)
     masks = [graph.poses_on(region_mask(target)) for target in targets]
-    first = robot.own.memory.index
+    first = robot.own.memory.index if objective.in_turn else 0
     if objective.settles:
         return masks[first:] if robot.own.rounds < 1 else []
     left = len(masks) - len(robot.own.seen)

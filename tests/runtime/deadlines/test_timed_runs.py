@@ -84,6 +84,14 @@ def test_the_audit_follows(seed: int, run: Runner, tmp_path: Path) -> None:
             assert check_trace(path).findings
 
 
+@pytest.mark.parametrize("seed", [9_200_165, 9_200_531, 9_001_865])
+def test_a_mission_is_bounded_by_robots_that_hold_and_by_targets_met_before(
+    seed: int, run: Runner
+) -> None:
+    lines = run(timed_scenario(seed)).records  # whose trace the audit accepts
+    assert any(x["type"] == "deadline" and x["verdict"] == "lost" for x in lines)
+
+
 def test_a_deadlock_after_the_last_turn_excuses_no_line(run: Runner) -> None:
     lines = run(timed_scenario(700_253)).records
     assert lines[-1]["cause"] == "deadlock"
