@@ -36,13 +36,15 @@ class Statistics:
 @dataclass(frozen=True)
 class Audit:
     """Result of a check. ``complete``: the trace has its outcome; otherwise it was cut off (by a
-    crash, say), and the result does not cover what came after."""
+    crash, say), and the result does not cover what came after. ``notes``: what was not judged,
+    since it is larger than this check accepts."""
 
     source: str
     outcome: str | None
     complete: bool
     findings: tuple[Finding, ...]
     statistics: Statistics
+    notes: tuple[Finding, ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -61,14 +63,16 @@ def audit(trace: Trace) -> Audit:
     """Check a trace that was read. Findings come in the order of the lines they concern."""
     rank = {rule.name: position for position, rule in enumerate(RULES, start=1)}
     records = [_plain_proof(record) for record in trace.records]
-    found = findings(trace.header, records, [rule() for rule in RULES])
+    found = [*findings(trace.header, records, [rule() for rule in RULES])]
+    found.sort(key=lambda f: (f.line, rank.get(f.rule, 0)))
     outcome = trace.outcome
     return Audit(
         trace.source,
         outcome.outcome.value if outcome else None,
         outcome is not None and not trace.cut_off,
-        tuple(sorted(found, key=lambda f: (f.line, rank.get(f.rule, 0)))),
+        tuple(one for one in found if not one.note),
         _statistics(trace),
+        tuple(one for one in found if one.note),
     )
 
 

@@ -142,9 +142,10 @@ def can_alternate(name: str, objective: Objective, now: Situation) -> bool:
     return team.goes_on(name, frozenset([pose_of(name, now)]), open_obstacles(now))
 
 
-def serving(now: Situation) -> dict[str, frozenset[str]]:
+def serving(now: Situation, *, own: bool = False) -> dict[str, frozenset[str]]:
     """Return the robots that serve each requested obstacle, by the objectives in force. Of several
-    whose regions are the same a robot serves the one for which it was named last."""
+    whose regions are the same a robot serves the one for which it was named last. ``own``: so does
+    one whose own objective reads as that duty, which the objectives do not tell."""
     found = dict[str, frozenset[str]]()
     for name in now.requests:
         needs = now.obstacles[name].all_needs[: now.stage[name] + 1]
@@ -152,7 +153,7 @@ def serving(now: Situation) -> dict[str, frozenset[str]]:
         found[name] = frozenset(
             robot
             for robot in now.helping.get(name, ())
-            if now.objectives[robot] != now.own[robot]
+            if (own or now.objectives[robot] != now.own[robot])
             and _goes(now.objectives[robot].targets[:1], regions, now.objectives[robot].kind)
         )
     for robot, name in now.named.items():

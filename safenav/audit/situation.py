@@ -5,7 +5,7 @@ rule the situation follows the trace, so that one fault is not reported forever.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from safenav.audit.lines import Line, Objective
 from safenav.audit.state import State
@@ -186,9 +186,11 @@ class Situation(State):
                 if record.aside:
                     self.aside.add(record.obstacle)
                 self.helping[record.obstacle] = frozenset(helpers_of(record))
+                self._perhaps_changed(helpers_of(record), record.line)
                 self.named |= dict.fromkeys(helpers_of(record), record.obstacle)
             case "push":
                 helpers = helpers_of(record)
+                self._perhaps_changed(helpers, record.line)
                 self.stack.append(
                     StackEntry(
                         record.obstacle,
@@ -201,6 +203,8 @@ class Situation(State):
                 self._put_in_force(record.objectives, record.line)
             case "pop":
                 self._drop(record)
+                serving = self.helping.get(record.obstacle or "", frozenset())
+                self._perhaps_changed(serving.union(helpers_of(record)), record.line)
                 self._put_in_force(record.objectives, record.line)
             case "told":
                 self._put_in_force({record.robot: record.objective}, record.line)
@@ -313,6 +317,12 @@ class Situation(State):
             if self.objectives[robot] != objective:
                 self.objectives[robot] = objective
                 self.progress[robot].reset(objective, line)
+
+    def _perhaps_changed(self, helpers: Iterable[str], line: int) -> None:
+        """Helpers whose duty reads as their own objective may have turned to one or the other."""
+        for robot in helpers:
+            if self.objectives[robot] == self.own[robot]:
+                self.progress[robot].reset(self.own[robot], line)
 
     def _fit_again(self, *, robot: str = "", obstacle: str = "") -> None:
         """A robot may act again on all, or all robots on an obstacle."""

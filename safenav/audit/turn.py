@@ -76,5 +76,7 @@ def helpers_of(record: Line) -> tuple[str, ...]:
 def is_over(wait: Line, record: Line) -> bool:
     """Return whether what a team waits for (line ``waiting``) is due by the time of a line, whether
     or not that changes anything: the team decides again."""
+    if wait.t is not None and record.t is None:
+        return False  # a move between the lines of a live run, whose time is that of the next one
     moment = record.tick if record.t is None else record.t
     return wait.until is not None and wait.until <= moment

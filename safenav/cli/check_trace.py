@@ -61,6 +61,10 @@ def _tell(found: Audit, show_all: bool, partial: bool) -> None:
     hidden = len(found.findings) - len(shown)
     if hidden:
         click.echo(f"and {hidden} more (--all shows them)")
+    for note in found.notes if show_all else found.notes[:1]:
+        click.echo(f"{found.source}: {note}")
+    if len(found.notes) > 1 and not show_all:
+        click.echo(f"and {len(found.notes) - 1} more not judged (--all shows them)")
     if not found.complete:
         click.echo("The trace ends before its outcome; checked as far as it goes.")
         if not partial:

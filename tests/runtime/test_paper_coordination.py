@@ -8,9 +8,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from click.testing import CliRunner
 
 from runtime.played import Run, Runner
 from safenav.audit.check import check_trace
+from safenav.audit.rules import proofs
+from safenav.certify.checker.check import open_bundle
+from safenav.certify.checker.check_run import Evidence
+from safenav.certify.record import bundle_of_trace
+from safenav.cli.check_trace import command
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
@@ -198,3 +204,25 @@ def test_a_request_that_no_joint_state_serves_is_set_aside(run: Runner) -> None:
             robot["conflicts"] = []
 
     assert ("proof", "c1") in findings(trace, passable)
+
+
+def test_a_request_that_is_too_large_to_judge_is_noted(
+    run: Runner, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run(CORRIDOR)
+    path = tmp_path / "trace.jsonl"
+    assert check_trace(path).notes == ()
+    monkeypatch.setattr(proofs, "MOST_SERVED", 5)
+    found = check_trace(path)
+    (note,) = found.notes
+    assert found.ok
+    assert (note.rule, note.robot) == ("proof", "c1")
+    said = "whether shutter@11 can be resolved and the mission completed (more than 5 joint states)"
+    assert note.explanation == f"not judged: {said}"
+    printed = CliRunner().invoke(command, [str(path)])
+    assert (printed.exit_code, str(note) in printed.output) == (0, True)
+    bundle_of_trace(path, tmp_path / "bundle")
+    evidence = Evidence(open_bundle(tmp_path / "bundle")[0])
+    evidence.replay()
+    claims = [claim["text"] for claim in evidence.claims if claim["kind"] == "unjudged"]
+    assert claims == [f"Tick {note.tick}: Not judged: {said}."]

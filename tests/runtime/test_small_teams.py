@@ -6,6 +6,7 @@ from __future__ import annotations
 import pytest
 
 from runtime.played import Runner
+from safenav.scenario.model import Clock
 
 TRAP = """\
 # b has been at 17 and is to visit 7 before a, which never leaves it again.
@@ -325,3 +326,39 @@ def test_one_out_of_service_acts_where_it_stands(run: Runner) -> None:
     request = trace.one("request")
     assert (request["helper"], request["because"]) == (None, "r1 is out of service")
     assert trace.one("resolved")["robot"] == "r1"
+
+
+OWN_AS_DUTY = """\
+# r0 gets an objective of its own that reads as its duty.
+safenav: 1
+map: {grid: ["#####", "##.##", "#...#", "#####"], resolution: 1}
+catalogue:
+  robots:
+    m0: {mobility: free, layer: ground, capabilities: [clear, look, push], motion: disc, speed: 1}
+    m1: {mobility: free, layer: ground, capabilities: [lift, look, push], motion: disc, speed: 1}
+  obstacles:
+    t0: {action: look, resolve_at: self, blocks: [ground]}
+    p0: {action: push, resolve_at: [13], blocks: []}
+    p1: {action: clear, resolve_at: [11], blocks: []}
+    p2: {action: look, resolve_at: [13], blocks: []}
+robots:
+  r0: {model: m0, start: 13, objective: {cover: [12], avoid: [7]}}
+  r1: {model: m1, start: 11, objective: {visit: [13, 7]}}
+obstacles: [{type: t0, region: 12}]
+orders:
+  - {at: 4, type: p0, region: 13}
+  - {at: 1, type: p1, region: 11}
+  - {at: 6, type: p2, region: 13}
+changes:
+  - {at: 3, robot: r0, objective: {visit: [11, 12]}}
+  - {at: 5, robot: r1, service: out}
+  - {at: 14, robot: r1, service: back}
+until: {rounds: 2}
+"""
+
+
+@pytest.mark.parametrize("clock", Clock)
+def test_an_own_objective_may_read_as_a_duty(run: Runner, clock: Clock) -> None:
+    trace = run(f"{OWN_AS_DUTY}clock: {clock.value}\n")
+    assert trace.outcome["outcome"] == "completed"
+    assert "not done" not in trace.outcome["explanation"]

@@ -229,10 +229,25 @@ until: {rounds: 1}
 """
 
 
+PASSES = """
+# the passes of a live run are more than the seconds until the change
+safenav: 1
+clock: live
+map: {grid: ["########", "#......#", "########"], resolution: 1}
+robots:
+  r0: {model: quadcopter, start: 9, objective: {hold: 14}}
+  r1: {model: m1, start: 14, objective: {hold: 14}}
+catalogue: {robots: {m1: {mobility: free, layer: ground}}}
+obstacles: [{type: door, region: 13}]
+changes: [{at: 10, robot: r1, objective: {hold: 14}}]
+until: {rounds: 1}
+"""
+
+
 @pytest.mark.parametrize(
     "text",
-    [ORDERS, INPUT, BEYOND, ONCE, OCCUPIED],
-    ids=["orders", "input", "beyond", "once", "occupied"],
+    [ORDERS, INPUT, BEYOND, ONCE, OCCUPIED, PASSES],
+    ids=["orders", "input", "beyond", "once", "occupied", "passes"],
 )
 def test_the_audit_follows_what_a_wait_leaves_undone(run: Runner, text: str) -> None:
     trace = run(text)

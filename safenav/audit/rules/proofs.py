@@ -94,9 +94,15 @@ class ProofRule(Rule):
         resolved, and those of the requests that are not set aside."""
         case, name = case_of(now, self._goals, self._never), record.obstacle
         served = {name, *now.requests} - (now.aside - {name})
-        if case is not None and can_be_served(served, case, MOST_SERVED):
+        can_be = None if case is None else can_be_served(served, case, MOST_SERVED)
+        if can_be:
             problem = f"{name} is set aside, but robots can resolve it and complete the mission"
             yield self.broken_by(record, record.requester, problem)
+        elif can_be is None:
+            why = "formulas that this check does not read"
+            why = why if case is None else f"more than {MOST_SERVED} joint states"
+            what = f"whether {name} can be resolved and the mission completed ({why})"
+            yield self.not_judged(record, record.requester, what)
 
     def _given_up(self, record: Line, now: Situation) -> Iterator[str | Finding]:
         """An obstacle that can never be resolved, even if every robot is back in service, is

@@ -10,11 +10,13 @@ from safenav.audit.lines import Line, Objective
 from safenav.audit.members import Act, Duty, Settlement
 from safenav.audit.rules.rule import Finding, Postponed, Rule
 from safenav.audit.situation import RESYNTHESIS, Situation
-from safenav.audit.team import TooManyError, TrappedError
+from safenav.audit.team import MOST_NODES, TooManyError, TrappedError
 from safenav.audit.turn import helpers_of
 
 SETTLES = ("acts", "blocked", "pop", "request", "push", "told", "synthesis")
 """The lines of a settlement."""
+Serving = Mapping[str, frozenset[str]]
+"""The robots that serve each obstacle."""
 
 
 class RequestRule(Rule):
@@ -148,7 +150,7 @@ class HelperRule(Rule):
 
     def __init__(self) -> None:
         self._lines: list[Line] = []
-        self._present: Mapping[str, frozenset[str]] = {}
+        self._present: tuple[Serving, Serving] = {}, {}
         self._before: Mapping[str, Objective] = {}
 
     def line(self, record: Line, now: Situation) -> Iterator[Finding]:
@@ -171,7 +173,8 @@ class HelperRule(Rule):
             yield from self._judged(now)
         if settles:
             if not self._lines:
-                self._present, self._before = serving(now), dict(now.objectives)
+                self._present = serving(now), serving(now, own=True)
+                self._before = dict(now.objectives)
             self._lines.append(record)
 
     def turn(self, now: Situation) -> Iterator[Finding]:
@@ -186,11 +189,25 @@ class HelperRule(Rule):
         said = [line for line in lines if line.type in ("request", "push", "pop", "told")]
         if not said or now.turn.torn or now.is_cut_short() or now.external:
             return
+        sure, perhaps = self._present
+        problems = [*self._problems(lines, said, sure, now)]
+        if problems and perhaps != sure and not [*self._problems(lines, said, perhaps, now)]:
+            return
+        yield from problems
+
+    def _problems(
+        self, lines: list[Line], said: list[Line], present: Serving, now: Situation
+    ) -> Iterator[Finding]:
+        """Yield what is wrong with a settlement before which the robots served as ``present``."""
         try:
-            found = self._derived(lines, now)
+            found = self._derived(lines, present, now)
         except TrappedError:
             (line,) = [line for line in lines if line.type == "acts"]
             yield self.broken_by(line, None, "the team could not continue after these acts")
+            return
+        except TooManyError:
+            what = f"who serves which request (a search of more than {MOST_NODES} steps)"
+            yield self.not_judged(said[0], None, what)
             return
         if found is None:
             return
@@ -215,7 +232,7 @@ class HelperRule(Rule):
                 if problem:
                     yield Finding(line.type, line.tick, line.robot, line.line, problem)
 
-    def _derived(self, lines: list[Line], now: Situation) -> Settlement | None:
+    def _derived(self, lines: list[Line], present: Serving, now: Situation) -> Settlement | None:
         refused, asked, acts = set[tuple[str, str]](), "", list[Act]()
         for line in lines:
             if line.type == "acts":
@@ -231,10 +248,7 @@ class HelperRule(Rule):
         if team is None:
             return None
         poses = {name: pose_of(name, now) for name in now.header.robots}
-        try:
-            return team.settle(poses, open_obstacles(now, refused), self._present, now.aside, acts)
-        except TooManyError:
-            return None
+        return team.settle(poses, open_obstacles(now, refused), present, now.aside, acts)
 
     def _helpers(self, line: Line, found: Settlement, now: Situation) -> Iterator[Finding]:
         truth = {n for n, duty in found.duties.items() if duty.obstacle == line.obstacle}

@@ -16,7 +16,8 @@ from safenav.audit.situation import Situation
 class Finding:
     """A broken rule: its tick, the robot (None: no robot in particular), the line of the trace that
     shows it, and what is wrong in the words of the scenario. ``unknown``: what cannot be judged,
-    since it is larger than this check accepts."""
+    since it is larger than this check accepts. ``note``: no rule is broken as far as is known, but
+    this part of the line was not judged."""
 
     rule: str
     tick: int
@@ -24,6 +25,7 @@ class Finding:
     line: int
     explanation: str
     unknown: bool = False
+    note: bool = False
 
     def __str__(self) -> str:
         whom = f", {self.robot}" if self.robot else ""
@@ -86,6 +88,9 @@ class Rule:
 
     def broken(self, tick: int, robot: str | None, line: int, explanation: str) -> Finding:
         return Finding(self.name, tick, robot, line, explanation)
+
+    def not_judged(self, record: Line, robot: str | None, what: str) -> Finding:
+        return Finding(self.name, record.tick, robot, record.line, f"not judged: {what}", note=True)
 
     def broken_by(self, record: Line, robot: str | None, explanation: str) -> Finding:
         return Finding(self.name, record.tick, robot, record.line, explanation)

@@ -130,6 +130,10 @@ class Evidence(Rule):
                 self.astray = finding
                 continue
             self.number = finding.line
+            if finding.note:
+                self.tick = finding.tick
+                self.claim("unjudged", f"N{finding.explanation[1:]}.")
+                continue
             raise (TooLargeError if finding.unknown else RefusedError)(finding.explanation)
         self.number = 0
         for robot in self.robots.values():
