@@ -1,11 +1,11 @@
 """The paper's Algorithm 1 as one loop: event, decision, synthesis, application.
 
     for robot in order:
-        for event in step(robot):                   # propose, check, move or back up
+        for event in step(robot):                       # propose, check, move or back up
             while event:
-                decision = coordinate(team, event)  # pure: requests, duties, objectives, tasks
-                results = synthesize(decision.tasks)
-                event = apply(decision, results)    # all of it, or nothing
+                decision = coordinate(team, event)      # pure: requests, duties, objectives, tasks
+                answers = synthesize(decision.tasks)
+                event = apply(team, decision, answers)  # all of it, or nothing
 
 Numbers in comments are the lines of Algorithm 1 (docs/coordination.md has it beside this file):
 
@@ -24,29 +24,20 @@ Numbers in comments are the lines of Algorithm 1 (docs/coordination.md has it be
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from functools import partial
 
 from msgspec import Struct, field
 
 from safenav.runtime.coordination.decision import Decision, coordinate, reconsider
-from safenav.runtime.coordination.events import (
-    Astray,
-    Event,
-    Started,
-    Unsettled,
-)
+from safenav.runtime.coordination.events import Astray, Event, Started, Unsettled
 from safenav.runtime.coordination.ladder import misses_its_rounds
 from safenav.runtime.coordination.strategies import Strategies
-from safenav.runtime.coordination.strategy_search import (
-    NotYet,
-    StrategySearch,
-    TaskResult,
-    failed,
-)
+from safenav.runtime.coordination.strategy_search import NotYet, StrategySearch, TaskResult, failed
 from safenav.runtime.energy.batteries import Batteries
 from safenav.runtime.interventions import Interventions
 from safenav.runtime.promises.ledger import Deadlines
-from safenav.runtime.promises.refusal import refuse_what_cannot_be_kept
+from safenav.runtime.promises.refusal import refusal_of
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded, Stop
 from safenav.runtime.traffic.planning import Traffic
@@ -57,8 +48,9 @@ from safenav.trace.vocabulary import HoldReason, Reason
 
 
 class Algorithm(Struct):
-    """The loop over a team. The team's state is changed by ``apply`` alone, but for where robots
-    are and what they have done there, which is the turns'."""
+    """The loop over a team; ``Passes`` runs it as long as the system is active. Requests,
+    knowledge, assignments and strategies are changed by ``apply`` alone; poses and what robots have
+    done by their turns."""
 
     team: TeamState
     world: Commands
@@ -77,21 +69,33 @@ class Algorithm(Struct):
 
     def begin(self) -> None:
         """Synthesize the first controllers. The team has its initial objectives, and no requests
-        (``TeamState.initial``). Raises RunEnded if a robot has none."""
-        refuse_what_cannot_be_kept(self.team, self.batteries)
+        (``TeamState.initial``). Raises RunEnded if a robot has none, or a promise or a charge
+        cannot be kept."""
+        refusal = refusal_of(self.team, self.batteries)
+        if refusal is not None:
+            raise RunEnded(refusal)
         self.settle([Started()])  # 1 to 4
         self.deadlines.turn_ends(0)
 
-    def _step(self, robot: RobotState) -> None:
+    def execute_controllers(self) -> None:
+        """Line 6: the turn of each robot that is not on its way, and what follows from it."""
+        for number, robot in enumerate(self.team.robots.values(), 1):
+            self.stop.check()
+            self.deadlines.turn_begins(number)
+            if robot.transit is None or self.world.may_have_ended(robot.name):
+                self.guarded(partial(self.settle, self._step(robot)))
+            self.deadlines.turn_ends(number)
+
+    def _step(self, robot: RobotState) -> Iterator[Event]:
         rounds = robot.own.rounds
-        self.settle(self.turns.step(robot))  # 6
+        yield from self.turns.step(robot)
         if robot.own.rounds > rounds and misses_its_rounds(self.team, robot):
-            self.settle([Astray(robot.name, Reason.ROUND)])
-        self.settle(self.batteries.turn_ends(robot))
+            yield Astray(robot.name, Reason.ROUND)
+        yield from self.batteries.turn_ends(robot)
 
     def settle(self, events: Iterable[Event]) -> None:
         """Make the team react to events as they happen: lines 7 to 15 for an obstacle that a robot
-        has encountered, 17 to 20 for one that is resolved. Lines 16 and 21 follow elsewhere."""
+        has encountered, 17 to 20 for one that is resolved. Then it continues (16, 21)."""
         for happened in events:
             event: Event | None = happened
             while event is not None:
@@ -99,29 +103,69 @@ class Algorithm(Struct):
                     break  # what follows from several interventions is decided once
                 decision = coordinate(self.team, event, self.stop.check)  # 7 to 13, 17 to 19
                 try:
-                    results = self.search.synthesize(decision.tasks)  # 14, 20
+                    answers = self.search.synthesize(decision.tasks)  # 14, 20
                 except NotYet:
-                    self._owe(event, decision)
+                    self._owe(decision)
                     break
-                event = self.apply(decision, results)
+                event = self.apply(self.team, decision, answers)
         self._forget()
+
+    def apply(
+        self, team: TeamState, decision: Decision, answers: Mapping[str, TaskResult]
+    ) -> Event | None:
+        """Put a decision in force if there is a strategy for every task, else what follows from
+        that; the event that comes next. Raises RunEnded."""
+        if failed(answers):
+            decision, answers = reconsider(team, decision, answers), {}
+        for part in ("knowledge", "requests", "lacks", "settled"):
+            if (decided := getattr(decision, part)) is not None:
+                setattr(team, part, decided)
+        team.changes += 1
+        for record in decision.records:
+            team.emit(record)
+        if decision.end is not None:
+            if self.waits_on(decision.end):
+                return None  # and the turn continues
+            raise RunEnded(decision.end)
+        if decision.recount:
+            team.restart_counts()
+        if decision.drafts:
+            self.strategies.install(decision.drafts, answers, decision.reason)
+            for name in answers:
+                robot = team.robots[name]
+                assert robot.planner is not None
+                self.turns.monitors.watch(robot.robot, robot.planner)
+            if isinstance(decision.event, Unsettled):
+                team.recorded = {
+                    name: objective_in_trace(draft.assignment.objective)
+                    for name, draft in decision.drafts.items()
+                }
+        return decision.next
+
+    def guarded(self, part: Callable[[], None]) -> bool:
+        """Do a part of a pass; whether it was done, and has not ended in a wait."""
+        raise NotImplementedError
+
+    def waits_on(self, end: Conclusion) -> bool:
+        """Whether the team waits already where the run would end."""
+        raise NotImplementedError
 
     def _forget(self) -> None:
         """Forget the strategies that have come, once no decision waits for any."""
         if not (self.team.owed or self._astray or self._paying):
             self.search.forget()
 
-    def _owe(self, event: Event, decision: Decision) -> None:
+    def _owe(self, decision: Decision) -> None:
         """Nothing of a decision is in force until its strategies are there; robots without a
         strategy that suffices wait."""
         for name in decision.tasks:
             self.team.robots[name].held = HoldReason.SYNTHESIS
-        if isinstance(event, Unsettled):
-            self._owed, self.team.owed = Unsettled(event.reason), True
-        elif isinstance(event, Astray):
-            self._astray.append(event)
+        if isinstance(decision.event, Unsettled):
+            self._owed, self.team.owed = Unsettled(decision.event.reason), True
+        elif isinstance(decision.event, Astray):
+            self._astray.append(decision.event)
 
-    def _pay(self) -> None:
+    def pay(self) -> None:
         """Make the decisions again that wait for strategies."""
         owed, astray = self._owed, self._astray
         self._owed, self._astray, self.team.owed = None, [], False
@@ -133,51 +177,13 @@ class Algorithm(Struct):
             self.settle([owed] if owed is not None else [])
             for event in astray:
                 robot = self.team.robots[event.robot]
-                planner = robot.planner
-                if planner is None or planner.node is not None or robot.transit is not None:
-                    continue
-                if self._owed is not None:
-                    continue
-                if not self.strategies.relocate(robot):
+                off = robot.planner is not None and robot.planner.node is None
+                free = off and robot.transit is None and self._owed is None
+                if free and not self.strategies.relocate(robot):
                     self.settle([event])
         finally:
             self._paying = False
         self._forget()
-
-    def apply(self, decision: Decision, results: Mapping[str, TaskResult]) -> Event | None:
-        """Put a decision in force if there is a strategy for every task, else what follows from
-        that; the event that comes next. Raises RunEnded."""
-        team = self.team
-        if failed(results):
-            decision, results = reconsider(team, decision, results), {}
-        team.knowledge, team.requests = decision.knowledge, decision.requests
-        team.lacks, team.settled = decision.lacks, decision.settled
-        team.changes += 1
-        for record in decision.records:
-            team.emit(record)
-        if decision.end is not None:
-            if self.waits_on(decision.end):
-                return None  # and the turn continues
-            raise RunEnded(decision.end)
-        if decision.recount:
-            team.restart_counts()
-        if decision.drafts:
-            self.strategies.install(decision.drafts, results, decision.reason)
-            for name in results:
-                robot = team.robots[name]
-                assert robot.planner is not None
-                self.turns.monitors.watch(robot.robot, robot.planner)
-            if isinstance(decision.event, Unsettled):
-                team.recorded = {
-                    name: objective_in_trace(draft.assignment.objective)
-                    for name, draft in decision.drafts.items()
-                }
-        return decision.next
-
-    def waits_on(self, end: Conclusion) -> bool:
-        """Whether the team waits already where the run would end."""
-        del end
-        return False
 
     def first_results(self, names: Collection[str]) -> dict[str, TaskResult]:
         """The synthesis results with which a run begins, for some robots. Nothing runs."""

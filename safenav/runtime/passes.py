@@ -11,13 +11,8 @@ from functools import partial
 
 from safenav.outcome import Outcome
 from safenav.runtime.algorithm import Algorithm
-from safenav.runtime.coordination.events import (
-    HopeReturned,
-    ObstacleChanged,
-    RequestsSetAside,
-)
+from safenav.runtime.coordination.events import HopeReturned, ObstacleChanged, RequestsSetAside
 from safenav.runtime.termination import Conclusion, RunEnded
-from safenav.scenario.model import Obstacle
 from safenav.scenario.settings import switching
 from safenav.trace import records
 from safenav.trace.vocabulary import OperatorCause, PlanEndReason
@@ -66,8 +61,8 @@ class Passes(Algorithm):
         self._hear()
         given_up = self.interventions.given_up
         self._together |= team.waiting is not None and asked
-        self._guarded(lambda: self.settle(self.batteries.tick_begins()))
-        while not self._guarded(lambda: self.settle(self.interventions.apply())):
+        self.guarded(lambda: self.settle(self.batteries.tick_begins()))
+        while not self.guarded(lambda: self.settle(self.interventions.apply())):
             pass  # the change before has ended in a wait
         if given_up:
             raise RunEnded(team.waiting or Conclusion(Outcome.INTERRUPTED, "given up"))
@@ -76,26 +71,18 @@ class Passes(Algorithm):
             if change.obstacle.ordered if change.appeared else known:  # duties change with it
                 self.settle(self.turns.leave_plan(PlanEndReason.CHANGED, settling=True))
             team.introduce(change.obstacle, change.truth)
-            self._guarded(partial(self.settle, [ObstacleChanged(change)]))
+            self.guarded(partial(self.settle, [ObstacleChanged(change)]))
         if team.waiting is not None and not self.attended:
             self._together |= self._until is not None and self._until <= self.world.now()
         if self._together:
             self._resume()
-        for number, robot in enumerate(team.robots.values(), 1):
-            self.stop.check()
-            self.deadlines.turn_begins(number)
-            if robot.transit is None or self.world.may_have_ended(robot.name):
-                self._guarded(partial(self._step, robot))
-            self.deadlines.turn_ends(number)
+        self.execute_controllers()  # 6
         if team.waiting is None:
-            self._guarded(self._plan)
+            self.guarded(self._plan)
         self._end_if_due()
         self._changed = team.changes > before
         if team.live:
-            self._guarded(self._unless_still)
-
-    def _settle_gone(self, obstacle: Obstacle) -> None:
-        self.settle(self.turns.actions.gone(obstacle))
+            self.guarded(self._unless_still)
 
     def _plan(self) -> None:
         """Finish the joint plan, or begin one that is due."""
@@ -160,7 +147,7 @@ class Passes(Algorithm):
             return limits.seconds
         return limits.ticks * SLOWEST
 
-    def _guarded(self, part: Callable[[], None]) -> bool:
+    def guarded(self, part: Callable[[], None]) -> bool:
         """Do a part of a pass; where the run would end and an operator can help, or the scenario
         still changes something, it waits. Return whether all of the part was done."""
         try:
@@ -212,7 +199,7 @@ class Passes(Algorithm):
         """Decide once after all interventions of a pass, or since the scenario has changed: what
         was given up is requested again first, for what it lacked may be there now."""
         self.team.waiting, self._together = None, False
-        self._guarded(lambda: self.settle([HopeReturned()]))
+        self.guarded(lambda: self.settle([HopeReturned()]))
 
     def _hear(self) -> None:
         """Take in what the world has reported beside the ends of commands."""
@@ -228,10 +215,10 @@ class Passes(Algorithm):
                 self.turns.tell.late("sensed", said, sensed.by, obstacle, at)
             elif not sensed.there:  # as if an operator had resolved it
                 self._together |= self.team.waiting is not None
-                self._guarded(partial(self._settle_gone, obstacle))
+                self.guarded(partial(self.settle, self.turns.actions.gone(obstacle)))
         if self._come:
             self._come = False
-            self._guarded(self._pay)
+            self.guarded(self.pay)
 
     def _end_if_due(self) -> None:
         """Raises RunEnded if the mission is completed, or has used up its ticks or seconds."""
@@ -255,7 +242,7 @@ class Passes(Algorithm):
         served = team.last_settled.found.served
         out = any(not robot.active for robot in left)
         if out and free and not served and self.traffic.only_out(left):
-            self._guarded(self._unless_back)
+            self.guarded(self._unless_back)
         if team.live:
             if self.limit is not None and self.world.now() >= self.limit:
                 raise RunEnded(self._out_of(Outcome.TIME_LIMIT))

@@ -14,28 +14,10 @@ from msgspec.structs import replace
 from safenav.outcome import Outcome
 from safenav.runtime.characterization import ForbiddenMove
 from safenav.runtime.coordination import coordination_recorder as lines
+from safenav.runtime.coordination import events, infeasibility
 from safenav.runtime.coordination.assignable_goals import own_objective
 from safenav.runtime.coordination.assignment import Assigner
-from safenav.runtime.coordination.events import (
-    Astray,
-    BatteryFlat,
-    Event,
-    HelpRequested,
-    HopeReturned,
-    ObstacleChanged,
-    ObstacleEncountered,
-    ObstacleSealed,
-    ObstaclesResolved,
-    RequestsSetAside,
-    Started,
-    Unsettled,
-)
-from safenav.runtime.coordination.infeasibility import (
-    no_strategy,
-    nobody_goes_on,
-    recorded_closure,
-    spent,
-)
+from safenav.runtime.coordination.events import Event, Unsettled
 from safenav.runtime.coordination.ladder import Ladder, TaskDraft, ladder
 from safenav.runtime.coordination.snapshot import floor_of
 from safenav.runtime.coordination.strategies import outdated
@@ -60,17 +42,17 @@ from safenav.trace.vocabulary import BlockReason, ChangeCause, Reason
 class Decision(Struct, frozen=True):
     """The consequences of ``event``. All of it is put in force, or nothing.
 
-    ``knowledge``, ``requests``, ``lacks`` and ``settled``: those of the team from now on.
-    ``records``: its trace records. ``recount``: the rounds are reset. ``drafts``: the task of each
-    robot; ``tasks``: those of them for which a strategy must be found, with ``reason``. ``next``:
-    the event that follows; ``end``: the conclusion, if the run ends.
+    ``knowledge``, ``requests``, ``lacks`` and ``settled``: those of the team from now on (None: no
+    others). ``records``: its trace records. ``recount``: the rounds are reset. ``drafts``: the task
+    of each robot; ``tasks``: those of them for which a strategy must be found, with ``reason``.
+    ``next``: the event that follows; ``end``: the conclusion, if the run ends.
     """
 
     event: Event
-    knowledge: Knowledge
-    requests: Requests
-    lacks: Mapping[str, Shortfall]
-    settled: Settled | None
+    knowledge: Knowledge | None = None
+    requests: Requests | None = None
+    lacks: Mapping[str, Shortfall] | None = None
+    settled: Settled | None = None
     records: tuple[Record, ...] = ()
     recount: bool = False
     drafts: Mapping[str, TaskDraft] = field(default_factory=dict)
@@ -88,37 +70,38 @@ def coordinate(team: TeamState, event: Event, stopping: Stopping) -> Decision:
     try:
         return _decided(team, event, stopping)
     except SpentError:
-        return _unchanged(team, event, end=spent("resolutions"))
+        return Decision(event, end=infeasibility.spent("resolutions"))
 
 
 def _decided(team: TeamState, event: Event, stopping: Stopping) -> Decision:
     match event:
-        case Started():
+        case events.Started():
             return _assigned(team, event, _settled(team, (), stopping))
-        case ObstacleEncountered(violation):
+        case events.ObstacleEncountered(violation):
             return _encountered(team, event, violation)
-        case HelpRequested(violation):
-            return _requested(team, event, violation)
-        case ObstaclesResolved():
+        case events.HelpRequested(violation):
+            name = violation.robot.name  # it waits where it has backed up to
+            here, obstacle = team.robots[name].next_pose.region, violation.obstacle.name
+            requests = team.requests.waiting(obstacle, name, here)
+            return Decision(event, requests=requests, next=Unsettled(Reason.REQUEST))
+        case events.ObstaclesResolved():
             return _resolved(team, event)
-        case ObstacleChanged():
+        case events.ObstacleChanged():
             return _changed(team, event)
-        case ObstacleSealed(obstacle):
+        case events.ObstacleSealed(obstacle):
             return _sealed(team, event, obstacle)
-        case RequestsSetAside(names):
+        case events.RequestsSetAside(names):
             kept = replace(team.requests, aside=team.requests.aside | names)
-            decision = _unchanged(team, event, next=Unsettled(Reason.BLOCKED))
-            return replace(decision, requests=kept)
-        case HopeReturned(reason):
+            return Decision(event, requests=kept, next=Unsettled(Reason.BLOCKED))
+        case events.HopeReturned(reason):
             return _reopened(team, event, reason)
-        case BatteryFlat():
+        case events.BatteryFlat():
             return _ran_flat(team, event)
-        case Astray(name):
-            assert team.settled is not None
-            return _assigned(team, event, team.settled, only=name)
+        case events.Astray(name):
+            return _assigned(team, event, team.last_settled, only=name)
         case Unsettled(Reason.SERVICE | Reason.OBJECTIVE) if team.requests.aside:
             kept = replace(team.requests, aside=frozenset())
-            return replace(_unchanged(team, event, next=event), requests=kept)
+            return Decision(event, requests=kept, next=event)
         case Unsettled():
             return _never_resolved(team, event, stopping) or _duties(team, event, stopping)
 
@@ -126,10 +109,11 @@ def _decided(team: TeamState, event: Event, stopping: Stopping) -> Decision:
 def reconsider(team: TeamState, decision: Decision, results: Mapping[str, TaskResult]) -> Decision:
     """Decide what follows if some robots have no strategy for their tasks: another robot helps; or
     a robot waits while anything may change; or the run ends."""
-    names = failed(results)
-    match decision.event:
-        case Astray(end=end):
-            return _unchanged(team, decision.event, end=end)
+    names, event = failed(results), decision.event
+    outcome, said = Outcome.UNREALIZABLE, Reason.INITIAL
+    match event:
+        case events.Astray(end=end):
+            return Decision(event, end=end)
         case Unsettled(reason, refused, idle):
             refused, waiting = dict(refused), set(idle)
             for name in names:
@@ -142,50 +126,25 @@ def reconsider(team: TeamState, decision: Decision, results: Mapping[str, TaskRe
                 else:
                     break
             else:
-                again = Unsettled(reason, refused, frozenset(waiting))
-                return _unchanged(team, decision.event, next=again)
+                return Decision(event, next=Unsettled(reason, refused, frozenset(waiting)))
             outcome, said = Outcome.OPERATOR_NEEDED, Reason.BLOCKED
-        case _:
-            outcome, said = Outcome.UNREALIZABLE, Reason.INITIAL
     told = tuple(synthesis_record(team, results[name], said) for name in names)
-    end = no_strategy(team, results, outcome)
-    return _unchanged(team, decision.event, records=told, end=end)
-
-
-def _unchanged(
-    team: TeamState,
-    event: Event,
-    *,
-    records: tuple[Record, ...] = (),
-    next: Event | None = None,
-    end: Conclusion | None = None,
-) -> Decision:
-    """A decision that leaves the team as it is."""
-    kept = team.knowledge, team.requests, team.lacks, team.settled
-    return Decision(event, *kept, records=records, next=next, end=end)
+    return Decision(event, records=told, end=infeasibility.no_strategy(team, results, outcome))
 
 
 def _encountered(team: TeamState, event: Event, violation: ForbiddenMove) -> Decision:
     """Algorithm 1, line 7: r is encountered; what was in force is pushed with the request. An
     obstacle in O stays there."""
-    before = _unchanged(team, event)
     if violation.obstacle.name in team.knowledge.joined:
-        return before
+        return Decision(event)
     knowledge = team.knowledge.copy()
     knowledge.meet(violation.obstacle)
     here = team.robots[violation.robot.name].next_pose.region
     requests = team.requests.opened(violation.obstacle, violation.robot.name, here)
-    return replace(before, knowledge=knowledge, requests=requests)
+    return Decision(event, knowledge, requests)
 
 
-def _requested(team: TeamState, event: Event, violation: ForbiddenMove) -> Decision:
-    """The request, from where the robot has backed up to."""
-    robot = team.robots[violation.robot.name]
-    requests = team.requests.waiting(violation.obstacle.name, robot.name, robot.next_pose.region)
-    return replace(_unchanged(team, event), requests=requests, next=Unsettled(Reason.REQUEST))
-
-
-def _resolved(team: TeamState, event: ObstaclesResolved) -> Decision:
+def _resolved(team: TeamState, event: events.ObstaclesResolved) -> Decision:
     """Algorithm 1, lines 18 to 21: r is resolved, its request is popped; counts begin again."""
     knowledge, requests = team.knowledge.copy(), team.requests
     said: list[Record] = []
@@ -196,31 +155,24 @@ def _resolved(team: TeamState, event: ObstaclesResolved) -> Decision:
             knowledge.join(obstacle, UNTRAVERSABLE)
             said.append(lines.blocked(team, obstacle, BlockReason.UNTRAVERSABLE))
         requests = requests.without(obstacle.name)
-    return replace(
-        _unchanged(team, event, records=tuple(said), next=Unsettled(Reason.RESOLVED)),
-        knowledge=knowledge,
-        requests=requests,
-        recount=True,
-    )
+    after, told = Unsettled(Reason.RESOLVED), tuple(said)
+    return Decision(event, knowledge, requests, records=told, recount=True, next=after)
 
 
-def _changed(team: TeamState, event: ObstacleChanged) -> Decision:
+def _changed(team: TeamState, event: events.ObstacleChanged) -> Decision:
     """An obstacle has appeared, where no robot knows it yet, or has disappeared."""
     obstacle, knowledge = event.change.obstacle, team.knowledge.copy()
-    said = tuple(lines.changed(team, event.change))
-    if event.change.appeared:
+    requests, after = replace(team.requests, aside=frozenset()), None
+    if not event.change.appeared:
+        after = Unsettled(Reason.GONE) if knowledge.forget(obstacle) else None
+        requests = requests.without(obstacle.name)
+    else:
         knowledge.appear(obstacle)
-        requests = replace(team.requests, aside=frozenset())
-        if not obstacle.ordered:
-            decision = _unchanged(team, event, records=said)
-            return replace(decision, knowledge=knowledge, requests=requests)
-        knowledge.meet(obstacle)
-        decision = _unchanged(team, event, records=said, next=Unsettled(Reason.REQUEST))
-        return replace(decision, knowledge=knowledge, requests=requests.ordered(obstacle))
-    after = Unsettled(Reason.GONE) if knowledge.forget(obstacle) else None
-    requests = replace(team.requests.without(obstacle.name), aside=frozenset())
-    decision = _unchanged(team, event, records=said, next=after)
-    return replace(decision, knowledge=knowledge, requests=requests)
+        if obstacle.ordered:
+            knowledge.meet(obstacle)
+            requests, after = team.requests.ordered(obstacle), Unsettled(Reason.REQUEST)
+    said = tuple(lines.changed(team, event.change))
+    return Decision(event, knowledge, requests, records=said, next=after)
 
 
 def _sealed(team: TeamState, event: Event, obstacle: Obstacle) -> Decision:
@@ -230,9 +182,8 @@ def _sealed(team: TeamState, event: Event, obstacle: Obstacle) -> Decision:
     said: tuple[Record, ...] = ()
     if obstacle.name not in team.knowledge.joined:
         said = (lines.blocked(team, obstacle, BlockReason.OPERATOR),)
-    decision = _unchanged(team, event, records=said, next=Unsettled(Reason.BLOCKED))
     requests = team.requests.without(obstacle.name).decided(obstacle.name)
-    return replace(decision, knowledge=knowledge, requests=requests)
+    return Decision(event, knowledge, requests, records=said, next=Unsettled(Reason.BLOCKED))
 
 
 def _reopened(team: TeamState, event: Event, reason: Reason) -> Decision:
@@ -244,11 +195,10 @@ def _reopened(team: TeamState, event: Event, reason: Reason) -> Decision:
             knowledge.meet(request.obstacle)
             requests = requests.reopened(request)
             said.append(Reopened(team.tick, name))
-    decision = _unchanged(team, event, records=tuple(said), next=Unsettled(reason))
-    return replace(decision, knowledge=knowledge, requests=requests)
+    return Decision(event, knowledge, requests, records=tuple(said), next=Unsettled(reason))
 
 
-def _ran_flat(team: TeamState, event: BatteryFlat) -> Decision:
+def _ran_flat(team: TeamState, event: events.BatteryFlat) -> Decision:
     """An obstacle appears at a robot, which is out of service and the requester."""
     knowledge, region = team.knowledge.copy(), team.robots[event.robot].pose.region
     knowledge.appear(event.obstacle)
@@ -259,8 +209,7 @@ def _ran_flat(team: TeamState, event: BatteryFlat) -> Decision:
         Service(team.tick, event.robot, active=False, cause=cause),
     )
     requests = team.requests.opened(event.obstacle, event.robot, region)
-    after = _unchanged(team, event, records=said, next=Unsettled(Reason.REQUEST))
-    return replace(after, knowledge=knowledge, requests=requests)
+    return Decision(event, knowledge, requests, records=said, next=Unsettled(Reason.REQUEST))
 
 
 def _never_resolved(team: TeamState, event: Unsettled, stopping: Stopping) -> Decision | None:
@@ -275,27 +224,17 @@ def _never_resolved(team: TeamState, event: Unsettled, stopping: Stopping) -> De
     for gate in closure.stuck:
         request = requests.of(floor.gates[gate])
         assert request is not None
-        reason = BlockReason.UNRESOLVABLE if _enough(team, request) else NO_CAPABLE_ROBOT
+        enough = _enough(team, request)
         because = shortfall_words(lacks[floor.gates[gate]], team.scenario.map.word, "it")
-        if request.recorded is None or reason is NO_CAPABLE_ROBOT:
+        if request.recorded is None or not enough:
             said.append(lines.requested(team, request, floor, (), because))
-        known = reason is NO_CAPABLE_ROBOT
-        knowledge.join(
-            request.obstacle,
-            "too few robots can remove it" if known else "no robot can ever resolve it",
-        )
-        proof = recorded_closure(floor, closure)
+        why = "no robot can ever resolve it" if enough else "too few robots can remove it"
+        knowledge.join(request.obstacle, why)
+        reason = BlockReason.UNRESOLVABLE if enough else BlockReason.NO_CAPABLE_ROBOT
+        proof = infeasibility.recorded_closure(floor, closure)
         said.append(lines.blocked(team, request.obstacle, reason, proof, because))
         requests = requests.without(request.obstacle.name, given_up=True)
-    return replace(
-        _unchanged(team, event, records=tuple(said), next=event),
-        knowledge=knowledge,
-        requests=requests,
-        lacks=lacks,
-    )
-
-
-NO_CAPABLE_ROBOT = BlockReason.NO_CAPABLE_ROBOT
+    return Decision(event, knowledge, requests, lacks, records=tuple(said), next=event)
 
 
 def closed(team: TeamState, stopping: Stopping = lambda: None) -> tuple[Floor, TeamClosure]:
@@ -322,8 +261,8 @@ def _duties(team: TeamState, event: Unsettled, stopping: Stopping) -> Decision:
     settled = _settled(team, event.refused, stopping)
     floor, found = settled.floor, settled.found
     if found.proof is not None:
-        end = nobody_goes_on(team, floor, found.proof, event.refused, team.lacks)
-        return _unchanged(team, event, end=end)
+        end = infeasibility.nobody_goes_on(team, floor, found.proof, event.refused, team.lacks)
+        return Decision(event, end=end)
     decision = _assigned(team, event, settled)
     requests, said = lines.stack(team, floor, found, decision.drafts, event.refused)
     return replace(decision, requests=requests, records=(*lines.acts(team, settled), *said))
@@ -384,14 +323,9 @@ def _assigned(
     reason = getattr(event, "reason", Reason.INITIAL)
     if assigned and reason in (Reason.REQUEST, Reason.RESOLVED, Reason.GONE):
         reason = Reason.BLOCKED  # whatever gave the occasion, the known map has changed
-    return replace(
-        _unchanged(team, event),
-        settled=settled,
-        drafts=drafts,
-        tasks={
-            name: ladder(team, name, draft)
-            for name, draft in wanted.items()
-            if only is not None or outdated(team, name, draft)
-        },
-        reason=reason,
-    )
+    tasks = {
+        name: ladder(team, name, draft)
+        for name, draft in wanted.items()
+        if only is not None or outdated(team, name, draft)
+    }
+    return Decision(event, settled=settled, drafts=drafts, tasks=tasks, reason=reason)

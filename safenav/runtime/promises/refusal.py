@@ -11,23 +11,16 @@ from safenav.runtime.energy.batteries import Batteries, least_charge
 from safenav.runtime.promises.ledger import MISSION, mission_end
 from safenav.runtime.promises.moment import moment_of
 from safenav.runtime.team import RobotState, TeamState
-from safenav.runtime.termination import Conclusion, RunEnded
+from safenav.runtime.termination import Conclusion
 from safenav.scenario.objective import targets_of
 from safenav.world.poses import plain_graph, region_mask
 
 _NUMBERS = {1: "its target", 2: "both targets"}
 
 
-def refuse_what_cannot_be_kept(team: TeamState, batteries: Batteries) -> None:
-    """Raises RunEnded, unrealizable, if a promise is below what the robots could do alone, or a
-    charge does not last."""
-    refusal = refusal_of(team, batteries)
-    if refusal is not None:
-        raise RunEnded(refusal)
-
-
 def refusal_of(team: TeamState, batteries: Batteries) -> Conclusion | None:
-    """The end of a run whose promises or charges cannot be kept, before its first tick."""
+    """The end of a run before its first tick, unrealizable: a promise is below what the robots
+    could do alone, or a charge does not last. None if all can be kept."""
     refused: dict[str, int | None] = {}
     said = []
     for robot in team.robots.values():
