@@ -155,6 +155,13 @@ def rewrite(bundle: Path, files: Files, target: Path) -> Path:
     return target
 
 
+def certified(text: str) -> str:
+    """What the checker says of the bundle of a scenario's run, which it accepts."""
+    status, said = run_checker(bundle_at("plan", text))
+    assert status == 0, said
+    return said
+
+
 def run_checker(bundle: Path, *, program: Path | None = None) -> tuple[int, str]:
     """Exit status and output of the checker (default: the bundle's own copy)."""
     program = program or bundle / "check.py"

@@ -1,19 +1,34 @@
-"""A run as its trace tells it."""
+"""Runs in memory: play a scenario, ask its trace, and ask the audit about it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+import json
+import textwrap
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
+
+from safenav.audit.check import check_trace
+from safenav.audit.rules.rule import Finding
+from safenav.runtime.mission import Mission
+from safenav.scenario.model import Scenario
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.trace.records import Record
+from safenav.trace.writing import as_data
+
+Line = dict[str, Any]
 
 
 @dataclass(frozen=True)
 class Run:
-    """The records of one run's trace, checked by the independent audit."""
+    """The records of one run's trace; a listener of missions."""
 
-    records: list[dict[str, Any]]
+    records: list[Line] = field(default_factory=list)
 
-    def all(self, kind: str, **fields: object) -> list[dict[str, Any]]:
+    def __call__(self, record: Record) -> None:
+        self.records.append(json.loads(json.dumps(as_data(record))))
+
+    def all(self, kind: str, **fields: object) -> list[Line]:
         """The records of a type whose fields have these values."""
         return [
             r
@@ -21,14 +36,14 @@ class Run:
             if r["type"] == kind and all(r.get(k) == v for k, v in fields.items())
         ]
 
-    def one(self, kind: str, **fields: object) -> dict[str, Any]:
+    def one(self, kind: str, **fields: object) -> Line:
         """The only such record."""
         found = self.all(kind, **fields)
         assert len(found) == 1, f"{len(found)} records {kind} {fields}"
         return found[0]
 
     @property
-    def outcome(self) -> dict[str, Any]:
+    def outcome(self) -> Line:
         return self.one("outcome")
 
     def path(self, robot: str) -> list[int]:
@@ -42,5 +57,31 @@ class Run:
         """(type, obstacle) of the records of these types, in order."""
         return [(r["type"], r.get("obstacle")) for r in self.records if r["type"] in kinds]
 
+    @property
+    def _found(self) -> tuple[Finding, ...]:
+        return check_trace(map(json.dumps, self.records)).findings
+
+    @property
+    def findings(self) -> str:
+        """What the audit finds in the records as they are now, a row each; empty: nothing."""
+        return "\n".join(map(str, self._found))
+
+    @property
+    def broken(self) -> set[str]:
+        """The rules that the records break as they are now."""
+        return {finding.rule for finding in self._found}
+
 
 Runner = Callable[[str], Run]
+
+
+def play(scenario: str | Mapping[str, Any] | Scenario, *, world: Any = None) -> Run:
+    """Run a scenario, given as YAML text or as data; its trace must pass the audit."""
+    if isinstance(scenario, Mapping):
+        scenario = json.dumps(scenario)
+    if isinstance(scenario, str):
+        scenario = load_scenario_text(textwrap.dedent(scenario), "scenario.yaml")
+    run = Run()
+    Mission(scenario, world=world, listeners=[run]).run()
+    assert not run.findings, run.findings
+    return run

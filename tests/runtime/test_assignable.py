@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from runtime.played import Runner
+from runtime.played import play
 from runtime.test_case_studies import EVENTS
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
@@ -16,11 +16,11 @@ SCENARIOS = Path(__file__).parents[2] / "scenarios"
     ("number", "new_strategies"), [(1, []), (2, ["digit"]), (3, [])], ids=["door", "scout", "chain"]
 )
 def test_case_studies_need_new_strategies_only_for_new_walls(
-    run: Runner, number: int, new_strategies: list[str]
+    number: int, new_strategies: list[str]
 ) -> None:
     text = (SCENARIOS / f"case_study_{number}.yaml").read_text()
-    usual = run(text)
-    trace = run(text.replace("until:", "coordination: assignable\nuntil:"))
+    usual = play(text)
+    trace = play(text.replace("until:", "coordination: assignable\nuntil:"))
     assert trace.outcome["outcome"] == "completed"
     after_start = [s["robot"] for s in trace.all("synthesis") if s["tick"] > 0]
     assert after_start == new_strategies
@@ -29,9 +29,9 @@ def test_case_studies_need_new_strategies_only_for_new_walls(
         assert [v[key] for v in trace.all("violation")] == [v[key] for v in usual.all("violation")]
 
 
-def test_requester_waits_and_helper_goes_while_signalled(run: Runner) -> None:
+def test_requester_waits_and_helper_goes_while_signalled() -> None:
     text = (SCENARIOS / "case_study_1.yaml").read_text()
-    trace = run(text.replace("until:", "coordination: assignable\nuntil:"))
+    trace = play(text.replace("until:", "coordination: assignable\nuntil:"))
     asked, done = trace.one("push")["tick"], trace.one("resolved")["tick"]
     assert {trace.position("quad", tick) for tick in range(asked, done + 1)} == {46}
     assert trace.position("digit", done) == 47

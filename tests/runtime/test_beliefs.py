@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from runtime import teams
-from runtime.played import Runner
+from runtime.played import play
 
 CASE_STUDY_3 = Path(__file__).parents[2] / "scenarios" / "case_study_3.yaml"
 SEEDS = [2, 4, 8, 11, 13, 17, 21, 23, 26, 29]
@@ -18,13 +18,13 @@ LONG = [14, 20] if "SAFENAV_FUZZ" in os.environ else []
 ENDINGS = ("completed", "operator_needed", "unrealizable", "tick_limit")
 
 
-def test_case_study_3_with_a_digit_that_sees_four_regions(run: Runner) -> None:
+def test_case_study_3_with_a_digit_that_sees_four_regions() -> None:
     """The paper's own belief tracking: nothing depends on where the quadcopter is, so the
     robots do what they do without it."""
     text = CASE_STUDY_3.read_text()
-    usual = run(text)
+    usual = play(text)
     told = "digit: {model: digit, vision: 4, tracks: [quad], tracking: belief,"
-    trace = run(text.replace("digit: {model: digit,", told))
+    trace = play(text.replace("digit: {model: digit,", told))
     assert trace.outcome["outcome"] == "completed"
     kinds = ("violation", "request", "push", "resolved", "pop")
     assert trace.order(*kinds) == usual.order(*kinds)
@@ -33,13 +33,13 @@ def test_case_study_3_with_a_digit_that_sees_four_regions(run: Runner) -> None:
     assert not usual.all("belief")
 
 
-def test_two_on_one_floor_that_see_four_regions(run: Runner) -> None:
+def test_two_on_one_floor_that_see_four_regions() -> None:
     text = CASE_STUDY_3.read_text()
     text = text[: text.index("obstacles:")] + "until: {rounds: 2}\nlimits: {ticks: 500}\n"
     seeing = "vision: 4, tracking: belief, objective: {visit:"
     text = text.replace("model: quadcopter,", "model: digit, heading: west,")
     text = text.replace("objective: {patrol:", seeing)
-    trace = run(text)
+    trace = play(text)
     assert trace.outcome["outcome"] == "completed"
     assert {b["robot"] for b in trace.all("belief", seen=False)} == {"quad", "digit"}
 
@@ -47,13 +47,13 @@ def test_two_on_one_floor_that_see_four_regions(run: Runner) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [*SEEDS, *LONG])
 def test_random_teams_with_beliefs_pass_the_audit(
-    run: Runner, seed: int, monkeypatch: pytest.MonkeyPatch
+    seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The audit knows when somebody collides and when a belief misses the truth. Teams of two
     or three whose targets can be reached."""
     monkeypatch.setattr(teams, "MODELS", ("rover", "digit", "drone"))
     text = _with_beliefs(teams.team_scenario(seed), radius=1 + seed % 4)
-    trace = run(text)
+    trace = play(text)
     assert trace.outcome["outcome"] in ENDINGS
 
 

@@ -3,20 +3,16 @@ that is done, and goes there itself if it is the best helper."""
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import click
 import pytest
 
-from runtime.played import Run, Runner
-from safenav.audit.check import check_trace
+from runtime.played import Run, play
 from safenav.errors import InputError
 from safenav.report.terminal.story import Story
 from safenav.runtime.mission import Mission
 from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.model import Obstacle, Robot
 from safenav.scenario.reading.loader import load_scenario_text
-from safenav.trace.writing import TraceWriter
 
 DOOR, BUTTON = 22, 10
 PIA = """
@@ -53,8 +49,8 @@ def inside(trace: Run, region: int, robots: set[str]) -> list[int]:
     ]
 
 
-def test_a_robot_that_can_press_a_button_elsewhere_presses_it_before_it_passes(run: Runner) -> None:
-    trace = run(PIA)
+def test_a_robot_that_can_press_a_button_elsewhere_presses_it_before_it_passes() -> None:
+    trace = play(PIA)
     violation, request, resolved = (
         trace.one("violation"),
         trace.one("request"),
@@ -78,8 +74,8 @@ def test_the_story_says_that_it_goes_itself() -> None:
     assert "keeps out until 'press' is done" in told and "cannot press" not in told
 
 
-def test_a_second_presser_nearer_to_the_button_helps(run: Runner) -> None:
-    trace = run(PIA.replace("robots:\n  pia", PIP + "  pia"))
+def test_a_second_presser_nearer_to_the_button_helps() -> None:
+    trace = play(PIA.replace("robots:\n  pia", PIP + "  pia"))
     request = trace.one("request")
     assert (request["requester"], request["helper"]) == ("pia", "pip")
     assert request["bids"]["pip"] < request["bids"]["pia"]
@@ -87,16 +83,16 @@ def test_a_second_presser_nearer_to_the_button_helps(run: Runner) -> None:
     assert trace.outcome["outcome"] == "completed"
 
 
-def test_a_button_inside_the_room_behind_the_door_needs_an_operator(run: Runner) -> None:
-    trace = run(PIA.replace("button: [1, 1]", "button: [1, 6]"))
+def test_a_button_inside_the_room_behind_the_door_needs_an_operator() -> None:
+    trace = play(PIA.replace("button: [1, 1]", "button: [1, 6]"))
     assert trace.outcome["outcome"] == "operator_needed"
     assert trace.outcome["proof"]["never"] == ["slide_door@22"]
     assert trace.one("blocked")["robots"] == ["pia"]
     assert not inside(trace, DOOR, {"pia"})
 
 
-def test_two_lifters_keep_out_of_a_crate_that_takes_two(run: Runner) -> None:
-    trace = run(
+def test_two_lifters_keep_out_of_a_crate_that_takes_two() -> None:
+    trace = play(
         """
         safenav: 1
         map: {grid: ["#########", "#.......#", "###.#####", "#########"]}
@@ -118,8 +114,8 @@ def test_two_lifters_keep_out_of_a_crate_that_takes_two(run: Runner) -> None:
     assert trace.outcome["outcome"] == "completed"
 
 
-def test_the_last_need_may_be_met_by_entering_the_others_not(run: Runner) -> None:
-    trace = run(
+def test_the_last_need_may_be_met_by_entering_the_others_not() -> None:
+    trace = play(
         """
         safenav: 1
         map: {grid: ["########", "#......#", "########"]}
@@ -137,11 +133,9 @@ def test_the_last_need_may_be_met_by_entering_the_others_not(run: Runner) -> Non
     assert trace.one("resolved")["at"] == 12
 
 
-def test_what_turns_out_untraversable_from_inside_is_left_and_not_entered_again(
-    run: Runner,
-) -> None:
+def test_what_turns_out_untraversable_from_inside_is_left_and_not_entered_again() -> None:
     """A robot that can tell only by entering; it is inside when it learns, and goes back."""
-    trace = run(
+    trace = play(
         """
         safenav: 1
         map: {grid: ["#######", "#.....#", "#.###.#", "#.....#", "#######"]}
@@ -171,13 +165,10 @@ class Flickering(SimulatedWorld):
         return found if self.looks < 2 else None
 
 
-def test_what_is_known_stays_closed_whatever_a_sensor_finds_now(tmp_path: Path) -> None:
+def test_what_is_known_stays_closed_whatever_a_sensor_finds_now() -> None:
     scenario = load_scenario_text(PIA.replace("visit: [[2, 2], [2, 6]]", "visit: [[2, 6], [2, 2]]"))
-    path = tmp_path / "trace.jsonl"
-    with TraceWriter(path) as trace:
-        result = Mission(scenario, world=Flickering(scenario), listeners=[trace]).run()
-    assert result.outcome.value == "completed"
-    assert check_trace(path).findings == ()
+    run = play(scenario, world=Flickering(scenario))
+    assert run.outcome["outcome"] == "completed"
 
 
 STARTS = """
@@ -216,11 +207,11 @@ def starts(type_: str, start: str = "[1, 4]", avoids: str = "[]", blocks: str = 
         (starts("plate", blocks="[c]"), "'c' is not a layer, a robot model or a robot"),
     ],
 )
-def test_who_may_start_where(text: str, found: str | None, run: Runner) -> None:
+def test_who_may_start_where(text: str, found: str | None) -> None:
     """Inside an obstacle only a robot that resolves it by entering; together those that do not
     avoid each other. What the loader accepts runs, and its trace breaks no rule."""
     if found is None:
-        assert run(text).outcome["outcome"] == "completed"
+        assert play(text).outcome["outcome"] == "completed"
         return
     with pytest.raises(InputError, match=found):
         load_scenario_text(text)

@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from runtime.played import Runner
+from runtime.played import play
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 EVENTS = ("violation", "request", "push", "resolved", "blocked", "pop", "outcome")
 
 
-def test_digit_opens_the_door_that_the_quadcopter_meets(run: Runner) -> None:
-    trace = run((SCENARIOS / "case_study_1.yaml").read_text())
+def test_digit_opens_the_door_that_the_quadcopter_meets() -> None:
+    trace = play((SCENARIOS / "case_study_1.yaml").read_text())
     door = "door@47"
     assert trace.order(*EVENTS) == [
         ("violation", door),
@@ -40,8 +40,8 @@ def test_digit_opens_the_door_that_the_quadcopter_meets(run: Runner) -> None:
     assert trace.outcome["outcome"] == "completed"
 
 
-def test_quadcopter_scouts_both_gaps_for_digit(run: Runner) -> None:
-    trace = run((SCENARIOS / "case_study_2.yaml").read_text())
+def test_quadcopter_scouts_both_gaps_for_digit() -> None:
+    trace = play((SCENARIOS / "case_study_2.yaml").read_text())
     north, south = "uncertainty@34", "uncertainty@60"
     assert trace.order(*EVENTS) == [
         ("violation", north),
@@ -65,8 +65,8 @@ def test_quadcopter_scouts_both_gaps_for_digit(run: Runner) -> None:
     assert trace.outcome["outcome"] == "completed"
 
 
-def test_helper_needs_help_itself(run: Runner) -> None:
-    trace = run((SCENARIOS / "case_study_3.yaml").read_text())
+def test_helper_needs_help_itself() -> None:
+    trace = play((SCENARIOS / "case_study_3.yaml").read_text())
     gap, door = "uncertainty@43", "door@47"
     assert trace.order(*EVENTS) == [
         ("violation", gap),
@@ -97,10 +97,10 @@ def test_helper_needs_help_itself(run: Runner) -> None:
 
 
 @pytest.mark.parametrize("name", ["hello", "case_study_1", "case_study_2", "case_study_3"])
-def test_every_strategy_is_verified_and_the_same_run_repeats(run: Runner, name: str) -> None:
+def test_every_strategy_is_verified_and_the_same_run_repeats(name: str) -> None:
     text = (SCENARIOS / f"{name}.yaml").read_text()
-    trace = run(text)
+    trace = play(text)
     assert {s["verified"] for s in trace.all("synthesis")} == {True}
-    again = run(text)
+    again = play(text)
     assert again.all("move") == trace.all("move")
     assert {s["cached"] for s in again.all("synthesis")} == {True}

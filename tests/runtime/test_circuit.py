@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections import deque
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 from random import Random
-from typing import Any
 
 import pytest
 
 from certify.making import CIRCUIT, bundle_at, files_of, rewrite, run_checker, shipped
-from runtime.played import Run, Runner
-from safenav.audit.check import check_trace
-from safenav.runtime.mission import Mission
+from runtime.played import Line, Run, play
 from safenav.runtime.progress import Progress
 from safenav.scenario.objective import Circuit
-from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.forms import can_keep
-from safenav.trace.writing import TraceWriter
 from safenav.world.map import Heading, RegionMap
 from safenav.world.moves import Mobility, Pose
 from safenav.world.poses import PoseGraph, region_mask
@@ -78,8 +72,8 @@ def strict(path: list[int], targets: list[int]) -> bool:
     return all(after[1] == (before[1] + 1) % len(targets) for before, after in pairwise(met))
 
 
-def test_targets_are_met_in_strict_order_also_after_helping(run: Runner) -> None:
-    trace = run(CIRCUIT)
+def test_targets_are_met_in_strict_order_also_after_helping() -> None:
+    trace = play(CIRCUIT)
     assert trace.outcome["outcome"] == "completed"
     begun = {name: trace.all("synthesis", robot=name)[-1]["tick"] for name in ("quad", "digit")}
     for robot, targets in (("quad", [54, 49, 37]), ("digit", [58, 28, 20])):
@@ -103,16 +97,16 @@ def met_in_order(trace: Run, robot: str, count: int) -> bool:
     ],
     ids=["shared", "live", "assignable", "energy and deadlines"],
 )
-def test_it_is_met_in_order_under_other_demands(run: Runner, text: str, more: str) -> None:
-    trace = run(text + more)
+def test_it_is_met_in_order_under_other_demands(text: str, more: str) -> None:
+    trace = play(text + more)
     assert trace.outcome["outcome"] == "completed"
     assert met_in_order(trace, "a", 3)
     if text == SHARED:
         assert {s["form"] for s in trace.all("synthesis", robot="a")} == {"alternation"}
 
 
-def test_a_robot_that_charges_at_a_target_does_not_begin_again_with_it(run: Runner) -> None:
-    trace = run(CHARGES)
+def test_a_robot_that_charges_at_a_target_does_not_begin_again_with_it() -> None:
+    trace = play(CHARGES)
     assert trace.outcome["outcome"] == "completed"
     assert len(trace.all("synthesis", reason="charge")) > 1
 
@@ -206,10 +200,10 @@ limits: {{ticks: 200}}
     ],
 )
 def test_rounds_in_strict_order_are_promised_or_refused(
-    run: Runner, targets: str, within: int, says: str
+    targets: str, within: int, says: str
 ) -> None:
     """The audit agrees on the least number of ticks."""
-    assert says in run(HALL.format(targets=targets, within=within)).outcome["explanation"]
+    assert says in play(HALL.format(targets=targets, within=within)).outcome["explanation"]
 
 
 BEYOND = """
@@ -226,19 +220,13 @@ limits: {ticks: 300}
 """
 
 
-def test_a_literal_form_that_is_lost_beyond_a_target_is_proven_lost(
-    run: Runner, tmp_path: Path
-) -> None:
+def test_a_literal_form_that_is_lost_beyond_a_target_is_proven_lost() -> None:
     """The robot went to charge across the target that is not next, and cannot come back."""
-    lines = run(BEYOND).records
+    run = play(BEYOND)
+    lines = run.records
     assert (lines[-1]["outcome"], lines[-1]["cause"]) == ("operator_needed", "unrealizable")
-    path = tmp_path / "trace.jsonl"
     lines[-2]["memory"] = {"scout": 1}  # from there it could
-    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
-    assert [finding.rule for finding in check_trace(path).findings] == ["proof"]
-
-
-Line = dict[str, Any]
+    assert run.broken == {"proof"}
 
 
 def _move(lines: list[Line], robot: str, tick: int) -> Line:
@@ -269,17 +257,10 @@ def wait_at_a_target(lines: list[Line]) -> None:
 @pytest.mark.parametrize(
     "alter", [skip_a_target, swap_two_goals, touch_one_out_of_turn, wait_at_a_target]
 )
-def test_a_trace_that_does_it_otherwise_is_refused(
-    alter: Callable[[list[Line]], None], tmp_path: Path
-) -> None:
-    path, text = tmp_path / "trace.jsonl", SHARED[: SHARED.index("  b:")] + "until: {rounds: 2}\n"
-    with TraceWriter(path) as trace:
-        Mission(load_scenario_text(text), listeners=[trace]).run()
-    assert check_trace(path).findings == ()
-    lines = [json.loads(line) for line in path.read_text().splitlines()]
-    alter(lines)
-    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
-    assert check_trace(path).findings != ()
+def test_a_trace_that_does_it_otherwise_is_refused(alter: Callable[[list[Line]], None]) -> None:
+    run = play(SHARED[: SHARED.index("  b:")] + "until: {rounds: 2}\n")
+    alter(run.records)
+    assert run.findings
 
 
 def test_a_bundle_proves_it() -> None:

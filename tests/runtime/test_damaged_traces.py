@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from runtime.energy.test_battery_runs import CUT_OFF, stop
-from runtime.played import Runner
+from runtime.played import play
 from runtime.test_orders import ACTIONS, drawn
 from safenav.audit.check import check_trace
 from safenav.errors import InputError
@@ -186,12 +186,12 @@ def refused(lines: Lines) -> bool:
     [(stop, charges), (flat, charges), (lambda seed: json.dumps(drawn(seed)), orders)],
     ids=["charges", "flat", "orders"],
 )
-def test_none_is_accepted(made: Any, damaged: Any, seed: int, run: Runner) -> None:
+def test_none_is_accepted(made: Any, damaged: Any, seed: int) -> None:
     try:
         load_scenario_text(made(seed))
     except InputError:
         return
-    lines, random = run(made(seed)).records, Random(seed)
+    lines, random = play(made(seed)).records, Random(seed)
     for _ in range(6):
         broken = damaged(deepcopy(lines), random)
         assert broken is None or broken == lines or refused(broken)

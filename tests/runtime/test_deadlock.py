@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from runtime.played import Runner
+from runtime.played import play
 
 ROVER = "catalogue: {robots: {rover: {mobility: free, layer: ground, capabilities: [push]}}}"
 
@@ -62,8 +62,8 @@ CASES = {
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_somebody_gives_way(run: Runner, name: str) -> None:
-    trace = run(CASES[name])
+def test_somebody_gives_way(name: str) -> None:
+    trace = play(CASES[name])
     assert trace.outcome["outcome"] == "completed", trace.outcome["explanation"]
     plans = trace.all("plan")
     assert plans
@@ -72,21 +72,21 @@ def test_somebody_gives_way(run: Runner, name: str) -> None:
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_nobody_is_synthesized_for_giving_way(run: Runner, name: str) -> None:
-    reasons = {synthesis["reason"] for synthesis in run(CASES[name]).all("synthesis")}
+def test_nobody_is_synthesized_for_giving_way(name: str) -> None:
+    reasons = {synthesis["reason"] for synthesis in play(CASES[name]).all("synthesis")}
     assert reasons <= {"initial", "plan"}
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_nobody_does_with_resolution_off(run: Runner, name: str) -> None:
-    trace = run(CASES[name].rstrip() + "\n        deadlock: off\n")
+def test_nobody_does_with_resolution_off(name: str) -> None:
+    trace = play(CASES[name].rstrip() + "\n        deadlock: off\n")
     assert trace.outcome["outcome"] == "tick_limit"
     assert trace.all("plan") == []
 
 
-def test_requester_waits_where_it_does_not_block_its_helper(run: Runner) -> None:
+def test_requester_waits_where_it_does_not_block_its_helper() -> None:
     # The only way to the lever is past the region from which the walker has met the debris.
-    trace = run(
+    trace = play(
         """
         safenav: 1
         map:
@@ -114,9 +114,9 @@ def test_requester_waits_where_it_does_not_block_its_helper(run: Runner) -> None
     assert trace.outcome["outcome"] == "completed"
 
 
-def test_robots_that_cannot_back_out_need_an_operator(run: Runner) -> None:
+def test_robots_that_cannot_back_out_need_an_operator() -> None:
     # Both start inside the corridor, face to face: neither can turn on the spot.
-    trace = run(
+    trace = play(
         """
         safenav: 1
         map:
@@ -137,9 +137,9 @@ def test_robots_that_cannot_back_out_need_an_operator(run: Runner) -> None:
     assert "deadlock; none of the" in trace.outcome["explanation"]
 
 
-def test_corridor_is_used_in_one_direction_at_a_time(run: Runner) -> None:
+def test_corridor_is_used_in_one_direction_at_a_time() -> None:
     # Robots with heading mobility could not back out of it.
-    trace = run(
+    trace = play(
         """
         safenav: 1
         map:
@@ -169,10 +169,10 @@ def test_corridor_is_used_in_one_direction_at_a_time(run: Runner) -> None:
             assert len(headings) == 1
 
 
-def test_formulas_that_remember_get_what_they_wait_for(run: Runner) -> None:
+def test_formulas_that_remember_get_what_they_wait_for() -> None:
     """To be back at the west end after having been further east: places alone do not say whether
     that is met, so a plan takes the robot where its strategy is going."""
-    trace = run(
+    trace = play(
         """
         safenav: 1
         map: {grid: ["#########", "#.......#", "####.####", "#########"]}

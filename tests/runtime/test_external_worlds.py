@@ -3,23 +3,21 @@ pushes that fail. The trace of such a run is one that the checker and the replay
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 import pytest
 
+from runtime.played import Run, play
 from safenav import Mission
-from safenav.audit.check import check_trace
 from safenav.errors import InputError
+from safenav.lines import json_line
 from safenav.report.replay.reading import read_replay
 from safenav.report.terminal.story import Story
 from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_scenario_text
-from safenav.trace.writing import TraceWriter
 from safenav.world.moves import Pose
 
 BUILDING = """
@@ -73,34 +71,22 @@ class Building:
         yield self.door, None
 
 
-Play = Callable[..., tuple[Path, list[dict[str, Any]]]]
+def built(text: str = BUILDING, **options: int) -> Run:
+    """A run in the building, which is completed and told as a story."""
+    scenario, run, told = load_scenario_text(text), Run(), list[str]()
+    story = Story(scenario, lambda line: told.append(str(line)))
+    Mission(scenario, world=Building(scenario, **options), listeners=[run, story]).run()
+    assert run.outcome["outcome"] == "completed", run.outcome
+    assert any("door@27" in line and "resolves" in line for line in told)
+    assert not run.findings, run.findings
+    return run
 
 
-@pytest.fixture
-def play(tmp_path: Path) -> Play:
-    def play(text: str = BUILDING, **options: int) -> tuple[Path, list[dict[str, Any]]]:
-        scenario = load_scenario_text(text)
-        trace = tmp_path / "trace.jsonl"
-        told: list[str] = []
-        story = Story(scenario, lambda line: told.append(str(line)))
-        with TraceWriter(trace) as writer:
-            world = Building(scenario, **options)
-            result = Mission(scenario, world=world, listeners=[writer, story]).run()
-        assert result.outcome == "completed", result.explanation
-        assert any("door@27" in line and "resolves" in line for line in told)
-        return trace, [json.loads(line) for line in trace.read_text().splitlines()]
-
-    return play
-
-
-def of_type(records: list[dict[str, Any]], *kinds: str) -> list[dict[str, Any]]:
-    return [record for record in records if record["type"] in kinds]
-
-
-def test_an_obstacle_that_no_scenario_lists_is_told_of_before_it_is_named(play: Play) -> None:
-    trace, records = play()
+def test_an_obstacle_that_no_scenario_lists_is_told_of_before_it_is_named(tmp_path: Path) -> None:
+    run = built()
+    records = run.records
     assert records[0]["scenario"]["world"] == "external"
-    (discovered,) = of_type(records, "discovered")
+    discovered = run.one("discovered")
     assert discovered["obstacle"] == {
         "type": "door",
         "name": "door@27",
@@ -112,82 +98,64 @@ def test_an_obstacle_that_no_scenario_lists_is_told_of_before_it_is_named(play: 
     }
     first = next(record for record in records if record.get("obstacle") == "door@27")
     assert first["type"] == "violation" and records.index(discovered) < records.index(first)
-    assert check_trace(trace).ok
+    trace = tmp_path / "trace.jsonl"
+    trace.write_text("".join(map(json_line, records)))
     (hidden,) = read_replay(trace).hidden
     assert (hidden.name, hidden.region) == ("door@27", DOOR)
 
 
-def test_pushes_fail_and_the_door_falls_shut_again(play: Play) -> None:
-    trace, records = play(jams=3, closings=3)
-    assert len(of_type(records, "discovered")) == 1
-    order = [record["type"] for record in of_type(records, "violation", "resolved")]
+def test_pushes_fail_and_the_door_falls_shut_again() -> None:
+    run = built(jams=3, closings=3)
+    assert run.one("discovered")
+    order = [kind for kind, _ in run.order("violation", "resolved")]
     assert order.count("resolved") >= 2 and order[:2] == ["violation", "resolved"]
-    assert check_trace(trace).findings == ()
 
 
-def test_what_is_only_suspected_may_not_be_there(play: Play) -> None:
+def test_what_is_only_suspected_may_not_be_there() -> None:
     """The drone flies through both; the truth of the second one is anybody's guess."""
-    trace, records = play(BUILDING + SUSPECTED % "traversable: {probability: 0.5}")
-    listed = records[0]["scenario"]["obstacles"]
+    run = built(BUILDING + SUSPECTED % "traversable: {probability: 0.5}")
+    listed = run.records[0]["scenario"]["obstacles"]
     assert [entry["traversable"] for entry in listed] == [None, None]
-    assert len(of_type(records, "discovered")) == 1
-    assert check_trace(trace).findings == ()
+    assert run.one("discovered")
 
 
-def test_the_scenarios_own_world_is_simulated(tmp_path: Path) -> None:
+def test_the_scenarios_own_world_is_simulated() -> None:
     """Then the audit is as strict as ever."""
     scenario = load_scenario_text(BUILDING + SUSPECTED % "traversable: false")
-    trace = tmp_path / "trace.jsonl"
-    with TraceWriter(trace) as writer:
-        world = SimulatedWorld(scenario)
-        Mission(scenario, world=world, listeners=[writer]).run()
-    records = [json.loads(line) for line in trace.read_text().splitlines()]
-    assert records[0]["scenario"]["world"] == "simulated"
-    assert [o["traversable"] for o in records[0]["scenario"]["obstacles"]] == [None, False]
+    told = play(scenario, world=SimulatedWorld(scenario)).records[0]["scenario"]
+    assert told["world"] == "simulated"
+    assert [o["traversable"] for o in told["obstacles"]] == [None, False]
 
 
-def test_a_program_that_steps_itself_can_give_up(tmp_path: Path) -> None:
-    scenario = load_scenario_text(BUILDING)
-    trace = tmp_path / "trace.jsonl"
-    with TraceWriter(trace) as writer:
-        mission = Mission(scenario, world=Building(scenario), listeners=[writer])
-        mission.start()
-        for _ in range(12):
-            mission.step()
-        result = mission.give_up("battery low")
-        assert mission.give_up("again") is mission.result is result
-    last = json.loads(trace.read_text().splitlines()[-1])
+def test_a_program_that_steps_itself_can_give_up() -> None:
+    scenario, run = load_scenario_text(BUILDING), Run()
+    mission = Mission(scenario, world=Building(scenario), listeners=[run])
+    mission.start()
+    for _ in range(12):
+        mission.step()
+    result = mission.give_up("battery low")
+    assert mission.give_up("again") is mission.result is result
+    last = run.records[-1]
     assert (last["outcome"], last["explanation"]) == ("interrupted", "battery low")
-    audit = check_trace(trace)
-    assert audit.ok and audit.complete
+    assert not run.findings
 
 
-def changed(trace: Path, change: Callable[[list[dict[str, Any]]], None]) -> Path:
-    records = [json.loads(line) for line in trace.read_text().splitlines()]
-    change(records)
-    trace.write_text("".join(json.dumps(record) + "\n" for record in records))
-    return trace
+def test_an_obstacle_out_of_nowhere_is_found_fault_with() -> None:
+    run = built()
+    discovered = run.one("discovered")
+    run.records.remove(discovered)
+    assert "names" in run.broken
+    run.records.insert(-1, discovered)
+    assert "names" in run.broken
 
 
-def test_an_obstacle_out_of_nowhere_is_found_fault_with(play: Play) -> None:
-    trace, records = play()
-    discovered = of_type(records, "discovered")[0]
-    audit = check_trace(changed(trace, lambda lines: lines.remove(discovered)))
-    assert {finding.rule for finding in audit.findings} >= {"names"}
-
-    def late(lines: list[dict[str, Any]]) -> None:
-        lines.insert(-1, discovered)
-
-    audit = check_trace(changed(trace, late))
-    assert "names" in {finding.rule for finding in audit.findings}
-
-
-def test_an_obstacle_is_discovered_once_and_in_its_time(play: Play) -> None:
-    trace, records = play()
-    place = records.index(of_type(records, "discovered")[0])
-    wrong_tick = changed(trace, lambda lines: lines[place].update(tick=7000))
-    found = [str(finding) for finding in check_trace(wrong_tick).findings]
+def test_an_obstacle_is_discovered_once_and_in_its_time() -> None:
+    run = built()
+    discovered = run.one("discovered")
+    discovered["tick"] += 7000
+    found = run.findings.splitlines()
     assert len(set(found)) == 2 and all("order (tick" in finding for finding in found), found
-    twice = changed(trace, lambda lines: lines.insert(place, lines[place]))
+    discovered["tick"] -= 7000
+    run.records.insert(run.records.index(discovered), discovered)
     with pytest.raises(InputError, match="door@27 is known already"):
-        check_trace(twice)
+        assert not run.findings

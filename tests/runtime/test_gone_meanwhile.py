@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
-from pathlib import Path
 
 from msgspec.structs import replace
 
-from safenav.audit.check import check_trace
-from safenav.runtime.mission import Mission
+from runtime.played import play
 from safenav.runtime.worlds.protocol import Acted, Sensed, WorldEvent
 from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Obstacle, Robot
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.vocabulary import ActResult
-from safenav.trace.writing import TraceWriter
 
 HALL = """\
 safenav: 1
@@ -54,11 +50,9 @@ class Early(LiveSimulation):
         return [replace(e, found=done) if isinstance(e, Acted) else e for e in events]
 
 
-def test_what_is_gone_is_not_resolved_again(tmp_path: Path) -> None:
-    world, trace = Early(), tmp_path / "trace.jsonl"
-    with TraceWriter(trace) as writer:
-        result = Mission(world.scenario, world=world, listeners=[writer]).run()
-    types = [json.loads(line)["type"] for line in trace.read_text().splitlines()]
-    assert result.outcome.value == "completed" and world.told == 1
+def test_what_is_gone_is_not_resolved_again() -> None:
+    world = Early()
+    run = play(world.scenario, world=world)
+    types = [line["type"] for line in run.records]
+    assert run.outcome["outcome"] == "completed" and world.told == 1
     assert types.count("gone") == 1 and types.count("acted") == 1 and "resolved" not in types
-    assert check_trace(trace).findings == ()

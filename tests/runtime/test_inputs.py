@@ -15,19 +15,16 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
-from safenav.audit.check import check_trace
-from safenav.certify.checker.check import check
-from safenav.certify.record import bundle_of_run
+from certify.making import certified
+from runtime.played import Run, play
 from safenav.cli.check import command
 from safenav.errors import UsageError
-from safenav.outcome import Outcome
 from safenav.runtime.mission import Mission
 from safenav.runtime.user_changes import Give, SetInput
 from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Hold
 from safenav.scenario.reading.loader import load_scenario_text
-from safenav.trace.writing import TraceWriter
 
 WANTED = int(os.environ.get("SAFENAV_FUZZ", "6"))
 COLS, ROWS = 4, 2
@@ -137,28 +134,21 @@ def test_realizable_iff_the_game_is_won(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(WANTED))
-def test_runs_keep_the_formulas(seed: int, tmp_path: Path) -> None:
+def test_runs_keep_the_formulas(seed: int) -> None:
     document, kept, met, _ = drawn(seed)
-    path = tmp_path / "run.jsonl"
-    with TraceWriter(path) as trace:
-        result = Mission(load_scenario_text(json.dumps(document)), listeners=[trace]).run()
-    assert check_trace(path).findings == ()
-    before = alarm = at = 0
-    goals = 0
-    for line in map(json.loads, path.read_text().splitlines()):
+    run = play(document)
+    goals = before = alarm = at = 0
+    for line in run.records:
         if line["type"] == "inputs":
             alarm = int(line["values"]["alarm"])
         elif line["type"] == "move":
             assert kept(at, line["to"], before, alarm), line
             goals += met(at, line["to"], before, alarm)
             at, before = line["to"], alarm
-    if result.outcome is Outcome.COMPLETED:
+    if run.outcome["outcome"] == "completed":
         assert goals >= 2
     if seed % BUNDLED == 0:
-        (tmp_path / "plan.yaml").write_text(json.dumps(document))
-        bundle_of_run(tmp_path / "plan.yaml", tmp_path / "bundle")
-        verdict, reason, _ = check(tmp_path / "bundle")
-        assert verdict == "accepted", reason
+        certified(json.dumps(document))
 
 
 FIRE = """
@@ -177,24 +167,15 @@ limits: {ticks: 200}
 """
 
 
-def lines_of(text: str, tmp_path: Path, **given: Any) -> list[dict[str, Any]]:
-    path = tmp_path / "run.jsonl"
-    with TraceWriter(path) as trace:
-        mission = Mission(load_scenario_text(text), listeners=[trace], **given)
-        mission.run()
-    assert check_trace(path).findings == ()
-    return [json.loads(line) for line in path.read_text().splitlines()]
-
-
-def test_inputs_of_a_live_run_are_in_seconds(tmp_path: Path) -> None:
-    lines = lines_of(FIRE.replace("lockstep", "live"), tmp_path)
+def test_inputs_of_a_live_run_are_in_seconds() -> None:
+    lines = play(FIRE.replace("lockstep", "live")).records
     told = [(int(x["t"]), x["values"]["alarm"]) for x in lines if x["type"] == "inputs"]
     assert told == [(4, True), (10, False), (20, True), (21, False)]
     assert lines[-1]["outcome"] == "completed"
 
 
-def test_robots_do_what_an_input_says_while_it_is_on(tmp_path: Path) -> None:
-    lines = lines_of(FIRE, tmp_path)
+def test_robots_do_what_an_input_says_while_it_is_on() -> None:
+    lines = play(FIRE).records
     own = {"visit": [0, 6, 20]}
     given = [(x["tick"], x["objective"]) for x in lines if x.get("cause") == "input"]
     quads = [entry for entry in given if entry[1] == own or entry[1].get("hold") == 14]
@@ -202,15 +183,13 @@ def test_robots_do_what_an_input_says_while_it_is_on(tmp_path: Path) -> None:
     end = lines[-1]
     assert end["outcome"] == "completed"
     assert end["tick"] > 21  # not while a robot answers an input
-    (tmp_path / "plan.yaml").write_text(FIRE)
-    bundle_of_run(tmp_path / "plan.yaml", tmp_path / "bundle")
-    verdict, reason, _ = check(tmp_path / "bundle")
-    assert verdict == "accepted", reason
+    certified(FIRE)
 
 
 @pytest.mark.parametrize("broken", ["early", "other", "never"])
-def test_damaged_traces_are_refused(broken: str, tmp_path: Path) -> None:
-    lines = lines_of(FIRE, tmp_path)
+def test_damaged_traces_are_refused(broken: str) -> None:
+    run = play(FIRE)
+    lines = run.records
     at = next(k for k, line in enumerate(lines) if line["type"] == "inputs")
     if broken == "early":
         lines[at]["values"]["alarm"] = False
@@ -218,8 +197,7 @@ def test_damaged_traces_are_refused(broken: str, tmp_path: Path) -> None:
         lines[at]["values"]["fire"] = True
     else:
         del lines[at]
-    found = check_trace(json.dumps(line) for line in lines).findings
-    assert "inputs" in {finding.rule for finding in found}
+    assert "inputs" in run.broken
 
 
 class Caller:
@@ -233,31 +211,30 @@ class Caller:
         return {"call": 6 <= tick <= 8, "alarm": False}
 
 
-def test_a_world_sets_inputs(tmp_path: Path) -> None:
+def test_a_world_sets_inputs() -> None:
     text = FIRE.replace("{at: [4-9, 20]}", "{}").replace("call: {}", "call: {at: 6-8}")
     world = Caller(load_scenario_text(text))
-    lines = lines_of(text, tmp_path, world=world)
+    lines = play(text, world=world).records
     told = [(x["tick"], x["values"]["call"]) for x in lines if x["type"] == "inputs"]
     assert told == [(6, True), (9, False)]
 
 
-def test_a_user_sets_inputs_during_a_run(tmp_path: Path) -> None:
-    path = tmp_path / "run.jsonl"
-    with TraceWriter(path) as trace:
-        mission = Mission(load_scenario_text(FIRE), listeners=[trace])
-        mission.start()
+def test_a_user_sets_inputs_during_a_run() -> None:
+    run = Run()
+    mission = Mission(load_scenario_text(FIRE), listeners=[run])
+    mission.start()
+    mission.step()
+    mission.intervene(SetInput("call", on=True))
+    mission.step()
+    assert isinstance(mission.state.robots["quad"].robot.objective, Hold)
+    with pytest.raises(UsageError, match="the inputs decide what quad does"):
+        mission.intervene(Give("quad", Hold(frozenset({0}))))
+    with pytest.raises(UsageError, match="there is no input 'fire'"):
+        mission.intervene(SetInput("fire", on=True))
+    mission.intervene(SetInput("call", on=False))
+    while mission.result is None:
         mission.step()
-        mission.intervene(SetInput("call", on=True))
-        mission.step()
-        assert isinstance(mission.state.robots["quad"].robot.objective, Hold)
-        with pytest.raises(UsageError, match="the inputs decide what quad does"):
-            mission.intervene(Give("quad", Hold(frozenset({0}))))
-        with pytest.raises(UsageError, match="there is no input 'fire'"):
-            mission.intervene(SetInput("fire", on=True))
-        mission.intervene(SetInput("call", on=False))
-        while mission.result is None:
-            mission.step()
-    assert check_trace(path).findings == ()
+    assert not run.findings
 
 
 def test_check_warns_of_what_an_input_makes_impossible(tmp_path: Path) -> None:

@@ -3,25 +3,19 @@ own."""
 
 from __future__ import annotations
 
-import json
 import os
 from collections import Counter
-from pathlib import Path
 from random import Random
 from typing import Any
 
 import pytest
 import yaml
 
-from runtime.played import Run
-from safenav.audit.check import check_trace
-from safenav.certify.checker.check import check
-from safenav.certify.record import bundle_of_run
+from certify.making import certified
+from runtime.played import Run, play
 from safenav.errors import InputError
-from safenav.runtime.mission import Mission
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.settings import Clock
-from safenav.trace.writing import TraceWriter
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or 12
 ROWS, COLS = 3, 5
@@ -45,15 +39,10 @@ until: {rounds: 1}
 """
 
 
-def play(text: str, folder: Path, clock: Clock = Clock.LOCKSTEP) -> Run:
-    """A run whose trace the audit accepts and in which no robot carries more than it can."""
+def played(text: str, clock: Clock = Clock.LOCKSTEP) -> Run:
+    """A run in which no robot carries more than it can."""
     scenario = load_scenario_text(text + f"clock: {clock.value}\n", "scenario.yaml")
-    path = folder / "trace.jsonl"
-    with TraceWriter(path) as trace:
-        Mission(scenario, listeners=[trace]).run()
-    audit = check_trace(path)
-    assert audit.findings == (), "\n".join(map(str, audit.findings))
-    run = Run([json.loads(line) for line in path.read_text().splitlines()])
+    run = play(scenario)
     most = {robot.name: robot.model.carries for robot in scenario.robots}
     assert all(carried[name] <= most[name] for carried in hands(run) for name in most), text
     return run
@@ -80,24 +69,24 @@ def hands(run: Run) -> list[Counter[str]]:
 
 
 @pytest.mark.parametrize("clock", Clock)
-def test_a_robot_carries_one_load_after_the_other(tmp_path: Path, clock: Clock) -> None:
-    run = play(HALL, tmp_path, clock)
+def test_a_robot_carries_one_load_after_the_other(clock: Clock) -> None:
+    run = played(HALL, clock)
     met = [(line["obstacle"][-2:], line["need"]) for line in run.all("met")]
     assert run.outcome["outcome"] == "completed"
     assert met == [("#2", 0), ("#2", 1), ("16", 0), ("16", 1)]  # the newest request first
 
 
-def test_a_robot_takes_the_load_that_is_due_first(tmp_path: Path) -> None:
+def test_a_robot_takes_the_load_that_is_due_first() -> None:
     """Of three at one place: what it is sent for, not the first of the list."""
     text = HALL.replace("orders: [", "orders: [{at: 1, type: pallet, region: shelf}, ").replace(
         "region: shelf}]", "region: shelf, resolve_within: 16}]"
     )
-    run = play(text, tmp_path)
+    run = played(text)
     assert next(line["obstacle"] for line in run.all("met", need=0)) == "pallet@16#3"
     assert run.one("deadline", verdict="kept")["of"] == "pallet@16#3"
 
 
-def test_a_robot_that_is_sent_for_a_load_leaves_others(tmp_path: Path) -> None:
+def test_a_robot_that_is_sent_for_a_load_leaves_others() -> None:
     """It passes the rack on its way to the shelf, where something is due."""
     text = HALL.replace("start: [2, 3]", "start: [1, 8]").replace("rack: [2, 8]", "rack: [1, 7]")
     text = text.replace("orders: [{at: 1, type: pallet, region: shelf}", ORDERS).replace(
@@ -105,7 +94,7 @@ def test_a_robot_that_is_sent_for_a_load_leaves_others(tmp_path: Path) -> None:
         "  obstacles:\n    box: {needs: [{action: lift, at: [rack]}, "
         "{action: drop, at: [dock], same: true}], blocks: []}\n",
     )
-    run = play(text, tmp_path)
+    run = played(text)
     assert run.all("met")[0]["obstacle"].startswith("pallet")
     assert run.one("deadline", verdict="kept")
 
@@ -117,24 +106,24 @@ ORDERS = (
 
 
 @pytest.mark.parametrize("clock", Clock)
-def test_a_robot_for_two_takes_both(tmp_path: Path, clock: Clock) -> None:
-    run = play(HALL.replace("carries: 1", "carries: 2"), tmp_path, clock)
+def test_a_robot_for_two_takes_both(clock: Clock) -> None:
+    run = played(HALL.replace("carries: 1", "carries: 2"), clock)
     assert [line["need"] for line in run.all("met")] == [0, 0, 1, 1]
 
 
-def test_one_load_is_the_default(tmp_path: Path) -> None:
-    run = play(HALL.replace(", carries: 1", ""), tmp_path)
+def test_one_load_is_the_default() -> None:
+    run = played(HALL.replace(", carries: 1", ""))
     assert [line["need"] for line in run.all("met")] == [0, 1, 0, 1]
     assert run.records[0]["scenario"]["robots"]["a"]["carries"] == 1
 
 
-def test_whoever_carries_a_load_opens_doors(tmp_path: Path) -> None:
+def test_whoever_carries_a_load_opens_doors() -> None:
     """Only other loads have to wait."""
     text = HALL.replace("[lift, drop]", "[lift, drop, push]").replace(
         '"#........#", "#........#"', '"#...#....#", "#........#"'
     )
     text += "obstacles: [{type: door, region: [2, 4]}]\n"
-    run = play(text.replace("start: [2, 3]", "start: [2, 6]").replace("[2, 2]", "[2, 7]"), tmp_path)
+    run = played(text.replace("start: [2, 3]", "start: [2, 6]").replace("[2, 2]", "[2, 7]"))
     first, then, *_ = run.order("met", "resolved")
     assert (first[0], first[1][:9], then) == ("met", "pallet@16", ("resolved", "door@24"))
 
@@ -146,30 +135,22 @@ def test_whoever_carries_a_load_opens_doors(tmp_path: Path) -> None:
         (lambda line: line["need"] == 1 and line.update(obstacle="pallet@16"), "need"),
     ],
 )
-def test_the_audit_refuses_a_second_load(tmp_path: Path, change: Any, rule: str) -> None:
+def test_the_audit_refuses_a_second_load(change: Any, rule: str) -> None:
     """One order's lines are told of the other."""
-    play(HALL, tmp_path)
-    path = tmp_path / "trace.jsonl"
-    lines = [json.loads(line) for line in path.read_text().splitlines()]
-    change(next(one for one in lines if one["type"] == "met" and change(dict(one)) is None))
-    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
-    assert rule in {finding.rule for finding in check_trace(path).findings}
+    run = played(HALL)
+    change(next(one for one in run.all("met") if change(dict(one)) is None))
+    assert rule in run.broken
 
 
-def test_the_checkers_refuse_two_loads_in_two_hands(tmp_path: Path) -> None:
+def test_the_checkers_refuse_two_loads_in_two_hands() -> None:
     """The run of a robot that carries two, told of one that carries one."""
-    play(HALL.replace("carries: 1", "carries: 2"), tmp_path)
-    path = tmp_path / "trace.jsonl"
-    path.write_text(path.read_text().replace('"carries":2', '"carries":1'))
-    found = [f.explanation for f in check_trace(path).findings]
-    assert "a carries pallet@16, and takes pallet@16#2 as well" in found
+    run = played(HALL.replace("carries: 1", "carries: 2"))
+    run.records[0]["scenario"]["robots"]["a"]["carries"] = 1
+    assert "a carries pallet@16, and takes pallet@16#2 as well" in run.findings
 
 
-def test_a_checker_of_bundles_follows_it(tmp_path: Path) -> None:
-    (tmp_path / "hall.yaml").write_text(HALL)
-    bundle_of_run(tmp_path / "hall.yaml", tmp_path / "bundle")
-    verdict, reason, _ = check(tmp_path / "bundle")
-    assert verdict == "accepted", reason
+def test_a_checker_of_bundles_follows_it() -> None:
+    certified(HALL)
 
 
 @pytest.mark.parametrize("carries", ["0", "-1", "two", "1000000"])
@@ -247,14 +228,14 @@ def deliverable(data: dict[str, Any], kind: str) -> bool:
 
 @pytest.mark.parametrize("clock", Clock)
 @pytest.mark.parametrize("seed", range(COUNT))
-def test_what_can_be_delivered_is(seed: int, clock: Clock, tmp_path: Path) -> None:
+def test_what_can_be_delivered_is(seed: int, clock: Clock) -> None:
     data = drawn(seed)
     text = yaml.safe_dump(data)
     try:
         load_scenario_text(text)
     except InputError:
         return
-    run = play(text, tmp_path, clock)
+    run = played(text, clock)
     layers = [model["layer"] for model in data["catalogue"]["robots"].values()]
     resolved = Counter(line["obstacle"].partition("@")[0] for line in run.all("resolved"))
     wanted = Counter(o["type"] for o in data["orders"] if deliverable(data, o["type"]))

@@ -10,16 +10,14 @@ from typing import Any
 
 import pytest
 
-from safenav.audit.check import check_trace
-from safenav.certify.checker.check import check
-from safenav.certify.record import bundle_of_run
+from certify.making import certified
+from runtime.played import Run, play
 from safenav.errors import UsageError
 from safenav.runtime.knowledge import Knowledge
 from safenav.runtime.mission import Mission
 from safenav.runtime.user_changes import PlaceOrder
 from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
-from safenav.trace.writing import TraceWriter
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 WANTED = int(os.environ.get("SAFENAV_FUZZ", "6"))
@@ -114,17 +112,10 @@ def reached(start: int, free: set[int]) -> set[int]:
     return found
 
 
-def lines_of(document: dict[str, Any], path: Path) -> list[dict[str, Any]]:
-    with TraceWriter(path) as trace:
-        Mission(load_scenario_text(json.dumps(document)), listeners=[trace]).run()
-    assert check_trace(path).findings == ()
-    return [json.loads(line) for line in path.read_text().splitlines()]
-
-
 @pytest.mark.parametrize("seed", range(WANTED))
-def test_an_order_is_done_by_robots_that_can(seed: int, tmp_path: Path) -> None:
+def test_an_order_is_done_by_robots_that_can(seed: int) -> None:
     document = drawn(seed)
-    lines = lines_of(document, tmp_path / "run.jsonl")
+    lines = play(document).records
     at = {name: robot["start"] for name, robot in document["robots"].items()}
     skills = {n: CATALOGUE["robots"][r["model"]] for n, r in document["robots"].items()}
     told, done, given_up = dict[str, int](), dict[str, int](), set[str]()
@@ -168,10 +159,7 @@ def test_an_order_is_done_by_robots_that_can(seed: int, tmp_path: Path) -> None:
         if kind != "heavy" or len(where) < 2:
             assert (name in done) == (len(able) >= count and len(where) >= count), (seed, name)
     if seed % BUNDLED == 0:
-        (tmp_path / "plan.yaml").write_text(json.dumps(document))
-        bundle_of_run(tmp_path / "plan.yaml", tmp_path / "bundle")
-        verdict, reason, _ = check(tmp_path / "bundle")
-        assert verdict == "accepted", reason
+        certified(json.dumps(document))
 
 
 PLAN = {
@@ -189,9 +177,8 @@ PLAN = {
 
 
 @pytest.mark.parametrize("broken", ["unordered", "unasked", "another", "early"])
-def test_damaged_traces_are_refused(broken: str, tmp_path: Path) -> None:
-    lines = lines_of(PLAN, tmp_path / "run.jsonl")
-    assert check_trace(json.dumps(line) for line in lines).ok
+def test_damaged_traces_are_refused(broken: str) -> None:
+    lines = play(PLAN).records
     if broken == "unordered":
         lines = [line for line in lines if line["type"] != "order"]
     elif broken == "unasked":
@@ -202,10 +189,10 @@ def test_damaged_traces_are_refused(broken: str, tmp_path: Path) -> None:
         for line in lines:
             if line["type"] in ("appeared", "order"):
                 line["tick"] -= 1
-    assert check_trace(json.dumps(line) for line in lines).findings
+    assert Run(lines).findings
 
 
-def test_the_same_work_is_ordered_twice(tmp_path: Path) -> None:
+def test_the_same_work_is_ordered_twice() -> None:
     """Each order has its own request, clock and end; nobody waits for the first to be done."""
     orders = [
         {"at": 2, "type": "parcel", "region": 9},
@@ -213,58 +200,50 @@ def test_the_same_work_is_ordered_twice(tmp_path: Path) -> None:
         {"at": 3, "type": "photo", "region": 9},
     ]
     expect = {"outcome": "completed", "resolved": ["parcel@9", "parcel@9#2", "photo@9"]}
-    document = PLAN | {"orders": orders, "expect": expect}
-    lines = lines_of(document, tmp_path / "run.jsonl")
-    came = {line["obstacle"]: line["tick"] for line in lines if line["type"] == "order"}
+    run = play(PLAN | {"orders": orders, "expect": expect})
+    came = {line["obstacle"]: line["tick"] for line in run.all("order")}
     assert came == {"parcel@9": 2, "parcel@9#2": 3, "photo@9": 3}
-    kept = [(x["of"], x["verdict"]) for x in lines if x["type"] == "deadline"]
+    kept = [(x["of"], x["verdict"]) for x in run.all("deadline")]
     assert kept == [("parcel@9#2", "set"), ("parcel@9#2", "kept")]
-    done = {line["obstacle"] for line in lines if line["type"] == "resolved"}
-    assert done == set(came)
+    assert {line["obstacle"] for line in run.all("resolved")} == set(came)
 
 
-def test_a_program_orders_during_a_run(tmp_path: Path) -> None:
-    path = tmp_path / "run.jsonl"
-    with TraceWriter(path) as trace:
-        mission = Mission(load_scenario_text(json.dumps(PLAN)), listeners=[trace])
-        mission.start()
+def test_a_program_orders_during_a_run() -> None:
+    run = Run()
+    mission = Mission(load_scenario_text(json.dumps(PLAN)), listeners=[run])
+    mission.start()
+    mission.step()
+    kinds = mission.scenario.catalogue.obstacles
+    for kind, region, said in (
+        ("door", 9, "a door stops robots"),
+        ("parcel", 10, "region 10 is a wall"),
+    ):
+        with pytest.raises((UsageError, IndexError), match=said):
+            mission.intervene(PlaceOrder(kinds[kind], region))
+    mission.intervene(PlaceOrder(kinds["photo"], 0))
+    mission.intervene(PlaceOrder(kinds["photo"], 0))
+    while mission.result is None:
         mission.step()
-        kinds = mission.scenario.catalogue.obstacles
-        for kind, region, said in (
-            ("door", 9, "a door stops robots"),
-            ("parcel", 10, "region 10 is a wall"),
-        ):
-            with pytest.raises((UsageError, IndexError), match=said):
-                mission.intervene(PlaceOrder(kinds[kind], region))
-        mission.intervene(PlaceOrder(kinds["photo"], 0))
-        mission.intervene(PlaceOrder(kinds["photo"], 0))
-        while mission.result is None:
-            mission.step()
-    assert check_trace(path).findings == ()
-    done = [json.loads(x) for x in path.read_text().splitlines() if '"resolved"' in x]
-    who = {x["obstacle"]: x["robot"] for x in done if x["type"] == "resolved"}
+    assert not run.findings
+    who = {x["obstacle"]: x["robot"] for x in run.all("resolved")}
     assert who == {"photo@0": "bob", "photo@0#2": "bob", "parcel@9": "ann"}
 
 
-def test_an_order_during_a_live_run_comes_when_it_is_made(tmp_path: Path) -> None:
+def test_an_order_during_a_live_run_comes_when_it_is_made() -> None:
     """Not at the second whose number is that of the pass."""
-    path = tmp_path / "run.jsonl"
+    run = Run()
     plan = PLAN | {"clock": "live", "orders": [], "until": {"rounds": 12}}
-    with TraceWriter(path) as trace:
-        mission = Mission(load_scenario_text(json.dumps(plan)), listeners=[trace])
-        mission.start()
-        for _ in range(40):
-            mission.step()
-        made = mission.state.time
-        assert made < mission.state.tick / 2
-        mission.intervene(PlaceOrder(mission.scenario.catalogue.obstacles["parcel"], 9))
+    mission = Mission(load_scenario_text(json.dumps(plan)), listeners=[run])
+    mission.start()
+    for _ in range(40):
         mission.step()
-        while mission.result is None:
-            mission.step()
-    assert check_trace(path).findings == ()
-    lines = [json.loads(line) for line in path.read_text().splitlines()]
-    (order,) = [line for line in lines if line["type"] == "order"]
-    assert made <= order["t"] <= made + 5
+    made = mission.state.time
+    assert made < mission.state.tick / 2
+    mission.intervene(PlaceOrder(mission.scenario.catalogue.obstacles["parcel"], 9))
+    while mission.result is None:
+        mission.step()
+    assert not run.findings
+    assert made <= run.one("order")["t"] <= made + 5
 
 
 class Outside:
@@ -284,15 +263,11 @@ class Outside:
         return self.truth.act(robot)
 
 
-def test_orders_reach_the_team_in_another_world(tmp_path: Path) -> None:
+def test_orders_reach_the_team_in_another_world() -> None:
     scenario = load_scenario_text(json.dumps(PLAN))
-    path = tmp_path / "run.jsonl"
-    with TraceWriter(path) as trace:
-        world = Outside(SimulatedWorld(scenario))
-        result = Mission(scenario, world=world, listeners=[trace]).run()
-    assert result.outcome.value == "completed"
-    assert check_trace(path).findings == ()
-    assert '"order"' in path.read_text()
+    run = play(scenario, world=Outside(SimulatedWorld(scenario)))
+    assert run.outcome["outcome"] == "completed"
+    assert run.all("order")
 
 
 def test_a_need_is_news_although_another_obstacle_has_come_as_far() -> None:

@@ -10,13 +10,14 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
-from runtime.played import Run, Runner
+from runtime.played import Run, play
 from safenav.audit.check import check_trace
 from safenav.audit.rules import proofs
 from safenav.certify.checker.check import open_bundle
 from safenav.certify.checker.check_run import Evidence
 from safenav.certify.record import bundle_of_trace
 from safenav.cli.check_trace import command
+from safenav.lines import json_line
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
@@ -114,8 +115,8 @@ def told(kind: str, nth: int, **objectives: object) -> Callable[[list[dict[str, 
 
 
 @pytest.mark.parametrize(("order", "helper"), [("newest", "opener"), ("oldest", None)])
-def test_the_newest_request_is_served_first(run: Runner, order: str, helper: str | None) -> None:
-    trace = run(f"{DOORS}order: {order}\n")
+def test_the_newest_request_is_served_first(order: str, helper: str | None) -> None:
+    trace = play(f"{DOORS}order: {order}\n")
     first, second = trace.all("request")[:2]
     assert first["helper"] == "opener"
     assert second["helper"] == helper
@@ -127,17 +128,17 @@ def test_the_newest_request_is_served_first(run: Runner, order: str, helper: str
     assert ("helper", "opener") in findings(trace, another_order)
 
 
-def test_a_pop_restores_the_objective_that_was_pushed(run: Runner) -> None:
-    trace = run((SCENARIOS / "case_study_3.yaml").read_text())
+def test_a_pop_restores_the_objective_that_was_pushed() -> None:
+    trace = play((SCENARIOS / "case_study_3.yaml").read_text())
     restored = trace.one("pop", obstacle="door@47")["objectives"]["quad"]
     assert restored == trace.all("push")[0]["objectives"]["quad"] == {"visit": [[42, 44], 22]}
     other = {"visit": [[42, 44], 48]}
     assert ("pop", "quad") in findings(trace, told("pop", 0, quad=other))
 
 
-def test_the_requester_leaves_its_helpers_way_at_once(run: Runner) -> None:
+def test_the_requester_leaves_its_helpers_way_at_once() -> None:
     """The door was resolved at tick 49 when the requester stayed until the helper starved."""
-    trace = run(WAITING)
+    trace = play(WAITING)
     (push,) = trace.all("push")
     assert push["objectives"]["cart"]["hold"] not in (35, 34)  # in the corridor
     assert trace.all("plan")[0]["tick"] == push["tick"]
@@ -146,19 +147,19 @@ def test_the_requester_leaves_its_helpers_way_at_once(run: Runner) -> None:
     assert ("push", "cart") in findings(trace, told("push", 0, cart={"hold": 35}))
 
 
-def test_two_lifters_come_while_the_requester_steps_back(run: Runner) -> None:
+def test_two_lifters_come_while_the_requester_steps_back() -> None:
     """Tick 5 is the optimum of the joint state space."""
-    assert run(BEAM).one("resolved")["tick"] == 5
+    assert play(BEAM).one("resolved")["tick"] == 5
 
 
-def test_a_robot_does_something_else_while_it_waits(run: Runner) -> None:
+def test_a_robot_does_something_else_while_it_waits() -> None:
     away = WAITING.replace("[1, 1], heading", "[1, 9], heading").replace(
         "[[1, 1], [3, 3]]", "[[1, 13], [3, 13]]"
     )
     away = away.replace(
         "[[2, 12], [2, 1]]}}", "[[2, 12], [2, 1]]}, while_waiting: {visit: [[1, 1], [3, 1]]}}"
     )
-    trace = run(away)
+    trace = play(away)
     (push,) = trace.all("push")
     assert push["objectives"]["cart"] == {"visit": [16, 46]}
     opened = trace.one("resolved")["tick"]
@@ -191,9 +192,9 @@ limits: {ticks: 100}
 """
 
 
-def test_a_request_that_no_joint_state_serves_is_set_aside(run: Runner) -> None:
+def test_a_request_that_no_joint_state_serves_is_set_aside() -> None:
     """Joint plans were made until the tick limit: the helper would have to pass the requester."""
-    trace = run(CORRIDOR)
+    trace = play(CORRIDOR)
     assert trace.outcome["outcome"] == "completed"
     assert [line.get("aside") for line in trace.all("request")] == [None, True]
     assert trace.all("resolved") == []
@@ -207,10 +208,10 @@ def test_a_request_that_no_joint_state_serves_is_set_aside(run: Runner) -> None:
 
 
 def test_a_request_that_is_too_large_to_judge_is_noted(
-    run: Runner, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    run(CORRIDOR)
     path = tmp_path / "trace.jsonl"
+    path.write_text("".join(map(json_line, play(CORRIDOR).records)))
     assert check_trace(path).notes == ()
     monkeypatch.setattr(proofs, "MOST_SERVED", 5)
     found = check_trace(path)

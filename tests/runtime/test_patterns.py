@@ -3,7 +3,6 @@ evaluator of linear temporal logic of this file's own."""
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Callable
 from functools import reduce
@@ -12,10 +11,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from safenav.audit.check import check_trace
-from safenav.runtime.mission import Mission
-from safenav.scenario.reading.loader import load_scenario_text
-from safenav.trace.writing import TraceWriter
+from runtime.played import play
 
 PAGE = (Path(__file__).parents[2] / "docs" / "patterns.md").read_text(encoding="utf-8")
 WRITTEN = dict(re.findall(r"^### (.+?)\n\n```yaml\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL))
@@ -154,7 +150,7 @@ def word(text: str) -> Word:
     return Word([frozenset(part.split("+")) for part in text.split()])
 
 
-def run(name: str, path: Path) -> Word:
+def word_of_run(name: str) -> Word:
     """What happens in a run: the place and the inputs of each tick, as they repeat in the end where
     no input changes that."""
     told = yaml.safe_load(WRITTEN[name])
@@ -167,13 +163,11 @@ def run(name: str, path: Path) -> Word:
         "until": {"rounds": 1000},
         "limits": {"ticks": TICKS},
     }
-    with TraceWriter(path) as trace:
-        mission = Mission(load_scenario_text(json.dumps(document)), listeners=[trace])
-        result = mission.run()
-    assert (result.outcome.value, check_trace(path).findings) == ("tick_limit", ())
+    run = play(document)
+    assert run.outcome["outcome"] == "tick_limit"
     places = {region: place for place, region in NAMES.items()}
     moments, on, way = [frozenset({"dock"})], frozenset[str](), [NAMES["dock"]]
-    for line in map(json.loads, path.read_text().splitlines()):
+    for line in run.records:
         if line["type"] == "inputs":
             on = frozenset(name for name, value in line["values"].items() if value)
         elif line["type"] == "move":
@@ -194,10 +188,10 @@ def test_the_page_has_every_pattern_once() -> None:
 
 
 @pytest.mark.parametrize("name", PATTERNS)
-def test_a_run_satisfies_the_pattern_and_another_does_not(name: str, tmp_path: Path) -> None:
+def test_a_run_satisfies_the_pattern_and_another_does_not(name: str) -> None:
     formula, counterexample = PATTERNS[name]
     assert 0 not in formula(word(counterexample))
-    found = run(name, tmp_path / "run.jsonl")
+    found = word_of_run(name)
     assert 0 in formula(found), [sorted(moment) for moment in found.moments]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import pytest
 
-from runtime.played import Runner
+from runtime.played import play
 from safenav.scenario.model import Clock
 
 TRAP = """\
@@ -182,8 +182,8 @@ limits: {ticks: 100}
         pytest.param(EXCLUSION, "completed", [], id="never together where a load is taken"),
     ],
 )
-def test_what_can_be_done_is_done(run: Runner, text: str, outcome: str, done: list[str]) -> None:
-    trace = run(text)
+def test_what_can_be_done_is_done(text: str, outcome: str, done: list[str]) -> None:
+    trace = play(text)
     assert trace.outcome["outcome"] == outcome
     orders = {line["obstacle"] for line in trace.all("order")}
     resolved = {line["obstacle"] for line in trace.all("resolved")} & orders
@@ -193,9 +193,9 @@ def test_what_can_be_done_is_done(run: Runner, text: str, outcome: str, done: li
         assert sorted(told.split(", ") if told else []) == sorted(orders - resolved)
 
 
-def test_a_trap_is_explained_by_what_would_be_lost(run: Runner) -> None:
+def test_a_trap_is_explained_by_what_would_be_lost() -> None:
     """The robot could still meet its objective from where it is: nothing else conflicts."""
-    ended = run("""
+    ended = play("""
         safenav: 1
         map: {grid: [".......", "###.###", "......."]}
         catalogue: {robots: {cart: {mobility: free, layer: ground}}}
@@ -314,15 +314,15 @@ limits: {ticks: 60}
     [RULES, EQUAL, OWN_CHANGED, ALARM_WITHOUT_WAY],
     ids=["rules", "equal", "own changed", "a wait"],
 )
-def test_inputs_change_objectives_beside_duties(run: Runner, text: str) -> None:
-    trace = run(text)
+def test_inputs_change_objectives_beside_duties(text: str) -> None:
+    trace = play(text)
     assert trace.outcome["outcome"] == "completed"
     assert trace.one("inputs", values={"alarm": True})
     assert trace.one("inputs", values={"alarm": False})
 
 
-def test_one_out_of_service_acts_where_it_stands(run: Runner) -> None:
-    trace = run(OUT)
+def test_one_out_of_service_acts_where_it_stands() -> None:
+    trace = play(OUT)
     request = trace.one("request")
     assert (request["helper"], request["because"]) == (None, "r1 is out of service")
     assert trace.one("resolved")["robot"] == "r1"
@@ -358,7 +358,7 @@ until: {rounds: 2}
 
 
 @pytest.mark.parametrize("clock", Clock)
-def test_an_own_objective_may_read_as_a_duty(run: Runner, clock: Clock) -> None:
-    trace = run(f"{OWN_AS_DUTY}clock: {clock.value}\n")
+def test_an_own_objective_may_read_as_a_duty(clock: Clock) -> None:
+    trace = play(f"{OWN_AS_DUTY}clock: {clock.value}\n")
     assert trace.outcome["outcome"] == "completed"
     assert "not done" not in trace.outcome["explanation"]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping
-from pathlib import Path
 from random import Random
 from typing import Any
 
@@ -13,12 +12,10 @@ import pytest
 import yaml
 
 from live.missions import crowd
-from safenav.audit.check import check_trace
+from runtime.played import Line, Run, play
 from safenav.errors import InputError
-from safenav.runtime.mission import Mission
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.studio.editing.operations import edited
-from safenav.trace.writing import TraceWriter
 
 MISSIONS = 4 * max(1, int(os.environ.get("SAFENAV_FUZZ", "1")))
 HALL = """\
@@ -49,16 +46,11 @@ STAYS = HALL.replace(
 STAYS = STAYS.replace("visit: [[1, 5], [3, 7]]", "visit: [[1, 1], [3, 7]]")
 
 
-def played(text: str, clock: str, folder: Path) -> tuple[str, list[dict[str, Any]], Path]:
-    """A run: its outcome, lines and trace."""
-    trace = folder / "trace.jsonl"
-    scenario = load_scenario_text(f"{text}clock: {clock}\n", "swept.yaml")
-    with TraceWriter(trace) as writer:
-        outcome = Mission(scenario, listeners=[writer]).run().outcome.value
-    return outcome, [json.loads(line) for line in trace.read_text().splitlines()], trace
+def played(text: str, clock: str) -> Run:
+    return play(f"{text}clock: {clock}\n")
 
 
-def meetings(lines: list[dict[str, Any]], gate: int, swept: set[int], by: str) -> int:
+def meetings(lines: list[Line], gate: int, swept: set[int], by: str) -> int:
     """How often another robot was in the swept regions while ``by`` resolved what is at the gate,
     told from the moves or commands alone."""
     robots = lines[0]["scenario"]["robots"]
@@ -84,30 +76,22 @@ def meetings(lines: list[dict[str, Any]], gate: int, swept: set[int], by: str) -
 @pytest.mark.parametrize("clock", ["lockstep", "live"])
 @pytest.mark.parametrize("text", [HALL, STAYS], ids=["passes", "stays"])
 @pytest.mark.parametrize("kind", ["leaf", "bar"])
-def test_no_other_robot_is_where_a_resolution_sweeps(
-    clock: str, text: str, kind: str, tmp_path: Path
-) -> None:
+def test_no_other_robot_is_where_a_resolution_sweeps(clock: str, text: str, kind: str) -> None:
     """Also if it holds there for itself: a joint plan moves it."""
-    text = text.replace("type: leaf", f"type: {kind}")
-    outcome, lines, trace = played(text, clock, tmp_path)
-    assert outcome == "completed"
-    assert check_trace(trace).findings == ()
-    assert lines[0]["scenario"]["obstacles"][0]["sweeps"] == sorted(SWEPT)
-    assert meetings(lines, GATE, SWEPT, "digit") == 0
+    run = played(text.replace("type: leaf", f"type: {kind}"), clock)
+    assert run.outcome["outcome"] == "completed"
+    assert run.records[0]["scenario"]["obstacles"][0]["sweeps"] == sorted(SWEPT)
+    assert meetings(run.records, GATE, SWEPT, "digit") == 0
 
 
 @pytest.mark.parametrize("clock", ["lockstep", "live"])
 @pytest.mark.parametrize("kind", ["leaf", "bar"])
-def test_without_the_key_they_meet_and_the_audit_would_say_so(
-    clock: str, kind: str, tmp_path: Path
-) -> None:
+def test_without_the_key_they_meet_and_the_audit_would_say_so(clock: str, kind: str) -> None:
     text = HALL.replace(", sweeps: neighbours", "").replace("type: leaf", f"type: {kind}")
-    _, lines, trace = played(text, clock, tmp_path)
-    assert check_trace(trace).findings == ()
-    assert meetings(lines, GATE, SWEPT, "digit") > 0
-    lines[0]["scenario"]["obstacles"][0]["sweeps"] = sorted(SWEPT)
-    trace.write_text("".join(json.dumps(line) + "\n" for line in lines))
-    assert "swept" in {finding.rule for finding in check_trace(trace).findings}
+    run = played(text, clock)
+    assert meetings(run.records, GATE, SWEPT, "digit") > 0
+    run.records[0]["scenario"]["obstacles"][0]["sweeps"] = sorted(SWEPT)
+    assert "swept" in run.broken
 
 
 def swept_crowd(seed: int) -> Mapping[str, Any]:
@@ -126,16 +110,13 @@ def swept_crowd(seed: int) -> Mapping[str, Any]:
 
 @pytest.mark.parametrize("seed", range(MISSIONS))
 @pytest.mark.parametrize("clock", ["lockstep", "live"])
-def test_random_missions_with_swept_regions_end_as_without(
-    seed: int, clock: str, tmp_path: Path
-) -> None:
+def test_random_missions_with_swept_regions_end_as_without(seed: int, clock: str) -> None:
     data = swept_crowd(seed)
-    outcome, _, trace = played(yaml.safe_dump(data), clock, tmp_path)
-    assert check_trace(trace).findings == ()
+    outcome = played(yaml.safe_dump(data), clock).outcome["outcome"]
     if outcome != "completed":
         for kind in data["catalogue"]["obstacles"].values():
             kind.pop("sweeps", None)
-        assert played(yaml.safe_dump(data), clock, tmp_path)[0] == outcome
+        assert played(yaml.safe_dump(data), clock).outcome["outcome"] == outcome
 
 
 WRONG = {
@@ -147,10 +128,8 @@ WRONG = {
         "leaf: {needs: [{action: push}, {action: push}],",
         "it has several needs",
     ),
+    "promised": ("until: {rounds: 2}", "until: {rounds: 2, by: 90}", "promised in ticks"),
 }
-
-
-WRONG["promised"] = ("until: {rounds: 2}", "until: {rounds: 2, by: 90}", "promised in ticks")
 
 
 @pytest.mark.parametrize("case", WRONG)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from runtime.played import Runner
+from runtime.played import play
 from safenav.errors import InputError
 
 
-def test_resolving_what_nobody_asked_for_pops_nothing(run: Runner) -> None:
-    trace = run(
+def test_resolving_what_nobody_asked_for_pops_nothing() -> None:
+    trace = play(
         """
         safenav: 1
         map:
@@ -29,9 +29,9 @@ def test_resolving_what_nobody_asked_for_pops_nothing(run: Runner) -> None:
     assert trace.outcome["outcome"] == "completed"
 
 
-def test_unasked_resolution_while_a_request_is_open_leaves_the_stack_alone(run: Runner) -> None:
+def test_unasked_resolution_while_a_request_is_open_leaves_the_stack_alone() -> None:
     # The flyer waits for door 12; on its way there the opener opens door 16, too.
-    trace = run(
+    trace = play(
         """
         safenav: 1
         map:
@@ -56,8 +56,8 @@ def test_unasked_resolution_while_a_request_is_open_leaves_the_stack_alone(run: 
     assert trace.one("pop")["tick"] == second["tick"]
 
 
-def test_helper_that_stands_on_its_own_target_still_goes(run: Runner) -> None:
-    trace = run(
+def test_helper_that_stands_on_its_own_target_still_goes() -> None:
+    trace = play(
         """
         safenav: 1
         map:
@@ -79,10 +79,10 @@ def test_helper_that_stands_on_its_own_target_still_goes(run: Runner) -> None:
     assert trace.outcome["outcome"] == "completed"
 
 
-def test_robot_that_faces_the_obstacle_can_wait_and_turn(run: Runner) -> None:
+def test_robot_that_faces_the_obstacle_can_wait_and_turn() -> None:
     # Digit faces the uncertain region with a wall on its left: it cannot turn on the spot. It
     # waits, and when the region proves untraversable it turns off to the right.
-    trace = run(
+    trace = play(
         """
         safenav: 1
         map:
@@ -109,10 +109,8 @@ def test_robot_that_faces_the_obstacle_can_wait_and_turn(run: Runner) -> None:
     assert trace.outcome["outcome"] == "completed"
 
 
-def test_robot_between_walls_in_front_of_an_untraversable_region_needs_an_operator(
-    run: Runner,
-) -> None:
-    trace = run(
+def test_robot_between_walls_in_front_of_an_untraversable_region_needs_an_operator() -> None:
+    trace = play(
         """
         safenav: 1
         map:
@@ -135,8 +133,8 @@ def test_robot_between_walls_in_front_of_an_untraversable_region_needs_an_operat
     assert "digit" in trace.outcome["explanation"]
 
 
-def test_second_request_while_the_first_is_pending(run: Runner) -> None:
-    trace = run(
+def test_second_request_while_the_first_is_pending() -> None:
+    trace = play(
         """
         safenav: 1
         map:
@@ -161,8 +159,8 @@ def test_second_request_while_the_first_is_pending(run: Runner) -> None:
     assert trace.outcome["outcome"] == "completed"
 
 
-def test_two_robots_meet_the_same_obstacle(run: Runner) -> None:
-    trace = run(
+def test_two_robots_meet_the_same_obstacle() -> None:
+    trace = play(
         """
         safenav: 1
         map:
@@ -192,10 +190,10 @@ def test_two_robots_meet_the_same_obstacle(run: Runner) -> None:
     assert trace.outcome["outcome"] == "completed"
 
 
-def test_a_resolved_request_leaves_the_stack_wherever_it_stands_in_it(run: Runner) -> None:
+def test_a_resolved_request_leaves_the_stack_wherever_it_stands_in_it() -> None:
     # 'one' asks first, but 'near' opens its door after 'far' has been asked for the other and
     # before 'far' gets there.
-    trace = run(
+    trace = play(
         """
         safenav: 1
         map:
@@ -233,8 +231,8 @@ def test_a_resolved_request_leaves_the_stack_wherever_it_stands_in_it(run: Runne
     assert trace.outcome["outcome"] == "completed"
 
 
-def test_untraversable_region_blocks_only_whom_it_blocks(run: Runner) -> None:
-    trace = run(
+def test_untraversable_region_blocks_only_whom_it_blocks() -> None:
+    trace = play(
         """
         safenav: 1
         map:
@@ -257,10 +255,10 @@ def test_untraversable_region_blocks_only_whom_it_blocks(run: Runner) -> None:
     assert trace.outcome["outcome"] == "completed"
 
 
-def test_helper_leaves_the_doorway_on_the_far_side_and_comes_back(run: Runner) -> None:
+def test_helper_leaves_the_doorway_on_the_far_side_and_comes_back() -> None:
     # With heading mobility the opener can only walk on through the door; the literal Patrol
     # formula would forbid it to come back through it.
-    trace = run(
+    trace = play(
         """
         safenav: 1
         map:
@@ -285,9 +283,9 @@ def test_helper_leaves_the_doorway_on_the_far_side_and_comes_back(run: Runner) -
     assert trace.outcome["outcome"] == "completed"
 
 
-def test_patrol_with_both_targets_equal_is_told_to_hold(run: Runner) -> None:
+def test_patrol_with_both_targets_equal_is_told_to_hold() -> None:
     with pytest.raises(InputError, match="hold"):
-        run(
+        play(
             """
             safenav: 1
             map: {grid: "####\\n#..#\\n####\\n"}
@@ -297,8 +295,8 @@ def test_patrol_with_both_targets_equal_is_told_to_hold(run: Runner) -> None:
 
 
 @pytest.mark.parametrize(("start", "first"), [(8, 0), (11, 1)], ids=["first", "second"])
-def test_patrol_may_start_on_either_target(run: Runner, start: int, first: int) -> None:
-    trace = run(
+def test_patrol_may_start_on_either_target(start: int, first: int) -> None:
+    trace = play(
         f"""
         safenav: 1
         map:
@@ -316,8 +314,8 @@ def test_patrol_may_start_on_either_target(run: Runner, start: int, first: int) 
     assert trace.outcome["outcome"] == "completed"
 
 
-def test_detour_around_what_nobody_can_resolve(run: Runner) -> None:
-    trace = run(
+def test_detour_around_what_nobody_can_resolve() -> None:
+    trace = play(
         """
         safenav: 1
         map:
@@ -338,8 +336,8 @@ def test_detour_around_what_nobody_can_resolve(run: Runner) -> None:
     assert trace.outcome["outcome"] == "completed"
 
 
-def test_operator_is_needed_where_there_is_no_detour(run: Runner) -> None:
-    trace = run(
+def test_operator_is_needed_where_there_is_no_detour() -> None:
+    trace = play(
         """
         safenav: 1
         map:
@@ -356,10 +354,10 @@ def test_operator_is_needed_where_there_is_no_detour(run: Runner) -> None:
     assert "push" in trace.outcome["explanation"]
 
 
-def test_robots_that_wait_for_each_other_need_an_operator(run: Runner) -> None:
+def test_robots_that_wait_for_each_other_need_an_operator() -> None:
     # The rover can get to the quadcopter's door through the uncertain region only, and the
     # quadcopter to the uncertain region through the door only.
-    trace = run(
+    trace = play(
         """
         safenav: 1
         map:

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
-from pathlib import Path
-from typing import Any
 
 import pytest
 
-from certify.making import run_checker
-from runtime.played import Runner
-from safenav.audit.check import check_trace
-from safenav.certify.record import bundle_of_trace
+from certify.making import certified
+from runtime.played import Run, play
 from safenav.scenario.model import Clock
 
 CART = """
@@ -52,10 +47,10 @@ def cart(clock: Clock, *, until: str = "", tug: str = "", changes: str = "") -> 
     ids=["it goes by itself", "an order", "another objective", "beyond the limit"],
 )
 def test_a_run_waits_for_what_the_scenario_changes(
-    run: Runner, clock: Clock, scenario: dict[str, str], outcome: str
+    clock: Clock, scenario: dict[str, str], outcome: str
 ) -> None:
     limit = "limits: {ticks: 1000}\n" if clock is Clock.LOCKSTEP else "limits: {seconds: 1000}\n"
-    played = run(cart(clock, **scenario) + limit)
+    played = play(cart(clock, **scenario) + limit)
     assert played.outcome["outcome"] == outcome
     waits = [line["until"] for line in played.all("waiting")]
     assert waits == ([] if scenario.get("until", "").endswith("2000") else [30])
@@ -65,9 +60,9 @@ def test_a_run_waits_for_what_the_scenario_changes(
     assert next(line.get("for_now") for line in played.all("blocked")) == (bool(waits) or None)
 
 
-def test_another_robot_continues_while_the_team_waits(run: Runner) -> None:
+def test_another_robot_continues_while_the_team_waits() -> None:
     tug = "  t: {model: quadcopter, start: [2, 3], objective: {patrol: [[2, 3], [1, 3]]}}"
-    played = run(cart(Clock.LOCKSTEP, until=", until: 30", tug=tug.replace("quadcopter", "tug")))
+    played = play(cart(Clock.LOCKSTEP, until=", until: 30", tug=tug.replace("quadcopter", "tug")))
     assert played.outcome["outcome"] == "completed"
 
 
@@ -90,13 +85,10 @@ until: {rounds: 1}
 """
 
 
-def test_what_a_robot_learns_does_not_end_a_wait(run: Runner, tmp_path: Path) -> None:
-    played = run(LEARNT_MEANWHILE)
+def test_what_a_robot_learns_does_not_end_a_wait() -> None:
+    played = play(LEARNT_MEANWHILE)
     assert played.outcome["outcome"] == "completed"
     assert [line["until"] for line in played.all("waiting")] == [20]
-    path = tmp_path / "run.jsonl"
-    path.write_text("".join(json.dumps(line) + "\n" for line in played.records))
-    assert not check_trace(path).findings
 
 
 HOPELESS_HELP = """
@@ -118,51 +110,34 @@ until: {rounds: 1}
 """
 
 
-def test_the_stack_stays_while_the_team_waits(run: Runner, tmp_path: Path) -> None:
+def test_the_stack_stays_while_the_team_waits() -> None:
     """The helper cannot arrive: its request is over, and what follows is decided after the wait."""
-    played = run(HOPELESS_HELP)
+    played = play(HOPELESS_HELP)
     assert played.outcome["outcome"] == "operator_needed"
     assert [line["until"] for line in played.all("waiting")] == [30]
     assert any(line["helper"] == "tug" for line in played.all("push"))
-    path = tmp_path / "run.jsonl"
-    path.write_text("".join(json.dumps(line) + "\n" for line in played.records))
-    assert not check_trace(path).findings
-
-
-def of(kind: str, lines: list[dict[str, Any]], tick: int = 0) -> dict[str, Any]:
-    """The first line of a kind from a tick on."""
-    return next(line for line in lines if line["type"] == kind and line["tick"] >= tick)
 
 
 @pytest.mark.parametrize(
     ("damage", "said"),
     [
-        (lambda lines: of("waiting", lines).update(until=2), "the team waits for nothing to come"),
-        (lambda lines: of("waiting", lines).pop("until"), "the team waits for nothing to come"),
-        (lambda lines: of("gone", lines).update(type="truth", traversable=True), "permanent"),
+        (lambda run: run.one("waiting").update(until=2), "the team waits for nothing to come"),
+        (lambda run: run.one("waiting").pop("until"), "the team waits for nothing to come"),
+        (lambda run: run.one("gone").update(type="truth", traversable=True), "permanent"),
         (
-            lambda lines: of("move", lines, 20).update(to=10),
+            lambda run: run.all("move", tick=20)[0].update(to=10),
             "a gets a command while the team waits",
         ),
     ],
 )
-def test_the_audit_judges_a_wait(
-    run: Runner, tmp_path: Path, damage: Callable[[list[dict[str, Any]]], object], said: str
-) -> None:
-    lines = run(cart(Clock.LOCKSTEP, until=", until: 30")).records
-    damage(lines)
-    path = tmp_path / "damaged.jsonl"
-    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
-    assert said in "\n".join(map(str, check_trace(path).findings))
+def test_the_audit_judges_a_wait(damage: Callable[[Run], object], said: str) -> None:
+    run = play(cart(Clock.LOCKSTEP, until=", until: 30"))
+    damage(run)
+    assert said in run.findings
 
 
-def test_a_bundle_of_a_run_that_waited(run: Runner, tmp_path: Path) -> None:
-    lines = run(cart(Clock.LOCKSTEP, until=", until: 30")).records
-    path = tmp_path / "run.jsonl"
-    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
-    bundle_of_trace(path, tmp_path / "bundle")
-    status, said = run_checker(tmp_path / "bundle")
-    assert status == 0, said
+def test_a_bundle_of_a_run_that_waited() -> None:
+    certified(cart(Clock.LOCKSTEP, until=", until: 30"))
 
 
 ORDERS = """\
@@ -249,8 +224,8 @@ until: {rounds: 1}
     [ORDERS, INPUT, BEYOND, ONCE, OCCUPIED, PASSES],
     ids=["orders", "input", "beyond", "once", "occupied", "passes"],
 )
-def test_the_audit_follows_what_a_wait_leaves_undone(run: Runner, text: str) -> None:
-    trace = run(text)
+def test_the_audit_follows_what_a_wait_leaves_undone(text: str) -> None:
+    trace = play(text)
     assert trace.outcome["outcome"] == "operator_needed"
     assert trace.all("waiting")
 
@@ -272,8 +247,8 @@ until: {rounds: 1}
 """
 
 
-def test_all_changes_of_a_tick_hold_though_one_ends_in_a_wait(run: Runner) -> None:
-    trace = run(BOTH)
+def test_all_changes_of_a_tick_hold_though_one_ends_in_a_wait() -> None:
+    trace = play(BOTH)
     told = [(r["tick"], r["robot"]) for r in trace.all("objective")]
     assert told == [(5, "r0"), (5, "r1"), (6, "r0"), (6, "r1"), (7, "r2")]
     assert [r["tick"] for r in trace.all("service")] == [7, 9]

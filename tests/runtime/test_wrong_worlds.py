@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pytest
 from msgspec.structs import replace
 
+from runtime.played import Run
 from safenav import Mission
-from safenav.audit.check import check_trace
 from safenav.errors import ExitCode
-from safenav.outcome import Outcome
 from safenav.runtime.worlds.checked_world import WorldError
 from safenav.runtime.worlds.world import Change, SimulatedWorld
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_scenario_text
-from safenav.trace.writing import TraceWriter
 from safenav.world.map import Heading
 from safenav.world.moves import Pose
 
@@ -79,20 +75,17 @@ def says(value: Any) -> Callable[..., Any]:
         ("changes", says([Change(Obstacle(DOOR, 8), True)]), "door@8 appears where a robot is"),
     ],
 )
-def test_a_world_that_cannot_be(
-    call: str, answer: Callable[..., Any], told: str, tmp_path: Path
-) -> None:
+def test_a_world_that_cannot_be(call: str, answer: Callable[..., Any], told: str) -> None:
     scenario = load_scenario_text(SCENARIO)
     world = SimulatedWorld(scenario)
     setattr(world, call, answer)
-    trace = tmp_path / "t.jsonl"
-    with TraceWriter(trace) as writer, pytest.raises(WorldError, match=told) as caught:
-        Mission(scenario, world=world, listeners=[writer]).run()
+    run = Run()
+    with pytest.raises(WorldError, match=told) as caught:
+        Mission(scenario, world=world, listeners=[run]).run()
     assert caught.value.exit_code is ExitCode.INTERNAL
-    last = json.loads(trace.read_text().splitlines()[-1])
-    assert (last["type"], last["outcome"]) == ("outcome", "error")
-    assert call in last["explanation"]
-    assert check_trace(trace).ok
+    assert run.outcome is run.records[-1]
+    assert run.outcome["outcome"] == "error" and call in run.outcome["explanation"]
+    assert not run.findings
 
 
 class Slippery(SimulatedWorld):
@@ -117,16 +110,13 @@ class Slippery(SimulatedWorld):
 )
 @pytest.mark.parametrize("coordination", ["resynthesis", "assignable"])
 def test_a_robot_that_does_not_get_there_goes_on_from_where_it_is(
-    poses: dict[int, Pose], coordination: str, tmp_path: Path
+    poses: dict[int, Pose], coordination: str
 ) -> None:
     scenario = load_scenario_text(SCENARIO + f"coordination: {coordination}\n")
     scenario = replace(scenario, obstacles=(Obstacle(FOG, 11, True),))
-    trace = tmp_path / "t.jsonl"
-    with TraceWriter(trace) as writer:
-        world = Slippery(scenario, poses)
-        result = Mission(scenario, world=world, listeners=[writer]).run()
-    assert result.outcome is Outcome.COMPLETED, result.explanation
-    told = [json.loads(line) for line in trace.read_text().splitlines()]
-    moves = [line["to"] for line in told if line["type"] == "move"]
+    run = Run()
+    Mission(scenario, world=Slippery(scenario, poses), listeners=[run]).run()
+    assert run.outcome["outcome"] == "completed", run.outcome
+    moves = run.path("drone")
     for number, pose in poses.items():
         assert moves[number - 1] == pose.region

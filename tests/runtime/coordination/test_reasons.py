@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from runtime.played import Runner
+from runtime.played import play
 from safenav.runtime.duties.reasons import (
     Helper,
     Hindrance,
@@ -42,8 +42,8 @@ limits: {ticks: 200}
 WALKER = "model: walker, start: [1, 5], objective: {visit: [[1, 5], [2, 3]]}"
 
 
-def test_a_lonely_lifter_is_too_few(run: Runner) -> None:
-    trace = run(
+def test_a_lonely_lifter_is_too_few() -> None:
+    trace = play(
         TEAM
         + f"robots: {{w: {{{WALKER}}}, ben: {{model: lifter, start: [3, 5], objective: "
         + "{hold: [3, 5]}}}\nobstacles: [{type: crate, region: west}]\n"
@@ -54,8 +54,8 @@ def test_a_lonely_lifter_is_too_few(run: Runner) -> None:
     assert f"crate@west {lacks}" in trace.outcome["explanation"]
 
 
-def test_lifters_without_room_for_both_are_named_with_the_place(run: Runner) -> None:
-    trace = run(
+def test_lifters_without_room_for_both_are_named_with_the_place() -> None:
+    trace = play(
         TEAM
         + "robots:\n"
         + "  leo: {model: lifter, start: [2, 3], objective: {visit: [[2, 3], [2, 5]]}}\n"
@@ -68,8 +68,8 @@ def test_lifters_without_room_for_both_are_named_with_the_place(run: Runner) -> 
     )
 
 
-def test_keys_behind_each_other_s_doors_are_a_circle(run: Runner) -> None:
-    trace = run(
+def test_keys_behind_each_other_s_doors_are_a_circle() -> None:
+    trace = play(
         TEAM
         + "robots:\n"
         + "  r: {model: red, start: [1, 5], objective: {visit: [[1, 5], [2, 3]]}}\n"
@@ -82,8 +82,8 @@ def test_keys_behind_each_other_s_doors_are_a_circle(run: Runner) -> None:
     assert "blue_door@west needs a robot with 'blue_key'; b has it, but red_door@east is in" in said
 
 
-def test_a_helper_on_another_errand_is_named_with_it(run: Runner) -> None:
-    trace = run(
+def test_a_helper_on_another_errand_is_named_with_it() -> None:
+    trace = play(
         TEAM
         + f"robots:\n  w: {{{WALKER}, avoids: []}}\n"
         + "  v: {model: walker, start: [1, 9], avoids: [], objective: {visit: [[1, 9], [2, 11]]}}\n"

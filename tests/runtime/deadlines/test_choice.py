@@ -3,15 +3,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-from runtime.played import Runner
-from safenav.audit.check import check_trace
+from runtime.played import Line, Run, play
 from safenav.runtime.deadlines import schedule
 
 PARCELS = """
@@ -34,8 +31,8 @@ until: {rounds: 1}
 """
 
 
-def test_a_slower_robot_helps_where_the_nearest_would_be_late(run: Runner) -> None:
-    played = run(PARCELS)
+def test_a_slower_robot_helps_where_the_nearest_would_be_late() -> None:
+    played = play(PARCELS)
     assert played.outcome["late"] == []
     done = {line["obstacle"]: (line["tick"], line["robot"]) for line in played.all("resolved")}
     assert done == {"parcel@23": (3, "a"), "parcel@17": (6, "b")}
@@ -43,32 +40,30 @@ def test_a_slower_robot_helps_where_the_nearest_would_be_late(run: Runner) -> No
     assert planned == {"parcel@23": 3, "parcel@17": 6}
 
 
-def test_without_limits_the_nearest_helps(run: Runner) -> None:
-    played = run(PARCELS.replace(", resolve_within: 7", ""))
+def test_without_limits_the_nearest_helps() -> None:
+    played = play(PARCELS.replace(", resolve_within: 7", ""))
     assert not played.all("acts")
     assert played.all("resolved")[0]["robot"] == "a"
     assert max(line["tick"] for line in played.all("resolved")) == 24
 
 
-def test_a_mission_that_is_due_has_its_last_resolution_early(run: Runner) -> None:
+def test_a_mission_that_is_due_has_its_last_resolution_early() -> None:
     text = PARCELS.replace(", resolve_within: 7", "").replace("1}\n", "1, by: 20}\n")
-    played = run(text)
+    played = play(text)
     assert played.outcome["late"] == []
     assert max(line["tick"] for line in played.all("resolved")) == 6
 
 
-def test_what_cannot_be_in_time_comes_soon_and_is_named(run: Runner) -> None:
-    played = run(PARCELS.replace("within: 7", "within: 3"))
+def test_what_cannot_be_in_time_comes_soon_and_is_named() -> None:
+    played = play(PARCELS.replace("within: 7", "within: 3"))
     assert played.all("acts")[-1]["beyond"] == ["parcel@17"]
     assert played.outcome["late"] == ["parcel@17"]
     assert max(line["tick"] for line in played.all("resolved")) == 6
 
 
-def test_a_spent_search_leaves_the_choice_as_it_was(
-    run: Runner, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_spent_search_leaves_the_choice_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(schedule, "BUDGET", 0)
-    played = run(PARCELS)
+    played = play(PARCELS)
     assert all(line["spent"] for line in played.all("acts"))
     assert played.outcome["late"] == ["parcel@23"]
 
@@ -111,24 +106,19 @@ until: {rounds: 1}
     ids=["one takes it", "one after the other take it", "a third could join those that take it"],
 )
 def test_a_load_is_left_to_the_robots_that_the_acts_name(
-    run: Runner, tmp_path: Path, takes: str, far: str, start: int, due: int
+    takes: str, far: str, start: int, due: int
 ) -> None:
     near = "{needs: [{TAKES, at: [[1, 4]]}, {TAKES, at: [[1, 2]], same: true}], blocks: []}"
     text = LOADS.replace("NEAR", near).replace("TAKES", takes).replace("FAR", far)
-    played = run(text.replace("BC", str(start)).replace("DUE", str(due)))
+    played = play(text.replace("BC", str(start)).replace("DUE", str(due)))
     assert played.outcome["late"] == []
     taken = played.one("met", obstacle="near@18", need=0)
     assert "a" not in {taken["robot"], *taken.get("robots", ())}
     passed = [line for line in played.all("move", robot="a") if line["to"] == 18]
     assert passed[0]["tick"] <= taken["tick"]
-    path = tmp_path / "run.jsonl"
-    path.write_text("".join(json.dumps(line) + "\n" for line in played.records))
-    assert not check_trace(path).findings
 
 
-def test_a_robot_does_not_stay_to_act_where_it_is_due_elsewhere(
-    run: Runner, tmp_path: Path
-) -> None:
+def test_a_robot_does_not_stay_to_act_where_it_is_due_elsewhere() -> None:
     text = PARCELS.replace(
         "{at: 1, type: parcel, region: [1, 3]", "{at: 1, type: parcel, region: [1, 1]"
     )
@@ -137,65 +127,39 @@ def test_a_robot_does_not_stay_to_act_where_it_is_due_elsewhere(
     )
     text = text.replace("orders:\n", "orders:\n  - {at: 1, type: parcel, region: [1, 6]}\n")
     text = text.replace("resolve_within: 7}\nuntil", "resolve_within: 2}\nuntil")
-    played = run(text)
+    played = play(text)
     assert played.outcome["late"] == []
     assert played.one("resolved", obstacle="parcel@23")["tick"] == 3
-    path = tmp_path / "run.jsonl"
-    path.write_text("".join(json.dumps(line) + "\n" for line in played.records))
-    assert not check_trace(path).findings
 
 
-Damage = Callable[[dict[str, Any]], object]
-
-
-def later(line: dict[str, Any]) -> None:
-    line["acts"][-1]["at"] += 3
-
-
-def earlier(line: dict[str, Any]) -> None:
-    line["acts"][-1]["at"] -= 1
-
-
-def elsewhere(line: dict[str, Any]) -> None:
-    line["acts"][-1]["robots"]["b"] = [18, None]
-
-
-def by_another(line: dict[str, Any]) -> None:
-    line["acts"][-1]["robots"] = {"a": [17, None]}
-
-
-def in_another_order(line: dict[str, Any]) -> None:
-    line["acts"].reverse()
+def last(**fields: Any) -> Callable[[Line], object]:
+    """Other fields of the last act."""
+    return lambda line: line["acts"][-1].update(fields)
 
 
 @pytest.mark.parametrize(
     ("damage", "said"),
     [
-        (later, "parcel@17 is planned for 9, not 6"),
-        (earlier, "b cannot act on parcel@17 from 17 in tick 5"),
-        (elsewhere, "b cannot act on parcel@17 from 18"),
-        (by_another, "a cannot act on parcel@17 from 17 in tick 6"),
-        (in_another_order, "is not reached in tick 3 and in this order"),
+        (last(at=9), "parcel@17 is planned for 9, not 6"),
+        (last(at=5), "b cannot act on parcel@17 from 17 in tick 5"),
+        (last(robots={"b": [18, None]}), "b cannot act on parcel@17 from 18"),
+        (last(robots={"a": [17, None]}), "a cannot act on parcel@17 from 17 in tick 6"),
+        (lambda line: line["acts"].reverse(), "is not reached in tick 3 and in this order"),
         (lambda line: line.update(acts=line["acts"][:1]), "parcel@17 is planned for"),
         (lambda line: line["acts"][0].update(need=1), "need 1 of parcel@23 is not the next one"),
         (lambda line: line["acts"][0].update(obstacle="crate@9"), "is not in the scenario"),
     ],
 )
-def test_the_audit_judges_the_acts(run: Runner, tmp_path: Path, damage: Damage, said: str) -> None:
-    lines = run(PARCELS).records
-    second = [line for line in lines if line["type"] == "acts"][1]
-    damage(second)
-    path = tmp_path / "damaged.jsonl"
-    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
-    assert said in "\n".join(map(str, check_trace(path).findings))
+def test_the_audit_judges_the_acts(damage: Callable[[Line], object], said: str) -> None:
+    run = play(PARCELS)
+    damage(run.all("acts")[1])
+    assert said in run.findings
 
 
-def test_no_act_is_later_than_what_is_due(run: Runner, tmp_path: Path) -> None:
-    lines = run(PARCELS).records
-    later([line for line in lines if line["type"] == "acts"][-1])
-    path = tmp_path / "damaged.jsonl"
-    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
-    assert "is due at 8, before the act in tick 9" in str(check_trace(path).findings)
+def test_no_act_is_later_than_what_is_due() -> None:
+    run = play(PARCELS)
+    run.all("acts")[-1]["acts"][-1]["at"] += 3
+    assert "is due at 8, before the act in tick 9" in run.findings
 
 
 SUSPECT = """
@@ -220,20 +184,20 @@ until: {rounds: 1}
 """
 
 
-def test_a_suspect_is_avoided_where_that_is_in_time(run: Runner) -> None:
-    played = run(SUSPECT)
+def test_a_suspect_is_avoided_where_that_is_in_time() -> None:
+    played = play(SUSPECT)
     assert played.all("acts")[0]["around"] == {"a": [18]}
     assert played.one("resolved", obstacle="parcel@42")["tick"] == 12
     assert played.outcome["late"] == []
 
 
-def test_without_suspects_the_way_leads_to_what_turns_up(run: Runner) -> None:
-    played = run(SUSPECT.replace("suspects: [{type: gate, region: [1, 7]}]\n", ""))
+def test_without_suspects_the_way_leads_to_what_turns_up() -> None:
+    played = play(SUSPECT.replace("suspects: [{type: gate, region: [1, 7]}]\n", ""))
     assert played.outcome["late"] == ["parcel@42"]
 
 
-def test_nothing_else_is_in_time_than_to_hope(run: Runner) -> None:
-    played = run(SUSPECT.replace("within: 12", "within: 9"))
+def test_nothing_else_is_in_time_than_to_hope() -> None:
+    played = play(SUSPECT.replace("within: 12", "within: 9"))
     assert "around" not in played.all("acts")[0]
     assert played.outcome["late"] == ["parcel@42"]
 
@@ -241,24 +205,16 @@ def test_nothing_else_is_in_time_than_to_hope(run: Runner) -> None:
 @pytest.mark.parametrize(
     ("damage", "said"),
     [
-        (lambda lines: acts_of(lines)[0].update(around={"a": [18, 23]}), "cannot act on parcel@42"),
-        (lambda lines: acts_of(lines)[0].update(around={"a": [38]}), "and was to keep out of it"),
+        (lambda run: run.all("acts")[0].update(around={"a": [18, 23]}), "cannot act on parcel@42"),
+        (lambda run: run.all("acts")[0].update(around={"a": [38]}), "and was to keep out of it"),
+        (lambda run: run.records[0]["scenario"].update(suspects=None), "nothing is suspected"),
         (
-            lambda lines: lines[0]["scenario"].update(suspects=None),
-            "nothing is suspected",
+            lambda run: run.all("acts")[0].update(around={"z": [18]}),
+            "'z' is not in the scenario",
         ),
-        (lambda lines: acts_of(lines)[0].update(around={"z": [18]}), "'z' is not in the scenario"),
     ],
 )
-def test_the_audit_judges_careful_plans(
-    run: Runner, tmp_path: Path, damage: Callable[[list[dict[str, Any]]], object], said: str
-) -> None:
-    lines = run(SUSPECT).records
-    damage(lines)
-    path = tmp_path / "damaged.jsonl"
-    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
-    assert said in "\n".join(map(str, check_trace(path).findings))
-
-
-def acts_of(lines: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    return [line for line in lines if line["type"] == "acts"]
+def test_the_audit_judges_careful_plans(damage: Callable[[Run], object], said: str) -> None:
+    run = play(SUSPECT)
+    damage(run)
+    assert said in run.findings

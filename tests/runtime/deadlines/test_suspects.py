@@ -10,7 +10,7 @@ import pytest
 
 from runtime.deadlines.every_behaviour import every_behaviour
 from runtime.deadlines.instances import FUZZ
-from runtime.played import Run, Runner
+from runtime.played import Run, play
 from safenav.runtime.deadlines.bound import BoundMoment, BoundNeed, BoundObstacle, BoundRobot
 from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility
@@ -41,9 +41,9 @@ CAREFUL = "whatever of the suspects is there"
 @pytest.mark.parametrize("gate", ["", "{type: gate, region: [1, 7]}"], ids=["absent", "there"])
 @pytest.mark.parametrize(("limit", "careful"), [(16, True), (13, True), (12, False)])
 def test_a_joint_plan_leads_around_suspects_if_that_is_in_time(
-    run: Runner, gate: str, limit: int, careful: bool
+    gate: str, limit: int, careful: bool
 ) -> None:
-    played = run(HALL.replace("GATE", gate).replace("LIMIT", str(limit)))
+    played = play(HALL.replace("GATE", gate).replace("LIMIT", str(limit)))
     first = played.all("plan")[0]
     assert (CAREFUL in first["reason"]) == careful
     if careful:
@@ -52,11 +52,11 @@ def test_a_joint_plan_leads_around_suspects_if_that_is_in_time(
 
 
 @pytest.mark.parametrize("seed", range(FUZZ // 10 or 3))
-def test_a_careful_plan_is_in_time_whatever_is_there(run: Runner, seed: int) -> None:
+def test_a_careful_plan_is_in_time_whatever_is_there(seed: int) -> None:
     """One run for each set of suspects; the oracle knows every behaviour with all of them there."""
     floor = Floor(Random(f"suspects {seed}"))
     for limit in (floor.truth - 1, floor.truth + 2):
-        ends = {careful_end(run(floor.text(limit, there))) for there in floor.subsets()}
+        ends = {careful_end(play(floor.text(limit, there))) for there in floor.subsets()}
         assert all(end is None or floor.truth <= end <= limit + 1 for end in ends)
 
 

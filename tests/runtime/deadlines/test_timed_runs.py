@@ -3,25 +3,19 @@ be lost is never kept; damaged lines are refused."""
 
 from __future__ import annotations
 
-import json
 import os
 import re
-import shutil
 from pathlib import Path
 from random import Random
 from typing import Any
 
 import pytest
 
-from certify.making import files_of, rewrite, run_checker
+from certify.making import bundle_at, certified, files_of, rewrite, run_checker
 from runtime.deadlines.timed import busy_scenario, timed_scenario
-from runtime.played import Runner
-from safenav.audit.check import check_trace
-from safenav.certify.record import bundle_of_run
+from runtime.played import Run, play
 from safenav.errors import InputError
-from safenav.runtime.mission import Mission
 from safenav.scenario.reading.loader import load_scenario_text
-from safenav.trace.writing import TraceWriter
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) // 4 or 30
 """``SAFENAV_FUZZ=5000`` runs 1,875 scenarios and damages each trace four times."""
@@ -61,12 +55,12 @@ SCENARIOS += [busy_scenario(seed) for seed in range(max(COUNT // 2, 1))]
 
 
 @pytest.mark.parametrize("seed", range(len(SCENARIOS)))
-def test_the_audit_follows(seed: int, run: Runner, tmp_path: Path) -> None:
+def test_the_audit_follows(seed: int) -> None:
     try:
         scenario = load_scenario_text(SCENARIOS[seed])
     except InputError:
         return
-    played = run(SCENARIOS[seed])
+    played = play(SCENARIOS[seed])
     lost: dict[str, int] = {}
     for line in played.records:
         if line["type"] == "deadline":
@@ -79,26 +73,25 @@ def test_the_audit_follows(seed: int, run: Runner, tmp_path: Path) -> None:
     for _ in range(4):
         broken = damaged(played.records, random)
         if broken is not None:
-            path = tmp_path / "damaged.jsonl"
-            path.write_text("".join(json.dumps(line) + "\n" for line in broken))
-            assert check_trace(path).findings
+            assert Run(broken).findings
 
 
 @pytest.mark.parametrize("seed", [9_200_165, 9_200_531, 9_001_865])
 def test_a_mission_is_bounded_by_robots_that_hold_and_by_targets_met_before(
-    seed: int, run: Runner
+    seed: int,
 ) -> None:
-    lines = run(timed_scenario(seed)).records  # whose trace the audit accepts
+    lines = play(timed_scenario(seed)).records  # whose trace the audit accepts
     assert any(x["type"] == "deadline" and x["verdict"] == "lost" for x in lines)
 
 
-def test_a_deadlock_after_the_last_turn_excuses_no_line(run: Runner) -> None:
-    lines = run(timed_scenario(700_253)).records
+def test_a_deadlock_after_the_last_turn_excuses_no_line() -> None:
+    run = play(timed_scenario(700_253))
+    lines = run.records
     assert lines[-1]["cause"] == "deadlock"
     (last,) = [k for k, x in enumerate(lines) if x["type"] == "deadline"][-1:]
     assert lines[last]["tick"] == lines[-1]["tick"] and lines[last]["verdict"] == "set"
-    (found,) = check_trace(json.dumps(x) for x in lines[:last] + lines[last + 1 :]).findings
-    assert found.rule == "deadline"
+    del lines[last]
+    assert run.broken == {"deadline"} and len(run.findings.splitlines()) == 1
 
 
 LATE = """
@@ -112,8 +105,8 @@ late: stop
 """
 
 
-def test_what_cannot_be_is_refused_before_the_start(run: Runner) -> None:
-    outcome = run(LATE).outcome
+def test_what_cannot_be_is_refused_before_the_start() -> None:
+    outcome = play(LATE).outcome
     assert (outcome["outcome"], outcome["late"]) == ("unrealizable", [])
     assert "cannot be completed before tick" in outcome["explanation"]
     assert list(outcome["refused"]) == ["mission"]
@@ -178,9 +171,9 @@ until: {rounds: 1}
 """
 
 
-def test_nothing_is_lost_that_a_robot_does_where_it_sets_out(run: Runner) -> None:
+def test_nothing_is_lost_that_a_robot_does_where_it_sets_out() -> None:
     """It begins its step in tick 1, arrives in tick 3, and acts in between."""
-    played = run(LEAVING)
+    played = play(LEAVING)
     verdicts = [(line["verdict"], line["tick"]) for line in played.all("deadline")]
     assert verdicts == [("set", 2), ("kept", 2)]
     assert played.all("acts")[0]["beyond"] == []
@@ -188,31 +181,21 @@ def test_nothing_is_lost_that_a_robot_does_where_it_sets_out(run: Runner) -> Non
 
 
 def test_the_checker_of_a_bundle_computes_the_bound_again(tmp_path: Path) -> None:
-    (tmp_path / "late.yaml").write_text(LOST)
-    bundle_of_run(tmp_path / "late.yaml", tmp_path / "bundle")
-    code, said = run_checker(tmp_path / "bundle")
-    assert code == 0, said
-    assert "gate@12 cannot be resolved before tick" in said
-    files = files_of(tmp_path / "bundle")
+    assert "gate@12 cannot be resolved before tick" in certified(LOST)
+    files = files_of(bundle_at("plan", LOST))
     trace = files["trace.jsonl"].decode()
     (least,) = {m.group(1) for m in re.finditer(r'"earliest":(\d+)', trace)}
-    for other in (int(least) - 1, int(least) + 1):
+    for other in map(str, (int(least) - 1, int(least) + 1)):
         forged = trace.replace(f'"earliest":{least}', f'"earliest":{other}')
-        rewrite(tmp_path / "bundle", {**files, "trace.jsonl": forged.encode()}, tmp_path / "forged")
-        code, said = run_checker(tmp_path / "forged")
-        assert code == 1
-        assert "is possible from tick" in said
-        shutil.rmtree(tmp_path / "forged")
+        files["trace.jsonl"] = forged.encode()
+        code, said = run_checker(rewrite(bundle_at("plan", LOST), files, tmp_path / other))
+        assert code == 1 and "is possible from tick" in said
 
 
-def test_the_earliest_tick_of_a_patrol_is_that_of_the_target_it_begins_with(tmp_path: Path) -> None:
+def test_the_earliest_tick_of_a_patrol_is_that_of_the_target_it_begins_with() -> None:
     """The strategy begins with 48, from which a round ends a tick sooner than from 39."""
-    path = tmp_path / "run.jsonl"
-    with TraceWriter(path) as trace:
-        Mission(load_scenario_text(timed_scenario(9001584)), listeners=[trace]).run()
-    lines = [json.loads(line) for line in path.read_text().splitlines()]
-    lost = next(line for line in lines if line.get("verdict") == "lost")
+    run = play(timed_scenario(9001584))
+    lost = run.one("deadline", verdict="lost")
     assert lost["earliest"] == 18
     lost["earliest"] = 19
-    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
-    assert "possible from tick 18 on, not 19" in "\n".join(map(str, check_trace(path).findings))
+    assert "possible from tick 18 on, not 19" in run.findings

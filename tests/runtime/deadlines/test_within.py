@@ -9,7 +9,7 @@ from random import Random
 import pytest
 from msgspec.structs import replace
 
-from runtime.played import Runner
+from runtime.played import play
 from safenav.runtime.deadlines.within import Walk, best_places, least_within, next_places
 from safenav.world.map import Heading, RegionMap
 from safenav.world.moves import Mobility, Pose
@@ -203,15 +203,15 @@ until: {rounds: 6}
 """
 
 
-def test_a_round_has_places_of_its_own_where_none_serve_forever(run: Runner) -> None:
-    played = run(NO_FIXED_CYCLE)
+def test_a_round_has_places_of_its_own_where_none_serve_forever() -> None:
+    played = play(NO_FIXED_CYCLE)
     assert (played.outcome["outcome"], played.outcome["late"]) == ("completed", [])
     assert played.all("synthesis", reason="round")
 
 
-def test_the_tick_before_the_first_move_may_complete_a_round(run: Runner) -> None:
+def test_the_tick_before_the_first_move_may_complete_a_round() -> None:
     text = NO_FIXED_CYCLE.replace("[[1, 3], [1, 4], [2, 1]], within: 8", "[[2, 2]], within: 1")
-    played = run(text)
+    played = play(text)
     kept = played.all("deadline", verdict="kept")
     assert [(line["tick"], line["due"]) for line in kept[:2]] == [(0, 1), (1, 1)]
     assert played.outcome["late"] == []

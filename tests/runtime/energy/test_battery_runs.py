@@ -10,10 +10,8 @@ from random import Random
 import click
 import pytest
 
-from certify.making import run_checker
-from runtime.played import Runner
-from safenav.audit.check import check_trace
-from safenav.certify.record import bundle_of_run
+from certify.making import certified
+from runtime.played import play
 from safenav.errors import InputError
 from safenav.report.terminal.story import Story
 from safenav.runtime.mission import Mission
@@ -49,8 +47,8 @@ FLAT = CORRIDOR.replace("chargers: [[1, 1], [1, 7]]", "chargers: []\nflat: empty
 )
 
 
-def test_it_goes_by_the_second_charger(run: Runner) -> None:
-    played = run(CORRIDOR)
+def test_it_goes_by_the_second_charger() -> None:
+    played = play(CORRIDOR)
     assert played.outcome["outcome"] == "completed"
     stops = [s["objective"] for s in played.all("synthesis", robot="cart", reason="charge")]
     assert {"hold": 20} in stops
@@ -66,21 +64,18 @@ def test_the_story_tells_charging_from_rounds() -> None:
     assert len(rounds) == 2 and all("20" not in line for line in rounds), rounds
 
 
-def test_a_charge_that_does_not_suffice_is_refused(run: Runner, tmp_path: Path) -> None:
-    text = CORRIDOR.replace("capacity: 10", "capacity: 5")
-    outcome = run(text).outcome
+def test_a_charge_that_does_not_suffice_is_refused() -> None:
+    run = play(CORRIDOR.replace("capacity: 10", "capacity: 5"))
+    outcome = run.outcome
     assert outcome["outcome"] == "unrealizable"
     assert outcome["refused"] == {"cart.battery": None}
     assert "reaches no other stop from which it can continue" in outcome["explanation"]
-    lines = (
-        (tmp_path / "trace.jsonl").read_text().replace('"cart.battery":null', '"cart.battery":4')
-    )
-    (tmp_path / "forged.jsonl").write_text(lines)
-    assert check_trace(tmp_path / "forged.jsonl").findings
+    outcome["refused"]["cart.battery"] = 4
+    assert run.findings
 
 
-def test_a_flat_robot_waits_for_a_battery_and_goes_on(run: Runner) -> None:
-    played = run(FLAT)
+def test_a_flat_robot_waits_for_a_battery_and_goes_on() -> None:
+    played = play(FLAT)
     assert played.outcome["outcome"] == "completed"
     appeared = played.all("appeared", cause="battery")
     assert [(line["tick"], line["obstacle"]) for line in appeared] == [(4, "empty@18")]
@@ -89,29 +84,24 @@ def test_a_flat_robot_waits_for_a_battery_and_goes_on(run: Runner) -> None:
     assert [line["tick"] for line in back] == [r["tick"] + 1 for r in played.all("resolved")]
 
 
-def test_a_robot_without_charge_for_its_first_step_is_flat_from_the_start(run: Runner) -> None:
-    played = run(FLAT.replace("start: 4", "start: 0"))
+def test_a_robot_without_charge_for_its_first_step_is_flat_from_the_start() -> None:
+    played = play(FLAT.replace("start: 4", "start: 0"))
     assert played.outcome["outcome"] == "completed"
     assert [line["tick"] for line in played.all("appeared", cause="battery")] == [1]
 
 
-def test_the_audit_refuses_other_charges(run: Runner, tmp_path: Path) -> None:
-    run(FLAT)
-    lines = [json.loads(line) for line in (tmp_path / "trace.jsonl").read_text().splitlines()]
-    header = lines[0]["scenario"]["robots"]["cart"]["battery"]
+def test_the_audit_refuses_other_charges() -> None:
+    run = play(FLAT)
+    battery = run.records[0]["scenario"]["robots"]["cart"]["battery"]
     for key, value in (("start", 3), ("start", 5), ("move", 2), ("capacity", 9)):
-        was, header[key] = header[key], value
-        (tmp_path / "forged.jsonl").write_text("".join(json.dumps(x) + "\n" for x in lines))
-        assert check_trace(tmp_path / "forged.jsonl").findings, key
-        header[key] = was
+        was, battery[key] = battery[key], value
+        assert run.findings, key
+        battery[key] = was
 
 
 @pytest.mark.parametrize("text", [CORRIDOR, CORRIDOR + "clock: live\n", FLAT + "clock: live\n"])
-def test_bundles_of_robots_with_batteries_are_accepted(text: str, tmp_path: Path) -> None:
-    (tmp_path / "corridor.yaml").write_text(text)
-    bundle_of_run(tmp_path / "corridor.yaml", tmp_path / "bundle")
-    code, said = run_checker(tmp_path / "bundle")
-    assert code == 0, said
+def test_bundles_of_robots_with_batteries_are_accepted(text: str) -> None:
+    certified(text)
 
 
 def stop(seed: int, *, once: bool = False) -> str:
@@ -143,13 +133,13 @@ def stop(seed: int, *, once: bool = False) -> str:
 
 
 @pytest.mark.parametrize("seed", range(COUNT))
-def test_a_lone_robot_always_gets_there(seed: int, run: Runner) -> None:
+def test_a_lone_robot_always_gets_there(seed: int) -> None:
     text = stop(seed, once=seed % 3 == 0)
     try:
         load_scenario_text(text)
     except InputError:
         return
-    assert run(text).outcome["outcome"] in ("completed", "unrealizable")
+    assert play(text).outcome["outcome"] in ("completed", "unrealizable")
 
 
 BACK = """
@@ -166,16 +156,14 @@ limits: {ticks: 80}
 """
 
 
-def test_it_does_not_return_to_a_charger_that_it_has_left_for_a_target(run: Runner) -> None:
+def test_it_does_not_return_to_a_charger_that_it_has_left_for_a_target() -> None:
     """Its strategy would go round, which the charge for the direct way does not suffice for."""
-    assert run(BACK).outcome["outcome"] == "completed"
+    assert play(BACK).outcome["outcome"] == "completed"
 
 
-def test_a_robot_that_no_charge_suffices_for_charges_to_the_full_before_it_runs_flat(
-    run: Runner,
-) -> None:
+def test_a_robot_that_no_charge_suffices_for_charges_to_the_full_before_it_runs_flat() -> None:
     text = FLAT.replace("chargers: []", "chargers: [[1, 2]]")
-    played = run(text.replace("capacity: 60, charge: 3, start: 4", "capacity: 7, charge: 3"))
+    played = play(text.replace("capacity: 60, charge: 3, start: 4", "capacity: 7, charge: 3"))
     (first, *_) = played.all("appeared", cause="battery")
     assert (first["tick"], first["obstacle"]) == (9, "empty@22")
 
@@ -216,18 +204,16 @@ limits: {ticks: 60}
 """
 
 
-def test_an_obstacle_on_the_way_to_a_charger_is_requested(run: Runner) -> None:
-    played = run(CUT_OFF.replace("start: 16", "start: 9"))
+def test_an_obstacle_on_the_way_to_a_charger_is_requested() -> None:
+    played = play(CUT_OFF.replace("start: 16", "start: 9"))
     assert played.all("synthesis", reason="charge")
     assert [line["obstacle"] for line in played.all("resolved")] == ["gate@20"]
 
 
 @pytest.mark.parametrize(("start", "due", "end"), [(16, 10, "kept"), (12, 6, "late")])
-def test_a_charger_that_is_cut_off_is_a_deadline(
-    start: int, due: int, end: str, run: Runner
-) -> None:
+def test_a_charger_that_is_cut_off_is_a_deadline(start: int, due: int, end: str) -> None:
     """The cart waits at 5 from tick 4 on; the charger is 6 steps behind the gate."""
-    played = run(CUT_OFF.replace("start: 16", f"start: {start}"))
+    played = play(CUT_OFF.replace("start: 16", f"start: {start}"))
     lines = played.all("deadline", cause="battery")
     assert [(line["due"], line["verdict"]) for line in lines] == [(due, "set"), (due, end)]
     out = played.all("service", active=False, cause="battery")
@@ -253,33 +239,33 @@ clock: CLOCK
 
 @pytest.mark.parametrize("clock", ["lockstep", "live"])
 @pytest.mark.parametrize("charge", ["1", "5"])
-def test_a_helper_charges_for_its_duty_too(charge: str, clock: str, run: Runner) -> None:
+def test_a_helper_charges_for_its_duty_too(charge: str, clock: str) -> None:
     """What its own next target takes brings it back to the charger again and again."""
-    played = run(PARCELS.replace("CHARGE", charge).replace("CLOCK", clock))
+    played = play(PARCELS.replace("CHARGE", charge).replace("CLOCK", clock))
     assert played.outcome["outcome"] == "completed"
 
 
-def test_live_a_step_takes_the_same_however_long(run: Runner) -> None:
+def test_live_a_step_takes_the_same_however_long() -> None:
     faster = LIVE.replace("capabilities: [],\n", "capabilities: [], speed: 2, motion: disc,\n", 1)
     assert faster != LIVE
     ways = []
     for text in (LIVE, faster):
-        played = run(text)
+        played = play(text)
         assert played.outcome["outcome"] == "completed"
         ways.append([line["to"] for line in played.all("depart", robot="cart")])
     assert ways[0] == ways[1]
 
 
-def test_live_the_battery_of_the_paper_is_brought(run: Runner) -> None:
+def test_live_the_battery_of_the_paper_is_brought() -> None:
     text = (SCENARIOS / "battery_delivery.yaml").read_text()
-    played = run(text.replace("clock: lockstep", "clock: live"))
+    played = play(text.replace("clock: lockstep", "clock: live"))
     assert played.outcome["outcome"] == "completed"
     told = {line["robot"] for line in (*played.all("met"), played.one("resolved"))}
     assert len(told) == 1  # the one that took it from the depot swaps it
 
 
-def test_live_a_battery_is_brought(run: Runner) -> None:
-    played = run(FLAT + "clock: live\n")
+def test_live_a_battery_is_brought() -> None:
+    played = play(FLAT + "clock: live\n")
     assert played.outcome["outcome"] == "completed"
     (out, back) = played.all("service", robot="cart")
     assert (out["active"], back["active"]) == (False, True)
@@ -287,9 +273,9 @@ def test_live_a_battery_is_brought(run: Runner) -> None:
 
 
 @pytest.mark.parametrize("clock", ["lockstep", "live"])
-def test_a_lone_robot_that_nothing_charges_ends_the_run(clock: str, run: Runner) -> None:
+def test_a_lone_robot_that_nothing_charges_ends_the_run(clock: str) -> None:
     """It waits for what the scenario removes, until its charge is used up."""
-    outcome = run(f"""
+    outcome = play(f"""
         safenav: 1
         map: {{grid: ["########", "#......#", "###.####", "########"]}}
         catalogue:
@@ -307,26 +293,24 @@ def test_a_lone_robot_that_nothing_charges_ends_the_run(clock: str, run: Runner)
     assert "a out of service (battery of a empty)" in outcome["explanation"]
 
 
-def test_live_a_robot_that_waits_too_long_runs_flat(run: Runner) -> None:
-    played = run(CUT_OFF + "clock: live\n")
+def test_live_a_robot_that_waits_too_long_runs_flat() -> None:
+    played = play(CUT_OFF + "clock: live\n")
     (out,) = played.all("service", active=False, cause="battery")
     assert out["t"] == pytest.approx(15.5, abs=0.6)  # 3 steps of a second, then a unit a second
     assert "late" not in played.outcome
 
 
 @pytest.mark.parametrize("key", ["start", "move", "charge"])
-def test_live_the_audit_refuses_other_charges(key: str, run: Runner, tmp_path: Path) -> None:
-    lines = run(LIVE).records
-    battery = lines[0]["scenario"]["robots"]["cart"]["battery"]
+def test_live_the_audit_refuses_other_charges(key: str) -> None:
+    run = play(LIVE)
+    battery = run.records[0]["scenario"]["robots"]["cart"]["battery"]
     battery[key] = {"start": 5, "move": 2, "charge": 1}[key]
-    path = tmp_path / "forged.jsonl"
-    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
-    assert any("with a charge of" in str(finding) for finding in check_trace(path).findings)
+    assert "with a charge of" in run.findings
 
 
-def test_a_battery_that_is_brought_at_once_brings_its_robot_back(run: Runner) -> None:
+def test_a_battery_that_is_brought_at_once_brings_its_robot_back() -> None:
     """The robot is in service in the tick after: until then the run does not end without it."""
-    trace = run("""
+    trace = play("""
         safenav: 1
         map: {grid: ["#########", "#.......#", "#########"]}
         catalogue:

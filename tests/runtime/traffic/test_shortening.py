@@ -7,8 +7,8 @@ from itertools import pairwise
 
 import pytest
 
+from runtime import played
 from runtime.coordination.floors import Block, Bot, Floor
-from runtime.played import Runner
 from runtime.traffic.test_joint_plan import SWAP, play, search
 from safenav.runtime.traffic.execution import schedule
 from safenav.runtime.traffic.joint import Course, Found, Joint
@@ -101,18 +101,8 @@ def test_detours_of_a_plan_disappear() -> None:
     floor = Floor(SWAP, {"a": Bot("6", [8]), "b": Bot("8", [6])})
     course = Course(floor.problem, 1)
     states = [course.begun(floor.poses, floor.counts, floor.problem.nothing_done)]
-    for poses in [
-        (7, 8),
-        (6, 8),
-        (7, 8),
-        (12, 8),
-        (12, 7),
-        (12, 8),
-        (12, 7),
-        (12, 6),
-        (7, 6),
-        (8, 6),
-    ]:
+    way = [(7, 8), (6, 8), (7, 8), (12, 8), (12, 7), (12, 8), (12, 7), (12, 6), (7, 6), (8, 6)]
+    for poses in way:
         states.append(course.moved(states[-1], poses, range(2)))
     assert course.completed(states[-1])
     new = list(shortened(course, states, ()))
@@ -142,22 +132,22 @@ limits: {ticks: 200}
 """
 
 
-def test_the_requester_clears_the_way_of_its_helper(run: Runner) -> None:
+def test_the_requester_clears_the_way_of_its_helper() -> None:
     """A walker that cannot turn round comes to a doorway where the robot that asked waits. It lets
     the walker pass and follows it. When the door is found, in tick 5, an exhaustive search finds
     that the mission takes 25 more ticks at least."""
-    played = run(IN_THE_WAY)
-    assert played.outcome["outcome"] == "completed"
-    assert played.one("resolved")["tick"] == 11
-    assert played.outcome["ticks"] == 30
+    run = played.play(IN_THE_WAY)
+    assert run.outcome["outcome"] == "completed"
+    assert run.one("resolved")["tick"] == 11
+    assert run.outcome["ticks"] == 30
 
 
-def test_live_the_requester_stays_behind_a_helper_that_acts(run: Runner) -> None:
+def test_live_the_requester_stays_behind_a_helper_that_acts() -> None:
     """It does not go back to where it waits before the door is open."""
-    played = run(IN_THE_WAY + "clock: live\n")
-    opened = played.one("resolved")["t"]
-    first = played.all("plan")[0]["t"]
-    way = [step for step in played.all("depart") if step["robot"] == "cart"]
+    run = played.play(IN_THE_WAY + "clock: live\n")
+    opened = run.one("resolved")["t"]
+    first = run.all("plan")[0]["t"]
+    way = [step for step in run.all("depart") if step["robot"] == "cart"]
     meanwhile = [step for step in way if first <= step["t"] < opened]
     assert {step["by"] for step in meanwhile} == {"plan"} and meanwhile[-1]["to"] == 34
     assert next(step for step in way if step["t"] >= opened)["from"] == 34

@@ -9,7 +9,7 @@ from random import Random
 
 import pytest
 
-from runtime.played import Runner
+from runtime.played import play
 from safenav.runtime.resolution.problem import (
     Floor,
     GateNeed,
@@ -125,7 +125,7 @@ def test_no_plan_is_earlier(seed: int) -> None:
     possible(problem, beside(floor, found.poses, goals))
 
 
-def test_two_lifters_do_not_drive_each_other_round_the_warehouse(run: Runner) -> None:
+def test_two_lifters_do_not_drive_each_other_round_the_warehouse() -> None:
     """The crate stands between their places: the general search has them follow each other in a
     plan of 566 steps, which no run of 300 ticks completes."""
     text = (Path(__file__).parents[3] / "scenarios" / "warehouse_orders.yaml").read_text()
@@ -136,7 +136,7 @@ def test_two_lifters_do_not_drive_each_other_round_the_warehouse(run: Runner) ->
         "until: {rounds: 1}\n"
         "limits: {ticks: 300}\n"
     )
-    outcome = run(text).outcome
+    outcome = play(text).outcome
     assert outcome["outcome"] == "completed"
     assert outcome["ticks"] < 120
 
