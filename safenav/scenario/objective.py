@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from itertools import combinations
+from itertools import combinations, groupby
 from typing import ClassVar
 
 from msgspec import Struct, field
@@ -270,7 +270,8 @@ class Visit(TargetObjective, frozen=True):
         return cls(tuple(targets))
 
     def words(self, word: Word) -> str:
-        return "visit " + ", ".join(map(word, self.targets)) + " in turn"
+        told = [word(target) for target, _ in groupby(self.targets)]
+        return f"visit {', '.join(told)}" + (" in turn" if len(told) > 1 else "")
 
 
 class Cover(TargetObjective, frozen=True):

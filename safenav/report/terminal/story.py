@@ -53,7 +53,8 @@ class Story:
         self._syntheses: list[records.Synthesis] = []
         self._rounds: dict[str, int] = {}
         self._doing = {r.name: describe(r.objective, scenario.map.word) for r in scenario.robots}
-        self._charging: set[str] = set()
+        self._own = {r.name: r.objective for r in scenario.robots}
+        self._stops: set[str] = set()
         self._depth = 0
         self._now: float | None = None
         self._stamp = ""
@@ -145,8 +146,9 @@ class Story:
         self._map()
 
     def _goal(self, event: records.Goal) -> None:
-        """Print each completed round once, but no rounds of robots that wait, help or charge."""
-        if event.robot in self._charging:
+        """Print each completed round once, but none of robots that wait, help, charge, or make
+        for one of their targets only."""
+        if event.robot in self._stops:
             return
         if self._depth == 0 and event.round > self._rounds.get(event.robot, 0):
             self._say(event)
@@ -180,18 +182,21 @@ class Story:
         verb = "synthesized" if first else "resynthesized"
         self._line(events[0].tick, f"{verb} {', '.join(told)}")
         for event in events:
-            self._charging.discard(event.robot)
-            if event.reason is vocabulary.Reason.CHARGE:
-                words = self._wording.objective(event.objective)
-                objective = objective_of(event.objective)
-                place = None if objective is None else station(objective)
+            self._stops.discard(event.robot)
+            objective = objective_of(event.objective)
+            words = self._wording.objective(event.objective)
+            charges = event.reason is vocabulary.Reason.CHARGE
+            if not charges and objective is not None:
+                self._own[event.robot] = objective
+            elif charges and objective is not None:
+                place = station(objective)
+                if place is not None and objective != self._own[event.robot]:
+                    self._stops.add(event.robot)
                 if place is not None and place <= {*self._scenario.chargers}:
-                    self._charging.add(event.robot)
                     words += ", to charge"
-                self._echo(f"             {self._name(event.robot)}: {words}")
-            if event.allows:
-                words = f"{self._wording.objective(event.objective)} ({event.allows})"
-                self._echo(f"             {self._name(event.robot)}: {words}")
+            allows = f" ({event.allows})" if event.allows else ""
+            if charges or allows:
+                self._echo(f"             {self._name(event.robot)}: {words}{allows}")
             for assumption in event.assumptions:
                 self._echo(f"             {self._name(event.robot)} assumes: {assumption}")
 

@@ -54,9 +54,10 @@ def test_it_goes_by_the_second_charger() -> None:
     assert {"hold": 20} in stops
 
 
-def test_the_story_tells_charging_from_rounds() -> None:
+@pytest.mark.parametrize("last", ["[1, 1]", "{any: [[1, 2], [1, 3]]}"])
+def test_the_story_tells_charging_from_rounds(last: str) -> None:
     said: list[str] = []
-    scenario = load_scenario_text(CORRIDOR)
+    scenario = load_scenario_text(CORRIDOR.replace("[1, 11], [1, 1]", f"[1, 11], {last}"))
     story = Story(scenario, lambda line: said.append(click.unstyle(str(line))), maps=False)
     Mission(scenario, listeners=[story]).run()
     assert any(line.endswith("cart: hold 20, to charge") for line in said)
