@@ -230,7 +230,7 @@ class Evidence(Rule):
         self.claim("changed", f"{robot.name} receives another objective: {words}.")
 
     def tell(self, robot: Robot, objective: Objective, now: Situation, *, entries: int) -> None:
-        """Refuse unless a robot gets its own objective, the same as before, one to charge its
+        """Refuse unless a robot gets its own objective, the same as before, a stop of one with a
         battery, or one that serves an open request (``entries``: on the stack after this line)."""
         known = [one for name, one in now.obstacles.items() if name in now.discovered]
         wanted = [{*need.regions} for one in known for need in one.all_needs]
@@ -238,10 +238,11 @@ class Evidence(Rule):
         fits = bool(entries) and (objective.kind != ALTERNATION or serves)
         fits = fits or objective == robot.objective or objective.serves(robot.own)
         while_waiting = robot.data.get("while_waiting")
-        fits = fits or (while_waiting is not None and objective == Objective(while_waiting))
-        stays = len(objective.targets) == 1
-        chargers = {*(now.header.chargers or ())} if robot.data.get("battery") else set[int]()
-        fits = fits or (stays and objective.targets[0] <= chargers)
+        own = [robot.own, *([Objective(while_waiting)] if while_waiting else [])]
+        fits = fits or objective in own
+        if robot.data.get("battery") and len(objective.targets) == 1:  # a charger or a target
+            stops = [{*(now.header.chargers or ())}, *(stop for one in own for stop in one.targets)]
+            fits = fits or any(objective.targets[0] <= stop for stop in stops)
         require(fits, f"{robot.name} receives an objective that serves no request")
         robot.objective = objective
 

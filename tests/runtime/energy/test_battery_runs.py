@@ -42,6 +42,9 @@ until: {rounds: 2}
 limits: {ticks: 200}
 """
 
+STOPS = CORRIDOR.replace("[1, 11], [1, 1]", "[1, 11], {any: [[1, 2], [1, 3]]}")
+"""It makes for a single region of a target where it can go on from that one only."""
+
 FLAT = CORRIDOR.replace("chargers: [[1, 1], [1, 7]]", "chargers: []\nflat: empty").replace(
     "capacity: 10, move: 1, charge: 3", "capacity: 60, charge: 3, start: 4"
 )
@@ -54,10 +57,10 @@ def test_it_goes_by_the_second_charger() -> None:
     assert {"hold": 20} in stops
 
 
-@pytest.mark.parametrize("last", ["[1, 1]", "{any: [[1, 2], [1, 3]]}"])
-def test_the_story_tells_charging_from_rounds(last: str) -> None:
+@pytest.mark.parametrize("text", [CORRIDOR, STOPS])
+def test_the_story_tells_charging_from_rounds(text: str) -> None:
     said: list[str] = []
-    scenario = load_scenario_text(CORRIDOR.replace("[1, 11], [1, 1]", f"[1, 11], {last}"))
+    scenario = load_scenario_text(text)
     story = Story(scenario, lambda line: said.append(click.unstyle(str(line))), maps=False)
     Mission(scenario, listeners=[story]).run()
     assert any(line.endswith("cart: hold 20, to charge") for line in said)
@@ -100,7 +103,7 @@ def test_the_audit_refuses_other_charges() -> None:
         battery[key] = was
 
 
-@pytest.mark.parametrize("text", [CORRIDOR, CORRIDOR + "clock: live\n", FLAT + "clock: live\n"])
+@pytest.mark.parametrize("text", [STOPS, CORRIDOR + "clock: live\n", FLAT + "clock: live\n"])
 def test_bundles_of_robots_with_batteries_are_accepted(text: str) -> None:
     certified(text)
 
