@@ -26,13 +26,7 @@ class Bound:
     the turns of needs that are not met yet are the caller's to tell (``met``)."""
 
     def __init__(
-        self,
-        now: Situation,
-        tick: int,
-        had: int,
-        begun: Mapping[str, int],
-        *,
-        slow: bool = False,
+        self, now: Situation, tick: int, had: int, begun: Mapping[str, int], *, slow: bool = False
     ) -> None:
         self.now, self.names, self._slow = now, [*now.header.robots], slow
         self.turn = tick * len(self.names) + had - 1

@@ -7,13 +7,7 @@ from functools import cache
 from itertools import combinations, product
 
 from safenav.audit.language import Pose
-from safenav.audit.members import (
-    Duty,
-    Member,
-    OpenObstacle,
-    OpenObstacles,
-    Poses,
-)
+from safenav.audit.members import Duty, Member, OpenObstacle, OpenObstacles, Poses
 
 
 class Roaming:

@@ -10,16 +10,7 @@ from collections.abc import Collection, Mapping, Sequence
 from itertools import combinations
 
 from safenav.audit.language import Pose
-from safenav.audit.members import (
-    FAR,
-    Act,
-    Duty,
-    OpenObstacles,
-    Poses,
-    Sets,
-    Settlement,
-    Step,
-)
+from safenav.audit.members import FAR, Act, Duty, OpenObstacles, Poses, Sets, Settlement, Step
 from safenav.audit.roaming import Roaming
 
 MOST_NODES = 20_000

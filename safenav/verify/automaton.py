@@ -48,12 +48,7 @@ class Clause(Struct, frozen=True):
 
 Against = list[tuple[Clause, int]]
 """Clauses, each with the plane of the edges that do not satisfy it."""
-_OF_MOVES = (
-    Section.ENV_TRANS,
-    Section.SYS_TRANS,
-    Section.ENV_LIVENESS,
-    Section.SYS_LIVENESS,
-)
+_OF_MOVES = (Section.ENV_TRANS, Section.SYS_TRANS, Section.ENV_LIVENESS, Section.SYS_LIVENESS)
 
 
 class Automaton:

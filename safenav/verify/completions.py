@@ -151,10 +151,7 @@ def _count(
 
 
 def _count_component(
-    rows: Sequence[Row],
-    index: Mapping[Key, int],
-    part: Sequence[Slot],
-    tied: Sequence[Condition],
+    rows: Sequence[Row], index: Mapping[Key, int], part: Sequence[Slot], tied: Sequence[Condition]
 ) -> list[int]:
     domain = prod(len(place.range) for place in part)
     if not tied:

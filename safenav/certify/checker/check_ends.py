@@ -8,9 +8,7 @@ from safenav.audit.deriving import team_of
 from safenav.audit.language import TooLargeError, require
 from safenav.audit.lines import Line, proof_of
 from safenav.audit.situation import Situation
-from safenav.certify.checker.check_strategies import (
-    Json,
-)
+from safenav.certify.checker.check_strategies import Json
 
 
 def conclude(run: Any, record: Line, now: Situation) -> None:

@@ -7,18 +7,9 @@ from math import prod
 from typing import Any
 
 from safenav.audit.kinds import ALTERNATION, shape_of
-from safenav.audit.language import (
-    Clause,
-    Pose,
-    complete,
-    named,
-    read_clause,
-    require,
-)
+from safenav.audit.language import Clause, Pose, complete, named, read_clause, require
 from safenav.audit.world import World
-from safenav.certify.checker.check_strategies import (
-    Json,
-)
+from safenav.certify.checker.check_strategies import Json
 
 MOST_MEMORY = 64
 STRICTLY = ", without crossing the one whose turn it is not"

@@ -11,15 +11,7 @@ from itertools import chain, product, repeat
 from typing import Any
 
 from safenav.audit.kinds import ALTERNATION
-from safenav.audit.language import (
-    HEADINGS,
-    Pose,
-    Row,
-    complete,
-    named,
-    primed,
-    require,
-)
+from safenav.audit.language import HEADINGS, Pose, Row, complete, named, primed, require
 from safenav.audit.world import World
 from safenav.certify.checker.check_objectives import Objective
 from safenav.certify.checker.check_strategies import (
