@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Sequence
 
 from safenav.audit.lines import Line
-from safenav.audit.passes import LIVE, Passes
+from safenav.audit.passes import Passes
 from safenav.audit.rules import (
     batteries,
     beliefs,
@@ -55,18 +55,18 @@ _ROLES = (
 def findings(header: Line, records: Sequence[Line], rules: Iterable[Rule]) -> Iterator[Finding]:
     """Yield what is wrong with a run, at the latest when the turn is over that shows it."""
     now = Situation(header, records)
+    opening, rules = now.turn, list(rules)
     announced = {obstacle.name for obstacle in now.header.obstacles}
-    rules = list(rules)
     for rule in rules:
-        yield from rule.opening(now)
+        yield from rule.findings(rule.opening(now), opening, None)
     moves = Passes(now.header.robots)
-    for record in moves.expand(records) if header.clock == LIVE else records:
+    for record in moves.expand(records) if now.live else records:
         if record.type == "discovered":
-            known = record.obstacle.name in announced
-            if known or record.obstacle.name in now.header.robots:
-                problem = f"{record.obstacle.name!r} is discovered, but is known already"
+            name = record.obstacle.name
+            if name in announced or name in now.header.robots:
+                problem = f"{name!r} is discovered, but is known already"
                 yield Finding(NAMES_RULE, record.tick, None, record.line, problem)
-            announced.add(record.obstacle.name)
+            announced.add(name)
         stranger = _stranger(record, now.header.robots, announced)
         if stranger is not None:
             problem = f"{stranger!r} is not in the scenario"
@@ -76,19 +76,23 @@ def findings(header: Line, records: Sequence[Line], rules: Iterable[Rule]) -> It
             problem = f"a {record.type} line after the outcome, which is the last line"
             yield Finding("order", record.tick, None, record.line, problem)
             continue
+        robot = getattr(record, "robot", None)
         for rule in rules:
-            yield from rule.findings_on(record, now)
-        if record.type in ("violation", "backtrack", "move") and now.starts_turn(record):
-            now.finish_turn(last=False)
-            for rule in rules:
-                yield from rule.turn(now)
+            if not rule.kinds or record.type in rule.kinds:
+                yield from rule.findings(rule.line(record, now), record, robot)
+        if now.starts_turn(record):
+            yield from _turn_over(rules, now, last=False)
             now.begin_turn(record)
         now.apply(record)
-    now.finish_turn(last=True)
+    yield from _turn_over(rules, now, last=True)
     for rule in rules:
-        yield from rule.turn(now)
+        yield from rule.findings(rule.ending(now), now.outcome or opening, None)
+
+
+def _turn_over(rules: Iterable[Rule], now: Situation, *, last: bool) -> Iterator[Finding]:
+    now.finish_turn(last)
     for rule in rules:
-        yield from rule.ending(now)
+        yield from rule.findings(rule.turn(now), now.turn, now.turn.robot)
 
 
 def _stranger(record: Line, team: Collection[str], announced: Collection[str]) -> str | None:

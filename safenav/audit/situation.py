@@ -110,8 +110,8 @@ class Situation(State):
                 if record.signal is not None:
                     self.signals[record.robot] = record.signal
                 self._wait_here(record.robot)
-                ended = self.ended.pop(record.robot, None)
-                self.turn.failed = ended is not None and ended.result != "arrived"
+                self.turn.failed = self.has_failed(record.robot)
+                self.ended.pop(record.robot, None)
                 if not self.live:
                     self._perform(record.robot, {})
             case "hold" if record.signal is not None:  # after the ``act`` line of the same turn

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable
 from safenav.audit.lines import Line, Objective, Obstacle
 from safenav.audit.passes import LIVE
 from safenav.audit.progress import Progress
-from safenav.audit.turn import StackEntry, Status, Turn, helpers_of
+from safenav.audit.turn import StackEntry, Status, Turn, helpers_of, taken
 from safenav.audit.world import World
 
 
@@ -18,7 +18,8 @@ class State:
         self.header = header.scenario
         self.header_line = header.line
         told = self.header.map
-        self.grid = World(told.grid, told.rows, told.cols)
+        self.live = header.clock == LIVE
+        self.grid = World(told.grid, told.rows, told.cols, live=self.live)
         first = [Obstacle.of(told) for told in self.header.obstacles]
         later = [Obstacle.of(record.obstacle) for record in records if record.type == "discovered"]
         self.obstacles = {o.name: o for o in later} | {o.name: o for o in first}
@@ -81,7 +82,6 @@ class State:
         """The objectives of the header, which robots have while no input gives them another."""
         self._kept: dict[str, int] = {}
         self.form: dict[tuple[str, Objective], str | None] = {}
-        self.live = header.clock == LIVE
         self.under_way: dict[str, Line] = {}
         """Live: the step of each robot that has not ended."""
         self.acting: dict[str, Line] = {}
@@ -104,6 +104,15 @@ class State:
         """Return the regions that a robot occupies: two while it is in transit."""
         toward = self.toward[robot]
         return {self.region[robot]} if toward is None else {self.region[robot], toward}
+
+    def entered(self, move: Line) -> set[int]:
+        """Return the regions that a robot occupies after a move, and did not before."""
+        return taken(move) - self.taken_by(move.robot)
+
+    def has_failed(self, robot: str) -> bool:
+        """Return whether the step that a robot ends by its next move ends otherwise than it
+        should."""
+        return robot in self.ended and self.ended[robot].result != "arrived"
 
     def zones(self, one: str, other: str) -> list[frozenset[int]]:
         """Return the sets of regions in which two robots are never together."""
@@ -229,9 +238,6 @@ class State:
         why = (record.obstacle, record.requester, helpers_of(record))
         entries = reversed(self.stack)
         return next((e for e in entries if (e.obstacle, e.requester, e.helpers) == why), None)
-
-    def obstacles_at(self, region: int) -> list[Line]:
-        return [o for o in self.obstacles.values() if o.region == region]
 
     def show(self, region: int) -> str:
         return self.grid.show(region)

@@ -73,10 +73,19 @@ def helpers_of(record: Line) -> tuple[str, ...]:
     return record.helpers or (() if record.helper is None else (record.helper,))
 
 
+def moment(record: Line) -> float:
+    """Return the tick of a line; in a live run its seconds."""
+    return float(record.tick if record.t is None else record.t)
+
+
 def is_over(wait: Line, record: Line) -> bool:
     """Return whether what a team waits for (line ``waiting``) is due by the time of a line, whether
     or not that changes anything: the team decides again."""
     if wait.t is not None and record.t is None:
         return False  # a move between the lines of a live run, whose time is that of the next one
-    moment = record.tick if record.t is None else record.t
-    return wait.until is not None and wait.until <= moment
+    return wait.until is not None and wait.until <= moment(record)
+
+
+def taken(move: Line) -> set[int]:
+    """Return the regions that a robot occupies after a move."""
+    return {move.to} if move.toward is None else {move.to, move.toward}

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from safenav.audit.deriving import pose_of
 from safenav.audit.kinds import STAYING, shape_of
 from safenav.audit.language import Pose
 from safenav.audit.lines import Line, Objective
-from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.rules.rule import Rule, Said
 from safenav.audit.situation import Situation
 from safenav.audit.turn import Status
 
@@ -17,6 +17,9 @@ DECIMALS = 6
 """Digits of a charge in a live run."""
 _FLOOR = ("violation", "blocked", "gone", "appeared", "operator", "objective", "service", "plan")
 """Lines after which a robot may be sent elsewhere before it has got to its stop."""
+
+
+_NOT_OUT = "the charge of {} is used up, but no line takes it out of service"
 
 
 class ChargeRule(Rule):
@@ -41,15 +44,15 @@ class ChargeRule(Rule):
         self._asks = False
         self._stops: dict[str, tuple[Objective, int, int]] = {}  # its line, and its tick
 
-    def opening(self, now: Situation) -> Iterator[Finding]:
+    def opening(self, now: Situation) -> Iterable[Said]:
         for name, robot in now.header.robots.items():
             if robot.battery is not None:
                 self._charge[name] = robot.battery.start
                 self._since[name] = 0.0
         self._empty = [name for name in self._charge if self._is_empty(name, now.region[name], now)]
-        yield from ()
+        return ()
 
-    def line(self, record: Line, now: Situation) -> Iterator[str | Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         if now.live:
             yield from self._in_time(record, now)
         elif self._owed is None and self._empty and record.tick > 0:
@@ -57,15 +60,14 @@ class ChargeRule(Rule):
             self._runs_flat(name, now.region[name], now)
         match record.type:
             case "move" if not now.live:
-                yield from self._owes(record)
+                yield from self._owes()
                 if record.robot in self._charge:
                     yield from self._moved(record, now)
             case "appeared" if record.cause == "battery":
                 if self._owed is None:
                     yield f"{record.obstacle} appears, but no charge is used up"
                 elif now.obstacles[record.obstacle].region != now.region[self._owed]:
-                    problem = f"{record.obstacle} appears elsewhere than {self._owed} is"
-                    yield self.broken_by(record, self._owed, problem)
+                    yield self._owed, f"{record.obstacle} appears elsewhere than {self._owed} is"
                 else:
                     self._flat[record.obstacle] = self._owed
             case "service" if record.cause == "battery" and record.active is False:
@@ -89,16 +91,14 @@ class ChargeRule(Rule):
                     self._filled.add(self._flat.pop(record.obstacle))
             case "outcome":
                 if not now.is_cut_short() and not now.turn.torn:
-                    yield from self._owes(record)
+                    yield from self._owes()
                 for of, least in (record.refused or {}).items():
                     if of.endswith(BATTERY):
-                        yield from self._refused(of.removesuffix(BATTERY), least, record, now)
+                        yield from self._refused(of.removesuffix(BATTERY), least, now)
             case _ if record.type in _FLOOR:
                 self._stops.clear()
-            case _:
-                pass
 
-    def turn(self, now: Situation) -> Iterator[Finding]:
+    def turn(self, now: Situation) -> Iterator[Said]:
         turn = now.turn
         stop, line, tick = self._stops.get(turn.robot or "", (None, 0, 0))
         move = turn.first("move")
@@ -109,8 +109,7 @@ class ChargeRule(Rule):
         rivals = [o for o in now.header.robots if o != move.robot and now.conflict(move.robot, o)]
         stays = move.to == move.from_ and move.toward is None
         if not rivals and stays and move.to not in stop.targets[0]:
-            problem = f"{move.robot} is to {stop}, and stays at {now.show(move.to)}"
-            yield self.broken_by(move, move.robot, problem)
+            yield move.robot, f"{move.robot} is to {stop}, and stays at {now.show(move.to)}", move
 
     def _stop(self, record: Line, now: Situation) -> Iterator[str]:
         """Judge a stop by that before it."""
@@ -125,29 +124,28 @@ class ChargeRule(Rule):
         if record.objective.kind == STAYING and record.objective != now.own[robot]:
             self._stops[robot] = (record.objective, record.line, record.tick)
 
-    def _owes(self, record: Line) -> Iterator[Finding]:
+    def _owes(self) -> Iterator[Said]:
         if self._owed is not None:
-            problem = f"the charge of {self._owed} is used up, but no line takes it out of service"
-            yield self.broken_by(record, self._owed, problem)
+            yield self._owed, _NOT_OUT.format(self._owed)
             self._owed = None
 
-    def _moved(self, move: Line, now: Situation) -> Iterator[Finding]:
+    def _moved(self, move: Line, now: Situation) -> Iterator[Said]:
         name, battery = move.robot, _battery(now, move.robot)
         self._charge[name] = charge_after(now, move, self._charge[name])
         if self._charge[name] < 0:
-            problem = f"{name} takes a step with a charge of {self._charge[name] + battery.move}"
-            yield self.broken_by(move, name, problem)
+            yield f"{name} takes a step with a charge of {self._charge[name] + battery.move}"
             self._charge[name] = 0
         if self._is_empty(name, move.to, now) and move.toward is None and name not in now.out:
             self._runs_flat(name, move.to, now)
 
-    def _in_time(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def _in_time(self, record: Line, now: Situation) -> Iterator[Said]:
         """Live: follow the charges of robots that stand."""
         t, name = record.t, getattr(record, "robot", None)
         if t is None:
             return  # it is not a line of the trace
         if record.tick > self._pass[0]:
-            yield from self._unsaid(record, now)
+            for one in self._flat_at(self._pass[1], now):  # since the last pass began
+                yield one, _NOT_OUT.format(one)
             self._pass = record.tick, t
         if record.type in ("appeared", "service") and record.cause == "battery":
             at = now.obstacles[record.obstacle].region if record.type == "appeared" else None
@@ -160,8 +158,7 @@ class ChargeRule(Rule):
         self._charge[name] = self._left(name, t, now)
         if record.type == "depart":
             if self._charge[name] < battery.move:
-                problem = f"{name} takes a step with a charge of {self._charge[name]:g}"
-                yield self.broken_by(record, name, problem)
+                yield f"{name} takes a step with a charge of {self._charge[name]:g}"
             self._since.pop(name, None)
         elif record.type == "arrive":
             self._charge[name] = round(max(0, self._charge[name] - battery.move), DECIMALS)
@@ -191,12 +188,6 @@ class ChargeRule(Rule):
             and self._left(name, t, now) < _battery(now, name).move
         ]
 
-    def _unsaid(self, record: Line, now: Situation) -> Iterator[Finding]:
-        """A pass is over: each robot without charge at its beginning is out of service."""
-        for name in self._flat_at(self._pass[1], now):
-            problem = f"the charge of {name} is used up, but no line takes it out of service"
-            yield self.broken_by(record, name, problem)
-
     def _is_empty(self, name: str, at: int, now: Situation) -> bool:
         charger = at in (now.header.chargers or ())
         return self._charge[name] < _battery(now, name).move and not charger
@@ -210,19 +201,13 @@ class ChargeRule(Rule):
         self._owed = name
         self._asks = now.header.flat is not None and not stands and not now.external
 
-    def _refused(
-        self, name: str, least: int | None, record: Line, now: Situation
-    ) -> Iterator[Finding]:
+    def _refused(self, name: str, least: int | None, now: Situation) -> Iterator[Said]:
         if name not in self._charge:
-            yield self.broken_by(record, None, f"{name} has no battery")
-            return
-        truth = need(now, name)
-        if least != truth:
-            problem = f"{name} is refused since it needs a charge of {least}, but it is {truth}"
-            yield self.broken_by(record, name, problem)
+            yield None, f"{name} has no battery"
+        elif least != (truth := need(now, name)):
+            yield name, f"{name} is refused since it needs a charge of {least}, but it is {truth}"
         elif least is not None and least <= self._charge[name]:
-            problem = f"{name} is refused, but its charge of {self._charge[name]} suffices"
-            yield self.broken_by(record, name, problem)
+            yield name, f"{name} is refused, but its charge of {self._charge[name]} suffices"
 
 
 def _battery(now: Situation, robot: str) -> Line:

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import islice
 
 from safenav.audit.kinds import STAYING
 from safenav.audit.lines import Line
-from safenav.audit.rules.rule import Finding, LineRule, Rule
+from safenav.audit.rules.rule import Finding, Rule, Said
 from safenav.audit.situation import Situation
 
 
-class BeliefRule(LineRule):
+class BeliefRule(Rule):
     """A robot's belief about another one contains that one's region, after every turn in which it
     looked around; a sighting is one region; no robot is believed in a wall, and a belief is made of
     whole cells of the partition (D 4, Beliefs)."""
 
-    name, kind = "belief", "belief"
+    name, kinds = "belief", ("belief",)
 
-    def problems(self, record: Line, now: Situation) -> Iterator[str]:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         robot, other = record.robot, record.of
         before = now.beliefs.get((robot, other))
         if before is not None and (before.seen, before.regions) == (record.seen, record.regions):
@@ -34,7 +35,7 @@ class BeliefRule(LineRule):
                     where = ", ".join(map(str, sorted(record.regions.intersection(cell))))
                     yield f"{robot} believes {other} at {where}, which is only a part of a cell"
 
-    def turn(self, now: Situation) -> Iterator[Finding]:
+    def turn(self, now: Situation) -> Iterator[Said]:
         turn, robot = now.turn, now.turn.robot
         if robot is None or turn.on_the_way or turn.torn:
             return
@@ -43,7 +44,7 @@ class BeliefRule(LineRule):
                 place = now.show(now.region[other])
                 how = "sees" if belief.seen else "believes"
                 problem = f"{robot} {how} {other} elsewhere, but it is at {place}"
-                yield self.broken(turn.tick, robot, belief.line, problem)
+                yield Finding(self.name, turn.tick, robot, belief.line, problem)
 
 
 class MissedBeliefRule(Rule):
@@ -54,7 +55,7 @@ class MissedBeliefRule(Rule):
     Where the trace does not record which obstacles block the view, it gets the benefit of the
     doubt. A robot that waits, believed exactly where it is, is not looked for."""
 
-    name = "missed-belief"
+    name, kinds = "missed-belief", ("synthesis", "violation")
 
     def __init__(self) -> None:
         self._tracked: dict[str, frozenset[str]] = {}
@@ -64,30 +65,27 @@ class MissedBeliefRule(Rule):
         self._closed: dict[str, frozenset[int]] = {}
         self._shut: dict[str, frozenset[int]] = {}
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
-        if record.type == "synthesis" and record.node is not None:
+    def line(self, record: Line, now: Situation) -> Iterable[Said]:
+        if record.type == "violation":
+            self._found.add(now.obstacles[record.obstacle].region)
+        elif record.node is not None:
             others = (*(record.moving or ()), *(record.tracked or ()))
             self._tracked[record.robot] = frozenset(others if record.tracking == "belief" else ())
             if record.sight_closed is not None:
                 self._closed[record.robot] = frozenset(record.sight_closed)
-        elif record.type == "violation":
-            self._found.add(now.obstacles[record.obstacle].region)
-        return iter(())
+        return ()
 
-    def turn(self, now: Situation) -> Iterator[Finding]:
+    def turn(self, now: Situation) -> Iterator[Said]:
         turn, robot = now.turn, now.turn.robot
         looked = robot and not turn.on_the_way and not turn.torn and turn.first("move")
         if robot and looked:
             for other in sorted(self._watching.get(robot, frozenset())):
                 if (robot, other) not in now.beliefs:
-                    problem = f"{robot} tracks {other}, but no line records where it may be"
-                    yield self.broken(turn.tick, robot, turn.line, problem)
+                    yield f"{robot} tracks {other}, but no line records where it may be"
             for (believer, other), belief in now.beliefs.items():
                 problems = self._problems(robot, other, belief, now) if believer == robot else ()
-                for problem in problems:
-                    at = belief.line if belief in turn.records else turn.line
-                    yield self.broken(turn.tick, robot, at, problem)
-                    break
+                for problem in islice(problems, 1):
+                    yield robot, problem, belief if belief in turn.records else turn
         self._before, self._watching = dict(now.beliefs), dict(self._tracked)
         self._shut = dict(self._closed)
 
@@ -110,13 +108,7 @@ class MissedBeliefRule(Rule):
         before = self._before.get((robot, other))
         if before is None:
             return
-        reach = {place for place in before.regions if now.grid.is_free(place)}
-        reach |= {region for place in reach for region in now.grid.neighbours(place)}
-        fresh = list(reach) if now.live else []
-        while fresh:
-            beyond = {*now.grid.neighbours(fresh.pop())} - reach
-            reach |= beyond
-            fresh += beyond
+        reach = now.grid.later(set(filter(now.grid.is_free, before.regions)))
         hidden = sorted(r for r in reach - belief.regions if not self._may_see(robot, own, r, now))
         if hidden:
             yield f"{other} may have reached {now.show(hidden[0])}, out of {robot}'s sight"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import product
 
@@ -12,7 +12,7 @@ from safenav.audit.kinds import shape_of
 from safenav.audit.lines import Line
 from safenav.audit.rules.batteries import BATTERY, charge_after, lasts_until
 from safenav.audit.rules.requests import SETTLES
-from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.rules.rule import Rule, Said
 from safenav.audit.situation import Situation
 
 MISSION = "mission"
@@ -76,7 +76,7 @@ class DeadlineRule(Rule):
         self._around: dict[str, tuple[int, ...]] = {}
         self._since = (0, 0)
 
-    def opening(self, now: Situation) -> Iterator[Finding]:
+    def opening(self, now: Situation) -> Iterable[Said]:
         promises = now.header.promises
         self._active = promises is not None
         for name in now.header.robots:
@@ -88,9 +88,9 @@ class DeadlineRule(Rule):
             self._within = dict(promises.within)
             if promises.by is not None:
                 self._open[MISSION] = promises.by
-        yield from ()
+        return ()
 
-    def line(self, record: Line, now: Situation) -> Iterator[str | Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         if record.type not in SETTLES or record.type == "acts":
             yield from self._chosen(now)
         if record.type == "acts":
@@ -113,12 +113,11 @@ class DeadlineRule(Rule):
         if record.tick > self._tick or record.type in ("outcome", "move"):
             self._look(now)
         if record.tick > self._tick:
-            yield from self._tick_begins(record, record.tick)
-        if self._owed:
-            yield from self._missing(record, self._owed)
+            yield from self._tick_begins(record.tick)
+        yield from self._missing(self._owed)
         if record.type == "move":
             if self._had:  # else it is the first turn, which says what happened before it
-                yield from self._missing(record, self._turn_owes)
+                yield from self._missing(self._turn_owes)
             self._had = [*now.header.robots].index(record.robot) + 1
             if record.toward is None:
                 self._begun.pop(record.robot, None)
@@ -126,48 +125,44 @@ class DeadlineRule(Rule):
                 self._begun.setdefault(record.robot, record.tick)
         self._happened(record, now)
 
-    def ending(self, now: Situation) -> Iterator[Finding]:
+    def ending(self, now: Situation) -> Iterator[Said]:
         outcome = now.outcome
         if outcome is None:
             return
         if not self._active:
             if outcome.late is not None or _promised(outcome):
-                yield self.broken_by(outcome, None, "it lists broken promises; there are none")
+                yield "it lists broken promises; there are none"
             return
         if outcome.late is None or set(outcome.late) != set(self._late):
             said = ", ".join(outcome.late or ()) or "nothing"
             truth = ", ".join(dict.fromkeys(self._late)) or "nothing"
-            yield self.broken_by(
-                outcome, None, f"the outcome lists {said} as late, but {truth} was"
-            )
+            yield f"the outcome lists {said} as late, but {truth} was"
         stops = now.header.promises is not None and now.header.promises.late == "stop"
-        if (outcome.outcome == "late") is not (stops and bool(self._late)):
-            from_outside = ("interrupted", "error")
-            if outcome.outcome not in from_outside:
-                yield self.broken_by(outcome, None, "the run ends late iff a promise is broken")
-        complete = outcome.outcome == "completed"
-        if complete and MISSION in self._open:
-            yield self.broken_by(outcome, None, "no line tells that the mission was in time")
+        ends_late = (outcome.outcome == "late") is not (stops and bool(self._late))
+        if ends_late and outcome.outcome not in ("interrupted", "error"):
+            yield "the run ends late iff a promise is broken"
+        if outcome.outcome == "completed" and MISSION in self._open:
+            yield "no line tells that the mission was in time"
         over = outcome.outcome in ("completed", "tick_limit") or outcome.cause == "deadlock"
         if over:  # the last turn is: deadlocks are found between ticks
-            yield from self._missing(outcome, [o for o in self._turn_owes if o[0] != MISSION])
+            yield from self._missing([o for o in self._turn_owes if o[0] != MISSION])
         for of in _promised(outcome):
             yield from self._refused(of, outcome, now)
 
-    def _chosen(self, now: Situation) -> Iterator[Finding]:
+    def _chosen(self, now: Situation) -> Iterator[Said]:
         """The acts of a settlement whose lines have taken effect."""
         record, self._acts = self._acts, None
         if record is None or now.is_cut_short():
             return
         if not self._active:
-            yield self.broken_by(record, None, "nothing is due")
+            yield None, "nothing is due", record
         for problem in impossible(record, now, self._tick, self._had, self._begun):
-            yield self.broken_by(record, None, problem)
+            yield None, problem, record
         for act in record.acts:
             due = self._open.get(act.obstacle)
             if due is not None and act.at > due and act.obstacle not in self._beyond:
                 problem = f"{act.obstacle} is due at {due}, before the act in tick {act.at}"
-                yield self.broken_by(record, None, problem)
+                yield None, problem, record
 
     def _shuns(self, move: Line) -> bool:
         return move.to in self._around.get(move.robot, ())
@@ -177,9 +172,9 @@ class DeadlineRule(Rule):
             own = now.own[name]
             clock.away |= now.objectives[name] != own or name in now.out
 
-    def _tick_begins(self, record: Line, tick: int) -> Iterator[Finding]:
+    def _tick_begins(self, tick: int) -> Iterator[tuple[None, str]]:
         """Promises that were due by the end of the tick before have a line first."""
-        yield from self._missing(record, [o for o in self._turn_owes if o[0] != MISSION])
+        yield from self._missing([o for o in self._turn_owes if o[0] != MISSION])
         self._turn_owes = []
         self._tick, self._had = tick, 0
         for of, due in list(self._open.items()):
@@ -190,14 +185,13 @@ class DeadlineRule(Rule):
             clock = self._clocks[name]
             if not clock.over and clock.begun + within < tick:
                 clock.over = True
-                verdict = "excused" if clock.away or clock.before else None
-                due = clock.begun + within
-                self._owed.append((name, due, verdict or "late"))
+                verdict = "excused" if clock.away or clock.before else "late"
+                self._owed.append((name, clock.begun + within, verdict))
 
-    def _missing(self, record: Line, owed: list[tuple[str, int, str]]) -> Iterator[Finding]:
+    def _missing(self, owed: list[tuple[str, int, str]]) -> Iterator[tuple[None, str]]:
         for of, due, verdict in owed:
             told = f"no line before this one tells that what {of} had to do by {due} is {verdict}"
-            yield self.broken_by(record, None, told)
+            yield None, told
         owed.clear()
 
     def _happened(self, record: Line, now: Situation) -> None:
@@ -246,8 +240,6 @@ class DeadlineRule(Rule):
                 clock.met = met  # what it has met in this round counts
             case "goal":
                 self._goal(record, now)
-            case _:
-                pass
 
     def _lasts(self, record: Line, now: Situation) -> int | None:
         """Until when the charge of the first requester lasts behind the obstacle."""
@@ -290,8 +282,8 @@ class DeadlineRule(Rule):
         if record.cause != ("battery" if by_charge else None):
             yield f"a charge is {'' if by_charge else 'not '}the cause of what is due {record.due}"
         if record.tick > self._tick:
-            for finding in self._tick_begins(record, record.tick):
-                yield finding.explanation
+            for _, problem in self._tick_begins(record.tick):
+                yield problem
         if record.verdict == "lost":
             yield from self._is_lost(record, now)
             return
@@ -384,19 +376,17 @@ class DeadlineRule(Rule):
             for choice in product(*ends)
         }
 
-    def _refused(self, of: str, outcome: Line, now: Situation) -> Iterator[Finding]:
+    def _refused(self, of: str, outcome: Line, now: Situation) -> Iterator[Said]:
         least = (outcome.refused or {})[of]
         promised = self._within.get(of)
         if of == MISSION and now.header.promises is not None:
             promised = now.header.promises.by
         if promised is None:
-            yield self.broken_by(outcome, None, f"{of} has promised nothing")
+            yield f"{of} has promised nothing"
             return
         bound = Bound(now, 0, len(now.header.robots), {})
         truth = mission_end(bound) if of == MISSION else least_within(now, of)
         if least != truth:
-            problem = f"{of} is refused since the least is {least}, but it is {truth}"
-            yield self.broken_by(outcome, None, problem)
+            yield f"{of} is refused since the least is {least}, but it is {truth}"
         elif least is not None and least <= promised:
-            problem = f"{of} is refused, but {least} is no more than the {promised} promised"
-            yield self.broken_by(outcome, None, problem)
+            yield f"{of} is refused, but {least} is no more than the {promised} promised"

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import combinations
 
 from safenav.audit.lines import Line
-from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.rules.rule import Finding, Rule, Said
 from safenav.audit.situation import SCENARIO_CHANGES, Situation
-from safenav.audit.turn import Status, is_over
+from safenav.audit.turn import Status, is_over, moment, taken
 
 _ROUNDED = 1e-6
 """Seconds by which sums of written times may differ."""
@@ -29,23 +29,22 @@ class ClockRule(Rule):
         self._have: dict[str, tuple[int, ...]] = {}
         self._spans: dict[int, list[tuple[float, float, str, int]]] = {}
 
-    def opening(self, now: Situation) -> Iterator[Finding]:
+    def opening(self, now: Situation) -> Iterable[Said]:
         self._since = dict.fromkeys(now.region, 0.0)
         self._have = {robot: (region,) for robot, region in now.region.items()}
-        return iter(())
+        return ()
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         if not now.live:
             if record.t is not None or record.type in _LIVE:
-                yield self.broken_by(record, None, "a line of a live run in a run in lockstep")
+                yield None, "a line of a live run in a run in lockstep"
             return
         if record.t is None:
             if record.type != "move":
-                yield self.broken_by(record, None, "a line of a live run has no time")
+                yield None, "a line of a live run has no time"
             return
         if record.t < self._last:
-            problem = f"it is {record.t} s after {self._last} s in the line before"
-            yield self.broken_by(record, None, problem)
+            yield None, f"it is {record.t} s after {self._last} s in the line before"
         self._last = record.t
         match record.type:
             case "depart":
@@ -54,10 +53,8 @@ class ClockRule(Rule):
                 self._has(record.robot, record, record.regions or (record.at,))
             case "operator" if record.robot is not None and record.region is not None:
                 self._has(record.robot, record, (record.region,))
-            case _:
-                pass
 
-    def ending(self, now: Situation) -> Iterator[Finding]:
+    def ending(self, now: Situation) -> Iterator[Said]:
         for robot, regions in self._have.items():
             for region in regions:
                 span = (self._since[robot], float("inf"), robot, now.header_line)
@@ -69,7 +66,8 @@ class ClockRule(Rule):
                 if one != other and later < until and (one, other) not in told:
                     told |= {(one, other), (other, one)}
                     where = f"{one} and {other} are together in {now.show(zone.regions[0])}"
-                    yield self.broken(0, other, line, f"{where} and beside it at {later} s")
+                    problem = f"{where} and beside it at {later} s"
+                    yield Finding(self.name, 0, other, line, problem)
         for region, spans in sorted(self._spans.items()):
             for (since, until, one, _), (later, end, other, line) in combinations(sorted(spans), 2):
                 shared = min(until, end) - max(since, later)
@@ -77,7 +75,7 @@ class ClockRule(Rule):
                 if now.live and new and shared > 0 and now.conflict(one, other):
                     told |= {(one, other), (other, one)}
                     where = f"{one} and {other} both have {now.show(region)} from {later} s on"
-                    yield self.broken(0, other, line, where)
+                    yield Finding(self.name, 0, other, line, where)
 
     def _has(self, robot: str, record: Line, regions: tuple[int, ...]) -> None:
         assert record.t is not None
@@ -94,23 +92,19 @@ class CommandRule(Rule):
     blocked; it leaves to others only what it has just failed on. Nobody is sent anywhere while it
     is out of service (T, Live runs)."""
 
-    name = "command"
+    name, kinds = "command", ("depart", "act", "arrive", "acted")
 
     def __init__(self) -> None:
         self._numbers: dict[str, int] = {}
-        self._out: set[str] = set()
 
-    def line(self, record: Line, now: Situation) -> Iterator[str]:
-        match record.type:
-            case "depart" | "act":
-                yield from self._begun(record, now)
-                self._numbers[record.robot] = record.command
-            case "arrive" | "acted":
-                yield from self._ended(record, now)
-            case _:
-                pass
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+        if record.type in ("depart", "act"):
+            yield from self._begun(record, now)
+            self._numbers[record.robot] = record.command
+        else:
+            yield from (self._arrived if record.type == "arrive" else self._acted)(record, now)
 
-    def _begun(self, record: Line | Line, now: Situation) -> Iterator[str]:
+    def _begun(self, record: Line, now: Situation) -> Iterator[str]:
         robot = record.robot
         if robot in now.under_way or robot in now.acting:
             yield f"{robot} gets command {record.command} before the last one has ended"
@@ -125,29 +119,27 @@ class CommandRule(Rule):
             if taking and robot not in taking:
                 yield f"{robot} departs, but takes part in what {taking[0]} does"
 
-    def _ended(self, record: Line | Line, now: Situation) -> Iterator[str]:
-        robot = record.robot
-        if record.type == "acted":
-            act = now.acting.get(robot)
-            if act is None or act.command != record.command:
-                yield f"{robot} has acted by command {record.command}, which is not open"
-            elif missing := {n for n in act.obstacles if _single(n, now)} - record.results.keys():
-                yield f"no result for {', '.join(sorted(missing))}, on which {robot} acted"
-            failed = not record.results or "failed" in record.results.values()
-            if record.reason and not failed:
-                yield f"{robot} has acted, and has a reason for a failure: {record.reason}"
-            for name in record.barred or ():
-                if record.results.get(name) != "failed":
-                    yield f"{robot} leaves {name} to others, but its action has not failed"
-            return
-        depart = now.under_way.get(robot)
+    def _acted(self, record: Line, now: Situation) -> Iterator[str]:
+        robot, act = record.robot, now.acting.get(record.robot)
+        if act is None or act.command != record.command:
+            yield f"{robot} has acted by command {record.command}, which is not open"
+        elif missing := {n for n in act.obstacles if _single(n, now)} - record.results.keys():
+            yield f"no result for {', '.join(sorted(missing))}, on which {robot} acted"
+        if record.reason and record.results and "failed" not in record.results.values():
+            yield f"{robot} has acted, and has a reason for a failure: {record.reason}"
+        for name in record.barred or ():
+            if record.results.get(name) != "failed":
+                yield f"{robot} leaves {name} to others, but its action has not failed"
+
+    def _arrived(self, record: Line, now: Situation) -> Iterator[str]:
+        robot, depart = record.robot, now.under_way.get(record.robot)
         if depart is None or depart.command != record.command:
             yield f"{robot} ends command {record.command}, which is not open"
             return
         wanted = {"arrived": depart.to, "blocked": depart.from_}
         if record.at != wanted.get(record.result, record.at):
-            where = now.show(record.at)
-            yield f"the step of {robot} has ended as {record.result}, but at {where}"
+            at = now.show(record.at)
+            yield f"the step of {robot} has ended as {record.result}, but at {at}"
         if record.result == "arrived" and record.heading != depart.heading:
             yield f"{robot} was to face {depart.heading}, but faces {record.heading}"
 
@@ -164,16 +156,14 @@ class ActRule(Rule):
     """Who acts is in service and stands still, with all that take part, where it can do what an
     obstacle needs next, of those that the line names (T, Live runs)."""
 
-    name = "act"
+    name, kinds = "act", ("act",)
 
-    def line(self, record: Line, now: Situation) -> Iterator[str | Finding]:
-        if record.type != "act":
-            return
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         if record.robot not in record.robots:
             yield f"{record.robot} has no part in its own act"
         for robot in record.robots:
             if robot in now.under_way:
-                yield self.broken_by(record, robot, f"{robot} is to act, but is on its way")
+                yield robot, f"{robot} is to act, but is on its way"
         for name in record.obstacles:
             if name not in now.obstacles:
                 yield f"{name} is not known"
@@ -192,17 +182,15 @@ class HoldsRule(Rule):
         self._plan: frozenset[str] = frozenset()
         self._acts: Line | None = None
 
-    def line(self, record: Line, now: Situation) -> Iterator[str | Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         if record.type in ("move", "goal", "belief"):
             return
         held, self._acts = self._acts, None
         if held is not None and not (record.type == "act" and held.robot in record.robots):
-            problem = f"{held.robot} stays to act, but does not"
-            yield self.broken_by(held, held.robot, problem)
+            yield held.robot, f"{held.robot} stays to act, but does not", held
         match record.type:
             case "hold":
-                if problem := self._problem(record, now):
-                    yield problem
+                yield from self._held(record, now)
                 self._why[record.robot] = record.why, record.signal, record.shown
             case "depart":
                 self._why.pop(record.robot, None)
@@ -210,15 +198,15 @@ class HoldsRule(Rule):
                 self._plan = frozenset(record.robots)
             case "plan_end":
                 self._plan = frozenset()
-            case _:
-                pass
 
-    def _problem(self, record: Line, now: Situation) -> str:
+    def _held(self, record: Line, now: Situation) -> Iterator[Said]:
         robot = record.robot
         if robot in now.under_way:
-            return f"{robot} stays, but is on its way"
+            yield f"{robot} stays, but is on its way"
+            return
         if self._why.get(robot) == (record.why, record.signal, record.shown):
-            return f"{robot} stays for the same reason as before"
+            yield f"{robot} stays for the same reason as before"
+            return
         if record.why == "acting":
             taking = any(robot in act.robots for act in now.acting.values())
             self._acts = None if taking else record  # an ``act`` line follows immediately
@@ -227,23 +215,23 @@ class HoldsRule(Rule):
             "plan": robot in self._plan,
             "operator": now.waits is not None,
         }
-        return "" if true.get(record.why, True) else f"{robot} stays ({record.why}): not so"
+        if not true.get(record.why, True):
+            yield f"{robot} stays ({record.why}): not so"
 
 
 class LateRule(Rule):
     """A report is dropped for a reason: it answers a command that is not open, or it is about a
     time before the last that was learnt of its obstacle (T, Live runs)."""
 
-    name = "late"
+    name, kinds = "late", ("resolved", "gone", "appeared", "acted", "late")
 
     def __init__(self) -> None:
         self._learnt: dict[str, float] = {}
 
-    def line(self, record: Line, now: Situation) -> Iterator[str | Finding]:
-        if record.type in ("resolved", "gone", "appeared", "acted") and record.t is not None:
-            names = record.results if record.type == "acted" else [record.obstacle]
-            self._learnt |= dict.fromkeys(names, record.t)
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         if record.type != "late":
+            names = record.results if record.type == "acted" else [record.obstacle]
+            self._learnt |= {} if record.t is None else dict.fromkeys(names, record.t)
             return
         if not record.reason:
             yield "a report is dropped without a reason"
@@ -254,8 +242,7 @@ class LateRule(Rule):
         learnt = self._learnt.get(record.obstacle or "", -1.0)
         about = record.command is None and record.obstacle is not None
         if about and record.at is not None and record.at > learnt + _ROUNDED:
-            problem = f"the report on {record.obstacle} is not older than the knowledge"
-            yield self.broken_by(record, None, problem)
+            yield None, f"the report on {record.obstacle} is not older than the knowledge"
 
 
 def _goes_on(record: Line, now: Situation) -> bool:
@@ -281,7 +268,7 @@ class WaitingRule(Rule):
         self._hope = False
         self._changed = -1  # the tick of the last change: what it gives up is reopened, too
 
-    def line(self, record: Line, now: Situation) -> Iterator[str]:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         if self._waiting is not None and is_over(self._waiting, record):
             self._waiting, self._hope, self._changed = None, True, record.tick
         match record.type:
@@ -290,9 +277,8 @@ class WaitingRule(Rule):
                 ends = ("operator_needed", "assumption_violated", "search_limit")
                 if record.outcome not in ends:
                     yield f"no robot waits because of {record.outcome}"
-                moment = record.tick if record.t is None else record.t
-                never = record.t is None if record.until is None else record.until <= moment
-                if never:
+                until = record.until
+                if record.t is None if until is None else until <= moment(record):
                     yield "the team waits for nothing to come"
             case "depart" | "act" | "move" if self._waits(record, now):
                 yield f"{record.robot} gets a command while the team waits"
@@ -317,8 +303,6 @@ class WaitingRule(Rule):
                 told = ("interrupted", "error", "time_limit", "tick_limit", self._waiting.outcome)
                 if record.outcome not in told:
                     yield f"the run ends as {record.outcome} while it waits"
-            case _:
-                pass
 
     def _waits(self, record: Line, now: Situation) -> bool:
         """Return whether a robot is to stay, and sets out or acts."""
@@ -326,7 +310,7 @@ class WaitingRule(Rule):
             return False
         if record.type != "move":
             return True
-        departs = record.to != now.region[record.robot] or record.toward is not None
+        departs = taken(record) != {now.region[record.robot]}
         return departs and not now.live and now.toward[record.robot] is None
 
     def _put_down(self, record: Line, now: Situation) -> Iterator[str]:

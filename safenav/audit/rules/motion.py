@@ -7,45 +7,45 @@ from collections.abc import Iterator
 from safenav.audit.formulas import rules_of
 from safenav.audit.language import RefusedError
 from safenav.audit.lines import Line
-from safenav.audit.rules.rule import Finding, LineRule, Rule
+from safenav.audit.rules.rule import Rule, Said
 from safenav.audit.situation import Situation
-from safenav.audit.turn import Status
+from safenav.audit.turn import Status, taken
 from safenav.audit.world import opposite
 
 
-class ContinuityRule(LineRule):
+class ContinuityRule(Rule):
     """A robot moves from where it was: ``from`` is its former ``to``, at first its start (T)."""
 
-    name, kind = "continuity", "move"
+    name, kinds = "continuity", ("move",)
 
-    def problems(self, record: Line, now: Situation) -> Iterator[str]:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         was = now.region[record.robot]
         if record.from_ != was:
             origin = now.show(record.from_)
             yield f"{record.robot} moves from {origin}, but was at {now.show(was)}"
 
 
-class MapRule(LineRule):
+class MapRule(Rule):
     """Robots stay on the map and out of its walls (D 4: ``region' not in O``)."""
 
-    name, kind = "map", "move"
+    name, kinds = "map", ("move",)
 
-    def problems(self, record: Line, now: Situation) -> Iterator[str]:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         if not now.grid.is_free(record.to):
             what = "a wall" if now.grid.on_map(record.to) else "not on the map"
             yield f"{record.robot} enters {now.show(record.to)}, which is {what}"
 
 
-class MobilityRule(LineRule):
+class MobilityRule(Rule):
     """A move is a stay or a step to a 4-neighbour. With a heading: staying keeps it, a step is not
     backwards, and afterwards the robot faces the direction of the step (D 3, Mobility)."""
 
-    name, kind = "mobility", "move"
+    name, kinds = "mobility", ("move",)
 
-    def problems(self, record: Line, now: Situation) -> Iterator[str]:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         robot, before = record.robot, now.heading[record.robot]
         way = now.grid.direction(record.from_, record.to)
-        if _failed(record, now):
+        if now.has_failed(robot):
             return
         if record.to != record.from_ and way is None:
             origin, to = now.show(record.from_), now.show(record.to)
@@ -62,33 +62,34 @@ class MobilityRule(LineRule):
             yield f"{robot} steps {way} and then faces {record.heading}"
 
 
-class UnresolvedObstacleRule(LineRule):
+class UnresolvedObstacleRule(Rule):
     """No robot is in the region of an unresolved obstacle that stops it, or in transit to it,
     except a robot that resolves it by entering: one need is left, one robot suffices for it, the
     robot has the action, and the obstacle's region is among those where it is performed (D 5.1). A
     trace of an external world omits the true state."""
 
-    name, kind = "unresolved-obstacle", "move"
+    name, kinds = "unresolved-obstacle", ("move",)
 
-    def opening(self, now: Situation) -> Iterator[Finding]:
+    def opening(self, now: Situation) -> Iterator[Said]:
         for robot, region in now.region.items():
-            for problem in _unresolved(robot, {region}, now):
-                yield self.broken(0, robot, now.header_line, problem)
+            for problem in _entered(robot, {region}, now, Status.UNRESOLVED):
+                if not now.external:
+                    yield robot, problem
 
-    def problems(self, record: Line, now: Situation) -> Iterator[str]:
-        return _unresolved(record.robot, _taken(record), now)
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+        if not now.external:
+            yield from _entered(record.robot, taken(record), now, Status.UNRESOLVED)
 
 
-class KnownObstacleRule(LineRule):
+class KnownObstacleRule(Rule):
     """An obstacle that was found untraversable, or that no robot can resolve, has joined O for the
     robots that it stops, whatever they can do: none of them enters it (D 5.1)."""
 
-    name, kind = "known-obstacle", "move"
+    name, kinds = "known-obstacle", ("move",)
 
-    def problems(self, record: Line, now: Situation) -> Iterator[str]:
-        into = _taken(record) - now.taken_by(record.robot)
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         for status in (Status.UNTRAVERSABLE, Status.GIVEN_UP):
-            yield from _entered(record.robot, into, now, status)
+            yield from _entered(record.robot, now.entered(record), now, status)
 
 
 class AlwaysRule(Rule):
@@ -96,19 +97,18 @@ class AlwaysRule(Rule):
     formulas that stand beside it, whatever it does (D 3). A robot of an external world may be
     taken elsewhere."""
 
-    name = "always"
+    name, kinds = "always", ("move",)
 
-    def opening(self, now: Situation) -> Iterator[Finding]:
+    def opening(self, now: Situation) -> Iterator[Said]:
         for robot, region in now.region.items():
             if region in now.own[robot].avoid:
-                problem = f"{robot} starts in {now.show(region)}, which it avoids"
-                yield self.broken(0, robot, now.header_line, problem)
+                yield robot, f"{robot} starts in {now.show(region)}, which it avoids"
 
-    def line(self, record: Line, now: Situation) -> Iterator[str]:
-        if record.type != "move" or (now.external and record.by is None):
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+        if now.external and record.by is None:
             return
         robot, own = record.robot, now.own[record.robot]
-        for region in (_taken(record) - now.taken_by(robot)) & own.avoid:
+        for region in now.entered(record) & own.avoid:
             yield f"{robot} enters {now.show(region)}, to be avoided"
         to = record.to if record.toward is None else record.toward
         if not own.always or record.from_ == to or now.toward[robot] is not None:
@@ -125,16 +125,16 @@ class AlwaysRule(Rule):
             yield f"{told}, against {' and '.join(own.always)}"
 
 
-class TransitRule(LineRule):
+class TransitRule(Rule):
     """A step of several ticks: a robot in transit stands where it departed, in transit to one and
     the same neighbouring free region, until it arrives (T, Time). Live: a step that fails ends
     where its ``arrive`` line says."""
 
-    name, kind = "transit", "move"
+    name, kinds = "transit", ("move",)
 
-    def problems(self, record: Line, now: Situation) -> Iterator[str]:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         bound, robot = now.toward[record.robot], record.robot
-        over = record.toward is None and not _failed(record, now)
+        over = record.toward is None and not now.has_failed(robot)
         if bound is not None and over and record.to != bound:
             yield f"{robot} was in transit to {now.show(bound)}, but is at {now.show(record.to)}"
         if record.toward is None:
@@ -150,45 +150,43 @@ class TransitRule(LineRule):
             yield f"{robot} is in transit to {to}, which is not free"
 
 
-class CollisionRule(LineRule):
+class CollisionRule(Rule):
     """Robots in conflict never share a region, at any moment of a tick; one in transit occupies two
     (D 4, Layers)."""
 
-    name, kind = "collision", "move"
+    name, kinds = "collision", ("move",)
 
-    def problems(self, record: Line, now: Situation) -> Iterator[str]:
-        taken = _taken(record)
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         for other in now.region:
-            if other == record.robot or not now.conflict(record.robot, other):
-                continue
-            for region in sorted(taken & now.taken_by(other)):
-                yield f"{record.robot} and {other} are both at {now.show(region)}"
+            if other != record.robot and now.conflict(record.robot, other):
+                for region in sorted(taken(record) & now.taken_by(other)):
+                    yield f"{record.robot} and {other} are both at {now.show(region)}"
 
 
-class NeverTogetherRule(LineRule):
+class NeverTogetherRule(Rule):
     """Of robots that are never together in some regions at most one is in them, from its departure
     for the first to its arrival outside (D 4)."""
 
-    name, kind = "never-together", "move"
+    name, kinds = "never-together", ("move",)
 
-    def problems(self, record: Line, now: Situation) -> Iterator[str]:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         for other in now.region.keys() - {record.robot}:
             for zone in now.zones(record.robot, other):
-                if _taken(record) & zone and now.taken_by(other) & zone:
+                if taken(record) & zone and now.taken_by(other) & zone:
                     yield f"{record.robot} and {other} are together in {sorted(zone)}"
 
 
-class SwapRule(LineRule):
+class SwapRule(Rule):
     """Robots of one layer do not change places within a tick (D 4). Turns interleave, so that
     follows from the absence of collisions if the moves are continuous; checked on its own."""
 
-    name, kind = "swap", "move"
+    name, kinds = "swap", ("move",)
 
     def __init__(self) -> None:
         self._tick = 0
         self._moves: list[Line] = []
 
-    def problems(self, record: Line, now: Situation) -> Iterator[str]:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         if record.tick != self._tick:
             self._tick, self._moves = record.tick, []
         for other in self._moves:
@@ -201,29 +199,16 @@ class SwapRule(LineRule):
         self._moves.append(record)
 
 
-def _failed(move: Line, now: Situation) -> bool:
-    """Return whether a step has ended otherwise than it should, which another rule judges."""
-    ended = now.ended.get(move.robot)
-    return ended is not None and ended.result != "arrived"
-
-
-def _taken(move: Line) -> set[int]:
-    """Return the regions that a robot occupies after a move."""
-    return {move.to} if move.toward is None else {move.to, move.toward}
-
-
-def _unresolved(robot: str, regions: set[int], now: Situation) -> Iterator[str]:
-    return iter(()) if now.external else _entered(robot, regions, now, Status.UNRESOLVED)
+_IS = {
+    Status.UNRESOLVED: "not resolved",
+    Status.UNTRAVERSABLE: "known to be untraversable",
+    Status.GIVEN_UP: "permanent: no robot can resolve it",
+}
 
 
 def _entered(robot: str, regions: set[int], now: Situation, status: Status) -> Iterator[str]:
-    how = {
-        Status.UNRESOLVED: "not resolved",
-        Status.UNTRAVERSABLE: "known to be untraversable",
-        Status.GIVEN_UP: "permanent: no robot can resolve it",
-    }
     for obstacle in now.obstacles.values():
         here = obstacle.region in regions and now.status[obstacle.name] is status
         if here and robot in now.blocked_by(obstacle.name):
             place = now.show(obstacle.region)
-            yield f"{robot} is at {place} with {obstacle.name}, which is {how[status]}"
+            yield f"{robot} is at {place} with {obstacle.name}, which is {_IS[status]}"

@@ -7,19 +7,19 @@ from collections.abc import Iterator
 from safenav.audit.kinds import shape_of
 from safenav.audit.lines import Line, Objective
 from safenav.audit.progress import Progress
-from safenav.audit.rules.rule import Finding, LineRule, Rule
+from safenav.audit.rules.rule import Rule, Said
 from safenav.audit.situation import Situation
 from safenav.audit.turn import Turn
 
 
-class GoalRule(LineRule):
+class GoalRule(Rule):
     """A goal line is true: the robot is in that region, which belongs to the target with that index
     in its objective in force. In a turn that changes the objective, this may be the objective
     before or after the change (T)."""
 
-    name, kind = "goal", "goal"
+    name, kinds = "goal", ("goal",)
 
-    def problems(self, record: Line, now: Situation) -> Iterator[str]:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         robot, here = record.robot, now.region[record.robot]
         in_force = (now.turn.objectives[robot], now.objectives[robot])
         if record.region != here:
@@ -34,11 +34,9 @@ class GoalOrderRule(Rule):
     """Targets are met in turn, forever, or once each in a round if any order will do; none twice in
     one turn (D 3, Objectives). After a resynthesis any target may be next."""
 
-    name = "goal-order"
+    name, kinds = "goal-order", ("goal",)
 
-    def line(self, record: Line, now: Situation) -> Iterator[str]:
-        if record.type != "goal":
-            return
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         robot, progress = record.robot, now.progress[record.robot]
         for goal in now.turn.all("goal"):
             if (goal.robot, goal.goal) == (robot, record.goal) and goal.line > progress.reset_line:
@@ -63,7 +61,7 @@ class OutOfTurnRule(Rule):
 
     name = "out-of-turn"
 
-    def turn(self, now: Situation) -> Iterator[Finding]:
+    def turn(self, now: Situation) -> Iterator[Said]:
         turn = now.turn
         progress = _steady(turn, now)
         if progress is None or not shape_of(progress.objective.kind).strict or turn.robot is None:
@@ -71,17 +69,13 @@ class OutOfTurnRule(Rule):
         robot, here = turn.robot, now.region[turn.robot]
         if now.alternates(robot) or not _by_strategy(turn):
             return
+        if now.toward[robot] is not None:
+            return  # it is leaving: a step of several ticks
         for index, target in enumerate(progress.objective.targets):
-            if here not in target:
-                continue
-            if now.toward[robot] is not None:
-                continue  # it is leaving: a step of several ticks
-            if turn.origin in target:
-                problem = f"{robot} met {now.show(here)} and does not leave it immediately"
-                yield self.broken(turn.tick, robot, turn.line, problem)
-            elif progress.awaited is not None and progress.awaited != index:
-                problem = f"{robot} touches {now.show(here)} when it is not that target's turn"
-                yield self.broken(turn.tick, robot, turn.line, problem)
+            if here in target and turn.origin in target:
+                yield f"{robot} met {now.show(here)} and does not leave it immediately"
+            elif here in target and progress.awaited not in (None, index):
+                yield f"{robot} touches {now.show(here)} when it is not that target's turn"
 
 
 class MissedGoalRule(Rule):
@@ -91,7 +85,7 @@ class MissedGoalRule(Rule):
 
     name = "missed-goal"
 
-    def turn(self, now: Situation) -> Iterator[Finding]:
+    def turn(self, now: Situation) -> Iterator[Said]:
         turn = now.turn
         progress = _steady(turn, now)
         if progress is None or turn.robot is None or now.is_cut_short():
@@ -109,10 +103,7 @@ class MissedGoalRule(Rule):
                 return
         for index, target in enumerate(progress.objective.targets):
             if here in target and index not in met and _is_due(progress, index, turn.origin):
-                problem = (
-                    f"{robot} reaches its target {now.show(here)}, but the goal line is missing"
-                )
-                yield self.broken(turn.tick, robot, turn.line, problem)
+                yield f"{robot} reaches its target {now.show(here)}, but the goal line is missing"
 
 
 class RoundsRule(Rule):
@@ -131,7 +122,7 @@ class RoundsRule(Rule):
         self._unsure: set[str] = set()
         self._pushed: list[dict[str, int]] = []
 
-    def line(self, record: Line, now: Situation) -> Iterator[str | Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         told = record.type == "met" and now.header.coordination == "assignable"
         if told or record.type in ("resolved", "blocked", "push", "pop"):
             self._unsure.update(now.header.robots)
@@ -153,11 +144,8 @@ class RoundsRule(Rule):
             self._last[record.robot] = self._own[record.robot] = 0
         elif record.type in ("synthesis", "assumption"):
             self._unsure.add(record.robot)
-            own = now.own[record.robot]
-            if (
-                record.type == "synthesis"
-                and record.objective == own != now.objectives[record.robot]
-            ):
+            begun, own = record.type == "synthesis", now.own[record.robot]
+            if begun and record.objective == own != now.objectives[record.robot]:
                 self._last[record.robot] = self._own.get(record.robot, 0)
         elif record.type == "goal":
             if now.objectives[record.robot] == now.own[record.robot]:
@@ -165,7 +153,7 @@ class RoundsRule(Rule):
             if problem := self._problem(record, now.objectives[record.robot]):
                 yield problem
 
-    def ending(self, now: Situation) -> Iterator[Finding]:
+    def ending(self, now: Situation) -> Iterator[Said]:
         outcome = now.outcome
         for robot, objective in now.objectives.items():
             if outcome is None or shape_of(objective.kind).settles:
@@ -177,8 +165,7 @@ class RoundsRule(Rule):
             last, told = self._last.get(robot, 0), outcome.rounds.get(robot)
             if told is None or told == last or (robot in self._unsure and told == 0):
                 continue
-            problem = f"{robot} has {told} rounds in the outcome, but {last} in its goal lines"
-            yield self.broken_by(outcome, robot, problem)
+            yield robot, f"{robot} has {told} rounds in the outcome, but {last} in its goal lines"
 
     def _problem(self, record: Line, objective: Objective) -> str:
         robot, last = record.robot, self._last.get(record.robot, 0)
@@ -212,7 +199,7 @@ class HoldRule(Rule):
 
     name = "hold"
 
-    def turn(self, now: Situation) -> Iterator[Finding]:
+    def turn(self, now: Situation) -> Iterator[Said]:
         turn = now.turn
         if turn.robot is None or turn.first("violation") is not None:
             return
@@ -230,8 +217,7 @@ class HoldRule(Rule):
         if signal is not None and signal.request and signal.assigned not in target:
             return  # it is assigned another region, for the next of several needs
         if turn.origin in target and here not in target:
-            problem = f"{turn.robot} holds, but leaves for {now.show(here)}"
-            yield self.broken(turn.tick, turn.robot, turn.line, problem)
+            yield f"{turn.robot} holds, but leaves for {now.show(here)}"
 
 
 def _ended(robot: str, now: Situation) -> bool:
@@ -272,10 +258,6 @@ def _stays_in_all(objective: Objective, origin: int | None, here: int) -> bool:
 
 def _steady(turn: Turn, now: Situation) -> Progress | None:
     """Return the robot's progress when its turn began, if the same strategy drove it throughout."""
-    if turn.robot is None or turn.progress is None or turn.first("violation") is not None:
+    if turn.robot is None or turn.first("violation") is not None or turn.failed:
         return None
-    if turn.failed:
-        return None
-    if now.progress[turn.robot].reset_line >= turn.line:
-        return None
-    return turn.progress
+    return None if now.progress[turn.robot].reset_line >= turn.line else turn.progress

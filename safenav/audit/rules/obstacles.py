@@ -5,20 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from safenav.audit.lines import Line
-from safenav.audit.rules.rule import Finding, LineRule, Rule
+from safenav.audit.rules.rule import Rule, Said
 from safenav.audit.situation import Situation
-from safenav.audit.turn import Status
+from safenav.audit.turn import Status, taken
 from safenav.audit.world import opposite
 
 
-class ViolationRule(LineRule):
+class ViolationRule(Rule):
     """A violation is real: the robot is where it says, could have stepped as proposed, and there is
     the unresolved obstacle, which it may not enter; the line names the action of the need that is
     next (D 5.1)."""
 
-    name, kind = "violation", "violation"
+    name, kinds = "violation", ("violation",)
 
-    def problems(self, record: Line, now: Situation) -> Iterator[str]:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         robot, obstacle = record.robot, now.obstacles[record.obstacle]
         here, proposed = now.show(record.at), now.show(record.proposed)
         if record.at != now.region[robot]:
@@ -50,35 +50,30 @@ class BacktrackRule(Rule):
 
     name = "backtrack"
 
-    def turn(self, now: Situation) -> Iterator[Finding]:
+    def turn(self, now: Situation) -> Iterator[Said]:
         turn = now.turn
-        violation, backtrack = turn.first("violation"), turn.first("backtrack")
-        move = turn.first("move")
+        violation, backtrack, move = map(turn.first, ("violation", "backtrack", "move"))
         if backtrack is None:
             if violation is not None and not turn.torn:
-                problem = f"{turn.robot} does not back up from {violation.obstacle}"
-                yield self.broken_by(violation, turn.robot, problem)
+                obstacle = violation.obstacle
+                yield turn.robot, f"{turn.robot} does not back up from {obstacle}", violation
             return
         if violation is None:
-            problem = f"{turn.robot} backs up though nothing was in its way"
-            yield self.broken_by(backtrack, turn.robot, problem)
+            yield turn.robot, f"{turn.robot} backs up though nothing was in its way", backtrack
         if move is not None and move.to != backtrack.to:
-            problem = (
-                f"{turn.robot} backs up to {now.show(backtrack.to)} "
-                f"but then moves to {now.show(move.to)}"
-            )
-            yield self.broken_by(move, turn.robot, problem)
+            back, to = now.show(backtrack.to), now.show(move.to)
+            yield turn.robot, f"{turn.robot} backs up to {back} but then moves to {to}", move
 
 
-class ResolutionRule(LineRule):
+class ResolutionRule(Rule):
     """An obstacle is resolved once, when its last need is met: by as many distinct robots as it
     takes, which have its action and stand, simultaneously if required, where it is performed. It
     reveals the truth of the header, if the world is simulated. The line states correctly whether a
     request was open (D 3, 5.1 and 5.2, T)."""
 
-    name, kind = "resolution", "resolved"
+    name, kinds = "resolution", ("resolved",)
 
-    def problems(self, record: Line, now: Situation) -> Iterator[str]:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         robot, name, at = record.robot, record.obstacle, now.show(record.at)
         obstacle, need = now.obstacles[name], now.need(name)
         if robot not in now.capable(name):
@@ -120,14 +115,14 @@ def _group_problems(record: Line, now: Situation) -> Iterator[str]:
         yield f"{one} has no part in it: it does not stand {when} where {name} is resolved"
 
 
-class NeedRule(LineRule):
+class NeedRule(Rule):
     """Each of several needs has a line when it is met: it is the one that is next, and met in this
     turn by robots that have its action and stand, simultaneously if required, where it is performed
     (D 3, T)."""
 
-    name, kind = "need", "met"
+    name, kinds = "need", ("met",)
 
-    def turn(self, now: Situation) -> Iterator[Finding]:
+    def turn(self, now: Situation) -> Iterator[Said]:
         move = now.turn.first("move")
         if now.turn.torn or now.external or move is None:
             return
@@ -138,9 +133,9 @@ class NeedRule(LineRule):
             failed = need + 1 == count and name not in resolved  # another rule judges that
             if count > 1 and not failed and now.status[name] is not Status.GIVEN_UP:
                 problem = f"the line for need {need + 1} of {name} is missing"
-                yield self.broken_by(move, now.turn.robot, problem)
+                yield now.turn.robot, problem, move
 
-    def problems(self, record: Line, now: Situation) -> Iterator[str]:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         name, needs = record.obstacle, now.obstacles[record.obstacle].all_needs
         what = f"need {record.need + 1} of {name}"
         group = now.turn.met.get((name, record.need))
@@ -171,62 +166,51 @@ class MissedResolutionRule(Rule):
     resolved and the first ended the run, the second is not missed; where the world is not
     simulated, actions may fail."""
 
-    name = "missed-resolution"
+    name, kinds = "missed-resolution", ("acted", "arrive", "depart", "move")
 
     def __init__(self) -> None:
         self._tried: set[tuple[str, str]] = set()
 
-    def line(self, record: Line, now: Situation) -> Iterator[str]:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+        robot = record.robot
         if record.type == "acted":
-            self._tried |= {(record.robot, name) for name in record.results}
+            self._tried |= {(robot, name) for name in record.results}
         elif record.type == "arrive":
-            self._tried = {tried for tried in self._tried if tried[0] != record.robot}
-        elif _departs(record, now) and not now.external and not now.has_act(record.robot):
+            self._tried = {tried for tried in self._tried if tried[0] != robot}
+        elif _departs(record, now) and not now.external and not now.has_act(robot):
             for name in now.obstacles:
-                if (record.robot, name) not in self._tried and _could_act(record.robot, name, now):
-                    yield f"{record.robot} departs without acting on {name}, as it could"
+                need, standing = now.need(name), now.standing(name)
+                lacks = len(standing) < need.robots if need.together else robot in now.done[name]
+                tried = (robot, name) in self._tried
+                if not lacks and not tried and _can_act(robot, name, now):
+                    yield f"{robot} departs without acting on {name}, as it could"
 
-    def turn(self, now: Situation) -> Iterator[Finding]:
-        turn = now.turn
-        move = turn.first("move")
-        if turn.robot is None or move is None or now.is_cut_short() or now.external:
+    def turn(self, now: Situation) -> Iterator[Said]:
+        robot, move = now.turn.robot, now.turn.first("move")
+        if robot is None or move is None or now.is_cut_short() or now.external or now.live:
             return
-        if now.live:
-            return
-        met = {record.obstacle for record in turn.all("resolved")} | turn.advanced
-        met |= {record.obstacle for record in turn.all("appeared")}  # at the beginning of the next
-        for name in now.obstacles:
-            if now.status[name] is not Status.UNRESOLVED or name in met:
-                continue
-            standing, need = now.standing(name), now.need(name)
-            group = standing if need.together else now.done[name]
-            waits = now.obstacles[name].sweeps and now.must_not_sweep(turn.robot, name)
-            waits = waits or now.takes(name)  # it may leave a load to others
-            if turn.robot in standing and len(group) >= need.robots and not waits:
-                problem = (
-                    f"{turn.robot} can {need.action} and is at "
-                    f"{now.show(now.region[turn.robot])}, but does not resolve {name}"
-                )
-                yield self.broken_by(move, turn.robot, problem)
+        met = {record.obstacle for record in now.turn.all("resolved")} | now.turn.advanced
+        met |= {r.obstacle for r in now.turn.all("appeared")}  # at the beginning of the next
+        for name in (name for name in now.obstacles if name not in met):
+            need = now.need(name)
+            group = now.standing(name) if need.together else now.done[name]
+            if len(group) >= need.robots and _can_act(robot, name, now):
+                can = f"{robot} can {need.action} and is at {now.show(now.region[robot])}"
+                yield robot, f"{can}, but does not resolve {name}", move
 
 
 def _departs(record: Line, now: Situation) -> bool:
     if now.live or record.type != "move" or now.toward[record.robot] is not None:
         return bool(record.type == "depart")
-    return record.to != now.region[record.robot] or record.toward is not None
+    return bool(taken(record) != {now.region[record.robot]})
 
 
-def _could_act(robot: str, obstacle: str, now: Situation) -> bool:
-    standing, need = now.standing(obstacle), now.need(obstacle)
-    if now.status[obstacle] is not Status.UNRESOLVED or robot not in standing:
+def _can_act(robot: str, obstacle: str, now: Situation) -> bool:
+    """Return whether a robot stands where it can act, on no load: it may leave that to others."""
+    if now.status[obstacle] is not Status.UNRESOLVED or now.takes(obstacle):
         return False
-    if now.obstacles[obstacle].sweeps and now.must_not_sweep(robot, obstacle):
-        return False
-    if now.takes(obstacle):
-        return False  # it may leave a load to others
-    if need.together:
-        return len(standing) >= need.robots
-    return robot not in now.done[obstacle]
+    sweeps = now.obstacles[obstacle].sweeps and now.must_not_sweep(robot, obstacle)
+    return not sweeps and robot in now.standing(obstacle)
 
 
 class SweptRule(Rule):
@@ -236,9 +220,9 @@ class SweptRule(Rule):
     the obstacle was noticed, or that ended elsewhere than they were sent, may be there until one
     acts."""
 
-    name = "swept"
+    name, kinds = "swept", ("act", "resolved", "move")
 
-    def line(self, record: Line, now: Situation) -> Iterator[str | Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         match record.type:
             case "act":
                 for name in record.obstacles:
@@ -255,20 +239,16 @@ class SweptRule(Rule):
                     known = name in now.discovered or not now.external
                     if obstacle.sweeps and known and now.status[name] is Status.UNRESOLVED:
                         yield from self._moved(record, obstacle, now)
-            case _:
-                pass
 
-    def _moved(self, move: Line, obstacle: Line, now: Situation) -> Iterator[str | Finding]:
+    def _moved(self, move: Line, obstacle: Line, now: Situation) -> Iterator[Said]:
         """Judge the regions that a move enters, not those that the robot had before."""
-        robot, name = move.robot, obstacle.name
-        entered = {move.to, move.to if move.toward is None else move.toward} - now.taken_by(robot)
+        robot, name, entered = move.robot, obstacle.name, now.entered(move)
         if obstacle.region in entered and now.resolves_by_entering(name, robot):
             yield from self._free(name, {robot}, now)
         # a robot that stands in it unaware does not resolve it: that takes a request
         resolving = now.resolving(name) - {robot} if name in now.requests else set()
         if entered & {*obstacle.sweeps} and resolving and robot not in now.resolving(name):
-            told = f"{robot} is where {name} sweeps, which {_names(resolving)} resolves"
-            yield self.broken_by(move, robot, told)
+            yield f"{robot} is where {name} sweeps, which {_names(resolving)} resolves"
 
     def _free(self, name: str, robots: set[str], now: Situation) -> Iterator[str]:
         for other in now.swept_with(name, robots):
@@ -281,27 +261,26 @@ class BlockedRule(Rule):
     resolved; ``no_capable_robot`` if a need takes more robots with the action than there are. One
     that is found untraversable does join O (D 5.1 and 5.2)."""
 
-    name = "blocked"
+    name, kinds = "blocked", ("blocked", "appeared", "gone", "reopened")
 
     def __init__(self) -> None:
         self._blocked: set[str] = set()
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         if record.type == "blocked":
             for problem in self._problems(record, now):
-                yield self.broken_by(record, now.turn.robot, problem)
+                yield now.turn.robot, problem
             self._blocked.add(record.obstacle)
-        elif record.type in ("appeared", "gone", "reopened"):
+        else:
             self._blocked.discard(record.obstacle)
 
-    def turn(self, now: Situation) -> Iterator[Finding]:
+    def turn(self, now: Situation) -> Iterator[Said]:
         joined = {record.obstacle for record in now.turn.all("blocked")}
         for record in now.turn.all("resolved"):
-            if record.traversable is not False or now.turn.torn:
-                continue
-            if record.obstacle not in joined:
+            joins = record.traversable is not False or record.obstacle in joined
+            if not joins and not now.turn.torn:
                 problem = f"{record.obstacle} is untraversable but does not join the obstacles"
-                yield self.broken_by(record, record.robot, problem)
+                yield record.robot, problem, record
 
     def _problems(self, record: Line, now: Situation) -> Iterator[str]:
         name, turn = record.obstacle, now.turn
@@ -322,15 +301,9 @@ class BlockedRule(Rule):
         # That it can never be resolved is proven, which another rule judges.
         if name not in now.requests:
             yield f"no request for {name} is open"
-        lacks = _lacks_robots(name, now)
-        reason = "no_capable_robot" if lacks else "unresolvable"
+        reason = "no_capable_robot" if any(now.too_few(name)) else "unresolvable"
         if record.reason != reason:
             yield f"the reason for {name} is {reason}, not {record.reason}"
-
-
-def _lacks_robots(obstacle: str, now: Situation) -> bool:
-    """Return whether too few robots have an action that the obstacle still needs."""
-    return any(now.too_few(obstacle))
 
 
 def _truth(traversable: bool | None) -> str:

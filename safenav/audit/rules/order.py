@@ -5,43 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from safenav.audit.lines import Line
-from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.rules.rule import Rule, Said
 from safenav.audit.situation import Situation
 
 _COMPLETE_ENDINGS = ("completed", "tick_limit")
 
-_BEFORE_THE_MOVE = ("violation", "backtrack")
-_AFTER_THE_MOVE = (
-    "met",
-    "resolved",
-    "blocked",
-    "pop",
-    "synthesis",
-    "goal",
-    "request",
-    "push",
-    "told",
-)
-"""When in a turn a line may come (T, Time). An assumption may be violated, and a belief told, at
-any moment. What follows a move has no order of its own: a settlement may follow on anything."""
 _AT_ANY_MOMENT = (
-    *(
-        "discovered",
-        "appeared",
-        "gone",
-        "truth",
-        "order",
-        "inputs",
-        "objective",
-        "service",
-        "plan",
-        "plan_end",
-    ),
-    *("depart", "arrive", "act", "acted", "hold", "late", "reopened", "waiting", "operator"),
+    *("discovered", "appeared", "gone", "truth", "order", "inputs", "objective", "service"),
+    *("plan", "plan_end", "depart", "arrive", "act", "acted", "hold", "late", "reopened"),
+    *("waiting", "operator"),
 )
+_WITHOUT_TURN = ("acts", "deadline", "outcome")
 _SETTLING = ("blocked", "pop", "goal", "request", "push", "told")
 """Lines that come before the first move of a tick only after a line that records a change there."""
-_BEFORE_THE_FIRST_MOVE = ("synthesis", "goal", "assumption")
 
 
 class HeaderRule(Rule):
@@ -51,11 +27,7 @@ class HeaderRule(Rule):
 
     name = "header"
 
-    def opening(self, now: Situation) -> Iterator[Finding]:
-        for robot, problem in self._problems(now):
-            yield self.broken(0, robot, now.header_line, problem)
-
-    def _problems(self, now: Situation) -> Iterator[tuple[str | None, str]]:
+    def opening(self, now: Situation) -> Iterator[Said]:
         header, grid, world = now.header, now.grid, now.header.map
         if len(world.grid) != world.rows or any(len(r) != world.cols for r in world.grid):
             yield None, f"the grid is not one of {world.rows} rows by {world.cols} columns"
@@ -99,105 +71,85 @@ class OrderRule(Rule):
         self._index = 0
         self._last = 0
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         found = list(self._of_the_turn(record, now))
         if record.tick < self._last and not found:
-            problem = f"a line of tick {record.tick} after one of tick {self._last}"
-            found.append(self.broken_by(record, None, problem))
+            found = [(None, f"a line of tick {record.tick} after one of tick {self._last}")]
         self._last = record.tick
         yield from found
 
-    def _of_the_turn(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def _of_the_turn(self, record: Line, now: Situation) -> Iterator[Said]:
         if now.live and not self._index:  # a pass in which nothing happens has no lines
             self._tick = record.tick
         if record.type in _AT_ANY_MOMENT:  # within a turn, or before the first line of one
             if record.tick not in (now.turn.tick, self._tick):
-                problem = f"a line of tick {record.tick} among those of tick {now.turn.tick}"
-                yield self.broken_by(record, None, problem)
-        elif record.type in ("violation", "backtrack", "move") and now.starts_turn(record):
+                yield None, f"a line of tick {record.tick} among those of tick {now.turn.tick}"
+        elif now.starts_turn(record):
             yield from self._turn_begins(record, now)
-        else:
+        elif record.type not in _WITHOUT_TURN:
             yield from self._turn_goes_on(record, now)
         if record.type == "move":
             self._index += 1
             if self._index == len(now.header.robots):
                 self._tick, self._index = self._tick + 1, 0
 
-    def turn(self, now: Situation) -> Iterator[Finding]:
+    def turn(self, now: Situation) -> Iterator[Said]:
         turn = now.turn
         if turn.robot and turn.first("move") is None and not turn.torn:
-            problem = f"{turn.robot}'s turn has no move (a robot that stays also has one)"
-            yield self.broken(turn.tick, turn.robot, turn.line, problem)
+            yield f"{turn.robot}'s turn has no move (a robot that stays also has one)"
 
-    def ending(self, now: Situation) -> Iterator[Finding]:
-        outcome = now.outcome
-        if outcome and outcome.outcome in _COMPLETE_ENDINGS and self._index:
+    def ending(self, now: Situation) -> Iterator[Said]:
+        if now.outcome and now.outcome.outcome in _COMPLETE_ENDINGS and self._index:
             missing = list(now.header.robots)[self._index]
-            problem = f"{missing} has not moved in tick {self._tick}, the last"
-            yield self.broken_by(outcome, missing, problem)
+            yield missing, f"{missing} has not moved in tick {self._tick}, the last"
 
-    def _turn_begins(self, record: Line | Line | Line, now: Situation) -> Iterator[Finding]:
+    def _turn_begins(self, record: Line, now: Situation) -> Iterator[Said]:
         names = list(now.header.robots)
         expected = names[self._index]
-        if (record.tick, record.robot) != (self._tick, expected):
-            again = record.robot == names[self._index - 1] and record.tick == now.turn.tick
-            at_fault = record.robot if again or record.tick != self._tick else expected
-            problem = (
-                f"a second turn of {record.robot} in tick {record.tick}"
-                if again
-                else f"a turn of {record.robot} in tick {record.tick}, "
-                f"where that of {expected} in tick {self._tick} was due"
-            )
-            yield self.broken_by(record, at_fault, problem)
-            self._tick, self._index = record.tick, names.index(record.robot)
+        if (record.tick, record.robot) == (self._tick, expected):
+            return
+        if record.robot == names[self._index - 1] and record.tick == now.turn.tick:
+            yield f"a second turn of {record.robot} in tick {record.tick}"
+        else:
+            at_fault = record.robot if record.tick != self._tick else expected
+            due = f"where that of {expected} in tick {self._tick} was due"
+            yield at_fault, f"a turn of {record.robot} in tick {record.tick}, {due}"
+        self._tick, self._index = record.tick, names.index(record.robot)
 
-    def _turn_goes_on(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def _turn_goes_on(self, record: Line, now: Situation) -> Iterator[Said]:
+        """Judge a line within a turn. An assumption may be violated, and a belief told, at any
+        moment; what follows a move has no order of its own: a settlement may follow on anything."""
         turn, kind = now.turn, record.type
-        any_moment = record.type in ("assumption", "belief")
-        if not (any_moment or record.type in (*_BEFORE_THE_MOVE, *_AFTER_THE_MOVE, "move")):
-            return  # the outcome
-        early = record.type in ("met", "resolved", "belief") or (
-            record.type in _SETTLING and turn.tick == self._last
+        moved = turn.first("move") is not None
+        early = kind in ("met", "resolved", "belief") or (
+            kind in _SETTLING and turn.tick == self._last
         )
-        early = early and not now.live
-        if record.tick != turn.tick and (early or record.tick != self._tick):
+        if record.tick != turn.tick and ((early and not now.live) or record.tick != self._tick):
             problem = f"a {kind} line of tick {record.tick} among those of tick {turn.tick}"
-            yield self.broken_by(record, turn.robot, problem)
+            yield turn.robot, problem
         if turn.robot is None:
-            settled = record.type in ("request", "push", "pop", "blocked", "told")
-            if record.type not in _BEFORE_THE_FIRST_MOVE and not settled:
-                yield self.broken_by(record, None, f"a {kind} line before the first turn")
+            if kind not in ("synthesis", "assumption", *_SETTLING):
+                yield None, f"a {kind} line before the first turn"
             return
-        if record.type == "goal" and _begins_on_its_target(record, now):
+        if kind == "goal" and _begins_on_its_target(record, now):
             return
-        actor = _actor(record)
-        if actor is not None and actor != turn.robot:
-            yield self.broken_by(record, actor, f"a {kind} line of {actor} in {turn.robot}'s turn")
-        if record.type == "backtrack" and turn.first("backtrack") is not None:
-            yield self.broken_by(record, turn.robot, f"{turn.robot} backs up twice in one turn")
-        if record.type == "backtrack" and turn.first("move") is not None:
-            problem = f"the {kind} line comes too late in {turn.robot}'s turn"
-            yield self.broken_by(record, turn.robot, problem)
-        if record.type in ("met", "resolved", "goal") and turn.first("move") is None:
-            problem = f"the {kind} line comes before {turn.robot} has moved"
-            yield self.broken_by(record, turn.robot, problem)
+        does = kind in ("backtrack", "met", "resolved", "goal", "belief")
+        if does and record.robot != turn.robot:
+            yield f"a {kind} line of {record.robot} in {turn.robot}'s turn"
+        if kind == "backtrack" and turn.first("backtrack") is not None:
+            yield turn.robot, f"{turn.robot} backs up twice in one turn"
+        if kind == "backtrack" and moved:
+            yield turn.robot, f"the {kind} line comes too late in {turn.robot}'s turn"
+        if kind in ("met", "resolved", "goal") and not moved:
+            yield turn.robot, f"the {kind} line comes before {turn.robot} has moved"
 
 
 def _begins_on_its_target(record: Line, now: Situation) -> bool:
     """Return whether the goal may be one that is met where an objective begins: recorded
     immediately, in any robot's turn. A robot driven by command inputs needs no new strategy for
     that."""
-    name = record.robot
-    begun = {line.robot for line in now.turn.all("synthesis")}
-    begun |= {line.robot for line in now.turn.all("objective")}
-    if name in begun:
+    name, turn = record.robot, now.turn
+    if any(line.robot == name for line in (*turn.all("synthesis"), *turn.all("objective"))):
         return True
     told = now.header.coordination == "assignable"
-    return told and now.turn.objectives[name] != now.objectives[name]
-
-
-def _actor(record: Line) -> str | None:
-    """Return the robot of a line that only records what the robot whose turn it is does."""
-    return (
-        record.robot if record.type in ("backtrack", "met", "resolved", "goal", "belief") else None
-    )
+    return told and turn.objectives[name] != now.objectives[name]

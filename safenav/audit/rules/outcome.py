@@ -7,7 +7,7 @@ from typing import Any
 
 from safenav.audit.kinds import shape_of
 from safenav.audit.lines import Line, Objective, proof_of
-from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.rules.rule import Rule, Said
 from safenav.audit.situation import Situation
 
 
@@ -17,7 +17,7 @@ class OutcomeRule(Rule):
     completed, a negative has its cause in the last turn (D 5.7, T). A recorded synthesis may have
     taken several attempts, so there may be more of them."""
 
-    name = "outcome"
+    name, kinds = "outcome", ("synthesis", "assumption", "move")
 
     def __init__(self) -> None:
         self._syntheses: list[Line] = []
@@ -25,7 +25,7 @@ class OutcomeRule(Rule):
         self._moves: dict[str, int] = {}
         self._passed_limit = False
 
-    def line(self, record: Line, now: Situation) -> Iterator[str]:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         match record.type:
             case "synthesis":
                 self._syntheses.append(record)
@@ -37,19 +37,14 @@ class OutcomeRule(Rule):
                 if limit is not None and record.tick > limit and not self._passed_limit:
                     self._passed_limit = True
                     yield f"the limit is {limit} ticks"
-            case _:
-                pass
 
-    def ending(self, now: Situation) -> Iterator[Finding]:
+    def ending(self, now: Situation) -> Iterator[Said]:
         outcome = now.outcome
         if outcome is not None:
-            for problem in (*self._counts(outcome, now), *self._cause(outcome, now)):
-                yield self.broken_by(outcome, None, problem)
+            yield from (self._live_counts if now.live else self._counts)(outcome, now)
+            yield from self._cause(outcome, now)
 
     def _counts(self, outcome: Line, now: Situation) -> Iterator[str]:
-        if now.live:
-            yield from self._live_counts(outcome, now)
-            return
         last = max(self._moves.values(), default=0)
         moved_by_all = len(set(self._moves.values())) <= 1 and (
             len(self._moves) in (0, len(now.header.robots))
@@ -126,7 +121,7 @@ class CompletedRule(Rule):
         self._goes_on = False
         self._begins = 0  # the last tick in which a goal came before all moves
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         if record.t is not None or not now.live:
             self._time = record.tick if record.t is None else record.t
         if record.type == "move" and record.tick > self._tick:
@@ -136,8 +131,7 @@ class CompletedRule(Rule):
                 self._goes_on = True
                 wanted = now.header.until.rounds
                 rounds = "1 round" if wanted == 1 else f"{wanted} rounds"
-                problem = f"every robot has completed {rounds}, but the run continues"
-                yield self.broken_by(record, None, problem)
+                yield None, f"every robot has completed {rounds}, but the run continues"
         elif record.type == "goal" and record.tick > self._tick:
             self._begins = record.tick
         if record.type == "resolved":
@@ -155,16 +149,15 @@ class CompletedRule(Rule):
             elif _stays(record.robot, now) and record.to in objective.targets[-1]:
                 self._held[record.robot] = self._held.get(record.robot, 0) + 1
 
-    def ending(self, now: Situation) -> Iterator[Finding]:
+    def ending(self, now: Situation) -> Iterator[Said]:
         outcome, wanted = now.outcome, now.header.until.rounds
         if outcome is None or wanted is None:
             return
         for robot in now.header.robots:
             for problem in self._rounds(robot, outcome, wanted, now):
-                yield self.broken_by(outcome, robot, problem)
+                yield robot, problem
         if outcome.outcome == "tick_limit" and self._over(now):
-            problem = f"every robot has met its objective {wanted} times: it is completed"
-            yield self.broken_by(outcome, None, problem)
+            yield f"every robot has met its objective {wanted} times: it is completed"
 
     def _rounds(self, robot: str, outcome: Line, wanted: int, now: Situation) -> Iterator[str]:
         told = outcome.rounds.get(robot)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from itertools import combinations, pairwise
+from itertools import combinations, islice, pairwise
 
 from safenav.audit.lines import Line
-from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.rules.rule import Rule, Said
 from safenav.audit.situation import Situation
 from safenav.audit.turn import Status
 from safenav.audit.world import opposite
@@ -18,24 +18,18 @@ class PlanRule(Rule):
     nothing that is known to be closed to them, and its orders keep robots in conflict apart however
     long each step takes (T)."""
 
-    name = "plan"
+    name, kinds = "plan", ("plan",)
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
-        if record.type == "plan":
-            for robot, problem in self._problems(record, now):
-                yield self.broken_by(record, robot, problem)
-
-    def _problems(self, plan: Line, now: Situation) -> Iterator[tuple[str | None, str]]:
-        for robot, places in plan.robots.items():
-            for problem in _way_problems(robot, places, now):
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+        for robot, places in record.robots.items():
+            for problem in islice(_way_problems(robot, places, now), 1):
                 yield robot, problem
-                break
-        for first, i, then, j in plan.orders:
+        for first, i, then, j in record.orders:
             for robot, index in ((first, i), (then, j)):
-                if not index < len(plan.robots.get(robot, ())):
+                if not index < len(record.robots.get(robot, ())):
                     yield robot, f"an order names place {index} of {robot}, which does not exist"
                     return
-        yield from _meetings(plan, now)
+        yield from islice(_meetings(record, now), 1)
 
 
 class FollowsPlanRule(Rule):
@@ -44,32 +38,27 @@ class FollowsPlanRule(Rule):
     One plan follows on the end of another; it ends as reached when all its steps were made, and
     otherwise for a reason that is recorded in the same turn (T)."""
 
-    name = "follows-plan"
+    name, kinds = "follows-plan", ("plan", "plan_end", "move")
 
     def __init__(self) -> None:
         self._running: _Running | None = None
 
-    def line(self, record: Line, now: Situation) -> Iterator[str | Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         match record.type:
             case "plan":
                 if self._running is not None:
-                    why = f"that of line {self._running.plan.line} has no end"
-                    yield f"a plan begins, and {why}"
+                    yield f"a plan begins, and that of line {self._running.plan.line} has no end"
                 self._running = _Running(record)
             case "plan_end":
                 yield from self._ended(record, now)
                 self._running = None
             case "move" if self._running is not None and record.robot in self._running.at:
-                problem = self._running.problem(record, now)
-                if problem:
+                if problem := self._running.problem(record, now):
                     yield problem
             case "move" if record.by == "plan" and now.toward[record.robot] is None:
-                problem = f"{record.robot} is recorded to move by a plan, but is in none"
-                yield problem
-            case _:
-                pass
+                yield f"{record.robot} is recorded to move by a plan, but is in none"
 
-    def _ended(self, record: Line, now: Situation) -> Iterator[str | Finding]:
+    def _ended(self, record: Line, now: Situation) -> Iterator[Said]:
         running = self._running
         if running is None:
             yield "a plan ends, but none is in force"
@@ -77,10 +66,9 @@ class FollowsPlanRule(Rule):
             for robot, places in running.plan.robots.items():
                 left = len(places) - 1 - running.at[robot]
                 if left > 0:
-                    problem = f"the plan is reached, but {robot} has {left} steps to make"
-                    yield self.broken_by(record, robot, problem)
+                    yield robot, f"the plan is reached, but {robot} has {left} steps to make"
         elif record.reason == "violation" and now.turn.first("violation") is None:
-            if any(end.result != "arrived" for end in now.ended.values()):
+            if any(map(now.has_failed, now.ended)):
                 return  # its violation follows
             yield "the plan ends by a violation that no line reports"
 
@@ -100,9 +88,8 @@ class _Running:
         """Return what is wrong with a move, or an empty text; the robot is moved in either case."""
         robot, places = move.robot, self.plan.robots[move.robot]
         entered = move.to if move.toward is None else move.toward
-        ended = now.ended.get(robot)
-        failed = ended is not None and ended.result != "arrived"
-        if failed and move.to not in [place for place, _ in places[self.at[robot] + 1 :][:1]]:
+        there = [place for place, _ in places[self.at[robot] + 1 :][:1]]
+        if now.has_failed(robot) and move.to not in there:
             self.bound.discard(robot)
             return ""  # its step has failed
         if entered == now.region[robot]:
@@ -166,18 +153,14 @@ def _way_problems(robot: str, places: tuple[Line, ...], now: Situation) -> Itera
             yield f"{robot} steps {way} to {now.show(to)} and cannot face {heading} there"
         if to == toward and origin == here[0]:
             continue  # it is under way
-        for obstacle in now.obstacles_at(to):
-            closed = now.status[obstacle.name] in (Status.UNTRAVERSABLE, Status.GIVEN_UP)
-            known = closed or obstacle.name in now.discovered
-            if (
-                known
-                and now.status[obstacle.name] is not Status.RESOLVED
-                and (robot in now.blocked_by(obstacle.name))
-            ):
-                yield f"{robot} would enter {now.show(to)} with {obstacle.name}, which is known"
+        for name in (o.name for o in now.obstacles.values() if o.region == to):
+            closed = now.status[name] in (Status.UNTRAVERSABLE, Status.GIVEN_UP)
+            known = closed or (name in now.discovered and now.status[name] is not Status.RESOLVED)
+            if known and robot in now.blocked_by(name):
+                yield f"{robot} would enter {now.show(to)} with {name}, which is known"
 
 
-def _meetings(plan: Line, now: Situation) -> Iterator[tuple[str | None, str]]:
+def _meetings(plan: Line, now: Situation) -> Iterator[Said]:
     """Yield pairs of robots in conflict that the orders do not keep out of one region at the same
     time."""
     order = Precedence({name: len(places) for name, places in plan.robots.items()}, plan.orders)
@@ -190,29 +173,17 @@ def _meetings(plan: Line, now: Situation) -> Iterator[tuple[str | None, str]]:
             visits.setdefault(region, []).append((robot, index))
     for zone in now.header.never_together or ():
         inside = [v for r in zone.regions for v in visits.get(r, ()) if v[0] in zone.robots]
-        for (one, i), (other, j) in combinations(inside, 2):
-            apart = order.left_before(one, i, other, j) or order.left_before(other, j, one, i)
-            if one != other and not apart:
-                yield one, f"the plan lets {one} and {other} be together in {zone.regions}"
-                return
+        for one, other in order.together(inside):
+            yield one, f"the plan lets {one} and {other} be together in {zone.regions}"
     for region, ones in visits.items():
-        for k, (one, i) in enumerate(ones):
-            for other, j in ones[:k]:
-                if one == other or not now.conflict(one, other):
-                    continue
-                if not (order.left_before(one, i, other, j) or order.left_before(other, j, one, i)):
-                    yield (
-                        one,
-                        f"the plan lets {one} and {other} into {now.show(region)} simultaneously",
-                    )
-                    return
-        for outsider in now.header.robots:
-            if outsider in plan.robots or region not in now.taken_by(outsider):
-                continue
-            for robot, _ in ones:
+        for other, one in order.together(ones):
+            if now.conflict(one, other):
+                where = f"into {now.show(region)} simultaneously"
+                yield one, f"the plan lets {one} and {other} {where}"
+        for outsider in (name for name in now.header.robots if name not in plan.robots):
+            for robot, _ in ones if region in now.taken_by(outsider) else ():
                 if now.conflict(robot, outsider):
                     yield robot, f"{robot} would enter {now.show(region)}, where {outsider} is"
-                    return
 
 
 class Precedence:
@@ -257,6 +228,13 @@ class Precedence:
         for event in reversed(sequence):
             for other in after[event]:
                 self._later[event] |= self._later[other] | 1 << other
+
+    def together(self, visits: Iterable[tuple[str, int]]) -> Iterator[tuple[str, str]]:
+        """Yield the robots of two visits of which none is certainly over before the other."""
+        for (one, i), (other, j) in combinations(visits, 2):
+            apart = self.left_before(one, i, other, j) or self.left_before(other, j, one, i)
+            if one != other and not apart:
+                yield one, other
 
     def left_before(self, one: str, i: int, other: str, j: int) -> bool:
         """Return whether ``one`` has certainly left its place ``i`` (arrived at the next) when

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from typing import Any
 
 from safenav.audit.deriving import pose_of, team_of
@@ -15,7 +14,7 @@ from safenav.audit.proofs.case import Case, case_of
 from safenav.audit.proofs.closure import closure_problems
 from safenav.audit.proofs.joint import can_be_served, joint_problems
 from safenav.audit.proofs.tree import tree_problems
-from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.rules.rule import Finding, Rule, Said
 from safenav.audit.situation import Situation
 from safenav.audit.team import Team, TooManyError
 from safenav.audit.turn import Status
@@ -38,7 +37,7 @@ class ProofRule(Rule):
         self._memory: dict[tuple[str, str], Mapping[str, int] | None] = {}
         """Memory of each robot that had no strategy, by its name and specification."""
 
-    def line(self, record: Line, now: Situation) -> Iterator[str | Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         if record.type == "goal":
             if now.objectives[record.robot] == now.own[record.robot]:
                 self._goals.setdefault(record.robot, []).append(record)
@@ -62,9 +61,7 @@ class ProofRule(Rule):
             proof = proof_of(record)
             if proof is None:
                 if not self._unrealizable(record, now):
-                    yield self.broken_by(
-                        record, None, "an operator is needed, but that is not proven"
-                    )
+                    yield None, "an operator is needed, but that is not proven"
                 return
             for name in _could_be_given_up(proof, now):
                 yield f"no need of {name} can ever be met, but it does not join the obstacles"
@@ -72,7 +69,7 @@ class ProofRule(Rule):
                 case = case_of(now, self._goals, self._never)
                 yield from problems_of(proof, case) if case else ()
             except TooManyError as large:
-                yield replace(self.broken_by(record, None, str(large)), unknown=True)
+                yield Finding(self.name, record.tick, None, record.line, str(large), unknown=True)
 
     def _unrealizable(self, record: Line, now: Situation) -> bool:
         """Return whether some robot has permanently lost its objective, as a synthesis states:
@@ -89,7 +86,7 @@ class ProofRule(Rule):
             if name in now.region
         )
 
-    def _aside(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def _aside(self, record: Line, now: Situation) -> Iterator[Said]:
         """A request is set aside where no order of moves completes the mission with its obstacle
         resolved, and those of the requests that are not set aside."""
         case, name = case_of(now, self._goals, self._never), record.obstacle
@@ -97,14 +94,14 @@ class ProofRule(Rule):
         can_be = None if case is None else can_be_served(served, case, MOST_SERVED)
         if can_be:
             problem = f"{name} is set aside, but robots can resolve it and complete the mission"
-            yield self.broken_by(record, record.requester, problem)
+            yield record.requester, problem
         elif can_be is None:
             why = "formulas that this check does not read"
             why = why if case is None else f"more than {MOST_SERVED} joint states"
             what = f"whether {name} can be resolved and the mission completed ({why})"
             yield self.not_judged(record, record.requester, what)
 
-    def _given_up(self, record: Line, now: Situation) -> Iterator[str | Finding]:
+    def _given_up(self, record: Line, now: Situation) -> Iterator[Said]:
         """An obstacle that can never be resolved, even if every robot is back in service, is
         permanently closed to the robots that it blocks."""
         case = case_of(now, self._goals, self._never, hopeful=True)

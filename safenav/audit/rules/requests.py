@@ -8,7 +8,7 @@ from safenav.audit.deriving import open_obstacles, pose_of, serving, team_of
 from safenav.audit.kinds import ALTERNATION, STAYING
 from safenav.audit.lines import Line, Objective
 from safenav.audit.members import Act, Duty, Settlement
-from safenav.audit.rules.rule import Finding, Postponed, Rule
+from safenav.audit.rules.rule import Finding, Postponed, Rule, Said
 from safenav.audit.situation import RESYNTHESIS, Situation
 from safenav.audit.team import MOST_NODES, TooManyError, TrappedError
 from safenav.audit.turn import helpers_of
@@ -27,6 +27,7 @@ class RequestRule(Rule):
     unless the obstacle joins O; there is no other (D 5.2, T Time)."""
 
     name = "request"
+    kinds = ("request", "push", "violation", "resolved", "gone", "appeared", "blocked")
 
     def __init__(self) -> None:
         self._told: dict[str, tuple[str, ...]] = {}
@@ -34,10 +35,10 @@ class RequestRule(Rule):
         self._again: list[Line] = []
         self._owed = Postponed()
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         if record.type == "request":
             for problem in self._problems(record, now):
-                yield self.broken_by(record, record.requester, problem)
+                yield record.requester, problem
             helpers = helpers_of(record)
             again = record.obstacle in self._told and helpers in ((), self._told[record.obstacle])
             if again and not record.aside:
@@ -47,25 +48,24 @@ class RequestRule(Rule):
         elif record.type == "push":
             if record.obstacle not in self._asked:
                 problem = f"objectives are pushed for {record.obstacle}, which is not requested"
-                yield self.broken_by(record, record.requester, problem)
-        elif record.type in ("violation", "resolved", "gone", "appeared", "blocked"):
-            unasked = record.obstacle not in self._told
+                yield record.requester, problem
+        else:
             given_up = record.type == "blocked" and record.reason != "untraversable"
-            if unasked and given_up:
+            if given_up and record.obstacle not in self._told:
                 problem = f"{record.obstacle} is given up, but no robot has requested help"
-                yield self.broken_by(record, now.turn.robot, problem)
+                yield now.turn.robot, problem
             self._told.pop(record.obstacle, None)
             if record.type == "appeared":
                 self._asked.discard(record.obstacle)
 
-    def turn(self, now: Situation) -> Iterator[Finding]:
+    def turn(self, now: Situation) -> Iterator[Said]:
         turn, violation = now.turn, now.turn.first("violation")
         given_up = {record.obstacle for record in turn.all("blocked")}
         for request in self._again:
             twice = any(_same(request, other) for other in turn.all("request"))
             if twice or helpers_of(request) or request.obstacle not in given_up:
                 problem = f"the request for {request.obstacle} is recorded again without a reason"
-                yield self.broken_by(request, request.requester, problem)
+                yield request.requester, problem, request
         self._again.clear()
         if turn.torn or now.is_cut_short():
             return
@@ -76,7 +76,7 @@ class RequestRule(Rule):
         if violation is not None and violation.obstacle in now.requests.keys() - asked:
             name = violation.obstacle
             problem = f"{turn.robot} encounters {name} and does not request help"
-            found = self.broken_by(violation, turn.robot, problem)
+            found = turn.robot, problem, violation
             missing.append((found, lambda: name in self._told or name not in now.requests))
         yield from self._owed.judge(missing, now)
         pushed = {(entry.obstacle, entry.requester) for entry in now.stack}
@@ -86,7 +86,7 @@ class RequestRule(Rule):
                 if (request.obstacle, requester) not in pushed:
                     who = requester or "an order"
                     problem = f"{who} waits for {request.obstacle}, but no push follows"
-                    yield self.broken_by(request, requester, problem)
+                    yield requester, problem, request
 
     def _problems(self, record: Line, now: Situation) -> Iterator[str]:
         name = record.obstacle
@@ -108,23 +108,18 @@ class BidsRule(Rule):
     obstacles, and open ones that they may not enter. A robot out of service reaches none (D 5.2).
     """
 
-    name = "bids"
+    name, kinds = "bids", ("request",)
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
-        if record.type != "request" or record.obstacle not in now.requests:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+        name = record.obstacle
+        if name not in now.requests:
             return
-        able = now.capable(record.obstacle)
+        able = now.capable(name)
         for robot in sorted(set(record.bids) - able):
-            problem = f"{robot} bids for {record.obstacle}, but lacks the action"
-            yield self.broken_by(record, robot, problem)
+            yield robot, f"{robot} bids for {name}, but lacks the action"
         for robot in sorted(able - set(record.bids)):
-            problem = f"{robot} could resolve {record.obstacle}, but does not bid"
-            yield self.broken_by(record, robot, problem)
-        team, obstacles, where = (
-            team_of(now),
-            open_obstacles(now),
-            set(now.need(record.obstacle).regions),
-        )
+            yield robot, f"{robot} could resolve {name}, but does not bid"
+        team, obstacles, where = team_of(now), open_obstacles(now), set(now.need(name).regions)
         if team is None:
             return
         for robot in sorted(able & set(record.bids)):
@@ -132,9 +127,7 @@ class BidsRule(Rule):
             here = frozenset([pose_of(robot, now)])
             truth, bid = team.ticks(robot, here, there, obstacles), record.bids[robot]
             if bid != truth:
-                said, least = _ticks(bid), _ticks(truth)
-                problem = f"{robot} bids {said} for {record.obstacle}; it takes {least}"
-                yield self.broken_by(record, robot, problem)
+                yield robot, f"{robot} bids {_ticks(bid)} for {name}; it takes {_ticks(truth)}"
 
 
 class HelperRule(Rule):
@@ -153,16 +146,13 @@ class HelperRule(Rule):
         self._present: tuple[Serving, Serving] = {}, {}
         self._before: Mapping[str, Objective] = {}
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         if record.type == "request":
             for robot in helpers_of(record):
                 if record.bids.get(robot) is None:
-                    problem = f"{robot} is chosen for {record.obstacle} without a bid"
-                    yield self.broken_by(record, robot, problem)
-        if (
-            record.type in ("request", "push", "pop")
-            and record.helper != (*helpers_of(record), None)[0]
-        ):
+                    yield robot, f"{robot} is chosen for {record.obstacle} without a bid"
+        names_helper = record.type in ("request", "push", "pop")
+        if names_helper and record.helper != (*helpers_of(record), None)[0]:
             problem = f"the first of its helpers is not {record.helper}"
             yield Finding(record.type, record.tick, record.requester, record.line, problem)
         settles = record.type in SETTLES
@@ -177,13 +167,13 @@ class HelperRule(Rule):
                 self._before = dict(now.objectives)
             self._lines.append(record)
 
-    def turn(self, now: Situation) -> Iterator[Finding]:
+    def turn(self, now: Situation) -> Iterator[Said]:
         yield from self._judged(now)
 
-    def ending(self, now: Situation) -> Iterator[Finding]:
+    def ending(self, now: Situation) -> Iterator[Said]:
         yield from self._judged(now)
 
-    def _judged(self, now: Situation) -> Iterator[Finding]:
+    def _judged(self, now: Situation) -> Iterator[Said]:
         """Yield what is wrong with the last settlement, whose lines have taken effect."""
         lines, self._lines = self._lines, []
         said = [line for line in lines if line.type in ("request", "push", "pop", "told")]
@@ -197,13 +187,13 @@ class HelperRule(Rule):
 
     def _problems(
         self, lines: list[Line], said: list[Line], present: Serving, now: Situation
-    ) -> Iterator[Finding]:
+    ) -> Iterator[Said]:
         """Yield what is wrong with a settlement before which the robots served as ``present``."""
         try:
             found = self._derived(lines, present, now)
         except TrappedError:
             (line,) = [line for line in lines if line.type == "acts"]
-            yield self.broken_by(line, None, "the team could not continue after these acts")
+            yield None, "the team could not continue after these acts", line
             return
         except TooManyError:
             what = f"who serves which request (a search of more than {MOST_NODES} steps)"
@@ -222,15 +212,12 @@ class HelperRule(Rule):
         if now.header.coordination == RESYNTHESIS:
             yield from _other_syntheses(lines)
         for line in () if wrong else said:  # the robots' objectives follow from the helpers
-            if line.type in ("push", "pop"):
-                for robot, objective in line.objectives.items():
-                    problem = self._wrong(robot, objective, found, now)
-                    if problem:
-                        yield Finding(line.type, line.tick, robot, line.line, problem)
-            elif line.type == "told" and now.header.coordination != RESYNTHESIS:
-                problem = self._wrong(line.robot, line.objective, found, now)
-                if problem:
-                    yield Finding(line.type, line.tick, line.robot, line.line, problem)
+            given = line.objectives if line.type in ("push", "pop") else {}
+            if line.type == "told" and now.header.coordination != RESYNTHESIS:
+                given = {line.robot: line.objective}
+            for robot, objective in given.items():
+                if problem := self._wrong(robot, objective, found, now):
+                    yield Finding(line.type, line.tick, robot, line.line, problem)
 
     def _derived(self, lines: list[Line], present: Serving, now: Situation) -> Settlement | None:
         refused, asked, acts = set[tuple[str, str]](), "", list[Act]()
@@ -250,7 +237,7 @@ class HelperRule(Rule):
         poses = {name: pose_of(name, now) for name in now.header.robots}
         return team.settle(poses, open_obstacles(now, refused), present, now.aside, acts)
 
-    def _helpers(self, line: Line, found: Settlement, now: Situation) -> Iterator[Finding]:
+    def _helpers(self, line: Line, found: Settlement, now: Situation) -> Iterator[Said]:
         truth = {n for n, duty in found.duties.items() if duty.obstacle == line.obstacle}
         # One out of service acts where it stands, without an objective for that.
         told, truth = {*helpers_of(line)} - now.out, truth - now.out
@@ -258,7 +245,7 @@ class HelperRule(Rule):
             wrong = [name for name in now.header.robots if name in truth - told]
             chosen, right = (", ".join(sorted(some)) or "no robot" for some in (told, truth))
             problem = f"{chosen} is to resolve {line.obstacle}, but it should be {right}"
-            yield self.broken_by(line, (wrong or [*told])[0], problem)
+            yield (wrong or [*told])[0], problem, line
 
     def _wrong(self, robot: str, objective: Objective, found: Settlement, now: Situation) -> str:
         """Return why an objective does not follow from the known state, or an empty text."""
@@ -309,7 +296,7 @@ class HelperRule(Rule):
         )
 
 
-def _other_syntheses(lines: list[Line]) -> Iterator[Finding]:
+def _other_syntheses(lines: list[Line]) -> Iterator[Said]:
     """Yield strategies that are installed for something other than the stack states."""
     said: Mapping[str, Objective] = {}
     for line in lines:

@@ -32,78 +32,70 @@ class Finding:
         return f"line {self.line}: {self.rule} (tick {self.tick}{whom}): {self.explanation}"
 
 
+Wrong = tuple[str | None, str, Line]
+"""The robot, what is wrong, and the line (or turn) that shows it."""
+Said = str | tuple[str | None, str] | Wrong | Finding
+"""Words of a rule: what is wrong, with a robot or a line if not those that it judges."""
+
+
 class Postponed:
     """Lines missing in a turn of a live run, which may follow when the strategies for them arrive:
     they are missing permanently if no robot waits for a strategy, or acts."""
 
     def __init__(self) -> None:
-        self._open: list[tuple[Finding, Callable[[], bool]]] = []
+        self._open: list[tuple[Wrong, Callable[[], bool]]] = []
 
     def judge(
-        self, found: Iterable[tuple[Finding, Callable[[], bool]]], now: Situation
-    ) -> Iterator[Finding]:
-        """Yield what is missing, of what was ``found`` in this turn and before. Each finding has a
-        function that tells whether that has come."""
+        self, found: Iterable[tuple[Wrong, Callable[[], bool]]], now: Situation
+    ) -> Iterator[Wrong]:
+        """Yield what is missing, of what was ``found`` in this turn and before. Each has a function
+        that tells whether that has come."""
         if not now.live:
-            yield from (finding for finding, _ in found)
+            yield from (wrong for wrong, _ in found)
             return
         self._open = [one for one in (*self._open, *found) if not one[1]()]
         if now.awaiting or now.acting:  # who acts may wait for a strategy as well
             return
-        late = [one for one in self._open if now.turn.tick > one[0].tick + 1]
+        late = [one for one in self._open if now.turn.tick > one[0][2].tick + 1]
         self._open = [one for one in self._open if one not in late]
-        yield from (finding for finding, _ in late)
+        yield from (wrong for wrong, _ in late)
 
 
 class Rule:
     """A condition that must hold for every run. One object checks one trace, and may keep state.
 
-    ``name`` is the rule's name in reports; the docstring states its demand and the source (D: the
-    design's section, T: docs/trace.md)."""
+    ``name`` is the rule's name in reports; ``kinds``: the types of the lines that it judges (none:
+    all). The docstring states its demand and the source (D: the design's section, T:
+    docs/trace.md)."""
 
     name: ClassVar[str]
+    kinds: ClassVar[tuple[str, ...]] = ()
 
-    def opening(self, now: Situation) -> Iterable[Finding]:
+    def opening(self, now: Situation) -> Iterable[Said]:
         """Check the header alone; called once."""
         return ()
 
-    def line(self, record: Line, now: Situation) -> Iterable[str | Finding]:
-        """Check a line before it takes effect; called for each line. What is wrong with this line
-        and its robot is said in words, anything else is a finding."""
+    def line(self, record: Line, now: Situation) -> Iterable[Said]:
+        """Check a line before it takes effect."""
         return ()
 
-    def turn(self, now: Situation) -> Iterable[Finding]:
+    def turn(self, now: Situation) -> Iterable[Said]:
         """Check a turn that is over (``now.turn``)."""
         return ()
 
-    def ending(self, now: Situation) -> Iterable[Finding]:
-        """Check the whole run; called once, after the last line."""
+    def ending(self, now: Situation) -> Iterable[Said]:
+        """Check the whole run by its last line; called once."""
         return ()
-
-    def findings_on(self, record: Line, now: Situation) -> Iterator[Finding]:
-        """Return the findings on a line."""
-        for found in self.line(record, now):
-            about = getattr(record, "robot", None)
-            yield self.broken_by(record, about, found) if isinstance(found, str) else found
-
-    def broken(self, tick: int, robot: str | None, line: int, explanation: str) -> Finding:
-        return Finding(self.name, tick, robot, line, explanation)
 
     def not_judged(self, record: Line, robot: str | None, what: str) -> Finding:
         return Finding(self.name, record.tick, robot, record.line, f"not judged: {what}", note=True)
 
-    def broken_by(self, record: Line, robot: str | None, explanation: str) -> Finding:
-        return Finding(self.name, record.tick, robot, record.line, explanation)
-
-
-class LineRule(Rule):
-    """A condition on each line of one type (``kind``)."""
-
-    kind: ClassVar[str]
-
-    def line(self, record: Line, now: Situation) -> Iterable[str | Finding]:
-        return self.problems(record, now) if record.type == self.kind else ()
-
-    def problems(self, record: Line, now: Situation) -> Iterator[str]:
-        """Yield why the line is wrong."""
-        raise NotImplementedError
+    def findings(self, found: Iterable[Said], about: Line, robot: str | None) -> Iterator[Finding]:
+        """Yield what was said of a line or turn, and of a robot, unless others are named."""
+        for said in found:
+            if isinstance(said, Finding):
+                yield said
+                continue
+            whom, text, *other = (robot, said) if isinstance(said, str) else said
+            at = other[0] if other else about
+            yield Finding(self.name, at.tick, whom, at.line, text)

@@ -8,7 +8,7 @@ from functools import partial
 from safenav.audit.deriving import can_alternate
 from safenav.audit.kinds import ALTERNATION
 from safenav.audit.lines import Line, Objective
-from safenav.audit.rules.rule import Finding, Postponed, Rule
+from safenav.audit.rules.rule import Postponed, Rule, Said, Wrong
 from safenav.audit.situation import RESYNTHESIS, Situation
 from safenav.audit.turn import StackEntry, helpers_of
 
@@ -17,37 +17,31 @@ class PushRule(Rule):
     """A push adds an entry for an open request, with helpers that have its action, and states each
     robot's objective from now on, which follows from the known state (D 5.2; see ``helper``)."""
 
-    name = "push"
+    name, kinds = "push", ("push",)
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
-        if record.type == "push":
-            for robot, problem in self._problems(record, now):
-                yield self.broken_by(record, robot, problem)
-
-    def _problems(self, record: Line, now: Situation) -> Iterator[tuple[str | None, str]]:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         if record.depth != len(now.stack) + 1:
             problem = f"the stack is {len(now.stack) + 1} deep after the push, not {record.depth}"
             yield now.turn.robot, problem
         yield from _missing(record.objectives, now)
-        made = {*now.requests.get(record.obstacle or "", ())}
-        if record.requester not in made and not (
-            record.requester is None and record.obstacle in now.orders
-        ):
-            problem = f"objectives are pushed for {record.obstacle or 'nothing'}, "
-            yield record.requester, problem + f"which {record.requester} does not wait for"
+        name, requester = record.obstacle, record.requester
+        ordered = requester is None and name in now.orders
+        if requester not in now.requests.get(name, ()) and not ordered:
+            problem = f"objectives are pushed for {name or 'nothing'}, "
+            yield requester, problem + f"which {requester} does not wait for"
             return
-        for robot in sorted({*helpers_of(record)} - now.capable(record.obstacle or "")):
-            yield robot, f"{robot} is to help with {record.obstacle}, but lacks the action"
+        for robot in sorted({*helpers_of(record)} - now.capable(name)):
+            yield robot, f"{robot} is to help with {name}, but lacks the action"
 
 
 class ToldRule(Rule):
     """Only a robot driven by command inputs gets another objective without a push or a pop; that
     objective follows from the known state (D 5.2 and 5.5; see ``helper``)."""
 
-    name = "told"
+    name, kinds = "told", ("told",)
 
-    def line(self, record: Line, now: Situation) -> Iterator[str]:
-        if record.type == "told" and now.header.coordination == RESYNTHESIS:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
+        if now.header.coordination == RESYNTHESIS:
             yield f"{record.robot} has no command inputs"
 
 
@@ -57,25 +51,28 @@ class PopRule(Rule):
     robot that helps again with what it helped with when the entry was pushed gets the objective
     that the entry stores, as long as it can meet that (for free mobility)."""
 
-    name = "pop"
+    name, kinds = "pop", ("push", "pop")
 
     def __init__(self) -> None:
         self._owns = set[tuple[str, Objective]]()
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         if record.type == "push":
             self._owns.update(now.own.items())
-        if record.type == "pop":
-            for problem in self._problems(record, now):
-                yield self.broken_by(record, now.turn.robot, problem)
-            for robot, problem in _missing(record.objectives, now):
-                yield self.broken_by(record, robot, problem)
-            if now.header.coordination == RESYNTHESIS:
-                for robot, objective in record.objectives.items():
-                    stored = self._stored(robot, objective, now)
-                    if stored is not None:
-                        problem = f"{robot} was to {stored} before the push, but gets {objective}"
-                        yield self.broken_by(record, robot, problem)
+            return
+        deep, robot = len(now.stack) - 1, now.turn.robot
+        if now.entry_of(record) is None:
+            yield robot, f"no such entry for {record.obstacle} is on the stack"
+        if record.depth != deep:
+            yield robot, f"the stack is {deep} deep after the pop, not {record.depth}"
+        if record.obstacle in now.requests:
+            yield robot, f"{record.obstacle} is popped, but neither resolved, gone nor given up"
+        yield from _missing(record.objectives, now)
+        if now.header.coordination == RESYNTHESIS:
+            for name, objective in record.objectives.items():
+                stored = self._stored(name, objective, now)
+                if stored is not None:
+                    yield name, f"{name} was to {stored} before the push, but gets {objective}"
 
     def _stored(self, robot: str, objective: Objective, now: Situation) -> Objective | None:
         """Return the objective that a robot should have got back instead; None if it is right."""
@@ -95,14 +92,6 @@ class PopRule(Rule):
             return None
         return next((stored for stored in found if can_alternate(robot, stored, now)), None)
 
-    def _problems(self, record: Line, now: Situation) -> Iterator[str]:
-        if now.entry_of(record) is None:
-            yield f"no such entry for {record.obstacle} is on the stack"
-        if record.depth != len(now.stack) - 1:
-            yield f"the stack is {len(now.stack) - 1} deep after the pop, not {record.depth}"
-        if record.obstacle in now.requests:
-            yield f"{record.obstacle} is popped, but neither resolved, gone nor given up"
-
 
 class MissedPopRule(Rule):
     """The entries of a request that is over are dropped in the same turn, or live, when the
@@ -114,25 +103,23 @@ class MissedPopRule(Rule):
         self._told: list[StackEntry] = []
         self._owed = Postponed()
 
-    def turn(self, now: Situation) -> Iterator[Finding]:
+    def turn(self, now: Situation) -> Iterator[Said]:
         yield from self._owed.judge([*self._missing(now)], now)
 
-    def _missing(self, now: Situation) -> Iterator[tuple[Finding, Callable[[], bool]]]:
+    def _missing(self, now: Situation) -> Iterator[tuple[Wrong, Callable[[], bool]]]:
         for entry in () if now.turn.final or now.waits else now.stack:
             if entry.obstacle not in now.requests and entry not in self._told:
                 self._told.append(entry)
                 problem = f"{entry.obstacle} is over, but its entry stays on the stack"
-                last = now.turn.records[-1].line if now.turn.records else now.turn.line
-                found = self.broken(now.turn.tick, now.turn.robot, last, problem)
-                yield found, partial(self._dropped, entry, now)
-
-    def _dropped(self, entry: StackEntry, now: Situation) -> bool:
-        return entry not in now.stack
+                last = (now.turn, *now.turn.records)[-1]
+                yield (now.turn.robot, problem, last), partial(_is_dropped, entry, now)
 
 
-def _missing(
-    objectives: Mapping[str, Objective], now: Situation
-) -> Iterator[tuple[str | None, str]]:
+def _is_dropped(entry: StackEntry, now: Situation) -> bool:
+    return entry not in now.stack
+
+
+def _missing(objectives: Mapping[str, Objective], now: Situation) -> Iterator[Said]:
     for robot in now.header.robots:
         if robot not in objectives:
             yield robot, f"the objective of {robot} is missing"

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from safenav.audit.kinds import ALTERNATION, shape_of
 from safenav.audit.lines import Line, Objective
-from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.rules.rule import Rule, Said
 from safenav.audit.situation import RESYNTHESIS, Situation
 
 _CAUSES: dict[str, tuple[str, ...]] = {
@@ -17,7 +17,6 @@ _CAUSES: dict[str, tuple[str, ...]] = {
     "objective": ("objective",),
     "round": ("goal",),
 }
-_PROVEN = ("realizable", "unrealizable")
 
 
 class SynthesisRule(Rule):
@@ -34,17 +33,16 @@ class SynthesisRule(Rule):
         self._happened: set[str] = set()
         self._begun = False
 
-    def line(self, record: Line, now: Situation) -> Iterator[str | Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         self._happened.add(record.type)
         if record.type == "synthesis":
             yield from self._problems(record, now)
         elif record.type == "move" and not self._begun:
             self._begun = True
             for robot in sorted(now.header.robots.keys() - self._initial):
-                problem = f"{robot} has no initial synthesis before the first move"
-                yield self.broken_by(record, robot, problem)
+                yield robot, f"{robot} has no initial synthesis before the first move"
 
-    def turn(self, now: Situation) -> Iterator[Finding]:
+    def turn(self, now: Situation) -> Iterator[Said]:
         turn = now.turn
         if turn.torn:
             return
@@ -56,7 +54,7 @@ class SynthesisRule(Rule):
                 continue  # its strategy may have come later
             if causes and not any(map(turn.first, causes)):
                 problem = f"a synthesis for the reason {record.reason}, which no line records"
-                yield self.broken_by(record, record.robot, problem)
+                yield record.robot, problem, record
         if turn.robot is None or turn.final or now.header.coordination != RESYNTHESIS or now.live:
             return  # live, a strategy may come later: StrategyRule judges each move
         if now.waits:
@@ -66,17 +64,15 @@ class SynthesisRule(Rule):
             same = _alternating(objective) == _alternating(turn.objectives[robot])
             owed = not same and robot not in now.out  # else it is owed on its return
             if owed and (robot, objective) not in done:
-                problem = f"{robot} gets {objective} but no strategy for it"
-                yield self.broken(turn.tick, robot, turn.records[-1].line, problem)
+                yield robot, f"{robot} gets {objective} but no strategy for it", turn.records[-1]
 
-    def _problems(self, record: Line, now: Situation) -> Iterator[str]:
+    def _problems(self, record: Line, now: Situation) -> Iterator[Said]:
         robot = record.robot
         is_initial = record.reason == "initial"
         if is_initial:
             self._initial.add(robot)
-            given = now.own[robot]
-            if record.objective != given:
-                yield f"{robot} is to {given}, but the synthesis is for {record.objective}"
+            if record.objective != now.own[robot]:
+                yield f"{robot} is to {now.own[robot]}, but the synthesis is for {record.objective}"
         if is_initial is not (record.tick == 0):
             yield f"a synthesis of tick {record.tick} for the reason {record.reason}"
         if record.verified == "moves":
@@ -93,54 +89,49 @@ class StrategyRule(Rule):
     realizable, and its strategy was not refuted (D 1 and 10). Once an assumption was violated a
     robot may hold without a strategy."""
 
-    name = "strategy"
+    name, kinds = "strategy", ("synthesis", "assumption", "move")
 
     def __init__(self) -> None:
         self._last: dict[tuple[str, Objective], Line] = {}
         self._excused: set[str] = set()
 
-    def line(self, record: Line, now: Situation) -> Iterator[str | Finding]:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         if record.type == "synthesis":
             self._last[record.robot, record.objective] = record
             self._excused.discard(record.robot)
         elif record.type == "assumption":
             self._excused.add(record.robot)
-        elif (
-            record.type == "move"
-            and record.robot not in self._excused
-            and (problem := self._problem(record.robot, record.by, now))
-        ):
-            yield problem
+        elif record.robot not in self._excused:
+            yield from self._moved(record.robot, record.by, now)
 
-    def _problem(self, robot: str, by: str | None, now: Situation) -> str:
+    def _moved(self, robot: str, by: str | None, now: Situation) -> Iterator[Said]:
         if by in ("plan", "stay", "backtrack") or (now.live and by is None):
-            return ""  # without ``by`` it continues a step, which was judged when it set out
+            return  # without ``by`` it continues a step, which was judged when it set out
         objective = now.objectives[robot]
         last = self._last.get((robot, objective))
         if last is None:
-            without = now.header.coordination == RESYNTHESIS
-            return f"{robot} moves without a strategy for {objective}" if without else ""
-        if last.verdict != "realizable":
-            return f"{robot} moves, though {objective} was {last.verdict} in tick {last.tick}"
-        if last.verified is False:
-            return f"{robot} moves by a strategy that failed its verification in tick {last.tick}"
-        return ""
+            if now.header.coordination == RESYNTHESIS:
+                yield f"{robot} moves without a strategy for {objective}"
+        elif last.verdict != "realizable":
+            yield f"{robot} moves, though {objective} was {last.verdict} in tick {last.tick}"
+        elif last.verified is False:
+            yield f"{robot} moves by a strategy that failed its verification in tick {last.tick}"
 
 
 class VerdictsRule(Rule):
     """Equal specifications (by their sha256) are not both realizable and unrealizable."""
 
-    name = "verdicts"
+    name, kinds = "verdicts", ("synthesis",)
 
     def __init__(self) -> None:
         self._proven: dict[str, Line] = {}
 
-    def line(self, record: Line, now: Situation) -> Iterator[str]:  # noqa: ARG002
-        if record.type == "synthesis" and record.spec and record.verdict in _PROVEN:
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:  # noqa: ARG002
+        if record.spec and record.verdict in ("realizable", "unrealizable"):
             former: Line = self._proven.setdefault(record.spec, record)
             if former.verdict != record.verdict:
-                problem = f"{record.verdict}, but {former.verdict} in line {former.line}"
-                yield f"this specification is {problem}"
+                before = f"{former.verdict} in line {former.line}"
+                yield f"this specification is {record.verdict}, but {before}"
 
 
 def _alternating(objective: Objective) -> tuple[str, object]:

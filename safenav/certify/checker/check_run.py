@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from itertools import chain
 from typing import Any
 
@@ -14,7 +14,7 @@ from safenav.audit.judging import RULES, findings
 from safenav.audit.kinds import ALTERNATION
 from safenav.audit.language import Pose, RefusedError, TooLargeError, require
 from safenav.audit.lines import Line, read_line
-from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.rules.rule import Finding, Rule, Said
 from safenav.audit.situation import Situation
 from safenav.audit.turn import Status
 from safenav.audit.world import World
@@ -160,7 +160,7 @@ class Evidence(Rule):
             self.claim("form", f"{robot.name}: {robot.own.words(self.world, form)}.", "trace.jsonl")
             robot.forms.clear()
 
-    def opening(self, now: Situation) -> Iterator[Finding]:
+    def opening(self, now: Situation) -> Iterable[Said]:
         for name, data in self.scenario["robots"].items():
             self.robots[name] = robot = Robot(name, data, now)
             turning = {"free": False, "heading": True}.get(data["mobility"]) is bool(robot.pose[1])
@@ -168,9 +168,9 @@ class Evidence(Rule):
         names = {SOMEBODY, *self.robots, *(f"robots.{name}" for name in self.robots)}
         good = all(name not in names for name in now.obstacles)
         require(good, "an obstacle has the name of a robot")
-        yield from ()
+        return ()
 
-    def line(self, record: Line, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Line, now: Situation) -> Iterable[Said]:
         """Follow a line of the trace."""
         self.number, self.tick = record.line, record.tick
         robot = self.robots.get(getattr(record, "robot", None) or "")
@@ -217,9 +217,7 @@ class Evidence(Rule):
                 robot.goals.append(record.goal)
             case "blocked" | "deadline" | "outcome":
                 conclude(self, record, now)
-            case _:
-                pass
-        yield from ()
+        return ()
 
     def give(self, robot: Robot, given: Objective) -> None:
         """Note that a robot has another objective of its own."""
@@ -340,8 +338,7 @@ class Evidence(Rule):
         """Note a move. In an external world, or if a step has failed, the robot may be elsewhere
         than its strategy sent it."""
         self.turns += 1
-        ended = now.ended.get(robot.name)
-        failed = ended is not None and ended.result != "arrived"
+        failed = now.has_failed(robot.name)
         astray = self.astray is not None and self.astray.line == record.line
         try:
             require(not failed and not astray, "its step has failed")
