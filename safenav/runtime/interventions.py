@@ -281,7 +281,7 @@ class Interventions(Struct):
                 Role.OWN, objective, safe_poses=robot.assignment.safe_poses
             )
             robot.progress, robot.begun = robot.own, False
-        if state.waiting is None and cause is not _INPUT:  # it may resolve what it kept out of
+        if state.waiting is None:  # it may resolve what it kept out of
             yield HopeReturned(vocabulary.Reason.OBJECTIVE)
         else:
             yield Unsettled(vocabulary.Reason.OBJECTIVE)

@@ -228,12 +228,11 @@ class Passes(Algorithm):
         free = not any(robot.acting for robot in team.robots.values()) and team.waiting is None
         now = self.world.now() if team.live else team.tick
         coming = any(o.ordered and (o.appears or 0) > now for o in scenario.obstacles)
+        undone = self._undone() if done and free else []
+        coming = coming or bool(undone and self._to_come())
         if done and free and not (coming or team.owed or team.last_settled.found.served):
             plural = "round" if wanted == 1 else "rounds"
             said = f"every robot has met its objective for {wanted} {plural}"
-            given_up = team.knowledge.given_up()  # a robot may have done one in passing
-            left_out = (r for r in team.requests.given_up if r.obstacle.name in given_up)
-            undone = [r.obstacle.name for r in (*team.requests, *left_out) if r.obstacle.ordered]
             if undone:
                 said += f"; not done: {', '.join(undone)}"
             self.deadlines.completed()
@@ -248,6 +247,13 @@ class Passes(Algorithm):
                 raise RunEnded(self._out_of(Outcome.TIME_LIMIT))
         elif team.tick >= scenario.limits.ticks:
             raise RunEnded(self._out_of(Outcome.TICK_LIMIT))
+
+    def _undone(self) -> list[str]:
+        """The orders that have come and are not done."""
+        given_up = self.team.knowledge.given_up()  # a robot may have done one in passing
+        left_out = (r for r in self.team.requests.given_up if r.obstacle.name in given_up)
+        requests = (*self.team.requests, *left_out)
+        return [r.obstacle.name for r in requests if r.obstacle.ordered]
 
     def _unless_back(self) -> None:
         """Only robots out of service have something left to do. Raises RunEnded unless one may be

@@ -252,3 +252,65 @@ def test_all_changes_of_a_tick_hold_though_one_ends_in_a_wait() -> None:
     told = [(r["tick"], r["robot"]) for r in trace.all("objective")]
     assert told == [(5, "r0"), (5, "r1"), (6, "r0"), (6, "r1"), (7, "r2")]
     assert [r["tick"] for r in trace.all("service")] == [7, 9]
+
+
+UNDONE = """
+safenav: 1
+map: {grid: ["########", "#......#", "########"], resolution: 1}
+catalogue:
+  robots:
+    lifter: {mobility: free, layer: ground, capabilities: [lift], motion: disc, speed: 1}
+    idler: {mobility: free, layer: air, capabilities: [], motion: disc, speed: 1}
+  obstacles: {p0: {action: lift, resolve_at: [14], blocks: []}}
+inputs: {alarm: {at: [40]}}
+robots:
+  r0: {model: lifter, start: 9, objective: {visit: [9, 11]}, when: {alarm: {hold: 9}}}
+  r1: {model: idler, start: 13, objective: {hold: 13}}
+obstacles: [{type: door, region: 12}]
+orders: [{at: 3, type: p0, region: 14}]
+until: {rounds: 1}
+"""
+QUIET = {"inputs: {alarm: {at: [40]}}": "", ", when: {alarm: {hold: 9}}": ""}
+DOOR, GOES = "region: 12", "region: 12, until: 60"
+SERVICE = "[{robot: r1, at: 2, service: out}, {robot: r1, at: 60, service: back}]"
+OTHER = "changes: [{robot: r0, at: 60, objective: {hold: 9}}]"
+
+
+@pytest.mark.parametrize("clock", Clock)
+@pytest.mark.parametrize(
+    ("changed", "limit", "done", "last"),
+    [
+        ({DOOR: GOES}, 400, True, 60),
+        ({"model: idler": "model: lifter", "until:": f"changes: {SERVICE}\nuntil:"}, 400, True, 60),
+        ({}, 400, False, 41),
+        (QUIET | {"until:": f"{OTHER}\nuntil:"}, 400, False, 60),
+        (QUIET | {DOOR: GOES}, 55, False, 0),
+    ],
+    ids=["an obstacle goes", "service", "an input", "an objective", "nothing in time"],
+)
+def test_an_order_is_undone_only_when_nothing_is_to_come(
+    clock: Clock, changed: dict[str, str], limit: int, done: bool, last: int
+) -> None:
+    text, lockstep = UNDONE, clock is Clock.LOCKSTEP
+    for old, new in changed.items():
+        text = text.replace(old, new)
+    text += f"limits: {{{'ticks' if lockstep else 'seconds'}: {limit}}}\nclock: {clock.value}\n"
+    played = play(text)
+    ended = played.outcome
+    assert ended["outcome"] == "completed"
+    assert ("not done: p0@14" in ended["explanation"]) is not done
+    assert len(played.all("resolved", obstacle="p0@14")) == done
+    at = ended["tick"] if lockstep else ended["t"]
+    assert at >= last if last else at < 40
+
+
+@pytest.mark.parametrize("clock", Clock)
+def test_the_audit_judges_when_orders_are_left_undone(clock: Clock) -> None:
+    run = play(f"{UNDONE}clock: {clock.value}\n")
+    scenario = run.records[0]["scenario"]
+    scenario["obstacles"][0]["until"] = 300
+    assert "p0@14 is not done, and the scenario changes something at 300" in run.findings
+    del scenario["obstacles"][0]["until"]
+    assert not run.findings
+    scenario["inputs"][0]["spans"] = [[4, 4]]
+    assert "every robot has completed 1 round, but the run continues" in run.findings

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from safenav.audit.kinds import shape_of
 from safenav.audit.lines import Line, Objective, proof_of
 from safenav.audit.rules.rule import Rule, Said
 from safenav.audit.situation import Situation
+from safenav.audit.turn import Status
 
 
 class OutcomeRule(Rule):
@@ -108,8 +109,9 @@ def _causes(proof: Mapping[str, Any] | None, now: Situation) -> tuple[str, ...]:
 class CompletedRule(Rule):
     """A run is completed if and only if each robot has met its objective ``until.rounds`` times
     since the last resolution and has it in force; requests that no robot needs any longer may be
-    open (D 5.6). A round counts from the goal lines; one that was begun before the resolution may
-    be counted at its last target."""
+    open, those of orders once the scenario changes nothing more within its limits (D 5.6). A round
+    counts from the goal lines; one that was begun before the resolution may be counted at its last
+    target."""
 
     name = "completed"
 
@@ -156,6 +158,10 @@ class CompletedRule(Rule):
         for robot in now.header.robots:
             for problem in self._rounds(robot, outcome, wanted, now):
                 yield robot, problem
+        undone, later = _undone(now), [t for t in _coming(now, surely=True) if t > self._time]
+        if outcome.outcome == "completed" and undone and later:
+            what = f"{', '.join(undone)} is not done, and the scenario changes something at"
+            yield f"{what} {min(later):g}"
         if outcome.outcome == "tick_limit" and self._over(now):
             yield f"every robot has met its objective {wanted} times: it is completed"
 
@@ -186,6 +192,8 @@ class CompletedRule(Rule):
             return False
         if any(o.ordered and (o.from_ or 0) >= self._time for o in now.header.obstacles):
             return False  # an order is to come
+        if _undone(now) and any(time >= self._time for time in _coming(now, surely=False)):
+            return False  # what comes may make an order possible
         if any(map(now.is_away, now.header.robots)):
             return False  # an input keeps a robot from its objective
         return all(self._surely(robot, now) >= wanted for robot in now.header.robots)
@@ -198,6 +206,36 @@ class CompletedRule(Rule):
         if shape.settles and not shape.ends:
             return len(self._goals.get(robot, []))
         return _bounds(self._goals.get(robot, []), objective)[0]
+
+
+def _undone(now: Situation) -> list[str]:
+    """Return the orders that have come and are not done."""
+    return [n for n in now.orders if now.status[n] in (Status.UNRESOLVED, Status.GIVEN_UP)]
+
+
+def _coming(now: Situation, *, surely: bool) -> Iterator[float]:
+    """Yield the times, within the limits, at which the scenario changes something: all that it
+    lists, or those that come ``surely`` from here on."""
+    header, limits = now.header, now.header.limits
+    times = [float(change.at) for change in header.changes or ()]
+    for each in header.inputs or ():
+        spans = () if each.probability else each.spans or ()
+        edges = {float(tick) for first, last in spans for tick in (first, last + 1)}
+        times += [t for t in edges if _is_in(t, spans) != _is_in(t - 1, spans)]
+    for name, listed in now.listed.items():
+        for each in listed:
+            here = now.status[name] in (Status.UNRESOLVED, Status.GIVEN_UP) and len(listed) == 1
+            times += [each.from_] if each.from_ and not surely else []
+            times += [each.until] if each.until and (here or not surely) else []
+    last = limits.seconds if now.live else limits.ticks
+    if surely and last is None:  # live: a limit is at least a second for each tick
+        last = limits.ticks
+    if not (surely and now.external):
+        yield from (time for time in times if last is None or time <= last)
+
+
+def _is_in(time: float, spans: Iterable[tuple[int, int]]) -> bool:
+    return any(first <= time <= last for first, last in spans)
 
 
 def _stays(robot: str, now: Situation) -> bool:

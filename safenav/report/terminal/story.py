@@ -97,6 +97,7 @@ class Story:
                     self._doing[name] = words
             case records.Resolved() | records.Gone():
                 self._closed.pop(self._obstacles[event.obstacle], None)
+                self._barred.pop(self._obstacles[event.obstacle], None)
                 self._rounds.clear()  # they are counted from the last resolution on
                 self._say(event)
                 self._map()
@@ -104,6 +105,9 @@ class Story:
                 region = self._obstacles[event.obstacle]
                 self._closed.pop(region, None)
                 self._barred[region] = self._wording.obstacle(event.obstacle)
+                self._say(event)
+            case records.Reopened():
+                self._barred.pop(self._obstacles[event.obstacle], None)
                 self._say(event)
             case records.ActionEnd() if event.reason:
                 self._say(event)
@@ -125,7 +129,6 @@ class Story:
                 | records.PlanEnd()
                 | records.Act(obstacles=(_, *_))
                 | records.Late()
-                | records.Reopened()
                 | records.Waiting()
                 | records.Operator()
             ):

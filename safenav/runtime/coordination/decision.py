@@ -162,9 +162,12 @@ def _resolved(team: TeamState, event: events.ObstaclesResolved) -> Decision:
 def _changed(team: TeamState, event: events.ObstacleChanged) -> Decision:
     """An obstacle has appeared, where no robot knows it yet, or has disappeared."""
     obstacle, knowledge = event.change.obstacle, team.knowledge.copy()
-    requests, after = replace(team.requests, aside=frozenset()), None
+    after: Event | None = None
+    requests = replace(team.requests, aside=frozenset())
     if not event.change.appeared:
-        after = Unsettled(Reason.GONE) if knowledge.forget(obstacle) else None
+        hope = requests.given_up and team.waiting is None  # it may have been in the way of those
+        gone = events.HopeReturned(Reason.GONE) if hope else Unsettled(Reason.GONE)
+        after = gone if knowledge.forget(obstacle) else None
         requests = requests.without(obstacle.name)
     else:
         knowledge.appear(obstacle)
