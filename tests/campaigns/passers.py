@@ -14,7 +14,9 @@ from itertools import pairwise
 from random import Random
 from typing import Any
 
-from campaigns.oracle import HEADINGS, Pose, Stage, Walk
+from campaigns.judge.mission import HEADINGS, Mission, Pose, read_mission
+from campaigns.judge.replay import Replay
+from campaigns.judge.situation import Stage
 
 MOST = 3
 LONGEST = 6
@@ -31,55 +33,58 @@ class Passer:
     obstacle: str
 
 
-class _Watched(Walk):
-    """Before each line: where robots stand, whether any is in transit or in a plan, and the
-    obstacles that stand and were not given up, with their stages."""
+@dataclass(frozen=True)
+class _Moment:
+    """Before a line: where robots stand, whether all do and none is in a plan, and the obstacles
+    that stand and were not given up, with their stages."""
 
-    def _follow(self, line: Mapping[str, Any], obstacle: Any) -> None:
-        if line["type"] == "header":
-            self.before: list[tuple[dict[str, Pose], bool, dict[str, Stage]]] = []
-            self.planned = False
+    poses: Mapping[str, Pose]
+    resting: bool
+    standing: Mapping[str, Stage]
+
+
+def _moments(mission: Mission, lines: Sequence[Line]) -> Iterator[_Moment]:
+    now, planned = Replay(mission), False
+    for line in lines:
         if line["type"].startswith("plan"):
-            self.planned = line["type"] == "plan"
-        poses = {name: self.pose(name) for name in self.at}
-        resting = not self.planned and set(self.bound.values()) == {None}
-        standing = {k: stage for k, stage in self.standing.items() if k not in self.shut}
-        self.before.append((poses, resting, standing))
-        super()._follow(line, obstacle)
+            planned = line["type"] == "plan"
+        standing = {k: stage for k, stage in now.standing.items() if k not in now.given_up}
+        resting = not planned and set(now.toward.values()) == {None}
+        yield _Moment({name: now.pose(name) for name in now.robots}, resting, standing)
+        now.follow(line)
 
 
 def excursions(data: Mapping[str, Any], lines: Sequence[Line], random: Random) -> Iterator[Passer]:
     """A few at most for each robot and each obstacle, at moments that are drawn."""
-    walk = _Watched(data, lines)
+    mission = read_mission(data)
+    moments = list(_moments(mission, lines))
     found: dict[tuple[str, str], list[tuple[int, list[Pose]]]] = {}
     for k in range(1, len(lines)):
         first = lines[k]["tick"] > lines[k - 1].get("tick", 0) > 0
-        poses, resting, standing = walk.before[k]
+        poses, standing = moments[k].poses, moments[k].standing
         passing = any(line["type"] in ("appeared", "gone") for line in lines[k:])
-        for robot in poses if first and resting and not passing else ():
+        for robot in poses if first and moments[k].resting and not passing else ():
             rivals = lines[0]["scenario"]["robots"][robot]["conflicts"]
             taken = {poses[other][0] for other in rivals}
             for obstacle in standing:
-                way = _excursion(walk, robot, poses[robot], standing, obstacle, taken)
+                way = _excursion(mission, robot, poses[robot], standing, obstacle, taken)
                 if way:
                     found.setdefault((robot, obstacle), []).append((k, way))
     for (robot, obstacle), ways in found.items():
         for k, way in random.sample(ways, min(MOST, len(ways))):
-            poses = walk.before[k][0]
-            yield Passer(_inserted(lines, k, robot, way, poses), robot, obstacle)
+            yield Passer(_inserted(lines, k, robot, way, moments[k].poses), robot, obstacle)
 
 
 def declared(data: Mapping[str, Any], lines: Sequence[Line]) -> Iterator[Passer]:
     """One for each robot that goes through a standing obstacle which does not block it."""
-    walk = _Watched(data, lines)
-    seen = set()
-    for line, (_, _, standing) in zip(lines, walk.before, strict=True):
-        for name, stage in standing.items() if line["type"] == "move" else ():
-            one, robot = walk.lab.obstacles[name], line["robot"]
+    mission, seen = read_mission(data), set[tuple[str, str]]()
+    robots = {robot.name: robot for robot in mission.robots}
+    for line, now in zip(lines, _moments(mission, lines), strict=True):
+        for name, stage in now.standing.items() if line["type"] == "move" else ():
+            one, robot = mission.obstacles[name], line["robot"]
             if line["to"] != one.region or robot in one.blocks or (robot, name) in seen:
                 continue
-            walk.lab.obstacles[name] = replace(one, blocks=one.blocks | {robot})
-            if walk.lab.keeps_out(name, stage, robot):
+            if mission.blocked(robots[robot], replace(one, blocks=one.blocks | {robot}), stage[0]):
                 seen.add((robot, name))
                 changed = copy.deepcopy(list(lines))
                 order = changed[0]["scenario"]["robots"]
@@ -87,12 +92,11 @@ def declared(data: Mapping[str, Any], lines: Sequence[Line]) -> Iterator[Passer]
                     if entry["name"] == name:
                         entry["blocks"] = [r for r in order if r in {*entry["blocks"], robot}]
                 yield Passer(changed, robot, name)
-            walk.lab.obstacles[name] = one
 
 
 def _excursion(
-    walk: Walk,
-    robot: str,
+    mission: Mission,
+    name: str,
     begin: Pose,
     standing: Mapping[str, Stage],
     through: str,
@@ -100,29 +104,24 @@ def _excursion(
 ) -> list[Pose] | None:
     """A shortest way from a pose through an obstacle and back, on which the robot acts nowhere
     else."""
-    lab = walk.lab
-    if not lab.keeps_out(through, standing[through], robot):
+    (robot,) = (one for one in mission.robots if one.name == name)
+    region = mission.obstacles[through].region
+    if not mission.blocked(robot, mission.obstacles[through], standing[through][0]):
         return None
-    region = lab.obstacles[through].region
     if region in taken:
         return None
     bad = set(taken)
-    for name, (index, done) in standing.items():
-        one = lab.obstacles[name]
-        bad |= {one.region} if lab.keeps_out(name, (index, done), robot) else set()
-        bad |= {r for n in one.needs[index:] if n.action in lab.can[robot] for r in n.at}
-    turns = lab.model[robot]["mobility"] == "heading"
+    for obstacle, (index, _) in standing.items():
+        one = mission.obstacles[obstacle]
+        bad |= {one.region} if mission.blocked(robot, one, index) else set()
+        bad |= {r for n in one.needs[index:] if n.action in robot.capabilities for r in n.at}
     level: dict[tuple[Pose, bool], list[Pose]] = {(begin, False): [begin]}
     for _ in range(LONGEST):
         after: dict[tuple[Pose, bool], list[Pose]] = {}
         for (pose, passed), way in level.items():
-            for side, to in enumerate(lab.beside(pose[0])):
-                if to is None or (turns and side == (pose[1] + 2) % 4):
-                    continue
-                if to in bad - {region, begin[0]}:
-                    continue
-                new = (to, side if turns else -1)
-                after.setdefault((new, passed or to == region), [*way, new])
+            for new in mission.steps(robot, pose):
+                if new[0] not in bad - {region, begin[0]}:
+                    after.setdefault((new, passed or new[0] == region), [*way, new])
         level = after
         if (begin, True) in level:
             return level[begin, True]

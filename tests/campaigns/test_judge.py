@@ -39,6 +39,8 @@ def walker(start: int, heading: str, **objective: Any) -> dict[str, Any]:
 def test_two_flyers_cannot_pass_each_other_in_a_corridor() -> None:
     found = corridor(4, {"a": flyer(7, visit=[10]), "b": flyer(10, visit=[7])})
     assert joint.can_complete(found, at_start(found)) is Answer.NO
+    found = corridor(4, {"a": flyer(7, visit=[8, 10]), "b": flyer(10, hold=10)})
+    assert joint.can_complete(found, at_start(found)) is Answer.NO
 
 
 def test_two_flyers_that_need_not_pass_complete() -> None:
@@ -107,10 +109,25 @@ def test_robots_that_lift_together_need_a_region_each() -> None:
     }
     found = corridor(5, robots, **more)
     assert joint.can_complete(found, told(found)) is Answer.NO
+    del need["together"]  # one after the other
+    found = corridor(5, robots, **more | {"obstacles": [{"type": "beam", "region": 12}]})
+    assert joint.can_complete(found, told(found)) is Answer.YES
+    need["together"] = True
     for name in ("b", "c"):
         robots[name]["avoids"] = []
     found = corridor(5, robots, **more)
     assert joint.can_complete(found, told(found)) is Answer.YES
+
+
+def test_rounds_restart_with_a_resolution() -> None:
+    opener = {"model": "digit", "start": 9, "heading": "east", "objective": {"hold": 9}}
+    robots = {"a": flyer(8, visit=[8, 9]), "b": opener}
+    found = corridor(5, robots, obstacles=[{"type": "door", "region": 10}])
+    game = joint.Joint(found, told(found))
+    (begun,) = game.starts()
+    assert begun[1] == ((1, 1), (0, 1))
+    (opened,) = (state for state in game.successors(begun) if not state[2])
+    assert opened[1] == ((1, 0), (0, 0))
 
 
 def test_a_spent_budget_is_no_answer() -> None:
@@ -164,7 +181,7 @@ def test_formulas_of_other_shapes_are_not_judged() -> None:
 
 
 def line(robot: str, to: int, **more: Any) -> dict[str, Any]:
-    return {"type": "move", "robot": robot, "to": to, "heading": None, **more}
+    return {"type": "move", "tick": 0, "robot": robot, "to": to, "heading": None, **more}
 
 
 def test_a_trace_ends_where_its_moves_lead() -> None:
@@ -182,7 +199,7 @@ def test_a_trace_ends_where_its_moves_lead() -> None:
         line("b", 12, toward=11),
     ]
     ending = replay(found, trace)
-    assert ending.problems == []
+    assert ending.problems == ["tick 0: b is in door@11"]
     assert ending.situation.poses == {"a": (9, -1), "b": (11, -1)}
     assert ending.situation.stages == {"door@11": FIRST}
     assert ending.situation.sealed == {"uncertainty@10"}
@@ -223,3 +240,89 @@ def test_rounds_follow_from_the_regions(
 ) -> None:
     found = corridor(4, {"a": flyer(8, **objective)})
     assert rounds_done(found.robots[0], visits) == rounds
+
+
+ROBOTS = {
+    "presser": {"mobility": "free", "layer": "ground", "capabilities": ["press"]},
+    "lifter": {"mobility": "free", "layer": "ground", "capabilities": ["lift"]},
+    "cart": {"mobility": "free", "layer": "ground"},
+}
+PRESS, LIFT = {"action": "press"}, {"action": "lift", "robots": 2}
+
+
+def lab(kind: dict[str, Any], **models: str) -> dict[str, Any]:
+    """A corridor 10, 11, ... 16 with an obstacle at 13; robots by name, each from 12."""
+    return {
+        "map": {"grid": ["#########", "#.......#", "#########"], "names": {"far": 16}},
+        "catalogue": {"robots": ROBOTS, "obstacles": {"it": kind}},
+        "robots": {
+            name: {"model": model, "start": 12, "avoids": [], "objective": {"visit": [12, 15]}}
+            for name, model in models.items()
+        },
+        "obstacles": [{"type": "it", "region": [1, 4]}],
+        "until": {"rounds": 1},
+    }
+
+
+def moves(*steps: tuple[str, int]) -> list[dict[str, Any]]:
+    return [
+        {"type": "move", "tick": k, "robot": robot, "to": to, "heading": None}
+        for k, (robot, to) in enumerate(steps, 1)
+    ]
+
+
+def entries_of(data: dict[str, Any], lines: list[dict[str, Any]]) -> list[str]:
+    return [told for told in replay(read_mission(data), lines).problems if " is in " in told]
+
+
+@pytest.mark.parametrize(
+    ("kind", "models", "steps", "entries"),
+    [
+        (PRESS, {"p": "presser"}, [("p", 13)], []),
+        (PRESS, {"c": "cart"}, [("c", 13)], [1]),
+        (PRESS | {"blocks": ["air"]}, {"c": "cart"}, [("c", 13)], []),
+        (PRESS | {"blocks": []}, {"c": "cart"}, [("c", 13)], []),
+        (PRESS | {"blocks": ["c"]}, {"c": "cart", "d": "cart"}, [("d", 13), ("c", 13)], [2]),
+        (PRESS | {"resolve_at": ["far"]}, {"p": "presser"}, [("p", 13)], [1]),
+        (PRESS | {"resolve_at": [11]}, {"p": "presser"}, [("p", 11), ("p", 12), ("p", 13)], []),
+        ({"needs": [LIFT]}, {"l": "lifter", "m": "lifter"}, [("l", 13)], [1]),
+        (
+            {"needs": [LIFT | {"at": "neighbours", "together": True}]},
+            {"l": "lifter", "m": "lifter", "c": "cart"},
+            [("l", 12), ("c", 13)],
+            [],
+        ),
+        (
+            {"needs": [LIFT | {"at": [11], "together": True}]},
+            {"l": "lifter", "m": "lifter", "c": "cart"},
+            [("l", 11), ("l", 12), ("m", 11), ("c", 13)],
+            [4],
+        ),
+        (
+            {"needs": [LIFT | {"at": [11]}]},
+            {"l": "lifter", "m": "lifter", "c": "cart"},
+            [("l", 11), ("l", 12), ("m", 11), ("c", 13)],
+            [],
+        ),
+        ({"needs": [PRESS, PRESS]}, {"p": "presser"}, [("p", 13)], [1]),
+        ({"needs": [PRESS | {"at": [11]}, PRESS]}, {"p": "presser"}, [("p", 11), ("p", 13)], []),
+    ],
+)
+def test_who_may_enter(
+    kind: dict[str, Any], models: dict[str, str], steps: Any, entries: list[int]
+) -> None:
+    told = entries_of(lab(kind, **models), moves(*steps))
+    assert [int(entry.split()[1].rstrip(":")) for entry in told] == entries
+
+
+def test_a_robot_in_transit_is_there() -> None:
+    line = {"type": "move", "tick": 1, "robot": "c", "to": 12, "toward": 13, "heading": None}
+    assert entries_of(lab(PRESS, c="cart"), [line]) == ["tick 1: c is in it@13"]
+
+
+def test_none_enters_what_was_found_untraversable_or_given_up() -> None:
+    data = lab(PRESS | {"resolve_at": [11]}, p="presser")
+    found = {"type": "resolved", "tick": 1, "obstacle": "it@13", "traversable": False}
+    lines = [*moves(("p", 11)), found, {"type": "blocked", "tick": 1, "obstacle": "it@13"}]
+    assert entries_of(data, lines) == []
+    assert entries_of(data, [*lines, *moves(("p", 13))]) == ["tick 1: p is in it@13"]

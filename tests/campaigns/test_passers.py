@@ -19,7 +19,8 @@ import yaml
 import safenav
 import warm
 from campaigns.generate.families import mission
-from campaigns.oracle import Walk
+from campaigns.judge.mission import read_mission
+from campaigns.judge.replay import replay
 from campaigns.passers import Passer, declared, excursions
 from certify.making import files_of, rewrite
 from certify.mutants import lines_of, with_lines
@@ -62,8 +63,8 @@ def test_who_passes_an_obstacle_that_stands_is_refused(tmp_path: Path) -> None:
         for kind, one in passers:
             made[kind] += 1
             if kind == "excursion":
-                entries = Walk(data, one.lines).entries
-                assert any(entry.endswith(f"{one.robot} is in {one.obstacle}") for entry in entries)
+                problems = replay(read_mission(data), one.lines).problems
+                assert any(told.endswith(f"{one.robot} is in {one.obstacle}") for told in problems)
             which = (seed, kind, one.robot, one.obstacle)
             if not refused_by_the_audit(one, folder / "passer.jsonl"):
                 accepted.append(("check-trace", *which))

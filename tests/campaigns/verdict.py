@@ -23,7 +23,6 @@ from campaigns.judge.literal import can_patrol
 from campaigns.judge.mission import Mission, NotJudgedError, read_mission
 from campaigns.judge.replay import Ending, replay, rounds_done
 from campaigns.judge.situation import Answer, Situation, at_start
-from campaigns.oracle import judge as judge_by_oracle
 
 GOOD = ("completed", "proven", "refused literally")
 UNDECIDED = "over budget"
@@ -64,9 +63,6 @@ def judge(
             kind, detail = _by_its_word(outcome, str(error))
         else:
             kind, detail = _judge_outcome(mission, replay(mission, lines), outcome, run, budget)
-        said = judge_by_oracle(data, lines)
-        if said and kind in GOOD:
-            kind, detail = ("oracle", said) if said != "?" else (UNDECIDED, "by the oracle")
         if data.get("coordination") == "assignable":
             kind, detail = _told_by_signals(lines) or (kind, detail)
         if kind in (*GOOD, UNDECIDED):

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 from msgspec.structs import replace
 
+import warm
 from runtime.test_operator import GATE
 from safenav.audit.check import check_trace
 from safenav.errors import UsageError
@@ -19,13 +18,7 @@ from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.reading import read_trace
 from safenav.trace.records import Arrive, Resolved
 
-SAFENAV = Path(sys.executable).parent / "safenav"
 PUSHER = "digit: {model: digit, start: [1, 2], heading: east, objective: {hold: [1, 2]}}"
-
-
-def ran(*arguments: object) -> subprocess.CompletedProcess[str]:
-    command = [str(part) for part in (SAFENAV, *arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
 def outcomes(*traces: Path) -> list[str]:
@@ -45,7 +38,7 @@ def test_an_operator_adds_a_robot_from_a_file(tmp_path: Path) -> None:
     scenario.write_text(GATE)
     lines = tmp_path / "operator.txt"
     lines.write_text(f"add {PUSHER.replace(':', '', 1)}\n")
-    done = ran("run", scenario, "--trace", trace, "--operator", lines, "--no-map")
+    done = warm.safenav("run", scenario, "--trace", trace, "--operator", lines, "--no-map")
     assert done.returncode == 0, done.stdout + done.stderr
     assert outcomes(trace, rest) == ["interrupted", "completed"]
     first, second = read_trace(trace), read_trace(rest)
@@ -60,9 +53,9 @@ def test_an_operator_adds_a_robot_from_a_file(tmp_path: Path) -> None:
 def test_a_robot_joins_a_run_that_is_resumed(tmp_path: Path) -> None:
     scenario, trace, rest = (tmp_path / n for n in ("gate.yaml", "run.jsonl", "rest.jsonl"))
     scenario.write_text(GATE)
-    assert ran("run", scenario, "--trace", trace, "--no-map").returncode == 1
-    assert ran("resume", trace, "--trace", rest, "--no-map").returncode == 1
-    done = ran("resume", trace, "--trace", rest, "--no-map", "--add", PUSHER)
+    assert warm.safenav("run", scenario, "--trace", trace, "--no-map").returncode == 1
+    assert warm.safenav("resume", trace, "--trace", rest, "--no-map").returncode == 1
+    done = warm.safenav("resume", trace, "--trace", rest, "--no-map", "--add", PUSHER)
     assert done.returncode == 0, done.stdout + done.stderr
     assert outcomes(trace, rest) == ["operator_needed", "completed"]
 
@@ -115,6 +108,6 @@ def test_what_an_operator_adds_wrongly_is_said_with_its_line(tmp_path: Path) -> 
     lines.write_text(
         "# more hands\nadd cart {model: cart, start: [1, 2], objective: {hold: [1, 2]}}"
     )
-    done = ran("run", scenario, "--operator", lines, "--no-map")
+    done = warm.safenav("run", scenario, "--operator", lines, "--no-map")
     assert done.returncode == 2 and "Traceback" not in done.stderr
     assert f"{lines}:2: the team has a robot cart already" in done.stderr

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+import warm
 from runtime.played import Run
-from safenav.audit.check import check_trace
 from safenav.errors import UsageError
 from safenav.outcome import Outcome
 from safenav.runtime.intervening import line_read
@@ -22,9 +19,7 @@ from safenav.runtime.worlds.protocol import Lost
 from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
-from safenav.trace.writing import TraceWriter
 
-SAFENAV = Path(sys.executable).parent / "safenav"
 GATE = """
 safenav: 1
 name: nobody can push this gate
@@ -52,30 +47,20 @@ PUSHER_OUT = GATE.replace("layer: air, capabilities: []", "layer: air, capabilit
     "changes: [{at: 1, robot: bee, service: out}]\n"
 )
 
-Played = Callable[..., Run]
 
-
-@pytest.fixture
-def attended(tmp_path: Path) -> Played:
+def attended(text: str, *waits: list[str]) -> Run:
     """Play a scenario with the interventions of each wait; its trace must pass the audit."""
-
-    def play(text: str, *waits: list[str]) -> Run:
-        left = list(waits)
-        path = tmp_path / "trace.jsonl"
-        with TraceWriter(path) as trace:
-            mission = Mission(load_scenario_text(text), listeners=[trace], attended=True)
-            mission.start()
-            while mission.result is None:
-                if mission.waiting is not None and mission.still:
-                    for line in left.pop(0) if left else ["give_up"]:
-                        mission.intervene(line_read(line, mission.state.scenario))
-                mission.step()
-        audit = check_trace(path)
-        assert audit.findings == (), "\n".join(map(str, audit.findings))
-        assert not left
-        return Run([json.loads(line) for line in path.read_text().splitlines()])
-
-    return play
+    left, run = list(waits), Run()
+    mission = Mission(load_scenario_text(text), listeners=[run], attended=True)
+    mission.start()
+    while mission.result is None:
+        if mission.waiting is not None and mission.still:
+            for line in left.pop(0) if left else ["give_up"]:
+                mission.intervene(line_read(line, mission.state.scenario))
+        mission.step()
+    assert not run.findings, run.findings
+    assert not left
+    return run
 
 
 @pytest.mark.parametrize(
@@ -90,9 +75,7 @@ def attended(tmp_path: Path) -> Played:
     ],
     ids=["resolved", "permanent", "put back", "out and back", "given up", "helper back"],
 )
-def test_a_run_waits_and_goes_on(
-    attended: Played, text: str, waits: list[list[str]], outcome: str
-) -> None:
+def test_a_run_waits_and_goes_on(text: str, waits: list[list[str]], outcome: str) -> None:
     trace = attended(text, *waits)
     assert trace.outcome["outcome"] == outcome
     told = trace.all("waiting")
@@ -102,14 +85,14 @@ def test_a_run_waits_and_goes_on(
     assert len(given) == sum(map(len, waits))
 
 
-def test_fixes_together_are_settled_once(attended: Played) -> None:
+def test_fixes_together_are_settled_once() -> None:
     """The first alone would be a second wait: the gate is given up, and the cart cannot go on."""
     trace = attended(GATE, ["service bee out", "service bee back", "resolved gate@27"])
     assert len(trace.all("waiting")) == 1
     assert trace.all("reopened") == []
 
 
-def test_what_is_given_up_is_requested_again(attended: Played) -> None:
+def test_what_is_given_up_is_requested_again() -> None:
     trace = attended(GATE, ["service bee out"], ["resolved gate@27"], ["service bee back"])
     first, second = trace.all("waiting")[:2]
     assert first["cause"] == second["cause"] == "no_capable_robot"
@@ -133,7 +116,7 @@ changes: [{at: 3, robot: a, service: out}]
 """
 
 
-def test_robots_behind_one_out_of_service_are_not_searched_plans_for(attended: Played) -> None:
+def test_robots_behind_one_out_of_service_are_not_searched_plans_for() -> None:
     """There is none until it is back; the third robot completes its rounds first."""
     trace = attended(CORRIDOR, ["service a back"])
     (waiting,) = trace.all("waiting")
@@ -215,27 +198,25 @@ def changed(*kinds: str, **fields: Any) -> Callable[[list[dict[str, Any]]], None
     ids=["no intervention", "no end", "unknown", "not given up", "wall", "no proof"],
 )
 def test_a_broken_trace_is_found(
-    attended: Played,
     waits: list[list[str]],
     change: Callable[[list[dict[str, Any]]], None],
     rule: str,
 ) -> None:
-    lines = json.loads(json.dumps(attended(GATE, *waits).records))
-    change(lines)
-    assert rule in {finding.rule for finding in check_trace(map(json.dumps, lines)).findings}
+    run = attended(GATE, *waits)
+    change(run.records)
+    assert rule in run.broken
 
 
 def test_a_file_gives_the_interventions(tmp_path: Path) -> None:
     scenario, fixes, bundle = (tmp_path / name for name in ("gate.yaml", "fixes.txt", "bundle"))
     scenario.write_text(GATE)
     fixes.write_text("# the caretaker opens it\nresolved gate@27\n")
-    run = [SAFENAV, "run", scenario, "--operator", fixes, "--trace", tmp_path / "t.jsonl"]
-    assert subprocess.run(run, capture_output=True, check=False).returncode == 0
-    proven = [SAFENAV, "certify", "--trace", tmp_path / "t.jsonl", "-o", bundle]
-    done = subprocess.run(proven, capture_output=True, text=True, check=False)
+    run = ("run", scenario, "--operator", fixes, "--trace", tmp_path / "t.jsonl")
+    assert warm.safenav(*run).returncode == 0
+    done = warm.safenav("certify", "--trace", tmp_path / "t.jsonl", "-o", bundle)
     assert done.returncode == 0, done.stderr
     fixes.write_text("resolved gate@27\n\npush it\n")
-    done = subprocess.run(run, capture_output=True, text=True, check=False)
+    done = warm.safenav(*run)
     assert done.returncode == 2
     assert f"{fixes}:3: 'push it' is not an intervention" in done.stderr
 
@@ -243,9 +224,8 @@ def test_a_file_gives_the_interventions(tmp_path: Path) -> None:
 def test_the_terminal_tells_what_would_help(tmp_path: Path) -> None:
     scenario = tmp_path / "gate.yaml"
     scenario.write_text(GATE)
-    run = [SAFENAV, "run", scenario, "--operator", "-", "--no-map"]
     typed = "open it\nresolved gate@27\n\n"
-    done = subprocess.run(run, input=typed, capture_output=True, text=True, check=False)
+    done = warm.safenav("run", scenario, "--operator", "-", "--no-map", text=typed)
     assert done.returncode == 0
     assert "tried: catalogue.robots.cart.capabilities: [push]" in done.stderr
     assert "unknown intervention 'open'" in done.stderr
@@ -262,30 +242,24 @@ class Remote:
         return getattr(self.simulation, name)
 
 
-def test_a_lost_robot_is_put_back(tmp_path: Path) -> None:
+def test_a_lost_robot_is_put_back() -> None:
     """Where it may be, nobody goes; once an operator has put it down, that is over."""
     text = GATE.replace("obstacles: [{type: gate, region: [2, 5]}]\n", "")
     scenario = load_scenario_text(text.replace("layer: air", "layer: ground"))
-    world, path = Remote(scenario), tmp_path / "trace.jsonl"
-    with TraceWriter(path) as trace:
-        mission = Mission(scenario, world=world, listeners=[trace], attended=True)
-        mission.start()
-        while mission.state.robots["cart"].transit is None or mission.state.tick < 6:
-            mission.step()
-        cart = mission.state.robots["cart"]
-        mission.post(
-            Lost(world.now(), "cart", cart.occupied, command=mission._commands.number("cart"))
-        )
-        world.simulation._coming = [c for c in world.simulation._coming if c[3].name != "cart"]
-        while mission.waiting is None or not mission.still:
-            mission.step()
-        assert "lost_cart@26" in mission.waiting.explanation
-        mission.intervene(line_read("put_back cart [3, 2]", scenario))
-        while mission.result is None:
-            mission.step()
+    world, run = Remote(scenario), Run()
+    mission = Mission(scenario, world=world, listeners=[run], attended=True)
+    mission.start()
+    while mission.state.robots["cart"].transit is None or mission.state.tick < 6:
+        mission.step()
+    cart = mission.state.robots["cart"]
+    mission.post(Lost(world.now(), "cart", cart.occupied, command=mission._commands.number("cart")))
+    world.simulation._coming = [c for c in world.simulation._coming if c[3].name != "cart"]
+    while mission.waiting is None or not mission.still:
+        mission.step()
+    assert "lost_cart@26" in mission.waiting.explanation
+    mission.intervene(line_read("put_back cart [3, 2]", scenario))
+    while mission.result is None:
+        mission.step()
     assert mission.result.outcome is Outcome.COMPLETED
-    audit = check_trace(path)
-    assert audit.findings == (), "\n".join(map(str, audit.findings))
-    records = [json.loads(line) for line in path.read_text().splitlines()]
-    gone = [line["obstacle"] for line in records if line["type"] == "gone"]
-    assert gone == ["lost_cart@26"]
+    assert not run.findings
+    assert run.one("gone")["obstacle"] == "lost_cart@26"

@@ -4,48 +4,42 @@ from __future__ import annotations
 
 import json
 import random
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
+import warm
 from runtime.counting import COUNTING
-from safenav.audit.check import check_trace
+from runtime.played import play
 from safenav.errors import UsageError
-from safenav.outcome import Outcome
+from safenav.lines import json_line
 from safenav.runtime.analysis.resuming import resumed
-from safenav.runtime.mission import Mission
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import targets_of
 from safenav.scenario.reading.loader import load_scenario
 from safenav.trace.header import scenario_header
 from safenav.trace.reading import read_trace
-from safenav.trace.writing import TraceWriter
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
-SAFENAV = Path(sys.executable).parent / "safenav"
 
 
-def written(scenario: Scenario, path: Path) -> Outcome:
-    with TraceWriter(path) as trace:
-        return Mission(scenario, listeners=[trace]).run().outcome
+def written(scenario: Scenario, path: Path) -> str:
+    run = play(scenario)
+    path.write_text("".join(map(json_line, run.records)))
+    return str(run.outcome["outcome"])
 
 
 @pytest.mark.parametrize("clock", ["live", "lockstep"])
 @pytest.mark.parametrize("name", ["case_study_3", "corridor_swap", "beam", "two_digits"])
 def test_a_run_that_is_cut_off_continues(name: str, clock: str, tmp_path: Path) -> None:
-    whole, cut, rest = (tmp_path / f"{part}.jsonl" for part in ("whole", "cut", "rest"))
-    run = [SAFENAV, "run", SCENARIOS / f"{name}.yaml", "--clock", clock, "--trace", whole]
-    subprocess.run(run, capture_output=True, check=False)
+    whole, cut = tmp_path / "whole.jsonl", tmp_path / "cut.jsonl"
+    warm.safenav("run", SCENARIOS / f"{name}.yaml", "--clock", clock, "--trace", whole)
     lines = whole.read_text().splitlines(keepends=True)
     rng = random.Random(f"{name} {clock}")
     for end in rng.sample(range(1, len(lines) - 1), 2):
         cut.write_text("".join(lines[:end]) + '{"type":"mo')
         scenario = resumed(read_trace(cut))
-        assert written(scenario, rest) is Outcome.COMPLETED
-        audit = check_trace(rest)
-        assert audit.findings == (), "\n".join(map(str, audit.findings))
+        assert play(scenario).outcome["outcome"] == "completed"
 
 
 def test_what_is_known_is_kept(tmp_path: Path) -> None:
@@ -79,12 +73,11 @@ def test_a_finished_run_is_not_resumed(tmp_path: Path) -> None:
     written(load_scenario(SCENARIOS / "hello.yaml"), path)
     with pytest.raises(UsageError, match="nothing to resume"):
         resumed(read_trace(path))
-    done = subprocess.run([SAFENAV, "resume", path], capture_output=True, text=True, check=False)
+    done = warm.safenav("resume", path)
     assert done.returncode == 2
     path.write_text("".join(path.read_text().splitlines(keepends=True)[:9]))
     rest = tmp_path / "rest.jsonl"
-    resume = [SAFENAV, "resume", path, "--trace", rest, "--no-map"]
-    assert subprocess.run(resume, capture_output=True, check=False).returncode == 0
+    assert warm.safenav("resume", path, "--trace", rest, "--no-map").returncode == 0
     assert json.loads(rest.read_text().splitlines()[-1])["outcome"] == "completed"
 
 
@@ -134,17 +127,15 @@ obstacles:
     ids=["orders", "back", "memory", "charge", "closed"],
 )
 def test_a_run_continues_from_each_of_its_lines(text: str, tmp_path: Path) -> None:
-    source, whole, cut, rest = (tmp_path / part for part in ("s.yaml", "whole", "cut", "rest"))
+    source, whole, cut = (tmp_path / part for part in ("s.yaml", "whole", "cut"))
     source.write_text(text)
     scenario = load_scenario(source)
-    assert written(scenario, whole) is Outcome.COMPLETED
+    assert written(scenario, whole) == "completed"
     lines = whole.read_text().splitlines(keepends=True)
     for end in range(2, len(lines) - 1, 3):
         cut.write_text("".join(lines[:end]))
         resume = resumed(read_trace(cut), scenario)
-        assert written(resume, rest) is Outcome.COMPLETED, end
-        audit = check_trace(rest)
-        assert audit.findings == (), (end, *map(str, audit.findings))
+        assert play(resume).outcome["outcome"] == "completed", end
 
 
 def cut_after(line_type: str, text: str, tmp_path: Path, index: int = 0) -> tuple[Path, Scenario]:
@@ -199,8 +190,8 @@ def test_a_model_of_its_own_keeps_how_it_moves(tmp_path: Path) -> None:
 def test_a_live_run_stays_live(tmp_path: Path) -> None:
     source, whole = tmp_path / "s.yaml", tmp_path / "whole.jsonl"
     source.write_text(CLOSED)
-    run = [SAFENAV, "run", source, "--clock", "live", "--seed", "7", "--trace", whole]
-    subprocess.run(run, capture_output=True, check=True)
+    run = ("run", source, "--clock", "live", "--seed", "7", "--trace", whole)
+    assert warm.safenav(*run).returncode == 0
     whole.write_text("".join(whole.read_text().splitlines(keepends=True)[:6]))
     again = resumed(read_trace(whole), load_scenario(source))
     assert (again.clock.value, again.seed) == ("live", 7)

@@ -21,7 +21,7 @@ Line = Mapping[str, Any]
 class Ending:
     """``situation``: with what the robots know; ``really``: with what is there. ``visits``: of
     each robot, the regions it was in since the last resolution. ``problems``: what a trace
-    tells otherwise than its own moves."""
+    tells otherwise than its own moves, and robots where an obstacle stands that stops them."""
 
     situation: Situation
     really: Situation
@@ -31,13 +31,15 @@ class Ending:
 
 def replay(mission: Mission, trace: Sequence[Line]) -> Ending:
     """Follow a trace to its last line."""
-    now = _Replay(mission)
+    now = Replay(mission)
     for line in trace:
         now.follow(line)
     return now.ending()
 
 
-class _Replay:
+class Replay:
+    """The state of a run after the lines that were followed."""
+
     def __init__(self, mission: Mission) -> None:
         self.mission = mission
         self.robots: dict[str, Robot] = {robot.name: robot for robot in mission.robots}
@@ -48,6 +50,7 @@ class _Replay:
         }
         self.met: set[str] = set()
         self.sealed: set[str] = set()
+        self.given_up: set[str] = set()
         self.goals: dict[str, list[tuple[int, int]]] = {name: [] for name in self.robots}
         self.visits = {name: [robot.start[0]] for name, robot in self.robots.items()}
         self.problems: list[str] = []
@@ -58,25 +61,37 @@ class _Replay:
                 self._moved(line)
             case "violation":
                 self.met.add(line["obstacle"])
+            case "blocked":
+                self.given_up.add(line["obstacle"])
             case "goal":
                 robot = self.robots[line["robot"]]
                 targets = robot.targets[line["goal"] : line["goal"] + 1]
                 if robot.formulas or any(line["region"] in target for target in targets):
                     self.goals[robot.name].append((line["goal"], line["round"]))
             case "appeared":
+                self._forget(line["obstacle"])
                 self.there[line["obstacle"]] = FIRST
                 self.met.discard(line["obstacle"])
-                self.sealed.discard(line["obstacle"])
             case "gone":
-                self.there.pop(line["obstacle"], None)
-                self.sealed.discard(line["obstacle"])
+                self._forget(line["obstacle"])
             case "resolved":
                 self._resolved(line)
             case _:
                 pass
 
+    def _forget(self, obstacle: str) -> None:
+        self.there.pop(obstacle, None)
+        self.sealed.discard(obstacle)
+        self.given_up.discard(obstacle)
+
+    @property
+    def standing(self) -> dict[str, Stage]:
+        """The obstacles whose needs are not all met, with their stages."""
+        needs = {name: one.needs for name, one in self.mission.obstacles.items()}
+        return {name: stage for name, stage in self.there.items() if stage[0] < len(needs[name])}
+
     def ending(self) -> Ending:
-        poses = {name: self._arriving(name) for name in self.robots}
+        poses = {name: self.pose(name) for name in self.robots}
         progress = {name: self._progress(robot) for name, robot in self.robots.items()}
         known = {name: stage for name, stage in self.there.items() if name in self.met}
         for name, (index, _) in self.there.items():
@@ -93,6 +108,7 @@ class _Replay:
 
     def _moved(self, line: Line) -> None:
         name, region = line["robot"], line["to"]
+        self._check_entries(line, self.robots[name])
         heading = HEADINGS.index(line["heading"]) if line["heading"] else NO_HEADING
         self.poses[name] = (
             region,
@@ -104,6 +120,18 @@ class _Replay:
             while (after := self._performed(obstacle, stage, name)) != stage:
                 stage = after  # a robot goes on where it stands with what is needed next
             self.there[obstacle] = stage
+
+    def _check_entries(self, line: Line, robot: Robot) -> None:
+        standing = self.standing
+        for name, one in self.mission.obstacles.items():
+            if one.region not in (line["to"], line.get("toward")):
+                continue
+            if name in self.given_up:
+                inside = robot.name in one.blocks and one.region != self.poses[robot.name][0]
+            else:
+                inside = name in standing and self.mission.blocked(robot, one, standing[name][0])
+            if inside:
+                self.problems.append(f"tick {line['tick']}: {robot.name} is in {name}")
 
     def _performed(self, obstacle: str, stage: Stage, mover: str) -> Stage:
         """The stage after the mover's turn; a need that is met goes over to the next."""
@@ -135,7 +163,7 @@ class _Replay:
             self.problems.append(f"{name} is resolved at {stage}, before that is done")
         if met < len(needs):
             return
-        self.there.pop(name, None)
+        self._forget(name)
         if line.get("traversable") is False:
             self.sealed.add(name)
         self.met.discard(name)
@@ -144,8 +172,8 @@ class _Replay:
             # A goal in formulas is met by the step that leaves its region.
             self.visits[name] = self.visits[name][-2 if robot.formulas else -1 :]
 
-    def _arriving(self, name: str) -> Pose:
-        """A robot on its way is taken for where it is going."""
+    def pose(self, name: str) -> Pose:
+        """Where the robot stands, or its step under way ends."""
         bound, (region, heading) = self.toward[name], self.poses[name]
         if bound is None:
             return region, heading

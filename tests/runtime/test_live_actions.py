@@ -1,0 +1,214 @@
+"""Live runs: what robots do at obstacles where they start, arrive and stand."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import pytest
+from msgspec.structs import replace
+
+from runtime.played import Run, play
+from runtime.test_live import RING
+from safenav import Mission
+from safenav.report.terminal.story import Story
+from safenav.runtime.actions import Actions
+from safenav.runtime.worlds.protocol import (
+    Acted,
+    Arrived,
+    WorldEvent,
+)
+from safenav.runtime.worlds.simulation import LiveSimulation
+from safenav.runtime.worlds.world import SimulatedWorld
+from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.scenario.settings import Clock
+from safenav.trace.vocabulary import ActResult
+from safenav.world.moves import Pose
+
+DEBRIS = RING.replace("type: door", "type: debris").replace(
+    "capabilities: [push]}}}",
+    "capabilities: [clear]}}, obstacles: {debris: {action: clear, resolve_at: neighbours}}}",
+)
+
+
+def test_after_two_failed_actions_another_robot_helps() -> None:
+    class Jammed(LiveSimulation):
+        def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Any:
+            if robot.name == "a":
+                return super().act(robot, obstacles, command)
+            found = tuple((obstacle, ActResult.FAILED) for obstacle in obstacles)
+            return Acted(self.now(), "b", found, command=command)
+
+    scenario, run = load_scenario_text(DEBRIS), Run()
+    assert Mission(scenario, world=Jammed(scenario), listeners=[run]).run().outcome == "completed"
+    assert len(run.all("acted", robot="b")) == 2
+    assert run.one("resolved")["robot"] == "a"
+
+
+STARTS = """
+safenav: 1
+name: starts where it can act
+map: {grid: ["#########", "#.......#", "#.......#", "#########"]}
+catalogue:
+  robots: {lifter: {mobility: free, layer: ground, capabilities: [lift]}}
+  obstacles: {crate: {needs: [{action: lift, at: neighbours}, {action: sense, at: neighbours}]}}
+robots:
+  lifter: {model: lifter, start: [1, 2], objective: {visit: [[2, 1], [1, 2]]}}
+  seer: {model: quadcopter, start: [1, 4], objective: {visit: [[2, 7], [1, 4]]}}
+obstacles: [%s]
+until: {rounds: 1}
+limits: {ticks: 60}
+"""
+SUSPECT = "{type: uncertainty, region: [1, 5], traversable: true}"
+CRATE = "{type: crate, region: [1, 3]}"
+
+
+class Calls:
+    """A world of blocking calls: the simulation, which does not say before what a robot can do.
+    It learns from the moves which robots there are."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.there = set[str]()
+        self.world = SimulatedWorld(scenario)
+        self.sense = self.world.sense
+
+    def move(self, robot: Robot, pose: Pose) -> None:
+        self.there.add(robot.name)
+        self.world.move(robot, pose)
+
+    def act(self, robot: Robot) -> Any:
+        assert robot.name in self.there
+        return self.world.act(robot)
+
+
+@pytest.mark.parametrize(
+    ("obstacle", "clock", "world"),
+    [
+        (SUSPECT, Clock.LOCKSTEP, None),
+        (SUSPECT, Clock.LOCKSTEP, Calls),
+        (SUSPECT, Clock.LIVE, None),
+        (CRATE, Clock.LOCKSTEP, None),  # its second need comes after the robot that meets it
+    ],
+)
+def test_robots_act_where_they_start_before_they_leave(
+    obstacle: str, clock: Clock, world: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On both clocks; in lockstep the tick is used up by that, and the audit asks for it."""
+    scenario = replace(load_scenario_text(STARTS % obstacle), clock=clock)
+    run = play(scenario, world=world and world(scenario))
+    assert run.outcome["outcome"] == "completed"
+    resolved = run.one("resolved")
+    steps = [m for m in run.all("move", robot="seer") if m["to"] != m["from"]]
+    steps += run.all("depart", robot="seer")
+    assert (resolved["robot"], resolved["at"]) == ("seer", scenario.robots[1].start.region)
+    assert run.records.index(resolved) < run.records.index(steps[0])
+    if clock is Clock.LOCKSTEP and world is None:
+        monkeypatch.setattr(Actions, "acts_first", lambda *_: False)
+        late = Run()
+        assert Mission(scenario, listeners=[late]).run().outcome == "completed"
+        assert "missed-resolution" in late.broken
+
+
+PASSING = """
+safenav: 1
+name: one leaves where the other arrives
+map: {grid: ["##########", "#........#", "##########"]}
+catalogue:
+  robots:
+    cart: {mobility: free, layer: ground, capabilities: [push]}
+    kite: {mobility: free, layer: air, capabilities: [push]}
+  obstacles:
+    gate: {needs: [{action: push, robots: 2, together: true, at: [[1, 4]]}, {action: push}]}
+robots:
+  a: {model: cart, start: [1, 3], objective: {visit: [[1, 6]]}}
+  b: {model: kite, start: [1, 2], objective: {visit: [[1, 4]]}}
+obstacles: [{type: gate, region: [1, 8]}]
+until: {rounds: 1}
+clock: live
+"""
+
+
+class AtOnce(LiveSimulation):
+    """Its actions take no time, and it does not say what they have brought on."""
+
+    def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Any:
+        del obstacles
+        return Acted(self.now(), robot.name, command=command)
+
+
+@pytest.mark.parametrize("world", [LiveSimulation, AtOnce])
+@pytest.mark.parametrize("speed", [7.0, 14.0], ids=["apart", "together"])
+def test_a_robot_on_its_way_takes_part_in_nothing(speed: float, world: Any) -> None:
+    """What takes two that stand there is not met by one that arrives when the other has left."""
+    scenario = load_scenario_text(PASSING)
+    run = play(scenario, world=world(scenario, speeds={"b": speed}))
+    assert run.outcome["outcome"] == "completed"
+    for kind in ("met", *(["act"] if world is LiveSimulation else [])):
+        assert bool(run.all(kind)) == (speed == 14.0), kind
+
+
+@pytest.mark.parametrize("place", ["[1, 5]", "[2, 5]", "[1, 6]"])
+def test_blocking_calls_resolve_what_the_simulation_does(place: str) -> None:
+    """Where a robot starts, by its first step, or later: in the same ticks."""
+    scenario = load_scenario_text(STARTS % SUSPECT.replace("[1, 5]", place))
+    runs = [play(scenario, world=world(scenario)) for world in (SimulatedWorld, Calls)]
+    one, other = ([(x["tick"], x["at"]) for x in run.all("resolved")] for run in runs)
+    assert one == other != []
+
+
+@pytest.mark.parametrize(
+    ("first", "told"),
+    [
+        (OSError("no answer of its arm"), "act: no answer of its arm"),
+        (Arrived(0.0, "b"), "Arrived ends no action"),
+        (Acted(0.0, "b", ("door",)), "its results are ('door',)"),  # type: ignore[arg-type]
+        (Acted(0.0, "b", reason="it jams"), "it jams"),
+        (None, "no end within 10.0 s"),
+    ],
+    ids=["exception", "event", "results", "reason", "silent"],
+)
+@pytest.mark.parametrize("known", [False, True], ids=["first", "debris"])
+def test_the_trace_says_why_an_action_has_failed(
+    first: WorldEvent | Exception | None, told: str, known: bool
+) -> None:
+    """Where the robot was to act on what the team knows, and where it starts; then it goes on."""
+
+    class Wrong(LiveSimulation):
+        failed = False
+
+        def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Any:
+            if robot.name != "b" or self.failed:
+                return super().act(robot, obstacles, command)
+            if known and not obstacles:
+                return Acted(self.now(), "b", command=command)  # it sees nothing there yet
+            self.failed = True
+            if isinstance(first, Exception):
+                raise first
+            return first and replace(first, at=self.now(), command=command)
+
+    scenario = load_scenario_text(DEBRIS + "failures: {timeout: 5}\n")
+    run, story = Run(), list[str]()
+    listeners = [run, Story(scenario, story.append)]
+    result = Mission(scenario, world=Wrong(scenario), listeners=listeners).run()
+    assert result.outcome == "completed", result.explanation
+    (failed,) = [line for line in run.all("acted") if "reason" in line]
+    assert (failed["robot"], failed["reason"]) == ("b", told)
+    assert failed["results"] == ({"debris@24": "failed"} if known else {})
+    assert any(told in line for line in story)
+    assert not run.findings
+
+
+def test_an_action_that_finds_nothing_is_not_repeated() -> None:
+    """Also where the world takes its time to say so."""
+
+    class Slow(LiveSimulation):
+        def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Any:
+            found = super().act(robot, obstacles, command)
+            if found is not None:
+                self._push(0.5, found, robot)
+
+    scenario = load_scenario_text(RING)
+    run = play(scenario, world=Slow(scenario))
+    assert run.outcome["outcome"] == "completed"
+    assert len(run.all("act")) <= len(run.all("arrive")) + len(scenario.robots) + 1
