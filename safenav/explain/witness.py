@@ -22,7 +22,8 @@ from safenav.scenario.objective import Ltl, Target
 from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.spec.task import Task
 from safenav.synthesis.strategy import Strategy
-from safenav.verify.automaton import Automaton, Clause, clauses
+from safenav.verify.automaton import Automaton, clauses
+from safenav.verify.completions import Clause, Completions
 from safenav.verify.counterstrategy import counterstrategy_starts
 from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.moves import Pose, moves
@@ -168,9 +169,9 @@ class _Play:
         assumed = automaton.clauses(Section.ENV_TRANS)
         promised = automaton.clauses(Section.SYS_TRANS)
         row = automaton.values[node]
-        choices = automaton.completions(automaton.current, automaton.next_inputs, assumed)
+        choices = Completions(automaton.current, automaton.next_inputs, assumed)
         known = (*automaton.current, *automaton.next_inputs)
-        answers = automaton.completions(known, automaton.next_outputs, promised)
+        answers = Completions(known, automaton.next_outputs, promised)
         for inputs in islice(choices.each(row), _MOST_INPUTS):
             if next(iter(answers.each((*row, *inputs))), None) is None:
                 return dict(zip(self._inputs, inputs, strict=True))

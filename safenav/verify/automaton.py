@@ -10,17 +10,15 @@ from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property, lru_cache
 from itertools import count
 
-from msgspec import Struct
-
 from safenav.errors import Diagnostic, InputError
-from safenav.formula.evaluator import Predicate
 from safenav.formula.parser import FormulaError, parse
 from safenav.formula.syntax import Formula
 from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.synthesis.export import in_words
 from safenav.synthesis.strategy import Field, Strategy
 from safenav.verify.bitparallel import Evaluator, Vector, add, first_row
-from safenav.verify.completions import Completions, Condition, Row, Slot, condition_of
+from safenav.verify.completions import Clause, Row, Slot
+from safenav.verify.cycles import fair_cycle
 from safenav.verify.edges import Edges
 from safenav.verify.failures import Failure, Fault
 
@@ -29,21 +27,6 @@ _DIGITS = bytes.maketrans(b"\x00\x01", b"01")
 _POWERS = [bytes.maketrans(b"\x01", bytes([1 << k])) for k in range(8)]
 
 _parse = lru_cache(maxsize=1 << 15)(parse)
-
-
-class Clause(Struct, frozen=True):
-    """A constraint together with its formula."""
-
-    constraint: Constraint
-    condition: Condition
-
-    @property
-    def formula(self) -> Formula:
-        return self.condition.formula
-
-    @property
-    def holds(self) -> Predicate:
-        return self.condition.holds
 
 
 Against = list[tuple[Clause, int]]
@@ -90,6 +73,14 @@ class Automaton:
                     source, target = self.edges[first_row(wrong)]
                     yield self.failure(fault, source, successor=target, clause=clause)
 
+    def cycle_failures(
+        self, fault: Fault, allowed: int, unmet: Sequence[int], clause: Clause | None = None
+    ) -> Iterator[Failure]:
+        """A cycle of the ``allowed`` edges on which each condition is met (see ``fair_cycle``)."""
+        cycle = fair_cycle(self.edges, allowed, unmet)
+        if cycle is not None:
+            yield self.failure(fault, cycle[0], clause=clause, cycle=cycle)
+
     @cached_property
     def values(self) -> dict[int, Row]:
         """All variables of each node, in the specification's order."""
@@ -99,12 +90,12 @@ class Automaton:
 
     def part(self, node: int, owner: Owner) -> Row:
         """The inputs or the outputs of a node, in the specification's order."""
-        found = self._parts[owner].get(node)
-        if found is None:
+        known = self._parts[owner]
+        if node not in known:
             state = self.strategy.states[node]
-            found = tuple([self._fields[v.name].decode(state) for v in self.spec.owned(owner)])
-            self._parts[owner][node] = found
-        return found
+            fields = [self._fields[variable.name] for variable in self.spec.owned(owner)]
+            known[node] = tuple([field.decode(state) for field in fields])
+        return known[node]
 
     @cached_property
     def inputs(self) -> dict[int, int]:
@@ -131,19 +122,12 @@ class Automaton:
     def range_failures(self) -> Iterator[Failure]:
         """Integers whose bits hold more than their range."""
         for place, values in zip(self.current, self._columns, strict=True):
-            allowed = place.range
-            if all(value in allowed for value in set(values)):
-                continue
-            node, value = next(
-                (n, v) for n, v in zip(self.nodes, values, strict=True) if v not in allowed
-            )
-            detail = f"{place.variable.declaration}, found {value}"
-            yield self.failure(Fault.RANGE, node, detail=detail)
-
-    def completions(
-        self, known: Sequence[Slot], unknown: Sequence[Slot], found: Sequence[Clause]
-    ) -> Completions:
-        return Completions(known, unknown, [clause.condition for clause in found])
+            outside = set(values).difference(place.range)
+            if outside:
+                pairs = zip(self.nodes, values, strict=True)
+                node, value = next(pair for pair in pairs if pair[1] in outside)
+                detail = f"{place.variable.declaration}, found {value}"
+                yield self.failure(Fault.RANGE, node, detail=detail)
 
     def failure(
         self,
@@ -248,13 +232,13 @@ def clauses(spec: Specification, section: Section) -> list[Clause]:
     found = []
     for constraint in spec.section(section):
         try:
-            condition = condition_of(_parse(constraint.formula))
+            clause = Clause(constraint, _parse(constraint.formula))
         except FormulaError as error:
             raise _unreadable(constraint, error.column, error.found, error.hint) from error
-        unknown = sorted({name for name, _ in condition.places} - declared)
+        unknown = sorted({name for name, _ in clause.places} - declared)
         if unknown:
             raise _unreadable(constraint, 1, f"'{unknown[0]}' is not declared", "")
-        found.append(Clause(constraint, condition))
+        found.append(clause)
     return found
 
 

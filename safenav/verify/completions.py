@@ -36,7 +36,7 @@ from safenav.formula.syntax import (
     Sum,
     Xor,
 )
-from safenav.spec.specification import Variable
+from safenav.spec.specification import Constraint, Variable
 from safenav.verify.bitparallel import Evaluator, Vector
 
 _JOINT_DOMAIN = 1 << 12
@@ -66,30 +66,29 @@ class Slot(Struct, frozen=True):
 Key = tuple[str, bool]
 
 
-class Condition(Struct, frozen=True, dict=True):
-    """A formula with the places that it refers to."""
+class Clause(Struct, frozen=True, dict=True):
+    """A constraint with its formula."""
 
+    constraint: Constraint
     formula: Formula
-    places: frozenset[Key]
+
+    @cached_property
+    def places(self) -> frozenset[Key]:
+        """The places that it refers to."""
+        return frozenset(_keys(self.formula, False))
 
     @cached_property
     def holds(self) -> Predicate:
         return predicate(self.formula)
 
 
-def condition_of(formula: Formula) -> Condition:
-    return Condition(formula, frozenset(_keys(formula, False)))
-
-
 class Completions:
     """Completes rows over ``known`` places with values of ``unknown`` ones."""
 
     def __init__(
-        self, known: Sequence[Slot], unknown: Sequence[Slot], conditions: Sequence[Condition]
+        self, known: Sequence[Slot], unknown: Sequence[Slot], clauses: Sequence[Clause]
     ) -> None:
-        self._known = tuple(known)
-        self._unknown = tuple(unknown)
-        self._conditions = tuple(conditions)
+        self._known, self._unknown, self._clauses = known, unknown, clauses
 
     def count(self, rows: Sequence[Row]) -> list[int]:
         """The number of completions of each row.
@@ -97,7 +96,7 @@ class Completions:
         Raises ResourceLimitError if the constraints tie too many unknowns together.
         """
         index = {place.key: i for i, place in enumerate(self._known)}
-        return _count(rows, index, self._unknown, self._conditions)
+        return _count(rows, index, self._unknown, self._clauses)
 
     def each(self, row: Row) -> Iterator[Row]:
         """The completions of one row, in ascending order of values, one by one."""
@@ -106,15 +105,12 @@ class Completions:
             values[place.primed][place.variable.name] = value
         known = {place.key for place in self._known}
         due: list[list[Predicate]] = []
-        for condition in self._conditions:
-            if condition.places <= known and not condition.holds(*values):
-                return
+        if not all(c.holds(*values) for c in self._clauses if c.places <= known):
+            return
         for place in self._unknown:
-            before = set(known)
             known.add(place.key)
-            due.append(
-                [c.holds for c in self._conditions if c.places <= known and not c.places <= before]
-            )
+            ready = [c for c in self._clauses if place.key in c.places and c.places <= known]
+            due.append([clause.holds for clause in ready])
         yield from _backtrack(self._unknown, due, values, ())
 
 
@@ -139,19 +135,19 @@ def _count(
     rows: Sequence[Row],
     index: Mapping[Key, int],
     unknown: Sequence[Slot],
-    conditions: Sequence[Condition],
+    clauses: Sequence[Clause],
 ) -> list[int]:
     free = {place.key for place in unknown}
-    settled = [c for c in conditions if not c.places & free]
+    settled = [c for c in clauses if not c.places & free]
     totals = [mask & 1 for mask in _masks(rows, index, (), settled)]
-    for part, tied in _components(unknown, [c for c in conditions if c.places & free]):
+    for part, tied in _components(unknown, [c for c in clauses if c.places & free]):
         counts = _count_component(rows, index, part, tied)
         totals = [total * count for total, count in zip(totals, counts, strict=True)]
     return totals
 
 
 def _count_component(
-    rows: Sequence[Row], index: Mapping[Key, int], part: Sequence[Slot], tied: Sequence[Condition]
+    rows: Sequence[Row], index: Mapping[Key, int], part: Sequence[Slot], tied: Sequence[Clause]
 ) -> list[int]:
     domain = prod(len(place.range) for place in part)
     if not tied:
@@ -180,8 +176,8 @@ def _count_component(
 
 
 def _components(
-    unknown: Sequence[Slot], conditions: Sequence[Condition]
-) -> Iterator[tuple[list[Slot], list[Condition]]]:
+    unknown: Sequence[Slot], clauses: Sequence[Clause]
+) -> Iterator[tuple[list[Slot], list[Clause]]]:
     """Unknown places that constraints tie together, with those constraints."""
     leader = {place.key: place.key for place in unknown}
 
@@ -190,17 +186,17 @@ def _components(
             key = leader[key]
         return key
 
-    for condition in conditions:
-        first, *others = [find(key) for key in condition.places if key in leader]
+    for clause in clauses:
+        first, *others = [find(key) for key in clause.places if key in leader]
         for other in others:
             leader[find(other)] = find(first)
     members: dict[Key, list[Slot]] = {}
-    tied: dict[Key, list[Condition]] = {}
+    tied: dict[Key, list[Clause]] = {}
     for place in unknown:
         members.setdefault(find(place.key), []).append(place)
-    for condition in conditions:
-        key = next(key for key in condition.places if key in leader)
-        tied.setdefault(find(key), []).append(condition)
+    for clause in clauses:
+        key = next(key for key in clause.places if key in leader)
+        tied.setdefault(find(key), []).append(clause)
     for key, part in members.items():
         yield part, tied.get(key, [])
 
@@ -209,16 +205,16 @@ def _masks(
     rows: Sequence[Row],
     index: Mapping[Key, int],
     part: Sequence[Slot],
-    conditions: Sequence[Condition],
+    clauses: Sequence[Clause],
 ) -> list[int]:
     """For each row, the valuations of ``part`` (bit d: the d-th of their product) that satisfy
-    all conditions. Conditions that see the same known places are computed together."""
+    all clauses. Clauses that see the same known places are computed together."""
     domain = prod(len(place.range) for place in part)
     masks = [(1 << domain) - 1] * len(rows)
     free = {place.key for place in part}
     by_support: dict[frozenset[Key], list[Formula]] = {}
-    for condition in conditions:
-        by_support.setdefault(condition.places - free, []).append(condition.formula)
+    for clause in clauses:
+        by_support.setdefault(clause.places - free, []).append(clause.formula)
     for support, formulas in by_support.items():
         keys, distinct = _projected(rows, index, support)
         places = sorted((k for k in index if k in support), key=index.__getitem__)
@@ -236,12 +232,10 @@ def _projected(
 ) -> tuple[list[Row], list[Row]]:
     """The values of ``support`` in each row, and the distinct ones."""
     columns = sorted(index[key] for key in support if key in index)
-    if not columns:
-        keys: list[Row] = [()] * len(rows)
-    elif len(columns) == 1:
-        keys = [(row[columns[0]],) for row in rows]
-    else:
+    if len(columns) > 1:
         keys = list(map(itemgetter(*columns), rows))
+    else:
+        keys = [tuple(row[column] for column in columns) for row in rows]
     return keys, list(dict.fromkeys(keys))
 
 
@@ -254,21 +248,24 @@ def _block(
     unknown = {place.key: i for i, place in enumerate(part)}
     known = {key: i for i, key in enumerate(places)}
 
+    blanks = (bytes(width), b"\xff" * width)
+
     def lookup(name: str, primed: bool) -> Vector:
         column = unknown.get((name, primed))
-        if column is not None:
+        if column is None:
+            values = [key[known[name, primed]] for key in keys]
+        else:
             values = [valuation[column] for valuation in valuations]
-            return [
-                int.from_bytes(_packed([v >> bit & 1 for v in values], width) * len(keys), "little")
-                for bit in range(max(1, max(values).bit_length()))
-            ]
-        column = known[name, primed]
-        values = [key[column] for key in keys]
-        blanks = (bytes(width), b"\xff" * width)
-        return [
-            int.from_bytes(b"".join([blanks[v >> bit & 1] for v in values]), "little")
-            for bit in range(max(1, max(values).bit_length()))
-        ]
+        planes = []
+        for bit in range(max(1, max(values).bit_length())):
+            bits = [value >> bit & 1 for value in values]
+            if column is None:
+                plane = b"".join([blanks[one] for one in bits])
+            else:
+                packed = sum(one << i for i, one in enumerate(bits))
+                plane = packed.to_bytes(width, "little") * len(keys)
+            planes.append(int.from_bytes(plane, "little"))
+        return planes
 
     evaluator = Evaluator(len(keys) * width * 8, lookup)
     result = evaluator.everywhere
@@ -279,10 +276,6 @@ def _block(
     return [
         int.from_bytes(data[i : i + width], "little") & inside for i in range(0, len(data), width)
     ]
-
-
-def _packed(bits: Sequence[int], width: int) -> bytes:
-    return sum(bit << i for i, bit in enumerate(bits)).to_bytes(width, "little")
 
 
 def _keys(formula: Formula | Number | Sum, primed: bool) -> Iterator[Key]:

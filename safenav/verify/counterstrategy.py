@@ -16,8 +16,8 @@ from itertools import islice
 
 from safenav.spec.specification import Owner, Section, Specification
 from safenav.synthesis.strategy import Strategy
-from safenav.verify.automaton import Automaton, Clause, clauses
-from safenav.verify.cycles import fair_cycle
+from safenav.verify.automaton import Automaton, clauses
+from safenav.verify.completions import Clause, Completions
 from safenav.verify.failures import Failure, Fault
 
 _SOME = 256
@@ -50,15 +50,16 @@ def counterstrategy_failures(automaton: Automaton) -> Iterator[Failure]:
     yield from automaton.edge_failures(assumed, promised)
     yield from _answer_failures(automaton, [c for c, _ in assumed], [c for c, _ in promised])
     for clause, unmet in fair:
-        yield from _starvation(automaton, clause, unmet)
-    yield from _goals_met(automaton, [unmet for _, unmet in goals])
+        yield from automaton.cycle_failures(Fault.STARVED_ASSUMPTION, unmet, (), clause)
+    every = (1 << len(automaton.edges)) - 1
+    yield from automaton.cycle_failures(Fault.GOALS_MET, every, [unmet for _, unmet in goals])
 
 
 def _start_failures(automaton: Automaton) -> Iterator[Failure]:
     spec = automaton.spec
     inputs = [p for p in automaton.current if p.variable.owner is Owner.INPUT]
     outputs = [p for p in automaton.current if p.variable.owner is Owner.OUTPUT]
-    answers = automaton.completions(inputs, outputs, automaton.clauses(Section.SYS_INIT))
+    answers = Completions(inputs, outputs, automaton.clauses(Section.SYS_INIT))
     if automaton.starts:
         chosen = automaton.part(automaton.starts[0], Owner.INPUT)
         covered = {automaton.part(node, Owner.OUTPUT) for node in automaton.starts}
@@ -69,7 +70,7 @@ def _start_failures(automaton: Automaton) -> Iterator[Failure]:
                 yield Failure(Fault.NO_START, detail=detail)
         return
     # Without a start, the system must be unable to answer some initial input.
-    openings = automaton.completions((), inputs, automaton.clauses(Section.ENV_INIT)).each(())
+    openings = Completions((), inputs, automaton.clauses(Section.ENV_INIT)).each(())
     while rows := list(islice(openings, _SOME)):
         if 0 in answers.count(rows):
             return
@@ -80,9 +81,9 @@ def _answer_failures(
     automaton: Automaton, assumed: Sequence[Clause], promised: Sequence[Clause]
 ) -> Iterator[Failure]:
     """One input chosen, and each answer of the system to it once."""
-    choices = automaton.completions(automaton.current, automaton.next_inputs, assumed)
+    choices = Completions(automaton.current, automaton.next_inputs, assumed)
     known = (*automaton.current, *automaton.next_inputs)
-    answers = automaton.completions(known, automaton.next_outputs, promised)
+    answers = Completions(known, automaton.next_outputs, promised)
     moving = [node for node in automaton.nodes if automaton.strategy.transitions[node]]
     rows = []
     for node in moving:
@@ -122,17 +123,3 @@ def _answer_failures(
             detail = "there is no successor, but an answer to each next input"
             yield automaton.failure(Fault.MISSING_SUCCESSOR, node, detail=detail)
             return
-
-
-def _starvation(automaton: Automaton, assumption: Clause, unmet: int) -> Iterator[Failure]:
-    """A cycle of transitions that do not meet the assumption."""
-    cycle = fair_cycle(automaton.edges, unmet, ())
-    if cycle is not None:
-        yield automaton.failure(Fault.STARVED_ASSUMPTION, cycle[0], clause=assumption, cycle=cycle)
-
-
-def _goals_met(automaton: Automaton, unmet: Sequence[int]) -> Iterator[Failure]:
-    """A component in which each goal is met somewhere."""
-    cycle = fair_cycle(automaton.edges, (1 << len(automaton.edges)) - 1, unmet)
-    if cycle is not None:
-        yield automaton.failure(Fault.GOALS_MET, cycle[0], cycle=cycle)

@@ -21,18 +21,36 @@ Successors = Mapping[int, Sequence[int]]
 
 def cyclic_parts(edges: Iterable[Edge]) -> dict[int, int]:
     """The nodes that lie on a cycle of ``edges``, each with the number of its component."""
+    successors = _successors(edges)
+    indegree = Counter(chain.from_iterable(successors.values()))
+    ready = [node for node in successors if node not in indegree]
+    while ready:  # no cycle leads there: usually everything, and cheaper than a full search
+        for target in successors.pop(ready.pop(), ()):
+            indegree[target] -= 1
+            if not indegree[target]:
+                ready.append(target)
+    nodes = list(successors)
+    index = {node: place for place, node in enumerate(nodes)}
+    graph = [[index[target] for target in successors[node] if target in index] for node in nodes]
+    return {
+        nodes[place]: number
+        for number, component in enumerate(components(graph))
+        for place in component
+        if len(component) > 1 or place in graph[place]
+    }
+
+
+def _successors(edges: Iterable[Edge]) -> dict[int, list[int]]:
     successors: dict[int, list[int]] = {}
     for source, target in edges:
         successors.setdefault(source, []).append(target)
-    return _cyclic_parts(successors)
+    return successors
 
 
 def closed_walk(edges: Iterable[Edge], required: Sequence[Edge]) -> tuple[int, ...]:
     """A walk over ``edges`` of one component that takes each ``required`` edge and returns to
     its first node (which is not repeated at the end)."""
-    successors: dict[int, list[int]] = {}
-    for source, target in edges:
-        successors.setdefault(source, []).append(target)
+    successors = _successors(edges)
     if not required:
         source = next(iter(successors))
         required = [(source, successors[source][0])]
@@ -103,28 +121,3 @@ def shortest_path(successors: Successors, start: int, goals: Container[int]) -> 
                 parent[successor] = node
                 queue.append(successor)
     raise ValueError("there is no path")
-
-
-def _cyclic_parts(successors: dict[int, list[int]]) -> dict[int, int]:
-    """The same from successor lists, which are used up."""
-    _strip_sources(successors, dict(Counter(chain.from_iterable(successors.values()))))
-    nodes = list(successors)
-    index = {node: place for place, node in enumerate(nodes)}
-    graph = [[index[target] for target in successors[node] if target in index] for node in nodes]
-    return {
-        nodes[place]: number
-        for number, component in enumerate(components(graph))
-        for place in component
-        if len(component) > 1 or place in graph[place]
-    }
-
-
-def _strip_sources(successors: dict[int, list[int]], indegree: dict[int, int]) -> None:
-    """Remove what no cycle leads to: usually everything, and cheaper than a full search."""
-    ready = [node for node in successors if node not in indegree]
-    while ready:
-        node = ready.pop()
-        for target in successors.pop(node, ()):
-            indegree[target] -= 1
-            if not indegree[target]:
-                ready.append(target)

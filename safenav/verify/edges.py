@@ -7,14 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import chain, repeat
-from typing import overload
 
 Edge = tuple[int, int]
 
 _BITS = bytes.maketrans(b"01", b"\x00\x01")
 
 
-class Edges(Sequence[Edge]):
+class Edges:
     """The edges out of ``nodes``, in the order of these; ``transitions`` has the successors of
     each node. Millions of them: so the ends are two flat lists, and pairs are made when asked
     for."""
@@ -29,13 +28,7 @@ class Edges(Sequence[Edge]):
     def __len__(self) -> int:
         return len(self.targets)
 
-    @overload
-    def __getitem__(self, index: int) -> Edge: ...
-    @overload
-    def __getitem__(self, index: slice) -> list[Edge]: ...
-    def __getitem__(self, index: int | slice) -> Edge | list[Edge]:
-        if isinstance(index, slice):
-            return list(zip(self.sources[index], self.targets[index], strict=True))
+    def __getitem__(self, index: int) -> Edge:
         return self.sources[index], self.targets[index]
 
     def __iter__(self) -> Iterator[Edge]:

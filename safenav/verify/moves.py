@@ -10,23 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from msgspec import Struct
-
 from safenav.errors import SynthesizerError
 from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.synthesis.serving.served import Position, ServedMove, falls
-from safenav.verify.automaton import Clause, clauses
+from safenav.verify.automaton import clauses
 
 Values = Mapping[str, int]
-
-
-class _Section(Struct, frozen=True):
-    clauses: tuple[Clause, ...]
-
-    def broken(self, before: Values, after: Values | None = None) -> Iterator[Constraint]:
-        for clause in self.clauses:
-            if not clause.holds(before, after):
-                yield clause.constraint
 
 
 class MoveCheck:
@@ -38,14 +27,14 @@ class MoveCheck:
 
     def __init__(self, spec: Specification) -> None:
         self._spec = spec
-        self._sections = {section: _Section(tuple(clauses(spec, section))) for section in Section}
+        self._sections = {section: clauses(spec, section) for section in Section}
         self._inputs = [variable.name for variable in spec.owned(Owner.INPUT)]
 
     def position(self, position: Position) -> None:
         """A play may continue from here: its values, its goal and its awaited assumption exist.
         Its moves are checked when they are made."""
         self._ranges(position.values)
-        count = max(1, len(self._sections[Section.SYS_LIVENESS].clauses))
+        count = max(1, len(self._sections[Section.SYS_LIVENESS]))
         if not 0 <= position.goal < count:
             raise self.wrong(f"goal {position.goal}, of {count}")
 
@@ -53,7 +42,7 @@ class MoveCheck:
         """A play may begin here."""
         self.position(position)
         for section in (Section.ENV_INIT, Section.SYS_INIT):
-            for constraint in self._sections[section].broken(position.values):
+            for constraint in self._broken(section, position.values):
                 raise self.wrong(f"a start that breaks {constraint.origin}", constraint)
 
     def refusal(self, here: Position, inputs: Values) -> None:
@@ -61,7 +50,7 @@ class MoveCheck:
         if not self._within({name: inputs[name] for name in self._inputs}):
             return
         following = {**here.values, **{name: inputs[name] for name in self._inputs}}
-        if not any(self._sections[Section.ENV_TRANS].broken(here.values, following)):
+        if not any(self._broken(Section.ENV_TRANS, here.values, following)):
             raise self.wrong("no answer, though every assumption is kept")
 
     def move(self, here: Position, inputs: Values, move: ServedMove) -> None:
@@ -70,14 +59,14 @@ class MoveCheck:
         if any(after[name] != inputs[name] for name in self._inputs):
             raise self.wrong("an answer to other inputs than were given")
         self._ranges(after)
-        for constraint in self._sections[Section.ENV_TRANS].broken(before, after):
+        for constraint in self._broken(Section.ENV_TRANS, before, after):
             raise self.wrong(f"an answer although {constraint.origin} is broken", constraint)
-        for constraint in self._sections[Section.SYS_TRANS].broken(before, after):
+        for constraint in self._broken(Section.SYS_TRANS, before, after):
             raise self.wrong(f"a move that breaks {constraint.origin}", constraint)
         self._progress(here, move)
 
     def _progress(self, here: Position, move: ServedMove) -> None:
-        goals = self._sections[Section.SYS_LIVENESS].clauses
+        goals = self._sections[Section.SYS_LIVENESS]
         count = max(1, len(goals))
         before, after = here.values, move.to.values
         if not 0 <= here.goal < count or move.to.goal != (here.goal + move.met) % count:
@@ -88,7 +77,7 @@ class MoveCheck:
                 said = f"that it meets {goal.constraint.origin}, which it does not"
                 raise self.wrong(said, goal.constraint)
         awaited = here.measure.assumption
-        fair = self._sections[Section.ENV_LIVENESS].clauses
+        fair = self._sections[Section.ENV_LIVENESS]
         if awaited is not None and not 0 <= awaited < len(fair):
             raise self.wrong(f"to wait for assumption {awaited}, of {len(fair)}")
         holds = awaited is None or fair[awaited].holds(before, after)
@@ -98,6 +87,12 @@ class MoveCheck:
                 f"a move that comes no closer to {goal_said}: from {here.measure.distance} to "
                 f"{move.to.measure.distance}, and nothing excuses that"
             )
+
+    def _broken(
+        self, section: Section, before: Values, after: Values | None = None
+    ) -> Iterator[Constraint]:
+        found = self._sections[section]
+        return (clause.constraint for clause in found if not clause.holds(before, after))
 
     def _ranges(self, values: Values) -> None:
         if not self._within(values):

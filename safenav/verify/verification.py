@@ -16,14 +16,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from msgspec.structs import replace
-
 from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.synthesis.strategy import Strategy
-from safenav.verify.automaton import Automaton, Clause
-from safenav.verify.completions import Completions, Slot
+from safenav.verify.automaton import Automaton
+from safenav.verify.completions import Clause, Completions, Slot
 from safenav.verify.counterstrategy import counterstrategy_failures, counterstrategy_starts
-from safenav.verify.cycles import fair_cycle
 from safenav.verify.failures import Failure, Fault, Verification
 
 
@@ -34,15 +31,17 @@ def verify_strategy(spec: Specification, strategy: Strategy) -> Verification:
     assumptions tie so many inputs together that they cannot be counted.
     """
     automaton = Automaton(spec, strategy, strategy.initial())
-    found = _verification(automaton, _strategy_failures(automaton))
-    return replace(found, vacuous=not _starts(automaton).count([()])[0])
+    failures = tuple(_strategy_failures(automaton))
+    vacuous = not _starts(automaton).count([()])[0]
+    return Verification(failures, len(automaton.nodes), len(automaton.edges), vacuous)
 
 
 def verify_counterstrategy(spec: Specification, counterstrategy: Strategy) -> Verification:
     """Check a strategy of the environment: the proof that no strategy of the system exists."""
     starts = counterstrategy_starts(spec, counterstrategy)
     automaton = Automaton(spec, counterstrategy, starts)
-    return _verification(automaton, counterstrategy_failures(automaton))
+    failures = tuple(counterstrategy_failures(automaton))
+    return Verification(failures, len(automaton.nodes), len(automaton.edges))
 
 
 def first_failure(
@@ -53,12 +52,7 @@ def first_failure(
     A synthesizer takes this as its ``verifier``. Raises as ``verify_strategy`` does.
     """
     check = verify_counterstrategy if is_counterstrategy else verify_strategy
-    verification = check(spec, automaton)
-    return None if verification.ok else str(verification.failures[0])
-
-
-def _verification(automaton: Automaton, failures: Iterator[Failure]) -> Verification:
-    return Verification(tuple(failures), len(automaton.nodes), len(automaton.edges))
+    return next(map(str, check(spec, automaton).failures), None)
 
 
 def _strategy_failures(automaton: Automaton) -> Iterator[Failure]:
@@ -72,7 +66,7 @@ def _strategy_failures(automaton: Automaton) -> Iterator[Failure]:
     yield from _successor_failures(automaton, [clause for clause, _ in assumed], forbidden)
     unfair = [unmet for _, unmet in fair]
     for clause, missing in goals:
-        yield from _starvation(automaton, clause, missing, unfair)
+        yield from automaton.cycle_failures(Fault.STARVED_GOAL, missing, unfair, clause)
 
 
 def _start_failures(automaton: Automaton) -> Iterator[Failure]:
@@ -92,13 +86,12 @@ def _start_failures(automaton: Automaton) -> Iterator[Failure]:
 
 
 def _inputs(automaton: Automaton) -> list[Slot]:
-    inputs = automaton.spec.owned(Owner.INPUT)
-    return [place for place in automaton.current if place.variable in inputs]
+    return [place for place in automaton.current if place.variable.owner is Owner.INPUT]
 
 
 def _starts(automaton: Automaton) -> Completions:
     """Initial inputs that the assumptions allow."""
-    return automaton.completions((), _inputs(automaton), automaton.clauses(Section.ENV_INIT))
+    return Completions((), _inputs(automaton), automaton.clauses(Section.ENV_INIT))
 
 
 def _why_no_start(automaton: Automaton) -> Constraint | None:
@@ -106,18 +99,15 @@ def _why_no_start(automaton: Automaton) -> Constraint | None:
     if automaton.starts or not len(automaton.strategy.nodes):
         return None
     values = automaton.strategy.values(0)
-    for section in (Section.ENV_INIT, Section.SYS_INIT):
-        for clause in automaton.clauses(section):
-            if not clause.holds(values, None):
-                return clause.constraint
-    return None
+    initial = (*automaton.clauses(Section.ENV_INIT), *automaton.clauses(Section.SYS_INIT))
+    return next((c.constraint for c in initial if not c.holds(values, None)), None)
 
 
 def _successor_failures(
     automaton: Automaton, assumed: Sequence[Clause], forbidden: int
 ) -> Iterator[Failure]:
     """One successor for each allowed next input: as many different ones as are allowed."""
-    completions = automaton.completions(automaton.current, automaton.next_inputs, assumed)
+    completions = Completions(automaton.current, automaton.next_inputs, assumed)
     rows = [automaton.values[node] for node in automaton.nodes]
     allowed = completions.count(rows)
     banned = automaton.edges.flags(forbidden) if forbidden else b""
@@ -143,12 +133,3 @@ def _successor_failures(
                 reported.add(Fault.MISSING_SUCCESSOR)
                 detail = f"for {automaton.move_in_words(automaton.next_inputs, missing)}"
                 yield automaton.failure(Fault.MISSING_SUCCESSOR, node, detail=detail)
-
-
-def _starvation(
-    automaton: Automaton, goal: Clause, missing: int, unfair: Sequence[int]
-) -> Iterator[Failure]:
-    """A component of the transitions that miss the goal in which every assumption is met."""
-    cycle = fair_cycle(automaton.edges, missing, unfair)
-    if cycle is not None:
-        yield automaton.failure(Fault.STARVED_GOAL, cycle[0], clause=goal, cycle=cycle)

@@ -10,10 +10,10 @@ import pytest
 from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse
 from safenav.formula.syntax import Formula
-from safenav.spec.specification import Owner, Variable
+from safenav.spec.specification import Constraint, Origin, Owner, Section, Variable
 from safenav.verify import completions
 from safenav.verify.bitparallel import Evaluator, first_row
-from safenav.verify.completions import Completions, Slot, condition_of
+from safenav.verify.completions import Clause, Completions, Slot
 
 VARIABLES = (
     Variable("p", Owner.INPUT),
@@ -23,6 +23,7 @@ VARIABLES = (
     Variable("z", Owner.INPUT, (7, 7)),
 )
 BY_NAME = {variable.name: variable for variable in VARIABLES}
+ANY = Constraint(Section.ENV_TRANS, "", Origin("", ""))
 
 
 def _random_term(rng: random.Random, names: list[str]) -> str:
@@ -85,7 +86,7 @@ def test_counting_is_going_through_all(joint: int, monkeypatch: pytest.MonkeyPat
     for _ in range(60):
         formulas = [parse(_random_formula(rng, "pxz")) for _ in range(rng.randrange(4))]
         rows = [tuple(rng.choice(r) for r in _ranges("pxqyz")) for _ in range(20)]
-        counter = Completions(known, unknown, [condition_of(f) for f in formulas])
+        counter = Completions(known, unknown, [Clause(ANY, f) for f in formulas])
         expected = [_following(row, formulas, followers) for row in rows]
         assert counter.count(rows) == [len(found) for found in expected]
         for row, found in zip(rows, expected, strict=True):
@@ -107,7 +108,7 @@ def test_unconnected_variables_are_not_multiplied_out() -> None:
     """Sixty Boolean inputs have 2^60 valuations; counting them takes no time."""
     inputs = [Variable(f"b{i}", Owner.INPUT) for i in range(60)]
     unknown = [Slot(variable, True) for variable in inputs]
-    formulas = [condition_of(parse("b0 -> b0'")), condition_of(parse("b1' | b2'"))]
+    formulas = [Clause(ANY, parse("b0 -> b0'")), Clause(ANY, parse("b1' | b2'"))]
     counter = Completions([Slot(inputs[0], False)], unknown, formulas)
     assert counter.count([(0,), (1,)]) == [3 * 2**58, 3 * 2**57]
 
@@ -116,7 +117,7 @@ def test_a_large_map_is_counted_by_looking_up() -> None:
     """2,500 regions, 2,500 rows: the constraint is evaluated for each pair, once, together."""
     here = Variable("x", Owner.INPUT, (0, 2499))
     near = "x' <= x + 1 & x <= x' + 1 | x' = x + 50 | x = x' + 50"
-    counter = Completions([Slot(here, False)], [Slot(here, True)], [condition_of(parse(near))])
+    counter = Completions([Slot(here, False)], [Slot(here, True)], [Clause(ANY, parse(near))])
     counts = counter.count([(i,) for i in range(2500)])
     assert counts[0] == 3
     assert counts[1] == counts[2498] == 4
