@@ -33,7 +33,7 @@ from safenav.fleet.transport import (
     Transport,
 )
 from safenav.motion.disc import DiscMover
-from safenav.motion.file.records import Arc, Curve, Flight, Moving, Reset, Segment
+from safenav.motion.file.records import Arc, Curve, Drive, Flight, Moving, Reset, Segment
 from safenav.motion.geometry import MetricFloor, turn
 from safenav.motion.kinds import mover
 from safenav.motion.mover import Crossing, Mover
@@ -96,6 +96,7 @@ class Follower(Struct):
             return split(piece, lasts, self.mover.limits()["omega"])[0]
         if isinstance(piece, Flight):
             return replace(piece, t1=now, curves=tuple(_shorter(piece.curves, lasts)))
+        assert isinstance(piece, Drive)
         return replace(piece, t1=now, arcs=tuple(_shorter(piece.arcs, lasts)))
 
 

@@ -22,6 +22,7 @@ from safenav.errors import UsageError
 from safenav.motion.file.records import (
     Arc,
     Curve,
+    Drive,
     Flight,
     FlownTrack,
     Measured,
@@ -95,7 +96,7 @@ def columns_at(
     if robot not in motion.header.robots:
         known = ", ".join(motion.header.robots)
         raise UsageError(f"'{robot[:40]}' is not a robot of this motion\n    known: {known}")
-    pieces = [line for line in motion.lines if isinstance(line, Moving) and line.robot == robot]
+    pieces = motion.of(Moving, robot)
     limits = motion.header.robots[robot]
     walks = any(isinstance(piece, Segment) for piece in pieces)
     names = WALKER if walks else BODY
@@ -108,8 +109,7 @@ def columns_at(
         if len(since):
             table[low:high] = sample(piece, since, limits)
     columns = {name: table[:, index] for index, name in enumerate(names)}
-    tracks = [line for line in motion.lines if isinstance(line, FlownTrack) and line.robot == robot]
-    if tracks:
+    if tracks := motion.of(FlownTrack, robot):
         columns = _tracked(tracks, times, columns)
     if not planned:
         columns = _executed(motion, robot, times, columns)
@@ -121,8 +121,8 @@ def _executed(
 ) -> dict[str, Array]:
     """The columns of a robot where it was measured: all of its body is moved and turned as far as
     its middle is off the plan; accelerations and the centre of pressure stay planned."""
-    lines = (line for line in motion.lines if isinstance(line, Measured) and line.robot == robot)
-    rows = np.array([(row.t, row.x, row.y, row.yaw) for line in lines for row in line.rows])
+    heard = (row for line in motion.of(Measured, robot) for row in line.rows)
+    rows = np.array([(row.t, row.x, row.y, row.yaw) for row in heard])
     if not len(rows):
         return columns
     measured = {
@@ -141,7 +141,7 @@ def _executed(
         if len(times) > 1:
             found[f"vel_{axis}"] = np.gradient(measured[axis], times)
     found["yaw"] = measured["yaw"]
-    if not any(isinstance(line, Moving) and line.robot == robot for line in motion.lines):
+    if not motion.of(Moving, robot):
         height = motion.header.robots[robot].get("altitude", 0.0)
         found["z"] = np.full_like(times, height if isinstance(height, int | float) else 0.0)
     return found
@@ -151,6 +151,7 @@ def sample(piece: Moving, times: Array, limits: Mapping[str, object]) -> Array:
     """The columns (times, names) of a piece at times since its start, in the map's frame."""
     if isinstance(piece, Segment):
         return _walking(piece, times, limits)
+    assert isinstance(piece, Flight | Drive)
     parts: list[Curve | Arc] = [*piece.curves] if isinstance(piece, Flight) else [*piece.arcs]
     ends = np.cumsum([part.seconds for part in parts])
     which = np.minimum(np.searchsorted(ends, times, side="right"), len(parts) - 1)

@@ -27,12 +27,11 @@ def in_time(trace: Trace, motion: Motion) -> Trace:
     if trace.header.clock is not None:
         return trace
     steps: dict[tuple[str, int], tuple[float, float]] = {}
-    for line in motion.lines:
-        if isinstance(line, Moving) and line.origin != line.to:
+    for line in motion.of(Moving):
+        if line.origin != line.to:
             begin, _ = steps.get((line.robot, line.tick), (line.t0, 0.0))
             steps[line.robot, line.tick] = begin, line.t1
-    actions = [line for line in motion.lines if isinstance(line, Action)]
-    told = at_times(trace, steps, actions, motion.outcome.makespan)
+    told = at_times(trace, steps, motion.of(Action), motion.outcome.makespan)
     return replace(told, records=tuple(_numbered(told.records)))
 
 

@@ -59,12 +59,11 @@ def _room(motion: Motion, robot: str, columns: Columns) -> float:
     floor = MetricFloor(motion.header.rows, motion.header.cols, motion.header.side)
     x, y = columns.place
     points, least = np.column_stack([x, y]), np.inf
-    for line in motion.lines:
-        if isinstance(line, Moving) and line.robot == robot:
-            inside = (columns.times >= line.t0) & (columns.times <= line.t1)
-            if inside.any():
-                boxes = [floor.box(region) for region in {line.origin, line.to}]
-                least = min(least, float(margin(points[inside], boxes).min()))
+    for line in motion.of(Moving, robot):
+        inside = (columns.times >= line.t0) & (columns.times <= line.t1)
+        if inside.any():
+            boxes = [floor.box(region) for region in {line.origin, line.to}]
+            least = min(least, float(margin(points[inside], boxes).min()))
     return float(least)
 
 
@@ -103,9 +102,8 @@ _CAUSES = {
 
 def _waits(motion: Motion) -> list[str]:
     total: dict[tuple[str, str, str], float] = defaultdict(float)
-    for line in motion.lines:
-        if isinstance(line, Wait):
-            total[line.robot, line.on, line.cause] += line.t1 - line.t0
+    for line in motion.of(Wait):
+        total[line.robot, line.on, line.cause] += line.t1 - line.t0
     return [
         f"  {robot}: {seconds:.1f} s for {on} {_CAUSES.get(cause, cause)}"
         for (robot, on, cause), seconds in sorted(total.items(), key=lambda item: -item[1])
@@ -113,13 +111,11 @@ def _waits(motion: Motion) -> list[str]:
 
 
 def _disturbed(motion: Motion) -> list[str]:
-    pushes = [line for line in motion.lines if isinstance(line, BodyPush)]
-    tracks = [line for line in motion.lines if isinstance(line, FlownTrack)]
     found: list[str] = []
-    if pushes:
+    if pushes := motion.of(BodyPush):
         worst = max(float(np.hypot(push.dx, push.dy)) for push in pushes)
         found += ["", f"{len(pushes)} pushes of up to {worst:.2f} m/s: no fall"]
-    if tracks:
+    if tracks := motion.of(FlownTrack):
         errors = np.concatenate([np.array(track.errors) for track in tracks])
         rms, worst = float(np.sqrt((errors**2).mean())), float(errors.max())
         found += ["", f"flight in gusts of {motion.header.gust:g} m/s: off its reference by"]

@@ -107,8 +107,8 @@ class MotionRecording:
         """The pushes that change a speed instantly."""
         if which.name != "speed":
             return ()
-        pushes = (line for line in self._motion.lines if isinstance(line, BodyPush))
-        return tuple(push.t for push in pushes if push.robot in which.robots)
+        pushes = (push for robot in which.robots for push in self._motion.of(BodyPush, robot))
+        return tuple(push.t for push in pushes)
 
     def instants(self, event: Happens) -> tuple[float, ...]:
         """When the event happens, in the seconds of the motion."""

@@ -37,8 +37,8 @@ def timed_waypoints(motion: Motion) -> list[TimedWaypoint]:
     motion that brings it somewhere else or to rest."""
     found = []
     for robot in motion.header.robots:
-        pieces = [p for p in motion.lines if isinstance(p, Moving) and p.robot == robot]
-        goals = [p for p in motion.lines if isinstance(p, GoalLine) and p.robot == robot]
+        pieces = motion.of(Moving, robot)
+        goals = motion.of(GoalLine, robot)
         found += [_reached(motion, goal) for goal in goals if goal.end == "succeeded"]
         if pieces:
             found.append(_at(motion, pieces[0], 0.0, pieces[0].origin))

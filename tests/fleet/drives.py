@@ -13,7 +13,7 @@ from safenav.fleet.connecting import fleet_world
 from safenav.fleet.driven import driven_motion
 from safenav.fleet.fleet_file import load_fleet
 from safenav.fleet.recording import DriveRecording
-from safenav.motion.check.finding import Finding
+from safenav.motion.check.examination import Finding
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.file.reading import parsed
 from safenav.motion.file.records import Motion

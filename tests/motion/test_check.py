@@ -9,7 +9,7 @@ import pytest
 from msgspec.structs import replace
 
 from motion.runs import SHIPPED, digest_of, motion, played, trace_of
-from safenav.motion.check.finding import Finding
+from safenav.motion.check.examination import Finding
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.file.records import (
     Action,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from motion.runs import motion, trace_of
-from safenav.motion.check.finding import Finding
+from safenav.motion.check.examination import Examination
 from safenav.motion.check.room import holdings
 from safenav.motion.file.records import Action
 from safenav.motion.in_time import in_time
@@ -34,8 +34,7 @@ def test_words_and_bodies_agree(name: str) -> None:
             strategy[record.robot] = record.t
         elif isinstance(record, records.Depart):
             assert record.t >= strategy[record.robot]
-    found: list[Finding] = []
-    held = holdings(moved.lines, found.append)
+    held = holdings(Examination(moved, told))
     replay = replay_of(told)
     assert replay.times is not None
     for tick, time in enumerate(replay.times[:-1]):

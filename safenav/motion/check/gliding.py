@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
-from safenav.motion.check.finding import NEAR, Finding, Report
+from safenav.motion.check.examination import NEAR, Examination
 from safenav.motion.check.paths import Array, along, grid, power_series
 from safenav.motion.file.records import Arc, Curve, Drive, Flight
 
 
-def check_flight(flight: Flight, limits: Mapping[str, float], report: Report) -> None:
+def check_flight(case: Examination, flight: Flight) -> None:
     """A flyer's reference, or the way of a disc."""
-    _lasting(flight, [curve.seconds for curve in flight.curves], report)
+    _lasting(case, flight, [curve.seconds for curve in flight.curves])
     begin = flight.t0
     for curve in flight.curves:
         t = grid(curve.seconds)
@@ -21,24 +19,23 @@ def check_flight(flight: Flight, limits: Mapping[str, float], report: Report) ->
             np.hypot(power_series(curve.x, t, order), power_series(curve.y, t, order))
             for order in (1, 2)
         )
-        _limited(flight, begin + t, speed, limits.get("speed"), "speed", "m/s", report)
-        _limited(flight, begin + t, pull, limits.get("tilt"), "tilt", "m/s^2", report)
+        _limited(case, flight, begin + t, speed, "speed", "m/s")
+        _limited(case, flight, begin + t, pull, "tilt", "m/s^2")
         begin += curve.seconds
 
 
-def check_drive(drive: Drive, limits: Mapping[str, float], report: Report) -> None:
+def check_drive(case: Examination, drive: Drive) -> None:
     """A unicycle."""
-    _lasting(drive, [arc.seconds for arc in drive.arcs], report)
+    _lasting(case, drive, [arc.seconds for arc in drive.arcs])
     begin = drive.t0
     for arc in drive.arcs:
         t = grid(arc.seconds)
         speed, pull = (np.abs(power_series(arc.way, t, order)) for order in (1, 2))
         if arc.curvature is None:
-            _limited(drive, begin + t, speed, limits.get("turning"), "turning", "rad/s", report)
+            _limited(case, drive, begin + t, speed, "turning", "rad/s")
         else:
-            _limited(drive, begin + t, speed, limits.get("speed"), "speed", "m/s", report)
-            most = limits.get("acceleration")
-            _limited(drive, begin + t, pull, most, "acceleration", "m/s^2", report)
+            _limited(case, drive, begin + t, speed, "speed", "m/s")
+            _limited(case, drive, begin + t, pull, "acceleration", "m/s^2")
         begin += arc.seconds
 
 
@@ -61,25 +58,18 @@ def arc_ends(arc: Arc) -> tuple[Array, Array]:
     return ends[0], ends[1]
 
 
-def _lasting(piece: Flight | Drive, seconds: list[float], report: Report) -> None:
+def _lasting(case: Examination, piece: Flight | Drive, seconds: list[float]) -> None:
     lasting = piece.t1 - piece.t0
     if abs(sum(seconds) - lasting) > NEAR or min(seconds, default=0) < 0:
         found = f"pieces of {sum(seconds):.4f} s in {lasting:.4f} s"
-        report(Finding(piece.t0, piece.robot, "time", found))
+        case.wrong(piece.t0, piece.robot, "time", found)
 
 
 def _limited(
-    piece: Flight | Drive,
-    times: Array,
-    values: Array,
-    limit: float | None,
-    rule: str,
-    unit: str,
-    report: Report,
+    case: Examination, piece: Flight | Drive, times: Array, values: Array, limit: str, unit: str
 ) -> None:
-    if limit is None:
-        return
-    worst = int(values.argmax())
-    if values[worst] > limit + NEAR:
-        found = f"{values[worst]:.3f} {unit}, more than {limit:g}"
-        report(Finding(float(times[worst]), piece.robot, rule, found))
+    """Values of a piece within one of its robot's limits, if it has that."""
+    most, worst = case.numbers[piece.robot].get(limit), int(values.argmax())
+    if most is not None and values[worst] > most + NEAR:
+        found = f"{values[worst]:.3f} {unit}, more than {most:g}"
+        case.wrong(float(times[worst]), piece.robot, limit, found)

@@ -3,51 +3,44 @@ velocity, except by the pushes that the file lists."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
-from typing import TypeVar
 
 import numpy as np
 
-from safenav.motion.check.finding import NEAR, Finding, Report
+from safenav.motion.check.examination import NEAR, Examination
 from safenav.motion.check.gliding import arc_ends, curve_ends
 from safenav.motion.check.paths import Array
-from safenav.motion.file.records import BodyPush, Drive, Flight, Moving, Piece, Segment
-
-P = TypeVar("P", bound=Piece)
+from safenav.motion.file.records import BodyPush, Drive, Flight, Moving, Reset, Segment
 
 
-def check_joins(
-    robot: str,
-    pieces: Sequence[Moving],
-    pushes: Sequence[BodyPush],
-    resets: Container[tuple[str, float]],
-    makespan: float,
-    report: Report,
-) -> None:
-    """Pieces of one robot in order. ``resets``: robots and times where a plan continues from where
-    the robot was measured, or ends; ``makespan``: until when it must be somewhere."""
+def check_joins(case: Examination, robot: str) -> None:
+    """The pieces of one robot in order, from the start to the makespan. After a reset its plan
+    continues from where it was measured, or ends."""
+    pieces = case.pieces[robot]
     if not pieces:
-        report(Finding(0.0, robot, "continuity", "no motion recorded for this robot"))
+        case.wrong(0.0, robot, "continuity", "no motion recorded for this robot")
         return
+    resets = {reset.t for reset in case.motion.of(Reset, robot)}
+    pushes = case.motion.of(BodyPush, robot)
     first, last = pieces[0], pieces[-1]
     if abs(first.t0) > NEAR:
         found = f"no motion recorded until {first.t0:.3f} s"
-        report(Finding(0.0, robot, "continuity", found))
-    if abs(last.t1 - makespan) > NEAR and (robot, last.t1) not in resets:
-        found = f"no motion recorded from {last.t1:.3f} s to the end at {makespan:.3f} s"
-        report(Finding(last.t1, robot, "continuity", found))
+        case.wrong(0.0, robot, "continuity", found)
+    if abs(last.t1 - case.makespan) > NEAR and last.t1 not in resets:
+        found = f"no motion recorded from {last.t1:.3f} s to the end at {case.makespan:.3f} s"
+        case.wrong(last.t1, robot, "continuity", found)
     speed = np.hypot(*_ends(first)[0][2:4])
     if speed > NEAR:
-        report(Finding(0.0, robot, "continuity", f"it starts with {speed:.3f} m/s"))
+        case.wrong(0.0, robot, "continuity", f"it starts with {speed:.3f} m/s")
     for before, after in pairwise(pieces):
-        if (robot, after.t0) not in resets:
-            _joined(before, after, _blow(pushes, after.t0), report)
+        if after.t0 not in resets:
+            _joined(case, before, after, _blow(pushes, after.t0))
 
 
-def _joined(before: Moving, after: Moving, blow: Array, report: Report) -> None:
+def _joined(case: Examination, before: Moving, after: Moving, blow: Array) -> None:
     def wrong(found: str) -> None:
-        report(Finding(before.t1, before.robot, "continuity", found))
+        case.wrong(before.t1, before.robot, "continuity", found)
 
     if after.t0 > before.t1 + NEAR:
         wrong(f"no motion recorded for {after.t0 - before.t1:.3f} s")
@@ -121,7 +114,7 @@ def _blow(pushes: Sequence[BodyPush], t: float) -> Array:
     return total
 
 
-def inner_joins(piece: Moving, report: Report) -> None:
+def inner_joins(case: Examination, piece: Moving) -> None:
     """The curves or arcs within a piece follow each other, too."""
     if isinstance(piece, Flight):
         ends = [curve_ends(curve) for curve in piece.curves]
@@ -132,12 +125,4 @@ def inner_joins(piece: Moving, report: Report) -> None:
     for (_, end), (start, _) in pairwise(ends):
         jump = float(np.abs(end - start).max())
         if jump > NEAR:
-            report(Finding(piece.t0, piece.robot, "continuity", f"it jumps by {jump:.4f} m"))
-
-
-def by_robot(pieces: Sequence[P]) -> dict[str, list[P]]:
-    """The pieces of each robot, in the order of the file."""
-    found: dict[str, list[P]] = {}
-    for piece in pieces:
-        found.setdefault(piece.robot, []).append(piece)
-    return found
+            case.wrong(piece.t0, piece.robot, "continuity", f"it jumps by {jump:.4f} m")

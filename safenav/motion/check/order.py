@@ -4,24 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from msgspec import Struct, field
+from msgspec import Struct
 
-from safenav.motion.check.finding import NEAR, Finding, Report
-from safenav.motion.file.records import Action, Piece, Release, Reserve
-from safenav.trace.records import (
-    Act,
-    ActionEnd,
-    Appeared,
-    Arrive,
-    Depart,
-    Gone,
-    KnownObstacle,
-    Met,
-    Move,
-    Resolved,
-    Synthesis,
-)
-from safenav.trace.setting import ObstacleHeader, RobotHeader, ScenarioHeader
+from safenav.motion.check.examination import NEAR, Examination
+from safenav.motion.file.records import Action, GoalLine, Piece, Release, Reserve
+from safenav.trace import records
+from safenav.trace.records import Act, Arrive, Depart, Met, Move, Resolved
+from safenav.trace.setting import ObstacleHeader
 from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import MoveEnd
 
@@ -37,67 +26,30 @@ class Passage(Struct, frozen=True):
     end: float
 
 
-class _Run(Struct):
-    """The state of the run so far, in the serial order of the trace."""
-
-    robots: Mapping[str, RobotHeader]
-    at: dict[str, int]
-    """Where each robot is: in its old region until it arrives."""
-    begun: dict[str, tuple[Passage, float]] = field(default_factory=dict)
-    """Steps of several ticks that have not arrived, and when what was before them ended."""
-    left: dict[int, dict[str, float]] = field(default_factory=dict)
-    ended: dict[str, float] = field(default_factory=dict)
-    bound: dict[str, float] = field(default_factory=dict)
-    opened: dict[str, float] = field(default_factory=dict)
-    """When obstacles that stand no more were resolved; 0 for one that never stood, or went."""
-    met: dict[str, tuple[int, float | None]] = field(default_factory=dict)
-    """How many needs of an obstacle lines have told to be met, and when the last of them was."""
-
-
-def conflicts_of(scenario: ScenarioHeader) -> dict[str, frozenset[str]]:
-    """With whom each robot must never share a region."""
-    found = {}
-    for name, robot in scenario.robots.items():
-        if robot.conflicts is not None:
-            found[name] = robot.conflicts
-        else:
-            others = (n for n, other in scenario.robots.items() if other.layer == robot.layer)
-            found[name] = frozenset(others) - {name}
-    return found
-
-
-def passages(
-    trace: Trace,
-    pieces: Mapping[str, Sequence[Piece]],
-    report: Report,
-    *,
-    driven: bool = False,
-) -> dict[int, Passage]:
+def passages(case: Examination) -> dict[int, Passage]:
     """For each line of the trace with which a step begins, when it is carried out. Steps and
     pieces must match one by one."""
     found: dict[int, Passage] = {}
-    moved = {
-        name: [piece for piece in own if piece.origin != piece.to] for name, own in pieces.items()
-    }
-    for name, steps in _steps(trace).items():
-        mine = _merged(moved.get(name, []))
+    for name, steps in _steps(case.trace).items():
+        pieces: Sequence[Piece] = case.pieces[name] or case.motion.of(GoalLine, name)
+        mine = _merged([piece for piece in pieces if piece.origin != piece.to])
         for (line, tick, origin, to), done in zip(steps, mine, strict=False):
             if (done.origin, done.to) != (origin, to):
                 what = f"moves {done.origin} -> {done.to} where the trace moves {origin} -> {to}"
-                report(Finding(done.begin, name, "order", f"{what} (tick {tick})"))
+                case.wrong(done.begin, name, "order", f"{what} (tick {tick})")
                 return found
             found[line] = done
         if len(mine) < len(steps):
             line, tick, origin, to = steps[len(mine)]
-            if driven and line in _under_way(trace):
+            if case.driven and line in _under_way(case.trace):
                 continue  # the run ended before its motion began
             t = mine[-1].end if mine else 0.0
             what = f"the move {origin} -> {to} of tick {tick} is missing"
-            report(Finding(t, name, "order", what))
+            case.wrong(t, name, "order", what)
         elif len(mine) > len(steps):
             extra = mine[len(steps)]
             what = f"moves {extra.origin} -> {extra.to}, which the trace does not"
-            report(Finding(extra.begin, name, "order", what))
+            case.wrong(extra.begin, name, "order", what)
     return found
 
 
@@ -154,23 +106,16 @@ def _steps(trace: Trace) -> dict[str, list[tuple[int, int, int, int]]]:
     return found
 
 
-def check_clock(
-    trace: Trace,
-    steps: Mapping[int, Passage],
-    lines: Sequence[object],
-    report: Report,
-    *,
-    driven: bool = False,
-) -> None:
+def check_clock(case: Examination, steps: Mapping[int, Passage]) -> None:
     """In a run with a clock, steps, actions and reservations are when the trace has them; a robot
-    that was ``driven`` arrives after the end of its reference or goal."""
+    that was driven arrives after the end of its reference or goal."""
+    trace = case.trace
     if trace.header.clock is None:
         return
     begun: dict[int, Depart | Act] = {}
     reserved: dict[tuple[str, int, bool], list[float]] = {}
     acts: list[tuple[frozenset[str], float, float]] = []
-    robots = trace.header.scenario.robots
-    for name, robot in robots.items():
+    for name, robot in trace.header.scenario.robots.items():
         reserved[name, robot.start, True] = [0.0]
     for record in trace.records:
         t = record.t or 0.0
@@ -185,25 +130,25 @@ def check_clock(
             if record.result is not MoveEnd.LOST:
                 reserved.setdefault((record.robot, left, False), []).append(t)
             step = steps.get(depart.line)
-            late = float("inf") if driven else NEAR
+            late = float("inf") if case.driven else NEAR
             if step is not None and not (
                 step.begin > (depart.t or 0.0) - NEAR and t - late < step.end < t + NEAR
             ):
                 what = f"moves to {step.to} until {step.end:.3f} s, in the trace until {t:.3f} s"
-                report(Finding(step.begin, record.robot, "clock", what))
-        elif isinstance(record, ActionEnd):
+                case.wrong(step.begin, record.robot, "clock", what)
+        elif isinstance(record, records.ActionEnd):
             act = begun[record.command]
             assert isinstance(act, Act)
             acts.append((frozenset(act.robots), act.t or 0.0, t))
     over = max((record.t or 0.0 for record in trace.records), default=0.0)
-    for line in lines:
+    for line in case.motion.lines:
         if isinstance(line, Reserve | Release) and line.t < over + NEAR:
             times = reserved.get((line.robot, line.region, isinstance(line, Reserve)), [])
             near = next((t for t in times if abs(t - line.t) < NEAR), None)
             if near is None:
                 word = "reserves" if isinstance(line, Reserve) else "releases"
                 what = f"{word} region {line.region} at {line.t:.3f} s, in the trace it does not"
-                report(Finding(line.t, line.robot, "clock", what))
+                case.wrong(line.t, line.robot, "clock", what)
             else:
                 times.remove(near)
         elif isinstance(line, Action) and not any(
@@ -211,187 +156,177 @@ def check_clock(
             for team, begin, end in acts
         ):
             what = f"acts on {line.obstacle} until {line.t1:.3f} s, in the trace at another time"
-            report(Finding(line.t0, line.robot, "clock", what))
+            case.wrong(line.t0, line.robot, "clock", what)
     for (name, region, begins), times in reserved.items():
         for t in times:
             what = f"never {'reserves' if begins else 'releases'} region {region}"
-            report(Finding(t, name, "clock", what))
+            case.wrong(t, name, "clock", what)
 
 
-def check_order(
-    trace: Trace,
-    steps: Mapping[int, Passage],
-    actions: Sequence[Action],
-    report: Report,
-) -> None:
+def check_order(case: Examination, steps: Mapping[int, Passage]) -> None:
     """A region is entered after those who left it before, after what blocked it is resolved,
     and after what a robot's strategy answers; actions are where and when they must be."""
-    robots = trace.header.scenario.robots
-    run = _Run(robots, {name: robot.start for name, robot in robots.items()})
-    waiting = list(actions)
-    conflicts = conflicts_of(trace.header.scenario)
-    pending: dict[str, Passage] = {}
-    turn: str | None = None
-    closed: set[str] = set()
-    obstacles = trace.obstacles
-    run.opened.update((name, 0.0) for name, found in obstacles.items() if found.from_)
-    for record in trace.records:
-        if isinstance(record, Move):
-            turn = record.robot
-            step = steps.get(record.line)
-            run.at[record.robot] = record.to
-            if record.toward is None:
-                run.begun.pop(record.robot, None)
-            if step is not None:
-                _entered(obstacles, run, conflicts, closed, step, report)
-                pending[record.robot] = step
-                if record.toward is not None:
-                    run.begun[record.robot] = step, run.ended.get(record.robot, 0.0)
-                run.ended[record.robot] = step.end
-            if record.toward is None and record.to != record.from_:
-                arrived = pending.get(record.robot)
-                if arrived is not None:
-                    run.left.setdefault(record.from_, {})[record.robot] = arrived.end
-        elif isinstance(record, Depart):
-            step = steps.get(record.line)
-            if step is not None:
-                _entered(obstacles, run, conflicts, closed, step, report)
-                pending[record.robot] = step
-        elif isinstance(record, Arrive):
-            step = pending.pop(record.robot, None)
-            if step is not None:
-                run.at[record.robot] = record.at
-                run.ended[record.robot] = step.end
-                run.left.setdefault(step.origin, {})[record.robot] = step.end
-        elif isinstance(record, Met):
-            obstacle = obstacles[record.obstacle]
-            done = _acted(obstacle, run, record, record.need, waiting, report)
-            run.met[record.obstacle] = record.need + 1, done
-        elif isinstance(record, Resolved):
-            obstacle = obstacles[record.obstacle]
-            last = len(obstacle.all_needs) - 1
-            met, done = run.met.get(record.obstacle, (0, None))
-            if met <= last:  # else a line of the last need has told who acts
-                done = _acted(obstacle, run, record, last, waiting, report)
-            if done is not None:
-                run.opened[record.obstacle] = done
-        elif isinstance(record, Appeared):
-            run.opened.pop(record.obstacle, None)
-            run.met.pop(record.obstacle, None)
-            closed.discard(record.obstacle)
-        elif isinstance(record, Gone):
-            run.opened[record.obstacle] = 0.0
-            closed.discard(record.obstacle)
-        elif isinstance(record, KnownObstacle):
-            closed.add(record.obstacle)
-        elif isinstance(record, Synthesis) and record.t is not None:
-            run.bound[record.robot] = record.t
-        elif isinstance(record, Synthesis) and turn is not None:
-            run.bound[record.robot] = _since(run, turn)
-    for action in waiting:
-        what = f"resolves {action.obstacle}, which the trace does not (tick {action.tick})"
-        report(Finding(action.t0, action.robot, "action", what))
+    _Order(case, steps).check()
 
 
-def _entered(
-    obstacles: Mapping[str, ObstacleHeader],
-    run: _Run,
-    conflicts: Mapping[str, frozenset[str]],
-    closed: set[str],
-    step: Passage,
-    report: Report,
-) -> None:
-    def wrong(rule: str, found: str) -> None:
-        report(Finding(step.begin, step.robot, rule, found))
+class _Order:
+    """The state of the run, in the serial order of the trace."""
 
-    for other, left in run.left.get(step.to, {}).items():
-        if other != step.robot and (
-            other in conflicts[step.robot] or step.robot in conflicts[other]
-        ):
+    def __init__(self, case: Examination, steps: Mapping[int, Passage]) -> None:
+        self.case, self.steps = case, steps
+        self.robots = case.trace.header.scenario.robots
+        self.obstacles = case.trace.obstacles
+        self.waiting = list(case.actions)
+        self.at = {name: robot.start for name, robot in self.robots.items()}
+        """Where each robot is: in its old region until it arrives."""
+        self.pending: dict[str, Passage] = {}
+        self.begun: dict[str, tuple[Passage, float]] = {}
+        """Steps of several ticks that have not arrived, and when what was before them ended."""
+        self.left: dict[int, dict[str, float]] = {}
+        self.ended: dict[str, float] = {}
+        self.bound: dict[str, float] = {}
+        self.closed: set[str] = set()
+        self.opened = {name: 0.0 for name, found in self.obstacles.items() if found.from_}
+        """When obstacles that stand no more were resolved; 0 for one that never stood, or went."""
+        self.met: dict[str, tuple[int, float | None]] = {}
+        """How many needs of an obstacle lines have told to be met, and when the last of them was"""
+
+    def check(self) -> None:
+        turn: str | None = None
+        for record in self.case.trace.records:
+            match record:
+                case Move():
+                    turn = record.robot
+                    self._moved(record)
+                case Depart() if (step := self.steps.get(record.line)) is not None:
+                    self._entered(step)
+                    self.pending[record.robot] = step
+                case Arrive() if (step := self.pending.pop(record.robot, None)) is not None:
+                    self.at[record.robot] = record.at
+                    self.ended[record.robot] = step.end
+                    self.left.setdefault(step.origin, {})[record.robot] = step.end
+                case Met():
+                    done = self._acted(record, record.need)
+                    self.met[record.obstacle] = record.need + 1, done
+                case Resolved():
+                    last = len(self.obstacles[record.obstacle].all_needs) - 1
+                    met, done = self.met.get(record.obstacle, (0, None))
+                    if met <= last:  # else a line of the last need has told who acts
+                        done = self._acted(record, last)
+                    if done is not None:
+                        self.opened[record.obstacle] = done
+                case records.Appeared():
+                    self.opened.pop(record.obstacle, None)
+                    self.met.pop(record.obstacle, None)
+                    self.closed.discard(record.obstacle)
+                case records.Gone():
+                    self.opened[record.obstacle] = 0.0
+                    self.closed.discard(record.obstacle)
+                case records.KnownObstacle():
+                    self.closed.add(record.obstacle)
+                case records.Synthesis() if record.t is not None:
+                    self.bound[record.robot] = record.t
+                case records.Synthesis() if turn is not None:
+                    self.bound[record.robot] = self._since(turn)
+                case _:
+                    pass
+        for action in self.waiting:
+            what = f"resolves {action.obstacle}, which the trace does not (tick {action.tick})"
+            self.case.wrong(action.t0, action.robot, "action", what)
+
+    def _moved(self, record: Move) -> None:
+        step = self.steps.get(record.line)
+        self.at[record.robot] = record.to
+        if record.toward is None:
+            self.begun.pop(record.robot, None)
+        if step is not None:
+            self._entered(step)
+            self.pending[record.robot] = step
+            if record.toward is not None:
+                self.begun[record.robot] = step, self.ended.get(record.robot, 0.0)
+            self.ended[record.robot] = step.end
+        if record.toward is None and record.to != record.from_:
+            arrived = self.pending.get(record.robot)
+            if arrived is not None:
+                self.left.setdefault(record.from_, {})[record.robot] = arrived.end
+
+    def _entered(self, step: Passage) -> None:
+        def wrong(rule: str, found: str) -> None:
+            self.case.wrong(step.begin, step.robot, rule, found)
+
+        for other, left in self.left.get(step.to, {}).items():
             early = left - step.begin
-            if early > NEAR:
+            if early > NEAR and other != step.robot and self.case.in_conflict(other, step.robot):
                 wrong("order", f"enters region {step.to} {early:.3f} s before {other} has left it")
-    early = run.bound.get(step.robot, 0.0) - step.begin
-    if early > NEAR:
-        what = f"moves {early:.3f} s before what its strategy answers has happened"
-        wrong("order", what)
-    for name, obstacle in obstacles.items():
-        if obstacle.region != step.to or step.robot not in obstacle.blocks:
-            continue
-        if name in closed:
-            wrong("obstacle", f"enters region {step.to}, where {name} stays permanently")
-            continue
-        stage, since = run.met.get(name, (0, None))
-        if obstacle.resolved_by_entering(run.robots[step.robot], stage):
-            early = (since or 0.0) - step.begin
-            if early > NEAR:
-                what = f"enters region {step.to} {early:.3f} s before {name} lets it in"
-                wrong("obstacle", what)
-            continue
-        opened = run.opened.get(name)
-        if opened is None:
-            wrong("obstacle", f"enters region {step.to} with {name} unresolved")
-        elif opened - step.begin > NEAR:
-            early = opened - step.begin
-            wrong("obstacle", f"enters region {step.to} {early:.3f} s before {name} is resolved")
+        early = self.bound.get(step.robot, 0.0) - step.begin
+        if early > NEAR:
+            wrong("order", f"moves {early:.3f} s before what its strategy answers has happened")
+        for name, obstacle in self.obstacles.items():
+            if obstacle.region != step.to or step.robot not in obstacle.blocks:
+                continue
+            if name in self.closed:
+                wrong("obstacle", f"enters region {step.to}, where {name} stays permanently")
+                continue
+            stage, since = self.met.get(name, (0, None))
+            opened, event = self.opened.get(name), "is resolved"
+            if obstacle.resolved_by_entering(self.robots[step.robot], stage):
+                opened, event = since or 0.0, "lets it in"
+            if opened is None:
+                wrong("obstacle", f"enters region {step.to} with {name} unresolved")
+            elif opened - step.begin > NEAR:
+                early = opened - step.begin
+                wrong("obstacle", f"enters region {step.to} {early:.3f} s before {name} {event}")
 
+    def _since(self, robot: str) -> float:
+        """When what a robot did ended; not the step that it has begun and not ended."""
+        ended = self.ended.get(robot, 0.0)
+        return self.begun[robot][1] if robot in self.begun else ended
 
-def _since(run: _Run, robot: str) -> float:
-    """When what a robot did ended; not the step that it has begun and not ended."""
-    ended = run.ended.get(robot, 0.0)
-    return run.begun[robot][1] if robot in run.begun else ended
+    def _go_on(self, robot: str, done: Action) -> None:
+        """A robot that acted continues after that: also with the step that it had begun by then."""
+        if robot not in self.begun:
+            self.ended[robot] = max(self.ended.get(robot, 0.0), done.t1)
+            return
+        step, before = self.begun[robot]
+        early = done.t1 - step.begin
+        if early > NEAR:
+            what = f"leaves region {step.origin} {early:.3f} s before it has resolved "
+            self.case.wrong(step.begin, robot, "order", what + done.obstacle)
+        self.begun[robot] = step, max(before, done.t1)
 
+    def _acted(self, record: Met | Resolved, number: int) -> float | None:
+        """All that take part act, after they have arrived, and simultaneously if they are several.
+        Returns when the last of them is done; None if no robot acts."""
+        name, wrong = record.obstacle, self.case.wrong
+        spans = []
+        for robot in self._team(record, self.obstacles[name], number):
+            done = next((a for a in self.waiting if (a.robot, a.obstacle) == (robot, name)), None)
+            arrived = self._since(robot)
+            if done is None:
+                wrong(arrived, robot, "action", f"never acts on {name} (tick {record.tick})")
+                continue
+            self.waiting.remove(done)
+            spans.append((done.t0, done.t1))
+            for since, what in (
+                (arrived, "it has arrived"),
+                (self.bound.get(robot, 0.0), "what its strategy answers"),
+            ):
+                if since - done.t0 > NEAR:
+                    early = f"acts on {name} {since - done.t0:.3f} s before {what}"
+                    wrong(done.t0, robot, "action", early)
+            if done.t1 < done.t0 or done.action != self.obstacles[name].all_needs[number].action:
+                what = f"performs '{done.action}' for {done.t1 - done.t0:.3f} s on {name}"
+                wrong(done.t0, robot, "action", what)
+            self._go_on(robot, done)
+        if len(set(spans)) > 1:
+            what = f"acts on {name} at another time than the others"
+            wrong(spans[0][0], record.robot, "action", what)
+        return max((end for _, end in spans), default=None)
 
-def _go_on(run: _Run, robot: str, done: Action, report: Report) -> None:
-    """A robot that acted continues after that: also with the step that it had begun by then."""
-    if robot not in run.begun:
-        run.ended[robot] = max(run.ended.get(robot, 0.0), done.t1)
-        return
-    step, before = run.begun[robot]
-    early = done.t1 - step.begin
-    if early > NEAR:
-        what = f"leaves region {step.origin} {early:.3f} s before it has resolved {done.obstacle}"
-        report(Finding(step.begin, robot, "order", what))
-    run.begun[robot] = step, max(before, done.t1)
-
-
-def _acted(
-    obstacle: ObstacleHeader,
-    run: _Run,
-    record: Met | Resolved,
-    number: int,
-    waiting: list[Action],
-    report: Report,
-) -> float | None:
-    """All that take part act, after they have arrived, and simultaneously if they are several.
-    Returns when the last of them is done; None if no robot acts."""
-    need = obstacle.all_needs[number]
-    alone = isinstance(record, Met) and not need.together
-    helpers = (n for n in record.robots or () if run.at[n] in need.regions and not alone)
-    able = (n for n in helpers if need.action in run.robots[n].capabilities)
-    team = {record.robot: None, **dict.fromkeys(able)}
-    spans = []
-    for name in team:
-        done = next((a for a in waiting if (a.robot, a.obstacle) == (name, obstacle.name)), None)
-        arrived = _since(run, name)
-        if done is None:
-            what = f"never acts on {obstacle.name} (tick {record.tick})"
-            report(Finding(arrived, name, "action", what))
-            continue
-        waiting.remove(done)
-        spans.append((done.t0, done.t1))
-        for since, what in (
-            (arrived, "it has arrived"),
-            (run.bound.get(name, 0.0), "what its strategy answers"),
-        ):
-            if since - done.t0 > NEAR:
-                early = f"acts on {obstacle.name} {since - done.t0:.3f} s before {what}"
-                report(Finding(done.t0, name, "action", early))
-        if done.t1 < done.t0 or done.action != need.action:
-            what = f"performs '{done.action}' for {done.t1 - done.t0:.3f} s on {obstacle.name}"
-            report(Finding(done.t0, name, "action", what))
-        _go_on(run, name, done, report)
-    if len(set(spans)) > 1:
-        what = f"acts on {obstacle.name} at another time than the others"
-        report(Finding(spans[0][0], record.robot, "action", what))
-    return max((end for _, end in spans), default=None)
+    def _team(self, record: Met | Resolved, obstacle: ObstacleHeader, number: int) -> list[str]:
+        """The robots that fulfil a need: who is named, and of the others those who can."""
+        need = obstacle.all_needs[number]
+        alone = isinstance(record, Met) and not need.together
+        helpers = (n for n in record.robots or () if self.at[n] in need.regions and not alone)
+        able = (n for n in helpers if need.action in self.robots[n].capabilities)
+        return [*dict.fromkeys((record.robot, *able))]

@@ -43,12 +43,12 @@ def grid(seconds: float, step: float = STEP) -> Array:
     return found
 
 
-def discs(piece: Moving, limits: Mapping[str, object]) -> list[Disc]:
-    """The discs that a piece moves: the body, and of a walker each foot."""
-    size = limits.get("size", 0.0)
-    radius = float(size) / 2 if isinstance(size, int | float) else 0.0
+def discs(piece: Moving, numbers: Mapping[str, float]) -> list[Disc]:
+    """The discs that a piece moves: the body, and of a walker each foot. ``numbers``: of the robot
+    in the header."""
+    radius = numbers.get("size", 0.0) / 2
     if isinstance(piece, Segment):
-        return _walking(piece, radius, limits)
+        return _walking(piece, radius, numbers["omega"])
     times, centres = [], []
     begin = piece.t0
     if isinstance(piece, Flight):
@@ -157,11 +157,9 @@ _HERMITE = np.array(
 to its coefficients, over a unit of time."""
 
 
-def _walking(segment: Segment, radius: float, limits: Mapping[str, object]) -> list[Disc]:
-    omega = limits.get("omega")
-    assert isinstance(omega, float | int)
+def _walking(segment: Segment, radius: float, omega: float) -> list[Disc]:
     still = segment.start == segment.goal and len(segment.phases) == 1
-    path = mass(segment, float(omega), float("inf") if still else STEP)
+    path = mass(segment, omega, float("inf") if still else STEP)
     found = [Disc("body", radius, segment.t0 + path.times, path.states[:, :2])]
     for foot in segment.feet:
         when, where = np.array([segment.t0 + foot.down]), np.array([[foot.x, foot.y]])

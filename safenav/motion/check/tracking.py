@@ -3,13 +3,13 @@ flown so, inside the regions that the flyer has."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from safenav.motion.check.finding import NEAR, Finding, Report
+from safenav.motion.check.examination import NEAR, Examination
 from safenav.motion.check.paths import Array, power_series
-from safenav.motion.check.room import Grid, Holding, outside
+from safenav.motion.check.room import outside
 from safenav.motion.file.records import Flight, FlownTrack
 
 MASS, GRAVITY, DRAG = 0.5, 9.81, 0.25
@@ -21,11 +21,36 @@ WAY = 0.01
 COLUMNS = 16
 
 
-def check_track(track: FlownTrack, limits: Mapping[str, float], report: Report) -> None:
+def check_wind(case: Examination) -> None:
+    """The flights that were simulated: every flyer's, to the end, if there is wind."""
+    for name, limits in case.motion.header.robots.items():
+        tracks, flights = case.motion.of(FlownTrack, name), case.motion.of(Flight, name)
+        if not tracks:
+            if case.motion.header.gust > 0 and limits.get("kind") == "flyer" and flights:
+                case.wrong(0.0, name, "track", "no flight in the wind is recorded")
+            continue
+        before = len(case.findings)
+        begin = 0.0
+        for track in tracks:
+            if abs(track.t0 - begin) > NEAR:
+                what = f"no flight in the wind is recorded from {begin:.3f} s on"
+                case.wrong(begin, name, "track", what)
+                return
+            begin = track.t0 + track.step * len(track.rows)
+            _rows(case, track)
+        if begin < case.makespan - tracks[-1].step:
+            what = f"no flight in the wind is recorded from {begin:.3f} s on"
+            case.wrong(begin, name, "track", what)
+        if len(case.findings) == before:
+            for track in tracks:
+                _flown(case, track, flights)
+
+
+def _rows(case: Examination, track: FlownTrack) -> None:
     """The samples of one line."""
 
     def wrong(row: int, rule: str, found: str) -> None:
-        report(Finding(track.t0 + row * track.step, track.robot, rule, found))
+        case.wrong(track.t0 + row * track.step, track.robot, rule, found)
 
     if track.step <= 0 or any(len(row) != COLUMNS for row in track.rows):
         wrong(0, "track", f"rows are not {COLUMNS} numbers at a positive step")
@@ -50,38 +75,28 @@ def check_track(track: FlownTrack, limits: Mapping[str, float], report: Report) 
         what = f"its velocity changes by {missed.max():.2f} m/s^2 more than its thrust explains"
         wrong(int(missed.argmax()), "dynamics", what)
     lean = np.hypot(rows[:, 7], rows[:, 8])
-    most = np.sin(np.arctan(np.sqrt(2) * limits["tilt"] / GRAVITY) / 2) * 1.3
+    most = np.sin(np.arctan(np.sqrt(2) * case.numbers[track.robot]["tilt"] / GRAVITY) / 2) * 1.3
     if lean.max() > most:
         angle = float(np.degrees(2 * np.arcsin(min(1.0, lean.max()))))
         wrong(int(lean.argmax()), "tilt", f"it leans by {angle:.0f} degrees")
 
 
-def check_flown(
-    tracks: Iterable[FlownTrack],
-    held: Sequence[Holding],
-    grid: Grid,
-    flights: Sequence[Flight],
-    limits: Mapping[str, float],
-    report: Report,
-) -> None:
+def _flown(case: Examination, track: FlownTrack, flights: Sequence[Flight]) -> None:
     """The body of one flyer in wind stays inside its regions, and its errors are those that the
     file records."""
-    radius = limits["size"] / 2
-    for track in tracks:
-        rows: Array = np.array(track.rows, dtype=np.float64)
-        times: Array = track.t0 + track.step * np.arange(len(rows), dtype=np.float64)
-        own = (span for span in held if span.robot == track.robot)
-        found = outside(times, rows[:, :2], radius, own, grid)
-        if found is not None:
-            t, x, y, into, region = found
-            what = f"the wind takes it to ({x:.3f}, {y:.3f}) m, {into:.3f} m into region {region}"
-            report(Finding(t, track.robot, "room", f"{what}, which it does not have"))
-        reference = _reference(flights, times)
-        off = np.hypot(*(rows[:, :2] - reference).T)
-        told = np.abs(off - np.array(track.errors))
-        if told.max() > 1e-3:
-            what = f"it is {off[told.argmax()]:.3f} m off its reference, not as recorded"
-            report(Finding(float(times[told.argmax()]), track.robot, "track", what))
+    rows: Array = np.array(track.rows, dtype=np.float64)
+    times: Array = track.t0 + track.step * np.arange(len(rows), dtype=np.float64)
+    own = (span for span in case.held if span.robot == track.robot)
+    found = outside(times, rows[:, :2], case.radius(track.robot), own, case.grid)
+    if found is not None:
+        t, x, y, into, region = found
+        what = f"the wind takes it to ({x:.3f}, {y:.3f}) m, {into:.3f} m into region {region}"
+        case.wrong(t, track.robot, "room", f"{what}, which it does not have")
+    off = np.hypot(*(rows[:, :2] - _reference(flights, times)).T)
+    told = np.abs(off - np.array(track.errors))
+    if told.max() > 1e-3:
+        what = f"it is {off[told.argmax()]:.3f} m off its reference, not as recorded"
+        case.wrong(float(times[told.argmax()]), track.robot, "track", what)
 
 
 def _pull(rows: Array) -> Array:

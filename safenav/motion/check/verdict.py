@@ -3,33 +3,19 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Mapping
+from functools import partial
 from itertools import pairwise
 
-from safenav.motion.check.actions import check_actions
-from safenav.motion.check.bodies import check_distances
-from safenav.motion.check.charge import check_charge
-from safenav.motion.check.execution import GOALS, check_execution, driven_robots
-from safenav.motion.check.finding import NEAR, Finding
+from safenav.motion.check.actions import check_actions, check_charge
+from safenav.motion.check.examination import NEAR, Examination, Finding
+from safenav.motion.check.execution import GOALS, check_execution
 from safenav.motion.check.gliding import check_drive, check_flight
-from safenav.motion.check.joins import by_robot, check_joins, inner_joins
-from safenav.motion.check.order import check_clock, check_order, conflicts_of, passages
-from safenav.motion.check.room import Grid, Holding, check_overlaps, check_room, holdings
-from safenav.motion.check.tracking import check_flown, check_track
+from safenav.motion.check.joins import check_joins, inner_joins
+from safenav.motion.check.order import check_clock, check_order, passages
+from safenav.motion.check.room import check_distances, check_overlaps, check_room, holdings
+from safenav.motion.check.tracking import check_wind
 from safenav.motion.check.walking import check_segment
-from safenav.motion.file.records import (
-    Action,
-    BodyPush,
-    Drive,
-    Flight,
-    FlownTrack,
-    GoalLine,
-    Link,
-    Motion,
-    Moving,
-    Reset,
-    Segment,
-)
+from safenav.motion.file.records import Drive, Flight, Link, Motion, Moving, Reset, Segment
 from safenav.trace.trace import Trace
 
 WALKER = ("omega", "height", "step", "aside", "friction", "swing", "size")
@@ -39,132 +25,79 @@ WALKER = ("omega", "height", "step", "aside", "friction", "swing", "size")
 def check_motion(motion: Motion, trace: Trace, digest: str) -> list[Finding]:
     """Every broken rule, by time; none if the motion carries out the trace (``digest``: sha256
     of its file) as docs/motion.md demands."""
-    found = _header(motion, trace, digest)
-    if found:
-        return found
-    report = found.append
-    lines = motion.lines
-    moving = [line for line in lines if isinstance(line, Moving)]
-    actions = [line for line in lines if isinstance(line, Action)]
-    pieces = by_robot(moving)
-    limits = motion.header.robots
-    unknown = next((name for name in pieces if name not in limits), None)
+    if found := _header(motion, trace, digest):
+        return [Finding(0.0, "", "header", found)]
+    moving = motion.of(Moving)
+    unknown = next((p.robot for p in moving if p.robot not in motion.header.robots), None)
     if unknown is not None:
         return [Finding(0.0, unknown, "header", "is not a robot of the header")]
+    case = Examination(motion, trace)
     for piece in moving:
-        _dynamics(piece, limits, found)
-    if found:
-        return _by_time(found)  # what cannot be solved has no path to look at
-    grid = Grid(motion.header.rows, motion.header.cols, motion.header.side)
-    conflicts = conflicts_of(trace.header.scenario)
-    makespan = motion.outcome.makespan
-    resets = {(line.robot, line.t) for line in lines if isinstance(line, Reset)}
-    goals = by_robot([line for line in lines if isinstance(line, GoalLine)])
-    for name in trace.header.scenario.robots:
-        pushes = [line for line in lines if isinstance(line, BodyPush) and line.robot == name]
-        if limits[name].get("driven") != GOALS:
-            check_joins(name, pieces.get(name, []), pushes, resets, makespan, report)
-        _start(name, trace, pieces.get(name, []), found)
-    held = holdings(lines, report)
-    for holding in held:
-        if not _free(trace, holding.region):
+        _dynamics(case, piece)
+    if not case.findings:  # what cannot be solved has no path to look at
+        _paths(case)
+    return sorted(case.findings, key=lambda finding: finding.t)
+
+
+def _paths(case: Examination) -> None:
+    """The rules for motions whose pieces are sound."""
+    for name, robot in case.trace.header.scenario.robots.items():
+        pieces = case.pieces[name]
+        if case.motion.header.robots[name].get("driven") != GOALS:
+            check_joins(case, name)
+        if pieces and pieces[0].origin != robot.start:
+            what = f"it starts in region {pieces[0].origin}, not in {robot.start}"
+            case.wrong(0.0, name, "order", what)
+    case.held = holdings(case)
+    for holding in case.held:
+        if not _free(case.trace, holding.region):
             what = f"it reserves region {holding.region}, a wall"
-            report(Finding(holding.begin, holding.robot, "wall", what))
-    check_overlaps(held, conflicts, report)
-    check_room(moving, held, motion.header, limits, report)
-    _wind(motion, held, grid, found)
-    driven = bool(driven_robots(motion))
-    steps = passages(trace, {**goals, **pieces}, report, driven=driven)
-    check_clock(trace, steps, lines, report, driven=driven)
-    check_order(trace, steps, actions, report)
-    check_actions(trace, actions, pieces, grid, limits, report)
-    check_charge(trace, steps, actions, pieces, limits, makespan, report)
-    check_distances(pieces, limits, conflicts, makespan, report)
-    check_execution(motion, trace, pieces, held, conflicts, report)
-    _outcome(motion, found)
-    return _by_time(found)
+            case.wrong(holding.begin, holding.robot, "wall", what)
+    check_overlaps(case)
+    check_room(case)
+    check_wind(case)
+    steps = passages(case)
+    check_clock(case, steps)
+    check_order(case, steps)
+    check_actions(case)
+    check_charge(case, steps)
+    check_distances(case, {n: partial(case.places, n) for n, own in case.pieces.items() if own})
+    check_execution(case)
+    _outcome(case)
 
 
-def _by_time(found: list[Finding]) -> list[Finding]:
-    return sorted(found, key=lambda finding: finding.t)
-
-
-def _header(motion: Motion, trace: Trace, digest: str) -> list[Finding]:
+def _header(motion: Motion, trace: Trace, digest: str) -> str:
+    """What is wrong with the header; empty if nothing is."""
     header, world = motion.header, trace.header.scenario.map
-
-    def wrong(what: str) -> list[Finding]:
-        return [Finding(0.0, "", "header", what)]
-
     if header.trace != digest:
-        return wrong("the motion is of another trace: the sha256 of its header is not this one's")
+        return "the motion is of another trace: the sha256 of its header is not this one's"
     if (header.rows, header.cols) != (world.rows, world.cols):
-        return wrong(f"a map of {header.rows} x {header.cols} regions")
+        return f"a map of {header.rows} x {header.cols} regions"
     if set(header.robots) != set(trace.header.scenario.robots):
-        return wrong(f"the robots {', '.join(sorted(header.robots))} are not those of the trace")
+        return f"the robots {', '.join(sorted(header.robots))} are not those of the trace"
     if header.side <= 0:
-        return wrong(f"regions of {header.side:g} m")
+        return f"regions of {header.side:g} m"
     for name, limits in header.robots.items():
         wanted = WALKER if limits.get("kind") == "walker" else ("size",)
         for key in wanted:
             value = limits.get(key)
             if isinstance(value, bool) or not isinstance(value, int | float) or value <= 0:
-                return wrong(f"{name}: '{key}' is missing, or no positive number")
-    return []
+                return f"{name}: '{key}' is missing, or no positive number"
+    return ""
 
 
-def _dynamics(
-    piece: Moving, limits: Mapping[str, Mapping[str, object]], found: list[Finding]
-) -> None:
-    numbers = {
-        key: float(value)
-        for key, value in limits[piece.robot].items()
-        if isinstance(value, int | float)
-    }
+def _dynamics(case: Examination, piece: Moving) -> None:
     if isinstance(piece, Segment):
-        if limits[piece.robot].get("kind") != "walker" and "omega" not in numbers:
-            found.append(Finding(piece.t0, piece.robot, "header", "it walks but is not a walker"))
+        kind = case.motion.header.robots[piece.robot].get("kind")
+        if kind != "walker" and "omega" not in case.numbers[piece.robot]:
+            case.wrong(piece.t0, piece.robot, "header", "it walks but is not a walker")
         else:
-            check_segment(piece, numbers, found.append)
+            check_segment(case, piece)
     elif isinstance(piece, Flight):
-        check_flight(piece, numbers, found.append)
+        check_flight(case, piece)
     elif isinstance(piece, Drive):
-        check_drive(piece, numbers, found.append)
-    inner_joins(piece, found.append)
-
-
-def _wind(motion: Motion, held: list[Holding], grid: Grid, found: list[Finding]) -> None:
-    """The flights that were simulated: every flyer's, to the end, if there is wind."""
-    for name, limits in motion.header.robots.items():
-        tracks = [
-            line for line in motion.lines if isinstance(line, FlownTrack) and line.robot == name
-        ]
-        flights = [line for line in motion.lines if isinstance(line, Flight) and line.robot == name]
-        if not tracks:
-            if motion.header.gust > 0 and limits.get("kind") == "flyer" and flights:
-                found.append(Finding(0.0, name, "track", "no flight in the wind is recorded"))
-            continue
-        numbers = {key: float(v) for key, v in limits.items() if isinstance(v, int | float)}
-        before = len(found)
-        begin = 0.0
-        for track in tracks:
-            if abs(track.t0 - begin) > NEAR:
-                what = f"no flight in the wind is recorded from {begin:.3f} s on"
-                found.append(Finding(begin, name, "track", what))
-                return
-            begin = track.t0 + track.step * len(track.rows)
-            check_track(track, numbers, found.append)
-        if begin < motion.outcome.makespan - tracks[-1].step:
-            what = f"no flight in the wind is recorded from {begin:.3f} s on"
-            found.append(Finding(begin, name, "track", what))
-        if len(found) == before:
-            check_flown(tracks, held, grid, flights, numbers, found.append)
-
-
-def _start(name: str, trace: Trace, pieces: list[Moving], found: list[Finding]) -> None:
-    start = trace.header.scenario.robots[name].start
-    if pieces and pieces[0].origin != start:
-        what = f"it starts in region {pieces[0].origin}, not in {start}"
-        found.append(Finding(0.0, name, "order", what))
+        check_drive(case, piece)
+    inner_joins(case, piece)
 
 
 def _free(trace: Trace, region: int) -> bool:
@@ -174,19 +107,16 @@ def _free(trace: Trace, region: int) -> bool:
     return trace.header.scenario.map.grid[row][col] != "#"
 
 
-def _outcome(motion: Motion, found: list[Finding]) -> None:
+def _outcome(case: Examination) -> None:
     """The makespan is when the last piece ends, and the length of the chain that is named."""
-    makespan, chain = motion.outcome.makespan, motion.outcome.chain
-    spans: dict[str, list[tuple[float, float]]] = {}
-    for line in motion.lines:
-        if isinstance(line, Moving):
-            spans.setdefault(line.robot, []).append((line.t0, line.t1))
+    makespan, chain = case.makespan, case.motion.outcome.chain
+    spans = {name: [(p.t0, p.t1) for p in own] for name, own in case.pieces.items() if own}
     last = max((end for own in spans.values() for _, end in own), default=0.0)
 
     def wrong(what: str) -> None:
-        found.append(Finding(makespan, "", "makespan", what))
+        case.wrong(makespan, "", "makespan", what)
 
-    resets = {(line.robot, line.t) for line in motion.lines if isinstance(line, Reset)}
+    resets = {(line.robot, line.t) for line in case.motion.of(Reset)}
     given_up = any((name, own[-1][1]) in resets for name, own in spans.items())
     if spans and abs(last - makespan) > NEAR and not (given_up and last < makespan):
         wrong(f"the last piece of motion ends at {last:.3f} s, not at {makespan:.3f} s")

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from safenav.motion.check.finding import NEAR, Finding, Report
+from safenav.motion.check.examination import NEAR, Examination
 from safenav.motion.check.paths import grid, mass, swing_states
 from safenav.motion.file.records import Foothold, Segment
 
@@ -19,12 +19,13 @@ SHIFT = (0.06, 0.03)
 Wrong = Callable[[float, str, str], None]
 
 
-def check_segment(segment: Segment, limits: Mapping[str, float], report: Report) -> None:
+def check_segment(case: Examination, segment: Segment) -> None:
     """All rules of one segment."""
 
     def wrong(t: float, rule: str, found: str) -> None:
-        report(Finding(segment.t0 + t, segment.robot, rule, found))
+        case.wrong(segment.t0 + t, segment.robot, rule, found)
 
+    limits = case.numbers[segment.robot]
     omega, height = limits["omega"], limits["height"]
     gravity = omega**2 * height
     if abs(gravity - GRAVITY) > 1e-6:

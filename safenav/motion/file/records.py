@@ -9,7 +9,7 @@ A ``row`` is written as the list of its fields.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import ClassVar, TypeVar
 
 from msgspec import Struct, field
 
@@ -76,7 +76,7 @@ class PressurePhase(Struct, frozen=True):
 
 
 class Piece(Struct, frozen=True):
-    """Fields of all pieces of motion: a robot's motion has no gaps."""
+    """Fields of all pieces of motion."""
 
     robot: str
     tick: int
@@ -87,7 +87,12 @@ class Piece(Struct, frozen=True):
     t1: float
 
 
-class Segment(Piece, frozen=True):
+class Moving(Piece, frozen=True):
+    """A piece that says where its robot is at every instant; from the first to the last there are
+    no gaps."""
+
+
+class Segment(Moving, frozen=True):
     """A walker. ``turning``: yaw before, yaw after, and the times between which the body turns;
     ``start``, ``goal``: states of the centre of mass."""
 
@@ -110,7 +115,7 @@ class Curve(Struct, frozen=True):
     yaw: Numbers
 
 
-class Flight(Piece, frozen=True):
+class Flight(Moving, frozen=True):
     """A flyer's reference, or the way of a disc."""
 
     curves: tuple[Curve, ...]
@@ -129,7 +134,7 @@ class Arc(Struct, frozen=True):
     way: Numbers
 
 
-class Drive(Piece, frozen=True):
+class Drive(Moving, frozen=True):
     """A rover."""
 
     arcs: tuple[Arc, ...]
@@ -269,20 +274,9 @@ class MotionOutcome(Struct, frozen=True):
 
 
 Line = (
-    Segment
-    | Flight
-    | Drive
-    | GoalLine
-    | Measured
-    | Reset
-    | FlownTrack
-    | BodyPush
-    | Reserve
-    | Release
-    | Action
-    | Wait
+    Moving | GoalLine | Measured | Reset | FlownTrack | BodyPush | Reserve | Release | Action | Wait
 )
-Moving = Segment | Flight | Drive
+L = TypeVar("L")
 
 
 class Motion(Struct, frozen=True):
@@ -291,3 +285,11 @@ class Motion(Struct, frozen=True):
     header: MotionHeader
     lines: tuple[Line, ...]
     outcome: MotionOutcome
+
+    def of(self, kind: type[L], robot: str | None = None) -> list[L]:
+        """The lines of a kind, of one robot or of all."""
+        return [
+            line
+            for line in self.lines
+            if isinstance(line, kind) and (robot is None or line.robot == robot)
+        ]

@@ -150,7 +150,7 @@ class _Run:
         moved = mover.move(step)
         factor = (end - begun) / (mover.time - begun)
         if abs(mover.time - end) > SLACK:
-            moved = [_slower(p, begun, factor) for p in moved if not isinstance(p, Segment)]
+            moved = [_slower(p, begun, factor) for p in moved]
             mover.time = end
         self._lines += moved
 
@@ -259,7 +259,7 @@ def _tried(mover: Mover, step: Crossing) -> tuple[float, bool]:
     return ahead.time, any(isinstance(piece, Segment) for piece in moved)
 
 
-def _slower(piece: Flight | Drive, begin: float, factor: float) -> Moving:
+def _slower(piece: Moving, begin: float, factor: float) -> Moving:
     """The same way, slower by a factor from ``begin`` on."""
     t0, t1 = (begin + (t - begin) * factor for t in (piece.t0, piece.t1))
     if isinstance(piece, Flight):
@@ -268,6 +268,7 @@ def _slower(piece: Flight | Drive, begin: float, factor: float) -> Moving:
             for c in piece.curves
         )
         return replace(piece, curves=curves, t0=t0, t1=t1)
+    assert isinstance(piece, Drive), "a walker rests first"
     arcs = tuple(
         replace(arc, seconds=arc.seconds * factor, way=_stretched(arc.way, factor))
         for arc in piece.arcs

@@ -57,8 +57,7 @@ def encoded_motion(motion: Motion) -> dict[str, Any]:
         ],
         "actions": [
             [names.index(line.robot), line.obstacle, line.action, _short(line.t0), _short(line.t1)]
-            for line in motion.lines
-            if isinstance(line, Action)
+            for line in motion.of(Action)
         ],
     }
 
@@ -87,9 +86,9 @@ def _track(motion: Motion, robot: str) -> dict[str, Any]:
 def _ghost(motion: Motion, robot: str, times: Array, names: list[str]) -> dict[str, Any]:
     """Return the plan of a robot whose columns are measured: of one with a reference that, of one
     with goals the goal that it has, or had last."""
-    if not any(isinstance(line, Measured) and line.robot == robot for line in motion.lines):
+    if not motion.of(Measured, robot):
         return {}
-    goals = [line for line in motion.lines if isinstance(line, GoalLine) and line.robot == robot]
+    goals = motion.of(GoalLine, robot)
     columns = columns_of(motion, robot, RATE, in_world=False, planned=not goals).columns
     wanted = _WALKER if "com_x" in columns else _BODY
     found = {name: columns[wanted[name]].copy() for name in names if name in wanted}
@@ -116,8 +115,7 @@ def _attitude(
     thrust that its reference takes (thrust along the body's z axis, then turned by its yaw)."""
     rows = [
         (line.t0 + index * line.step, row)
-        for line in motion.lines
-        if isinstance(line, FlownTrack) and line.robot == robot
+        for line in motion.of(FlownTrack, robot)
         for index, row in enumerate(line.rows)
     ]
     if rows:
@@ -142,9 +140,7 @@ def _attitude(
 def _feet(motion: Motion, robot: str) -> Iterator[tuple[int, ...]]:
     """Yield the footholds: x, y and yaw (thousandths), side, down and up (ms), each once."""
     latest: dict[int, tuple[int, int]] = {}
-    for line in motion.lines:
-        if not isinstance(line, Segment) or line.robot != robot:
-            continue
+    for line in motion.of(Segment, robot):
         for foot in sorted(line.feet, key=lambda foot: foot.down):
             place = (round(foot.x * 1000), round(foot.y * 1000))
             if latest.get(foot.side) != place:

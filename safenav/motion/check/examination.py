@@ -1,0 +1,136 @@
+"""A motion beside the trace that it carries out, and the rules that it was found to break."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from math import ceil, floor
+
+import numpy as np
+from msgspec import Struct
+
+from safenav.motion.check.paths import Array, discs
+from safenav.motion.file.records import Action, Motion, Moving
+from safenav.trace.setting import ScenarioHeader
+from safenav.trace.trace import Trace
+
+NEAR = 1e-7
+"""Metres, seconds, radians: what the rounding of a file can explain."""
+STILL = 1e-6
+"""Metres that a body at rest may move by rounding."""
+
+
+class Finding(Struct, frozen=True):
+    """A broken rule: when (seconds), who, which rule, and what was found in metres and seconds."""
+
+    t: float
+    robot: str
+    rule: str
+    found: str
+
+    def __str__(self) -> str:
+        who = f"{self.robot}: " if self.robot else ""
+        return f"t = {self.t:.3f} s: {who}{self.found} [{self.rule}]"
+
+
+class Holding(Struct, frozen=True):
+    """A robot has a region from ``begin`` to ``end``."""
+
+    robot: str
+    region: int
+    begin: float
+    end: float
+
+
+class Grid(Struct, frozen=True):
+    """The map as the checker sees it."""
+
+    rows: int
+    cols: int
+    side: float
+
+    def place(self, region: int) -> tuple[int, int]:
+        """Column from the west, row from the south."""
+        row, col = divmod(region, self.cols)
+        return col, self.rows - 1 - row
+
+    def region(self, cell: tuple[int, int]) -> int:
+        """The region at a place."""
+        return (self.rows - 1 - cell[1]) * self.cols + cell[0]
+
+    def distance(self, points: Array, cell: tuple[int, int]) -> Array:
+        """From each point (n, 2) to a cell; 0 inside it."""
+        west, south = cell[0] * self.side, cell[1] * self.side
+        dx = np.maximum(0.0, np.maximum(west - points[:, 0], points[:, 0] - west - self.side))
+        dy = np.maximum(0.0, np.maximum(south - points[:, 1], points[:, 1] - south - self.side))
+        apart: Array = np.hypot(dx, dy)
+        return apart
+
+    def cells(self, points: Array, radius: float) -> Iterable[tuple[int, int]]:
+        """All cells that discs of this radius around the points could touch."""
+        low = (points.min(axis=0) - radius) / self.side
+        high = (points.max(axis=0) + radius) / self.side
+        for col in range(floor(low[0]), ceil(high[0]) + 1):
+            for row in range(floor(low[1]), ceil(high[1]) + 1):
+                yield col, row
+
+
+class Examination:
+    """What the rules look at, and the ``findings`` so far. ``pieces``: of each robot in the order
+    of the file; ``numbers``: of each robot in the header; ``conflicts``: with whom each must never
+    share a region; ``held``: who has which region when."""
+
+    def __init__(self, motion: Motion, trace: Trace) -> None:
+        header = motion.header
+        self.motion, self.trace = motion, trace
+        self.findings: list[Finding] = []
+        self.pieces = {name: motion.of(Moving, name) for name in header.robots}
+        self.actions = motion.of(Action)
+        self.numbers = {
+            name: {key: float(v) for key, v in own.items() if isinstance(v, int | float)}
+            for name, own in header.robots.items()
+        }
+        self.driven = {name: own for name, own in header.robots.items() if "driven" in own}
+        """The robots that were really driven; none in a motion that is only computed."""
+        self.makespan = motion.outcome.makespan
+        self.grid = Grid(header.rows, header.cols, header.side)
+        self.conflicts = conflicts_of(trace.header.scenario)
+        self.held: list[Holding] = []
+
+    def wrong(self, t: float, robot: str, rule: str, found: str) -> None:
+        """Report that a rule is broken."""
+        self.findings.append(Finding(t, robot, rule, found))
+
+    def in_conflict(self, one: str, other: str) -> bool:
+        return other in self.conflicts[one] or one in self.conflicts[other]
+
+    def radius(self, robot: str) -> float:
+        """The radius of the disc that its body fits in, in metres."""
+        return self.numbers[robot].get("size", 0.0) / 2
+
+    def body(self, robot: str, begin: float, end: float) -> Array:
+        """The centres of a body (n, 2) between two times, by the pieces of motion between them."""
+        found = [np.empty((0, 2))]
+        for piece in self.pieces[robot]:
+            if piece.t0 < end - NEAR and piece.t1 > begin + NEAR:
+                path = discs(piece, self.numbers[robot])[0]
+                inside = (path.times >= begin - NEAR) & (path.times <= end + NEAR)
+                found.append(path.centres[inside])
+        return np.concatenate(found)
+
+    def places(self, robot: str, times: Array) -> Array:
+        """The middle of a body (n, 2) at some times."""
+        bodies = [discs(piece, self.numbers[robot])[0] for piece in self.pieces[robot]]
+        samples = np.concatenate([body.times for body in bodies])
+        centres = np.concatenate([body.centres for body in bodies])
+        order = np.argsort(samples, kind="stable")
+        columns = [np.interp(times, samples[order], centres[order, axis]) for axis in (0, 1)]
+        return np.stack(columns, axis=1)
+
+
+def conflicts_of(scenario: ScenarioHeader) -> dict[str, frozenset[str]]:
+    """With whom each robot must never share a region."""
+    found = {}
+    for name, robot in scenario.robots.items():
+        others = (n for n, other in scenario.robots.items() if other.layer == robot.layer)
+        found[name] = frozenset(others) - {name} if robot.conflicts is None else robot.conflicts
+    return found
