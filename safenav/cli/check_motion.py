@@ -54,21 +54,19 @@ def command(
     from safenav.motion.check.verdict import check_motion
     from safenav.motion.file.reading import read_motion
     from safenav.motion.requirements import SATISFIED, MotionRecording, judged, requirements_of
-    from safenav.motion.source import read_source
+    from safenav.trace.reading import read_trace
     from safenav.trace.words import counted
 
-    source = read_source(trace)
+    run = read_trace(trace)
     moved = read_motion(motion)
-    found = check_motion(moved, source.trace, source.digest)
-    formulas = requirements_of(source.trace, more)
+    found = check_motion(moved, run)
+    formulas = requirements_of(run, more)
     # A motion that breaks rules has no signals to rely on.
-    judgements = [] if found else judged(MotionRecording(moved, source.trace, rate), formulas)
+    judgements = [] if found else judged(MotionRecording(moved, run, rate), formulas)
     ok = not found and all(one.verdict == SATISFIED for one in judgements)
     if as_json:
         data = {"ok": ok, "findings": [to_builtins(finding) for finding in found]}
-        data["execution"] = (
-            [] if found else [to_builtins(one) for one in trackings(moved, source.trace)]
-        )
+        data["execution"] = [] if found else [to_builtins(one) for one in trackings(moved, run)]
         data["requirements"] = [one.data() for one in judgements]
         click.echo(json.dumps(data, indent=2))
         return ExitCode.OK if ok else ExitCode.NEGATIVE
@@ -82,7 +80,7 @@ def command(
         robots = counted(len(moved.header.robots), "robot")
         seconds = moved.outcome.makespan
         click.echo(f"{motion}: no rule broken in {seconds:.1f} s of {robots}")
-        for tracking in trackings(moved, source.trace):
+        for tracking in trackings(moved, run):
             click.echo(str(tracking))
     for one in judgements:
         click.echo(str(one))

@@ -204,9 +204,8 @@ def _write_motion(
 ) -> None:
     from safenav.fleet.driven import driven_motion
     from safenav.motion.file.writing import text_of
-    from safenav.motion.source import read_source
     from safenav.outfile import write_bytes
+    from safenav.trace.reading import read_trace
 
-    source = read_source(trace)
-    made = driven_motion(source.trace, source.digest, world, fleet.stations, mission.began)
+    made = driven_motion(read_trace(trace), world, fleet.stations, mission.began)
     write_bytes(motion, text_of(made).encode())

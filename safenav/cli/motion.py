@@ -62,18 +62,18 @@ def command(
     from safenav.motion.file.writing import text_of
     from safenav.motion.making import SIDE, Disturbances, motion_of
     from safenav.motion.report import report_of
-    from safenav.motion.source import read_source
     from safenav.outfile import write_bytes
+    from safenav.trace.reading import read_trace
 
     if output is None and not report:
         raise click.UsageError("nothing to do: give -o FILE, --report, or both")
-    source = read_source(trace)
-    if side is None and source.trace.header.scenario.map.resolution is None:
+    run = read_trace(trace)
+    if side is None and run.header.scenario.map.resolution is None:
         click.echo(
             f"{trace}: no region size given; using {SIDE:g} m (change with --side M)",
             err=True,
         )
-    motion = motion_of(source.trace, source.digest, side, Disturbances(seed, gust, push))
+    motion = motion_of(run, side, Disturbances(seed, gust, push))
     if output is not None:
         write_bytes(output, text_of(motion).encode())
     if report:

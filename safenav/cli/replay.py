@@ -132,24 +132,25 @@ def command(
 
 def _page3d(trace: Path, file: Path | None) -> str:
     """The page in 3D, with the motion in a file or one that is made for the trace."""
+    from safenav.trace.reading import read_trace
+
     try:
         from safenav.motion.file.reading import read_motion
         from safenav.motion.making import motion_of
-        from safenav.motion.source import read_source
         from safenav.report.view3d.html import page3d_of
     except ModuleNotFoundError as error:
         raise missing("the 3D page", str(error.name), "motion") from error
-    source = read_source(trace)
+    run = read_trace(trace)
     if file is None:
-        motion = motion_of(source.trace, source.digest)
+        motion = motion_of(run)
     else:
         motion = read_motion(file)
-        if motion.header.trace != source.digest:
+        if motion.header.trace != run.digest:
             raise UsageError(
                 f"{file}: the motion of another trace than {trace}\n"
                 f"    make it again: safenav motion {trace} -o {file}"
             )
-    return page3d_of(source.trace, trace.name, motion)
+    return page3d_of(run, trace.name, motion)
 
 
 def _moment(replay: Replay, written: str) -> tuple[int, float]:

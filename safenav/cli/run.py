@@ -331,14 +331,13 @@ def _write_motion(trace: Path, motion: Path) -> list[str]:
     from safenav.motion.file.writing import text_of
     from safenav.motion.making import motion_of
     from safenav.motion.requirements import MotionRecording, judged, requirements_of
-    from safenav.motion.source import read_source
     from safenav.outfile import write_bytes
+    from safenav.trace.reading import read_trace
 
-    source = read_source(trace)
-    made = motion_of(source.trace, source.digest)
+    read = read_trace(trace)
+    made = motion_of(read)
     write_bytes(motion, text_of(made).encode())
-    recording = MotionRecording(made, source.trace)
-    found = judged(recording, requirements_of(source.trace))
+    found = judged(MotionRecording(made, read), requirements_of(read))
     return [one.complaint for one in found if one.complaint]
 
 

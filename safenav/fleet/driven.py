@@ -52,13 +52,12 @@ Step = tuple[records.Depart, records.Arrive | None]
 
 def driven_motion(
     trace: Trace,
-    digest: str,
     world: FleetWorld,
     stations: Mapping[str, Station],
     began: float,
 ) -> Motion:
-    """The motion of a drive that is over. ``digest``: sha256 of its trace's file; ``began``: when
-    the run began, on the clock of the world, which has a recording.
+    """The motion of a drive that is over. ``began``: when the run began, on the clock of the world,
+    which has a recording.
 
     Raises UsageError or InputError if a robot's model does not say how it moves in metres.
     """
@@ -96,7 +95,7 @@ def driven_motion(
     }
     origin = trace.header.scenario.map.origin or (0.0, 0.0, 0.0)
     header = MotionHeader(
-        digest,
+        trace.digest,
         safenav.__version__,
         floor.side,
         floor.rows,

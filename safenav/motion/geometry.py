@@ -45,6 +45,12 @@ class MetricFloor(Struct, frozen=True):
         half = self.side / 2
         return Box(x - half, y - half, x + half, y + half)
 
+    def corridor(self, one: int, other: int, inset: float = 0.0) -> Box:
+        """The region of a rest, or the two regions of a step; less a rim, in metres."""
+        a, b = self.box(one), self.box(other)
+        west, south = min(a.west, b.west) + inset, min(a.south, b.south) + inset
+        return Box(west, south, max(a.east, b.east) - inset, max(a.north, b.north) - inset)
+
     def heading(self, origin: int, to: int) -> str:
         """The heading of a step between two regions that lie side by side."""
         (row, col), (next_row, next_col) = divmod(origin, self.cols), divmod(to, self.cols)
@@ -68,12 +74,8 @@ def way(heading: str) -> tuple[int, int]:
     return _WAYS[heading]
 
 
-def margin(points: Array, boxes: list[Box]) -> Array:
-    """How far inside the union of boxes each of the points (n, 2) is, in metres; negative
-    outside. The boxes are one box, or two that share a side (a step of a robot), so that the
-    union is a rectangle."""
-    west, south = min(b.west for b in boxes), min(b.south for b in boxes)
-    east, north = max(b.east for b in boxes), max(b.north for b in boxes)
+def margin(points: Array, box: Box) -> Array:
+    """How far inside a box each of the points (n, 2) is, in metres; negative outside."""
     x, y = points[:, 0], points[:, 1]
-    inside: Array = np.minimum.reduce([x - west, east - x, y - south, north - y])
+    inside: Array = np.minimum.reduce([x - box.west, box.east - x, y - box.south, box.north - y])
     return inside

@@ -49,10 +49,9 @@ UNDISTURBED = Disturbances()
 
 
 def motion_of(
-    trace: Trace, digest: str, side: float | None = None, against: Disturbances = UNDISTURBED
+    trace: Trace, side: float | None = None, against: Disturbances = UNDISTURBED
 ) -> Motion:
-    """The motion of a run. ``digest``: sha256 of the trace's file; ``side``: metres of a region,
-    if not as the trace says.
+    """The motion of a run. ``side``: metres of a region, if not as the trace says.
 
     Raises UsageError or InputError if somebody cannot move so.
     """
@@ -68,7 +67,7 @@ def motion_of(
     if against.push:
         lines = _struck(lines, movers, floor, against)
     header = MotionHeader(
-        trace=digest,
+        trace=trace.digest,
         safenav=safenav.__version__,
         side=floor.side,
         rows=floor.rows,

@@ -62,8 +62,8 @@ def _room(motion: Motion, robot: str, columns: Columns) -> float:
     for line in motion.of(Moving, robot):
         inside = (columns.times >= line.t0) & (columns.times <= line.t1)
         if inside.any():
-            boxes = [floor.box(region) for region in {line.origin, line.to}]
-            least = min(least, float(margin(points[inside], boxes).min()))
+            box = floor.corridor(line.origin, line.to)
+            least = min(least, float(margin(points[inside], box).min()))
     return float(least)
 
 

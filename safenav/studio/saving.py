@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import zipfile
 from collections.abc import Callable, Mapping
-from hashlib import sha256
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -36,7 +35,7 @@ def page_3d(trace: bytes, name: str) -> bytes:
     from safenav.trace.reading import read_bytes
 
     read = read_bytes(trace, name)
-    return page3d_of(read, name, motion_of(read, sha256(trace).hexdigest())).encode()
+    return page3d_of(read, name, motion_of(read)).encode()
 
 
 def frames(trace: bytes, name: str) -> bytes:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterable
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -54,7 +55,7 @@ def read_bytes(content: bytes, source: str = "<trace>") -> Trace:
         cut_off = not _is_json(unfinished)
         if not cut_off:
             reader.take(len(lines) + 1, unfinished)
-    return reader.trace(cut_off)
+    return replace(reader.trace(cut_off), digest=sha256(content).hexdigest())
 
 
 class _Reader:

@@ -10,13 +10,15 @@ from safenav.trace.setting import ObstacleHeader
 
 class Trace(Struct, frozen=True):
     """A whole trace. ``cut_off``: its last line was incomplete (the writer was killed).
-    ``ignored`` counts the lines of types that this version does not know."""
+    ``ignored`` counts the lines of types that this version does not know; ``digest``: sha256 of
+    its file."""
 
     source: str
     header: Header
     records: tuple[Record, ...]
     cut_off: bool
     ignored: int
+    digest: str = ""
 
     @property
     def outcome(self) -> End | None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import tempfile
 from functools import cache
-from hashlib import sha256
 from pathlib import Path
 
 from msgspec.structs import replace
@@ -57,17 +56,13 @@ def trace_of(name: str) -> Trace:
     return read_bytes(trace_bytes(name), f"{name}.jsonl")
 
 
-def digest_of(name: str) -> str:
-    return sha256(trace_bytes(name)).hexdigest()
-
-
 @cache
 def motion(name: str) -> Motion:
     """The motion of a shipped scenario, as a reader of its file has it."""
     file = f"{name}.motion.jsonl"
 
     def make(folder: Path) -> None:
-        made = motion_of(trace_of(name), digest_of(name))
+        made = motion_of(trace_of(name))
         (folder / file).write_bytes(text_of(made).encode())
 
     return parsed((made_once(f"motion of {name}", make) / file).read_bytes(), file)

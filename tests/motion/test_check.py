@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from hashlib import sha256
 
 import pytest
 from msgspec.structs import replace
 
-from motion.runs import SHIPPED, digest_of, motion, played, trace_of
+from motion.runs import SHIPPED, motion, played, trace_of
 from safenav.motion.check.examination import Finding
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.file.records import (
@@ -30,7 +29,7 @@ DOOR = "case_study_1"
 
 
 def judged(found: Motion, name: str = DOOR) -> list[Finding]:
-    return check_motion(found, trace_of(name), digest_of(name))
+    return check_motion(found, trace_of(name))
 
 
 def changed(found: Motion, pick: Callable[[Line], bool], change: Callable[[Line], Line]) -> Motion:
@@ -192,7 +191,7 @@ def test_another_height_is_refused() -> None:
 
 
 def test_motion_of_another_trace_is_refused() -> None:
-    found = check_motion(motion(DOOR), trace_of("case_study_2"), digest_of("case_study_2"))
+    found = check_motion(motion(DOOR), trace_of("case_study_2"))
     assert len(found) == 1
     assert "of another trace" in found[0].found
 
@@ -262,9 +261,9 @@ until: {rounds: 1}
 def test_a_robot_without_charge_that_moves_is_refused() -> None:
     """It rolls by 0.3 m and back beside the drone that brings its battery."""
     told = played(FLAT)
-    trace, digest = read_bytes(told), sha256(told).hexdigest()
-    good = motion_of(trace, digest)
-    assert check_motion(good, trace, digest) == []
+    trace = read_bytes(told)
+    good = motion_of(trace)
+    assert check_motion(good, trace) == []
     flat = next(r.tick for r in trace.records if isinstance(r, Service))
 
     def rests(line: Line) -> bool:
@@ -278,6 +277,6 @@ def test_a_robot_without_charge_that_moves_is_refused() -> None:
         x = (curve.x[0], 0.0, bump * d * d, -2 * bump * d, bump, 0.0)
         return replace(line, curves=(replace(curve, x=x),))
 
-    (found,) = check_motion(changed(good, rests, rolls), trace, digest)
+    (found,) = check_motion(changed(good, rests, rolls), trace)
     assert found.rule == "charge"
     assert "cart: moves by 0.300 m without charge" in str(found)

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import csv
 import io
-from hashlib import sha256
 from itertools import pairwise
 
 import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from motion.runs import digest_of, motion, played, trace_of
+from motion.runs import motion, played, trace_of
 from safenav.errors import UsageError
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.columns import columns_of, csv_text, npz_bytes
@@ -74,7 +73,7 @@ def test_tables_hold_all_columns() -> None:
 
 
 def test_flight_in_wind_has_its_attitude_and_its_reference() -> None:
-    made = motion_of(trace_of(NAME), digest_of(NAME), None, Disturbances(gust=2.0))
+    made = motion_of(trace_of(NAME), None, Disturbances(gust=2.0))
     found = columns_of(made, "quad", 20.0).columns
     off = np.hypot(found["x"] - found["ref_x"], found["y"] - found["ref_y"])
     assert 0 < off.max() < 0.15
@@ -106,8 +105,7 @@ def test_a_run_in_which_nobody_moves_still_says_where_everybody_stands() -> None
         "until: {rounds: 1}\n"
     )
     trace = read_bytes(content, "made")
-    digest = sha256(content).hexdigest()
-    still = motion_of(trace, digest)
+    still = motion_of(trace)
     found = columns_of(still, "a", 10.0).columns
     assert set(found["x"]) == {1.5 * 2.7} and set(found["vel_x"]) == {0.0}
-    assert check_motion(still, trace, digest) == []
+    assert check_motion(still, trace) == []

@@ -102,7 +102,7 @@ def test_who_acts_may_reach_into_what_the_resolution_sweeps_and_nowhere_else(dri
     def room(sweeps: tuple[int, ...] | None) -> list[str]:
         found = Discovered(0, replace(door, sweeps=sweeps))
         trace = replace(drive.trace, records=(found, *drive.trace.records))
-        judged = check_motion(acting, trace, drive.digest)
+        judged = check_motion(acting, trace)
         return [finding.found for finding in judged if finding.rule == "measured room"]
 
     assert room(tuple(range(15, 20))) == []

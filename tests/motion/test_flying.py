@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from functools import cache
-from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from motion.runs import digest_of, played, trace_of
+from motion.runs import played, trace_of
 from once import made_once
 from safenav.errors import UsageError
 from safenav.motion.check.verdict import check_motion
@@ -29,7 +28,7 @@ pytestmark = pytest.mark.slow
 @cache
 def windy(gust: float) -> Motion:
     def make(folder: Path) -> None:
-        made = motion_of(trace_of(NAME), digest_of(NAME), None, Disturbances(1, gust=gust))
+        made = motion_of(trace_of(NAME), None, Disturbances(1, gust=gust))
         (folder / "windy").write_bytes(text_of(made).encode())
 
     return parsed((made_once(f"wind of {gust}", make) / "windy").read_bytes(), "windy")
@@ -59,7 +58,7 @@ def test_gusts_of_2_metres_a_second_push_it_off_by_centimetres() -> None:
 
 @pytest.mark.parametrize("gust", [2.0, 5.0])
 def test_flight_in_wind_is_accepted_by_the_checker(gust: float) -> None:
-    assert check_motion(windy(gust), trace_of(NAME), digest_of(NAME)) == []
+    assert check_motion(windy(gust), trace_of(NAME)) == []
 
 
 def test_gusts_beyond_the_tilt_limit_are_refused() -> None:
@@ -79,7 +78,7 @@ def test_same_seed_gives_the_same_wind() -> None:
 
     def flown(seed: int) -> str:
         wind = Disturbances(seed, gust=2.0)
-        return text_of(motion_of(read_bytes(run), sha256(run).hexdigest(), None, wind))
+        return text_of(motion_of(read_bytes(run), None, wind))
 
     assert flown(1) == flown(1) != flown(2)
 
@@ -92,7 +91,7 @@ def test_track_that_is_shifted_is_refused() -> None:
     assert isinstance(track, FlownTrack)
     rows = tuple((row[0] + 0.3, *row[1:]) for row in track.rows)
     lines[index] = replace(track, rows=rows)
-    found = check_motion(replace(motion, lines=tuple(lines)), trace_of(NAME), digest_of(NAME))
+    found = check_motion(replace(motion, lines=tuple(lines)), trace_of(NAME))
     assert any(f.rule == "track" for f in found)
 
 
@@ -104,7 +103,7 @@ def test_thrust_that_does_not_explain_the_flight_is_refused() -> None:
     assert isinstance(track, FlownTrack)
     rows = tuple((*row[:13], row[13] * 1.3, *row[14:]) for row in track.rows)
     lines[index] = replace(track, rows=rows)
-    found = check_motion(replace(motion, lines=tuple(lines)), trace_of(NAME), digest_of(NAME))
+    found = check_motion(replace(motion, lines=tuple(lines)), trace_of(NAME))
     assert any("than its thrust explains" in f.found for f in found)
 
 

@@ -14,7 +14,7 @@ from math import cos, pi, sin
 import numpy as np
 import pytest
 
-from motion.runs import digest_of, trace_of
+from motion.runs import trace_of
 from motion.test_walking import walker, wandering
 from motion.walking import lateral_order, longest_step, mass, swing_path
 from safenav.errors import UsageError
@@ -101,23 +101,23 @@ def test_centre_of_pressure_stays_under_the_foot() -> None:
 @pytest.mark.parametrize("seed", [1, 3])
 def test_run_under_blows_is_accepted_by_the_checker(seed: int) -> None:
     name = "two_digits"
-    made = motion_of(trace_of(name), digest_of(name), None, Disturbances(seed, push=SIZE))
+    made = motion_of(trace_of(name), None, Disturbances(seed, push=SIZE))
     made = parsed(text_of(made).encode(), "pushed")
     assert sum(1 for line in made.lines if isinstance(line, BodyPush)) > 100
-    assert check_motion(made, trace_of(name), digest_of(name)) == []
+    assert check_motion(made, trace_of(name)) == []
 
 
 def test_blow_that_the_file_does_not_tell_is_refused() -> None:
     name = "two_digits"
-    made = motion_of(trace_of(name), digest_of(name), None, Disturbances(1, push=SIZE))
+    made = motion_of(trace_of(name), None, Disturbances(1, push=SIZE))
     lines = list(made.lines)
     lines.remove(next(line for line in lines if isinstance(line, BodyPush)))
     hidden = parsed(text_of(type(made)(made.header, tuple(lines), made.outcome)).encode(), "f")
-    found = check_motion(hidden, trace_of(name), digest_of(name))
+    found = check_motion(hidden, trace_of(name))
     assert any("its velocity jumps by" in finding.found for finding in found)
 
 
 def test_blows_that_nobody_could_stand_are_told() -> None:
     name = "two_digits"
     with pytest.raises(UsageError, match="falls at t = "):
-        motion_of(trace_of(name), digest_of(name), None, Disturbances(1, push=1.0))
+        motion_of(trace_of(name), None, Disturbances(1, push=1.0))

@@ -391,7 +391,7 @@ def test_a_robot_or_a_rate_that_cannot_be_is_refused() -> None:
 
 def test_a_push_lets_a_speed_jump_at_its_instant() -> None:
     trace = trace_of("hello")
-    shaken = motion_of(trace, "", against=Disturbances(seed=3, push=0.05))
+    shaken = motion_of(trace, against=Disturbances(seed=3, push=0.05))
     recording = MotionRecording(shaken, trace)
     walkers = [name for name, limits in shaken.header.robots.items() if limits["kind"] == "walker"]
     assert walkers, "hello has a walker"

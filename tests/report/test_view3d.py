@@ -16,8 +16,8 @@ from safenav.errors import UsageError
 from safenav.motion.columns import columns_of
 from safenav.motion.file.records import Action
 from safenav.motion.making import motion_of
-from safenav.motion.source import read_source
 from safenav.report.view3d.encode import RATE, encoded_motion
+from safenav.trace.reading import read_trace
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "case_study_1.yaml"
 
@@ -60,8 +60,8 @@ def test_a_case_study_fits_into_400_kilobytes_and_names_no_other_file(page: Path
 
 
 def test_the_samples_are_where_the_robots_are(trace: Path) -> None:
-    source = read_source(trace)
-    motion = motion_of(source.trace, source.digest)
+    run = read_trace(trace)
+    motion = motion_of(run)
     data = encoded_motion(motion)
     assert data["samples"] == pytest.approx(motion.outcome.makespan * RATE, abs=2)
     assert all(begin < end for _, _, begin, end in data["reserved"])
@@ -71,8 +71,8 @@ def test_the_samples_are_where_the_robots_are(trace: Path) -> None:
 
 def test_text_and_picture_show_one_moment(trace: Path, page: Path, browser: Browser) -> None:
     """The words change when the bodies do: at the instant at which the push has ended."""
-    source = read_source(trace)
-    motion = motion_of(source.trace, source.digest)
+    run = read_trace(trace)
+    motion = motion_of(run)
     (push,) = [line for line in motion.lines if isinstance(line, Action)]
     browser.open(page)
     browser.wait(lambda: browser.all(".stage3d canvas"))
@@ -166,8 +166,8 @@ def test_all_places_are_named(ward_page: Path, browser: Browser) -> None:
 def test_what_is_said_of_a_robot_is_where_it_is_drawn(
     ward: Path, ward_page: Path, browser: Browser
 ) -> None:
-    source = read_source(ward)
-    motion = motion_of(source.trace, source.digest)
+    run = read_trace(ward)
+    motion = motion_of(run)
     data = encoded_motion(motion)
     columns = {
         name: columns_of(motion, name, RATE, in_world=False) for name in motion.header.robots
@@ -210,8 +210,7 @@ def test_a_camera_follows_the_story(ward_page: Path, browser: Browser) -> None:
 
 
 def test_robots_of_the_air_fly_by_default(ward: Path) -> None:
-    source = read_source(ward)
-    robots = motion_of(source.trace, source.digest).header.robots
+    robots = motion_of(read_trace(ward)).header.robots
     kinds = {name: robot["kind"] for name, robot in robots.items()}
     assert kinds["eye"] == "flyer"
     assert kinds["tug_1"] == "disc"

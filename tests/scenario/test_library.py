@@ -39,7 +39,7 @@ def test_each_robot_moves_as_the_checker_demands(name: str) -> None:
     trace = read_bytes(run({"one": robot}, []), name)
     assert trace.outcome is not None
     assert trace.outcome.outcome == "completed"
-    assert check_motion(motion_of(trace, ""), trace, "") == []
+    assert check_motion(motion_of(trace), trace) == []
 
 
 @pytest.mark.parametrize("name", LIBRARY.obstacles)

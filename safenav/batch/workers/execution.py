@@ -34,6 +34,7 @@ from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.synthesis.binary import Binary, find_binary
 from safenav.synthesis.slugs import Synthesizer
+from safenav.trace.reading import read_trace
 from safenav.trace.writing import Listener, TraceWriter
 
 if TYPE_CHECKING:
@@ -120,12 +121,10 @@ def _required(trace: Path) -> list[Judgement]:
     try:
         from safenav.motion.making import motion_of
         from safenav.motion.requirements import MotionRecording, judged, requirements_of
-        from safenav.motion.source import read_source
     except ModuleNotFoundError as error:
         raise missing("'requirements' of a scenario", str(error.name), "motion") from error
-    source = read_source(trace)
-    recording = MotionRecording(motion_of(source.trace, source.digest), source.trace)
-    return judged(recording, requirements_of(source.trace))
+    run = read_trace(trace)
+    return judged(MotionRecording(motion_of(run), run), requirements_of(run))
 
 
 def _certify(

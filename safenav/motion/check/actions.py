@@ -39,7 +39,7 @@ def check_actions(case: Examination) -> None:
             if off > STILL:
                 what = f"acts on {action.obstacle} {off:.3f} m outside region {record.at}"
                 case.wrong(action.t0, action.robot, "action", what)
-        obstacle = case.trace.obstacles.get(action.obstacle)
+        obstacle = case.obstacles.get(action.obstacle)
         if obstacle is not None:
             _behind(case, obstacle.region, action)
 

@@ -81,7 +81,7 @@ class Examination:
 
     def __init__(self, motion: Motion, trace: Trace) -> None:
         header = motion.header
-        self.motion, self.trace = motion, trace
+        self.motion, self.trace, self.obstacles = motion, trace, trace.obstacles
         self.findings: list[Finding] = []
         self.pieces = {name: motion.of(Moving, name) for name in header.robots}
         self.actions = motion.of(Action)

@@ -57,7 +57,7 @@ class TrackingError(Struct, frozen=True):
 def check_execution(case: Examination) -> None:
     """Every rule, for every robot that was driven."""
     ways: dict[str, MeasuredWay] = {}
-    swept = {name: told.sweeps or () for name, told in case.trace.obstacles.items()}
+    swept = {name: told.sweeps or () for name, told in case.obstacles.items()}
     for name, limits in case.driven.items():
         way = _way(case, name)
         if way is None:

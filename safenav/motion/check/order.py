@@ -175,7 +175,7 @@ class _Order:
     def __init__(self, case: Examination, steps: Mapping[int, Passage]) -> None:
         self.case, self.steps = case, steps
         self.robots = case.trace.header.scenario.robots
-        self.obstacles = case.trace.obstacles
+        self.obstacles = case.obstacles
         self.waiting = list(case.actions)
         self.at = {name: robot.start for name, robot in self.robots.items()}
         """Where each robot is: in its old region until it arrives."""

@@ -22,10 +22,10 @@ WALKER = ("omega", "height", "step", "aside", "friction", "swing", "size")
 """The fields that the header must hold for a walker."""
 
 
-def check_motion(motion: Motion, trace: Trace, digest: str) -> list[Finding]:
-    """Every broken rule, by time; none if the motion carries out the trace (``digest``: sha256
-    of its file) as docs/motion.md demands."""
-    if found := _header(motion, trace, digest):
+def check_motion(motion: Motion, trace: Trace) -> list[Finding]:
+    """Every broken rule, by time; none if the motion carries out the trace as docs/motion.md
+    demands."""
+    if found := _header(motion, trace):
         return [Finding(0.0, "", "header", found)]
     moving = motion.of(Moving)
     unknown = next((p.robot for p in moving if p.robot not in motion.header.robots), None)
@@ -66,10 +66,10 @@ def _paths(case: Examination) -> None:
     _outcome(case)
 
 
-def _header(motion: Motion, trace: Trace, digest: str) -> str:
+def _header(motion: Motion, trace: Trace) -> str:
     """What is wrong with the header; empty if nothing is."""
     header, world = motion.header, trace.header.scenario.map
-    if header.trace != digest:
+    if header.trace != trace.digest:
         return "the motion is of another trace: the sha256 of its header is not this one's"
     if (header.rows, header.cols) != (world.rows, world.cols):
         return f"a map of {header.rows} x {header.cols} regions"

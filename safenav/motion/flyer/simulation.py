@@ -15,7 +15,7 @@ from safenav.motion.file.records import Curve, Flight, FlownTrack
 from safenav.motion.flyer.body import DRAG, RATE, STEP, Body
 from safenav.motion.flyer.tracking import HORIZON, AxisTracker
 from safenav.motion.flyer.tracking import STEP as PERIOD
-from safenav.motion.geometry import Box, MetricFloor
+from safenav.motion.geometry import MetricFloor
 from safenav.motion.polynomial import derivative, values
 from safenav.pace.robot import PEAK_ACCELERATION
 
@@ -126,7 +126,7 @@ def _sampled(
             states[inside] = _states(curve, since)
             altitude[inside], yaw[inside] = values(curve.z, since), values(curve.yaw, since)
             begin += curve.seconds
-        box = _corridor(floor, flight, size / 2)
+        box = floor.corridor(flight.origin, flight.to, size / 2)
         boxes[chosen] = (box.west, box.south, box.east, box.north)
     return SampledReference(states, altitude, yaw, boxes)
 
@@ -138,14 +138,3 @@ def _states(curve: Curve, since: Array) -> Array:
         columns += [values(path, since) for path in paths]
         paths = (derivative(paths[0]), derivative(paths[1]))
     return np.stack(columns, axis=1)
-
-
-def _corridor(floor: MetricFloor, flight: Flight, inset: float) -> Box:
-    """Where the middle of the body may be: the regions of the flight, less its radius."""
-    one, other = floor.box(flight.origin), floor.box(flight.to)
-    return Box(
-        min(one.west, other.west) + inset,
-        min(one.south, other.south) + inset,
-        max(one.east, other.east) - inset,
-        max(one.north, other.north) - inset,
-    )

@@ -10,7 +10,7 @@ from math import cos, pi, sin
 import numpy as np
 
 from safenav.motion.file.records import BodyPush, Line, Segment
-from safenav.motion.geometry import Box, MetricFloor
+from safenav.motion.geometry import MetricFloor
 from safenav.motion.walker.courses import Actual, PendingMove
 from safenav.motion.walker.cutting import split
 from safenav.motion.walker.recovery import recovered
@@ -29,7 +29,7 @@ def pushed(
     chance = random.Random(seed)
     found: list[Line] = []
     actual: Actual | None = None
-    courses = [PendingMove(segment, _corridor(floor, segment)) for segment in segments]
+    courses = [PendingMove(s, floor.corridor(s.origin, s.to)) for s in segments]
     for course, following in zip_longest(courses, courses[1:]):
         planned = segment = course.segment
         if planned.primitive in ("stop", "stand"):
@@ -71,14 +71,3 @@ def _left(segment: Segment, planned: Segment) -> Actual | None:
     if max(float(off), abs(foot.x - wanted.x), abs(foot.y - wanted.y)) < EXACT:
         return None
     return Actual(np.array(segment.goal), (foot.x, foot.y))
-
-
-def _corridor(floor: MetricFloor, segment: Segment) -> Box:
-    """The regions of a move."""
-    one, other = floor.box(segment.origin), floor.box(segment.to)
-    return Box(
-        min(one.west, other.west),
-        min(one.south, other.south),
-        max(one.east, other.east),
-        max(one.north, other.north),
-    )

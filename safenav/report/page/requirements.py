@@ -22,7 +22,7 @@ def curves_of(trace: Trace) -> list[dict[str, object]]:
         from safenav.motion.making import motion_of
         from safenav.motion.requirements import curves
 
-        motion = motion_of(trace, "")
+        motion = motion_of(trace)
         found = curves(motion, trace)
     except (ModuleNotFoundError, SafenavError):
         return []
