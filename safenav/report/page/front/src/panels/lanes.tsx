@@ -27,9 +27,6 @@ export function doingAt(run: Run, robot: Robot, tick: number): Doing {
   return moved ? "moving" : "still";
 }
 
-/** So many lanes that they are too low for letters. */
-const MANY = 8;
-
 interface Stretch {
   doing: Doing;
   first: number;
@@ -48,11 +45,7 @@ function stretchesOf(run: Run, robot: Robot): Stretch[] {
 }
 
 export const Lanes = memo(({ run, player }: { run: Run; player: Player }) => (
-  <ol
-    class={run.robots.length > MANY ? "lanes many" : "lanes"}
-    style={{ "--lane": `${Math.min(10, 66 / run.robots.length)}px` }}
-    aria-hidden="true"
-  >
+  <ol class="lanes" aria-hidden="true" tabIndex={-1}>
     {run.robots.map((robot, i) => (
       <Lane key={robot.name} run={run} player={player} index={i} />
     ))}

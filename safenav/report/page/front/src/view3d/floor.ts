@@ -3,6 +3,7 @@
 import {
   BoxGeometry,
   BufferGeometry,
+  CanvasTexture,
   Float32BufferAttribute,
   Group,
   InstancedMesh,
@@ -37,6 +38,7 @@ export class Floor {
   private readonly walls: InstancedMesh<BoxGeometry, MeshLambertMaterial>;
   private readonly ground: Mesh<PlaneGeometry, MeshBasicMaterial>;
   private readonly lines: LineSegments<BufferGeometry, LineBasicMaterial>;
+  private readonly charger: MeshBasicMaterial;
 
   constructor(
     private readonly run: Run,
@@ -65,6 +67,12 @@ export class Floor {
       new MeshLambertMaterial({ transparent: true }),
       regions.length,
     );
+    this.charger = new MeshBasicMaterial({ map: pictogram(run.charger), transparent: true, depthWrite: false });
+    for (const region of run.chargers) {
+      const plate = new Mesh(new PlaneGeometry(0.7 * side, 0.7 * side), this.charger);
+      plate.position.set(...centreOf(run, side, region), 0.008);
+      this.group.add(plate);
+    }
     this.group.add(this.ground, this.lines, this.walls);
     this.raise(LOW);
     this.recolour();
@@ -87,5 +95,20 @@ export class Floor {
     this.ground.material.color = themeColour("ground");
     this.lines.material.color = themeColour("grid");
     this.walls.material.color = themeColour("wall");
+    this.charger.color = themeColour("requested");
   }
+}
+
+/** A path within [-1, 1] squared in a ring, in white. */
+function pictogram(path: string): CanvasTexture {
+  const canvas = document.createElement("canvas");
+  canvas.width = canvas.height = 128;
+  const brush = canvas.getContext("2d")!;
+  brush.fillStyle = brush.strokeStyle = "#fff";
+  brush.setTransform(40, 0, 0, 40, 64, 64);
+  brush.fill(new Path2D(path));
+  brush.lineWidth = 0.14;
+  brush.arc(0, 0, 1.4, 0, 2 * Math.PI);
+  brush.stroke();
+  return new CanvasTexture(canvas);
 }
