@@ -58,9 +58,9 @@ def test_times_are_those_of_the_run_and_not_those_that_the_cache_remembers(
     assert len(slugs.pids) == 1, "the second run was answered by the cache"
     (result,) = json.loads(Path("now.json").read_text())["results"]
     assert (result["syntheses"], result["synthesis_seconds"]) == (1, 0.0)
-    assert 0 < result["seconds"] <= result["wall_seconds"] < 3_600
+    assert 0 < result["seconds"] <= result["wall_seconds"] < 86_400
     (case,) = ET.parse("now.xml").iter("testcase")
-    assert float(case.get("time", "nan")) < 3_600
+    assert float(case.get("time", "nan")) < 86_400
     for text in (done.stdout, Path("now.csv").read_text()):
         assert "86400" not in text
 

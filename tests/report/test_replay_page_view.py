@@ -97,6 +97,12 @@ def test_each_robot_has_a_lane_and_the_axis_its_numbers(
     numbers = [int(mark.text) for mark in browser.all(".axis span")]
     assert numbers[0] == 0 and len(numbers) > 3
     assert len({b - a for a, b in pairwise(numbers)}) == 1
+    script = """
+        const lanes = document.querySelector(".lanes"), one = lanes.firstElementChild;
+        while (lanes.childElementCount < 20) lanes.append(one.cloneNode(true));
+        return [one.clientHeight, lanes.scrollHeight > lanes.clientHeight];
+    """
+    assert browser.run(script) == [10, True], "lanes of a large team scroll"
 
 
 def test_no_event_row_is_cut(browser: Browser, pages: dict[str, Path]) -> None:

@@ -233,10 +233,13 @@ robots:
   cart: {model: cart, start: [1, 1], heading: east, objective: {patrol: [[1, 1], [7, 7]]}}
 catalogue:
   robots: {cart: {mobility: heading, layer: ground, speed: 1}}
+chargers: [[1, 4]]
 """
 
 
-def test_no_wall_disappears_and_a_disc_shows_its_heading(tmp_path: Path, browser: Browser) -> None:
+def test_walls_chargers_and_the_heading_of_a_disc_are_seen(
+    tmp_path: Path, browser: Browser
+) -> None:
     (tmp_path / "ring.yaml").write_text(RING)
     trace = tmp_path / "ring.jsonl"
     _safenav("run", str(tmp_path / "ring.yaml"), "--trace", str(trace), "--no-map")
@@ -251,14 +254,14 @@ def test_no_wall_disappears_and_a_disc_shows_its_heading(tmp_path: Path, browser
         const brush = copy.getContext("2d");
         brush.drawImage(canvas, 0, 0);
         const at = (x, y) => [...brush.getImageData(x, y, 1, 1).data].slice(0, 3);
-        return [at(copy.width / 2, copy.height / 2), at(copy.width / 2, copy.height * 0.88)];
+        return [0.5, 0.88, 0.12].map((part) => at(copy.width / 2, copy.height * part));
     """
 
     def walled() -> bool:
-        middle, corner = browser.run(pixels)
-        return bool(max(middle) < 120 < min(corner))
+        middle, corner, (red, _, blue) = browser.run(pixels)
+        return bool(max(middle) < 120 < min(corner) and red - blue > 100)
 
-    browser.wait(walled)  # the camera takes a moment; the block is no floor
+    browser.wait(walled)  # the camera takes a moment; the block is no floor, the charger yellow
     choose(browser, "0")
     facing = [browser.run(PICTURE)]
     assert "facing east" in browser.one(".robots li").text

@@ -1,4 +1,4 @@
-/* sources efa35950f2ab824b650d3dc025b785529482b7e89c9f714659a1f098c4cd1de8 */
+/* sources fd0496250015f71621ac5714e9c9b956a5142fe2244f794f59674ac4c455f3b8 */
 /* Contains Preact:
 The MIT License (MIT)
 
