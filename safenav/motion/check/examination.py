@@ -75,7 +75,7 @@ class Grid(Struct, frozen=True):
 
 
 class Examination:
-    """What the rules look at, and the ``findings`` so far. ``pieces``: of each robot in the order
+    """A motion, its trace, and the ``findings`` so far. ``pieces``: of each robot in the order
     of the file; ``numbers``: of each robot in the header; ``conflicts``: with whom each must never
     share a region; ``held``: who has which region when."""
 

@@ -67,7 +67,7 @@ def _paths(case: Examination) -> None:
 
 
 def _header(motion: Motion, trace: Trace) -> str:
-    """What is wrong with the header; empty if nothing is."""
+    """Return the error of the header; empty if there is none."""
     header, world = motion.header, trace.header.scenario.map
     if header.trace != trace.digest:
         return "the motion is of another trace: the sha256 of its header is not this one's"
