@@ -111,6 +111,17 @@ Zones = tuple[tuple[frozenset[int], Mask], ...]
 """Groups of robots with the regions in which at most one of them is."""
 
 
+class KeepOut(Struct, frozen=True):
+    """A robot of ``robots`` enters ``zone`` only while no other one of ``others`` is in ``there``
+    (regions); of a swept obstacle ``gate`` as long as it is not resolved."""
+
+    robots: frozenset[int]
+    zone: Mask
+    others: frozenset[int]
+    there: Mask
+    gate: int | None = None
+
+
 class Problem(Struct, frozen=True, eq=False, dict=True):
     """A team and the obstacles that it knows. ``conflicts``: for each robot those with which it
     must never share a region. ``zones``: robots of which at most one is in some regions.
@@ -129,13 +140,34 @@ class Problem(Struct, frozen=True, eq=False, dict=True):
         """The obstacles that sweep regions."""
         return tuple(gate for gate, each in enumerate(self.gates) if each.sweeps)
 
+    @property
+    def apart(self) -> bool:
+        """Whether robots wait for others without sharing a region with them."""
+        return bool(self.zones or self.sweeping)
+
     @cached_property
-    def apart(self) -> Zones:
-        """``zones``, and for each obstacle that sweeps regions those and its own: the robots pass
-        through them in an order."""
+    def _exclusions(self) -> tuple[KeepOut, ...]:
+        """``zones``; and for each obstacle that sweeps regions, its own region for the robots that
+        resolve it by entering, and the swept ones for all others."""
         everybody = frozenset(range(len(self.members)))
-        swept = [self.gates[gate] for gate in self.sweeping]
-        return (*self.zones, *((everybody, each.sweeps | 1 << each.region) for each in swept))
+        found = [KeepOut(group, zone, group, zone) for group, zone in self.zones]
+        for gate in self.sweeping:
+            each = self.gates[gate]
+            place = 1 << each.region
+            if not each.needs[0].regions & place:
+                continue
+            resolving = frozenset(self.skilled(gate, self.nothing_done))
+            found.append(KeepOut(resolving, place, everybody, each.sweeps, gate))
+            found.append(KeepOut(everybody, each.sweeps, resolving, place, gate))
+        return tuple(found)
+
+    def exclusions(self, stages: Stages) -> list[KeepOut]:
+        """The exclusions in force."""
+        return [
+            each
+            for each in self._exclusions
+            if each.gate is None or not self.resolved(each.gate, stages)
+        ]
 
     def clear_of(self, gate: int, robot: int, regions: Sequence[int]) -> bool:
         """Whether no robot but ``robot`` is where the resolution of an obstacle sweeps."""
@@ -144,23 +176,20 @@ class Problem(Struct, frozen=True, eq=False, dict=True):
         return not any(sweeps >> region & 1 for region in others)
 
     def held(self, robot: int, regions: Sequence[int], stages: Stages) -> Mask:
-        """The regions that a robot must not enter because one that it is never together with is
-        in them; and the obstacles that it would resolve by entering while another is where that
-        sweeps. ``regions``: where each robot is."""
+        """The regions that a robot must not enter because of where others are, beside those that
+        they are in. ``regions``: where each robot is."""
         found = 0
-        for gate in self.sweeping:
-            if self.resolved(gate, stages) or robot not in self.skilled(gate, stages):
-                continue
-            if not self.clear_of(gate, robot, regions):
-                found |= 1 << self.gates[gate].region
-        for group, zone in self.zones:
-            if robot in group and any(zone >> regions[i] & 1 for i in group if i != robot):
-                found |= zone
+        for each in self.exclusions(stages):
+            if robot in each.robots and any(
+                each.there >> regions[i] & 1 for i in each.others if i != robot
+            ):
+                found |= each.zone
         return found
 
     def interferes(self, robot: int) -> bool:
         """Whether it may have to wait for another robot."""
-        return bool(self.conflicts[robot]) or any(robot in group for group, _ in self.apart)
+        apart = bool(self.sweeping) or any(robot in group for group, _ in self.zones)
+        return apart or bool(self.conflicts[robot])
 
     def resolved(self, gate: int, stages: Stages) -> bool:
         return stages[gate].need >= len(self.gates[gate].needs)
@@ -242,7 +271,7 @@ class Problem(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def shared_floor(self) -> bool:
-        return any(self.conflicts) or bool(self.apart)
+        return any(self.conflicts) or self.apart
 
     def _floors(self, robot: int, closed: tuple[int, ...]) -> Mask:
         key = (robot, closed)

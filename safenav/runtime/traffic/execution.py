@@ -14,7 +14,7 @@ from itertools import chain, pairwise
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.runtime.resolution.problem import Problem, Zones
+from safenav.runtime.resolution.problem import KeepOut, Problem, Stages
 from safenav.runtime.traffic.joint import Count, Joint
 from safenav.world.poses import Mask, bits
 
@@ -43,7 +43,7 @@ def schedule(
     states: Sequence[tuple[int, ...]],
     sizes: Sequence[int],
     conflicts: Sequence[frozenset[int]],
-    zones: Zones = (),
+    exclusions: Sequence[KeepOut] = (),
     under_way: Collection[int] = (),
 ) -> Schedule:
     """Return the schedule of joint poses that follow one another. ``sizes``: number of regions of
@@ -72,10 +72,10 @@ def schedule(
             for robot, _, left in stays.get(region, ()):
                 if robot in conflicts[i]:
                     latest[robot] = left
-            for group, zone in zones:
-                if i in group and zone >> region & 1:
-                    for robot, _, left in chain(*(stays.get(r, ()) for r in bits(zone))):
-                        if robot in group and robot != i:
+            for each in exclusions:
+                if i in each.robots and each.zone >> region & 1:
+                    for robot, _, left in chain(*(stays.get(r, ()) for r in bits(each.there))):
+                        if robot in each.others and robot != i:
                             latest[robot] = max(left, latest.get(robot, left))
             if step or i not in under_way:
                 orders += [Order(i, step, robot, left) for robot, left in latest.items()]
@@ -167,16 +167,17 @@ def still(waits: Mapping[str, Collection[str]], busy: Collection[str]) -> set[st
         moving |= more
 
 
-def still_needed(problem: Problem, plan: Execution, robot: int) -> Mask:
+def still_needed(problem: Problem, plan: Execution, robot: int, stages: Stages) -> Mask:
     """The regions that the others need for the rest of a plan: closed to a robot that has done its
     way of it. One that enters none of them, and can come back without entering them, leaves the
     rest of the plan as it was (docs/coordination.md, A live run)."""
     found, size = 0, problem.members[robot].graph.size
     for other in problem.conflicts[robot]:
         found |= plan.ahead(other, size)
-    for group, zone in problem.apart:
-        if robot in group and any(zone & plan.ahead(other, size) for other in group - {robot}):
-            found |= zone
+    for each in problem.exclusions(stages):
+        others = each.others - {robot}
+        if robot in each.robots and any(each.there & plan.ahead(i, size) for i in others):
+            found |= each.zone
     return found
 
 

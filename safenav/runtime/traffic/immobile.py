@@ -22,7 +22,9 @@ class Stuck:
         self._sizes = [member.graph.size for member in self._members]
         self._after = [_Regions(m.graph, m.live(m.floor)) for m in self._members]
         self._rivals = [i for i, conflicts in enumerate(self._conflicts) if conflicts]
-        self._possible = any(self._members[i].turns for i in self._rivals)
+        self._possible = any(
+            self._members[i].turns or self._members[i].floor.bit_count() == 1 for i in self._rivals
+        )
 
     def robots(self, poses: tuple[int, ...]) -> set[int]:
         """The robots that can never move again."""

@@ -42,7 +42,7 @@ from safenav.runtime.traffic.joint import (
 )
 from safenav.runtime.traffic.legs import by_legs
 from safenav.runtime.traffic.pibt import Field, Generator
-from safenav.world.poses import FAR, Mask
+from safenav.world.poses import FAR, Mask, region_mask
 
 Guide = Callable[[Stages, tuple[int, ...]], Sequence[Mask | None]]
 """The goal poses that coordination gives each robot at stages and poses: a set of poses, 0 for
@@ -86,6 +86,7 @@ class Search:
         self._known: dict[Stages, dict[tuple[int, Count], Field]] = {}
         self._generator = Generator(course, self._rng)
         self._stuck = Stuck(course)
+        self._immobile = self._stuck.robots(start.poses)
 
     def run(
         self,
@@ -180,7 +181,6 @@ class Search:
                 stack.pop()
                 continue
             edges += 1
-            self.work.left -= len(state.poses)
             if edges > budget * 12 or self.work.done:
                 return Spent(len(before))
             if after in before:
@@ -205,7 +205,6 @@ class Search:
             if self.work.done:
                 return Spent(len(before))
             for after in self._following(state, Variant.FARTHEST, order):
-                self.work.left -= len(state.poses)
                 if after in before:
                     continue
                 before[after] = state
@@ -253,17 +252,20 @@ class Search:
         if variant is not Variant.STATIC:
             order = sorted(order, key=urgency)
         everybody = range(len(poses))
+        self.work.left -= len(poses)
         found = self._generator.propose(state, fields, order)
         if found is not None and found != poses:
             yield course.moved(state, found, everybody)
         hopeful = course.hopeful(state.stages)
         for robot in order:
             for pose in hopeful[robot][poses[robot]]:
+                self.work.left -= len(poses)
                 found = self._generator.propose(state, fields, order, (robot, pose))
                 if found is not None:
                     yield course.moved(state, found, everybody)
         for robot, pose in course.singles(state):
             if pose in hopeful[robot][poses[robot]]:
+                self.work.left -= len(poses)
                 yield course.after(state, robot, pose)
 
     def fields(self, state: Joint) -> list[Field]:
@@ -289,7 +291,11 @@ class Search:
         problem = self.course.problem
         if not goal:
             return None
-        return problem.members[robot].graph.distances(goal, problem.allowed(robot, stages))
+        graph = problem.members[robot].graph
+        rivals = self._immobile & problem.conflicts[robot]
+        places = region_mask(self.start.poses[i] % problem.members[i].graph.size for i in rivals)
+        free = graph.everywhere & ~graph.poses_on(places)
+        return graph.distances(goal & free, problem.allowed(robot, stages) & free)
 
 
 def _attempts(budget: int) -> Iterator[tuple[Variant, int]]:

@@ -5,7 +5,8 @@ backtracking for iterative multi-agent path finding, Artificial Intelligence 310
 instead of places. Each robot takes the free pose nearest to its goal poses; one that stands there
 takes its own step first, and if it cannot, the next best pose is tried. Robots move one after the
 other within a tick, so a region may be entered that is left in the same step, but full cycles turn
-nowhere: no robot moves into the region of one that waits for it to move.
+nowhere: no robot moves into the region of one that waits for it to move. Where the first robot
+waits for regions that it does not enter itself (``KeepOut``), those that stand there leave first.
 """
 
 from __future__ import annotations
@@ -14,7 +15,11 @@ import random
 from collections.abc import Sequence
 from itertools import pairwise
 
+from msgspec.structs import replace
+
+from safenav.runtime.resolution.problem import KeepOut
 from safenav.runtime.traffic.joint import Course, Joint
+from safenav.world.poses import Mask
 
 Field = list[int] | None
 """The distance of each pose to a robot's goal poses; None if it has none."""
@@ -31,7 +36,6 @@ class Generator:
         self._rng = rng
         self._sizes = [member.graph.size for member in course.problem.members]
         self._conflicts = course.problem.conflicts
-        self._zones = course.problem.apart
         self._state: Joint | None = None
         self._fields: Sequence[Field] = ()
 
@@ -46,18 +50,18 @@ class Generator:
         and the pose that it must take. None if that cannot be. ``fields`` must not be changed
         between proposals for a state."""
         if state is not self._state or fields is not self._fields:
-            self._look(state, fields)
+            self._look(state, fields, order)
         self._next: dict[int, int] = {}
         self._entered: dict[int, list[int]] = {}
         self._trail: list[int] = []
         if forced is not None and not self._place(forced[0], frozenset(), (forced[1],)):
             return None
-        for robot in order:
+        for robot in (*self._evicted, *order):
             if robot not in self._next and not self._place(robot, frozenset()):
                 return None
         return tuple([self._next[robot] for robot in range(len(state.poses))])
 
-    def _look(self, state: Joint, fields: Sequence[Field]) -> None:
+    def _look(self, state: Joint, fields: Sequence[Field], order: Sequence[int]) -> None:
         """Prepare the data that all proposals for a state share."""
         self._state, self._fields = state, fields
         self._poses = state.poses
@@ -66,7 +70,30 @@ class Generator:
         for robot, region in enumerate(self._regions):
             self._now.setdefault(region, []).append(robot)
         self._steps = self._course.hopeful(state.stages)
+        self._exclusions = self._course.problem.exclusions(state.stages)
         self._ranked: dict[int, tuple[list[Rank], list[int] | None]] = {}
+        self._evicted: dict[int, Mask] = {}
+        self._claimed: list[KeepOut] = []
+        if self._exclusions:
+            self._make_way(order)
+
+    def _make_way(self, order: Sequence[int]) -> None:
+        """Have others leave the regions in which they keep the first robot with goal poses from its
+        best next pose, and none enter them: no robot that stands there is pushed by it."""
+        poses, fields = self._poses, self._fields
+        wanting = ((i, field) for i in order if (field := fields[i]) is not None)
+        first = next((i for i, field in wanting if field[poses[i]]), None)
+        if first is None:
+            return
+        region = self._candidates(first)[0] % self._sizes[first]
+        if region == self._regions[first]:
+            return
+        for each in self._exclusions:
+            if first in each.robots and each.zone >> region & 1:
+                self._claimed.append(replace(each, others=each.others - {first}))
+                for other in each.others - {first}:
+                    if each.there >> self._regions[other] & 1:
+                        self._evicted[other] = each.there
 
     def _place(
         self, robot: int, waiting: frozenset[int], only: Sequence[int] | None = None
@@ -84,7 +111,7 @@ class Generator:
 
     def _take(self, robot: int, pose: int, waiting: frozenset[int]) -> bool:
         region = pose % self._sizes[robot]
-        if self._zones and self._kept_out(robot, region):
+        if self._exclusions and self._kept_out(robot, region):
             return False
         conflicts, following = self._conflicts[robot], self._next
         entered = self._entered.get(region)
@@ -121,14 +148,21 @@ class Generator:
         return True
 
     def _kept_out(self, robot: int, region: int) -> bool:
-        """Whether a robot that this one is never together with is there, or will be."""
-        for group, zone in self._zones:
-            for other in group if robot in group and zone >> region & 1 else ():
-                after = self._next.get(other, 0) % self._sizes[other]
-                there = zone >> self._regions[other] & 1 or (
-                    other in self._next and zone >> after & 1
-                )
-                if other != robot and there:
+        """Whether a robot must not enter a region because of where another one is or will be, or
+        that one may enter."""
+        if region == self._regions[robot]:
+            return False
+        for each in self._claimed:
+            inside = each.there >> region & ~(each.there >> self._regions[robot]) & 1
+            if inside and robot in each.others:
+                return True
+        for each in self._exclusions:
+            if robot not in each.robots or not each.zone >> region & 1:
+                continue
+            for other in each.others:
+                here, after = self._regions[other], self._next.get(other)
+                there = here if after is None else after % self._sizes[other]
+                if other != robot and (each.there >> here | each.there >> there) & 1:
                     return True
         return False
 
@@ -146,6 +180,10 @@ class Generator:
     def _rank(self, robot: int) -> tuple[list[Rank], list[int] | None]:
         """Return the rank of each pose, and the order of the poses if there are no ties."""
         field, conflicts, size = self._fields[robot], self._conflicts[robot], self._sizes[robot]
+        if robot in self._evicted:
+            graph, allowed = self._course.problem.members[robot].graph, self._steps[robot].allowed
+            outside = allowed & ~graph.poses_on(self._evicted[robot])
+            field = graph.distances(outside, allowed)
         here = self._poses[robot]
         ranks: list[Rank] = [(0 if field is None else field[here], False, here)]
         for pose in self._steps[robot][here]:

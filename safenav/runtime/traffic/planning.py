@@ -161,7 +161,7 @@ class Traffic:
         if self.execution is None:
             return 0
         floor = self.state.last_settled.floor
-        return still_needed(floor.problem, self.execution, floor.index(name))
+        return still_needed(floor.problem, self.execution, floor.index(name), floor.stages)
 
     def quiescent(self, *, all_still: bool) -> bool:
         """Live: make a plan now if robots wait only for robots that wait; whether there is one.
@@ -458,7 +458,8 @@ class Traffic:
                 under_way[index] = floor.problem.members[index].graph.number(robot.pose)
                 robot.transit = replace(robot.transit, planned=True)
         poses, states = with_steps_under_way(poses, states, counts, under_way)
-        plan = schedule(poses, sizes, floor.problem.conflicts, floor.problem.apart, under_way)
+        apart = floor.problem.exclusions(states[0].stages)
+        plan = schedule(poses, sizes, floor.problem.conflicts, apart, under_way)
         self._followed = self.state.last_settled.found
         self.execution = Execution(plan, dues_of(states, counts))
         self.state.changes += 1

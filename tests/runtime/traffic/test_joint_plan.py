@@ -6,9 +6,10 @@ import random
 from collections.abc import Callable
 
 import pytest
+from msgspec.structs import replace
 
-from runtime.coordination.floors import Bot, Floor
-from safenav.runtime.resolution.problem import Stages
+from runtime.coordination.floors import Block, Bot, Floor
+from safenav.runtime.resolution.problem import KeepOut, Stages
 from safenav.runtime.traffic.execution import Execution, dues_of, schedule
 from safenav.runtime.traffic.joint import (
     Count,
@@ -43,7 +44,8 @@ def play(floor: Floor, found: Found, rng: random.Random) -> None:
     members, conflicts = floor.problem.members, floor.problem.conflicts
     sizes = [member.graph.size for member in members]
     joint = [state.poses for state in found.states]
-    plan = schedule(joint, sizes, conflicts)
+    apart = floor.problem.exclusions(found.states[0].stages)
+    plan = schedule(joint, sizes, conflicts, apart)
     run = Execution(plan)
     poses = list(joint[0])
     leaving: dict[int, int] = {}
@@ -63,6 +65,12 @@ def play(floor: Floor, found: Found, rng: random.Random) -> None:
             held = {poses[other] % sizes[other]}
             held |= {leaving[other] % sizes[other]} if other in leaving else set()
             assert pose % sizes[robot] not in held
+        for each in apart:
+            if robot in each.robots and each.zone >> pose % sizes[robot] & 1:
+                others = each.others - {robot}
+                at = [poses[i] % sizes[i] for i in others]
+                at += [leaving[i] % sizes[i] for i in others & leaving.keys()]
+                assert not any(each.there >> place & 1 for place in at)
         leaving[robot] = pose
     assert tuple(poses) == joint[-1]
 
@@ -75,9 +83,58 @@ def test_two_robots_change_places_by_a_niche() -> None:
         play(floor, found, random.Random(seed))
 
 
+HALVES = ["#########", "#...#...#", "#...#...#", "#.......#", "#...#...#", "#########"]
+DOOR = 31
+
+
+def halves(starts: str) -> Floor:
+    """Two rooms with a door on hinges that pushers open by walking in; each robot has a target in
+    the other room."""
+    bots = {}
+    for number, at in enumerate(starts.split()):
+        row, col = divmod(int(at.rstrip("nesw")), 9)
+        bots[f"r{number}"] = Bot(at, [9 * row + 8 - col], "push")
+    return Floor(HALVES, bots, [Block(DOOR, [("push", 1, [DOOR], False)], sweeps=[30, 32])])
+
+
+@pytest.mark.parametrize(
+    "starts",
+    ["30 32 21 23 11", "30 32 21 39 20 12", "30 32w 21 39 29 20", "30 32w 21 39 29 20 28 11"],
+)
+def test_robots_leave_the_regions_that_a_door_sweeps(starts: str) -> None:
+    """Two stand where the door sweeps; one with a heading to the west can only go through it."""
+    assert isinstance(search(halves(starts)).by(Variant.ONE, 300), Found)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_plans_about_swept_regions_hold_in_every_order(seed: int) -> None:
+    rng = random.Random(seed)
+    places = rng.sample([p for p in range(10, 44) if p % 9 in (1, 2, 3, 5, 6, 7)], 6)
+    starts = " ".join(f"{place}{rng.choice(['', '', *'nesw'])}" for place in places)
+    floor = halves(starts)
+    answer = search(floor).run(2)
+    if isinstance(answer, Found):
+        first = answer.states[0].stages
+        opened = next(k for k, state in enumerate(answer.states) if state.stages != first)
+        play(floor, Found(answer.states[: opened + 1]), rng)
+
+
+def test_a_plan_leads_around_a_robot_that_cannot_move() -> None:
+    """As one out of service: it stands on the shortest path."""
+    grid = ["###########", *["#....#....#"] * 2, "#.........#", *["#....#....#"] * 5]
+    bots = {"out": Bot("38", []), "a": Bot("37", [40])}
+    bots |= {f"o{at}": Bot(str(at), [at]) for at in (12, 14, 23, 35, 46, 47, 57, 59)}
+    floor = Floor([*grid, "#.........#", "###########"], bots)
+    out, *others = floor.problem.members
+    out = replace(out, floor=1 << floor.poses[0], targets=())
+    floor.problem = replace(floor.problem, members=(out, *others))
+    assert isinstance(search(floor).by(Variant.STATIC, 60), Found)
+
+
 def test_a_step_under_way_waits_for_none() -> None:
     """Of two robots, at most one is in the regions 1 to 3; one has set out for them already."""
-    zones = [(frozenset({0, 1}), 0b1110)]
+    both = frozenset({0, 1})
+    zones = [KeepOut(both, 0b1110, both, 0b1110)]
     ways = [(0, 2), (1, 4), (0, 4), (1, 4)]
     waits = [(o.step, o.before) for o in schedule(ways, [5, 5], [frozenset()] * 2, zones).orders]
     assert waits == [(0, 0), (2, 0)]
