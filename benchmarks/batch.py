@@ -10,8 +10,6 @@ both; ratios are of medians. `overhead` is the wall time that is not a scenario'
 the processes, loading, handing out, results), for each scenario and job.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

@@ -6,8 +6,6 @@ Wall time of the whole `safenav run` process, verification included; beside it w
 says of the syntheses. Nothing here is a test: it reports.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

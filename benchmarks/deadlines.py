@@ -9,8 +9,6 @@ before), with this one's synthesizer: scenarios without deadlines and batteries 
 specifications, and take the same time.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

@@ -7,8 +7,6 @@ is cached. Bars: the fast path under 200 ms, a whole explanation under 5 s. CPU 
 synthesizer's, too.
 """
 
-from __future__ import annotations
-
 import argparse
 import resource
 import time

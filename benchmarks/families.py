@@ -7,8 +7,6 @@
 Each family is one function from sizes to text, so that tests and runners can import them.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import click

@@ -1,7 +1,5 @@
 """Frames that a page paints in a real browser, and what they say about it."""
 
-from __future__ import annotations
-
 import statistics
 from itertools import pairwise
 from typing import Any

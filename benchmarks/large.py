@@ -1,7 +1,5 @@
 """Specifications that are large and simple, for what must not grow faster than they do."""
 
-from __future__ import annotations
-
 from random import Random
 
 

@@ -5,8 +5,6 @@ runner itself are not in the figures (except that Linux never reports a peak bel
 the runner had when it forked: see `memory_floor`).
 """
 
-from __future__ import annotations
-
 import os
 import resource
 import signal

@@ -3,8 +3,6 @@
 The random missions are those of the campaigns (``tests/campaigns``), by family and seed.
 """
 
-from __future__ import annotations
-
 import resource
 import sys
 import time

@@ -5,8 +5,6 @@
 Prints a line for each bar of docs/motion.md; CPU seconds of one process.
 """
 
-from __future__ import annotations
-
 import json
 import random
 import resource

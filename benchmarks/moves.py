@@ -5,8 +5,6 @@
 CPU time of both processes; the mean, since a clock tick is longer than a move.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import random

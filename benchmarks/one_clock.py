@@ -22,8 +22,6 @@ tree's synthesizer; an old one may let robots move after their last round, for i
 here is a test: it reports.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import random

@@ -7,8 +7,6 @@ The runs are those of the campaigns' family ``crowd``, seed after seed. ``ticks`
 one, and begins as soon as the plan's order allows. Nothing here is a test: it reports.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass

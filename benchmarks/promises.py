@@ -7,8 +7,6 @@ A promise that is lost must not be kept; a late one is to be lost before (bar: n
 that is lost with the end of its due tick is said one tick before: the table has those apart.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys

@@ -11,8 +11,6 @@ the 3D page of case study 1 (software rendering) under 400 kB, open in 3 s, 30 f
 Needs the packages of the tests (selenium) and Debian's chromium and chromium-driver.
 """
 
-from __future__ import annotations
-
 import argparse
 import statistics
 import subprocess

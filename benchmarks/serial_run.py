@@ -6,8 +6,6 @@ live simulation: 1 s over the speed for a step, five times as long for a tenth o
 the slowest speed for an action. It relies on little, so that old trees can run it.
 """
 
-from __future__ import annotations
-
 import json
 import random
 import sys

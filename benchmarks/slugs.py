@@ -6,8 +6,6 @@
 Nothing here is a test: it reports, and a missed bar is a mark in the table.
 """
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

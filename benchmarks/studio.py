@@ -11,8 +11,6 @@ frames per second. Needs the packages of the tests (selenium) and Debian's chrom
 chromium-driver; `--seconds 0` leaves the browser out.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

@@ -1,7 +1,5 @@
 """The measured cases: the time that each should take, and where the files come from."""
 
-from __future__ import annotations
-
 import os
 from dataclasses import dataclass
 from pathlib import Path

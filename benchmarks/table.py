@@ -1,7 +1,5 @@
 """Prints measurements as a table: one line a case, one group of columns a binary."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

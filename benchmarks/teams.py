@@ -9,8 +9,6 @@ not verified), on an open floor with a wall region in eight, four corners as tar
 of the slugs process. Nothing here is a test: it reports.
 """
 
-from __future__ import annotations
-
 import json
 import random
 import resource

@@ -1,7 +1,5 @@
 """The processes that this one has started and that are still there, running or as zombies."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -4,8 +4,6 @@ A session fixture of pytest-xdist exists once in each worker; the folder that th
 is the same one for all of them.
 """
 
-from __future__ import annotations
-
 import fcntl
 import os
 from collections.abc import Callable, Iterator

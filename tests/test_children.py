@@ -1,7 +1,5 @@
 """The check that nothing is left behind sees what is left, and only that."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

@@ -9,8 +9,6 @@ The program is no child of the test run, so that tests can demand that no child 
 when the test run ends.
 """
 
-from __future__ import annotations
-
 import atexit
 import contextlib
 import gc

@@ -8,8 +8,6 @@
   language for reactive synthesis, SYNT 2015).
 """
 
-from __future__ import annotations
-
 from published.text import all_of, any_of, code, move, specification
 
 

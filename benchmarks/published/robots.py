@@ -6,8 +6,6 @@
   safe locomotion planning, in which there is one adversary).
 """
 
-from __future__ import annotations
-
 from published.text import all_of, specification
 
 

@@ -1,7 +1,5 @@
 """Specifications as structuredslugs text, and the formulas that families have in common."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 SECTIONS = (

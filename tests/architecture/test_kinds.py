@@ -1,7 +1,5 @@
 """A kind of objective is known by name in at most five files: all others query it."""
 
-from __future__ import annotations
-
 import ast
 import re
 from functools import cache

@@ -1,7 +1,5 @@
 """Imports go downwards only, in the order that docs/architecture.md lists; lazy ones, too."""
 
-from __future__ import annotations
-
 import ast
 import re
 from collections import Counter

@@ -3,8 +3,6 @@
 No other test runs them, so a module that moves would leave them behind unseen.
 """
 
-from __future__ import annotations
-
 import ast
 import re
 import subprocess

@@ -1,7 +1,5 @@
 """The traces of ``good_plans`` broken on purpose, as in ``broken_traces``."""
 
-from __future__ import annotations
-
 import copy
 from typing import Any
 

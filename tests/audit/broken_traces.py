@@ -1,7 +1,5 @@
 """Good traces broken on purpose: which rule, by what change, found in which tick, of whom."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from audit.trace_script import (

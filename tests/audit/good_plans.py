@@ -1,7 +1,5 @@
 """More good traces: joint plans, obstacles that come and go, several needs, proofs."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Traces written by hand, each of a run in which all went as the design says."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from audit.good_plans import GOOD_PLANS

@@ -1,7 +1,5 @@
 """Traces of runs in time, written by hand, and broken on purpose."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, Self
 

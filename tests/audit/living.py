@@ -1,7 +1,5 @@
 """Traces in lockstep, told as those of live runs: a tick is a pass, a second long."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from typing import Any
 

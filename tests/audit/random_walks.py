@@ -1,7 +1,5 @@
 """Random traces that obey the rules: walks on random maps, where doors are opened on the way."""
 
-from __future__ import annotations
-
 import random
 
 from audit.trace_script import WAYS, Line, Script, obstacle, robot

@@ -1,7 +1,5 @@
 """Belief lines that are missing, or that say what cannot be known."""
 
-from __future__ import annotations
-
 import pytest
 
 from audit.good_traces import GOOD

@@ -1,7 +1,5 @@
 """``safenav check-trace``: what it prints and how it exits."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

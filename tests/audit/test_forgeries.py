@@ -1,7 +1,5 @@
 """Completed runs cut short and relabelled: no claim that nothing could be done is accepted."""
 
-from __future__ import annotations
-
 import copy
 from typing import Any
 

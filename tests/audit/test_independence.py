@@ -1,7 +1,5 @@
 """The checker judges the runtime, so it must not lean on it, and its documentation is complete."""
 
-from __future__ import annotations
-
 import ast
 import re
 import sys

@@ -1,7 +1,5 @@
 """What goal lines tell of how far a robot is with a cover."""
 
-from __future__ import annotations
-
 import pytest
 
 from safenav.audit.progress import Progress

@@ -1,7 +1,5 @@
 """The reader: typed lines, diagnostics that point, and traces of runs that were killed."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -3,8 +3,6 @@
 Those that name a field exit 2 (it is no trace), those that tell a run that cannot have been 1.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Whatever the bytes are: an audit, or an error that says where the trace is wrong."""
 
-from __future__ import annotations
-
 import json
 import random
 

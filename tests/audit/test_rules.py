@@ -1,7 +1,5 @@
 """Each rule is broken on purpose, in a trace that is good otherwise, and nothing else is."""
 
-from __future__ import annotations
-
 import pytest
 
 from audit.broken_plans import CASES_OF_PLANS

@@ -1,7 +1,5 @@
 """The checker's own line of sight agrees with the one that specifications are written from."""
 
-from __future__ import annotations
-
 import random
 
 import pytest

@@ -1,7 +1,5 @@
 """Swept regions in traces of live runs: who enters them is judged, not who was there before."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import pytest

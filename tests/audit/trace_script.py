@@ -3,8 +3,6 @@
 It knows docs/trace.md and nothing of safenav. It checks nothing: scripts may be wrong.
 """
 
-from __future__ import annotations
-
 import copy
 import json
 from collections.abc import Callable, Mapping

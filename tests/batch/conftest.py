@@ -1,7 +1,5 @@
 """A stand-in for slugs, a place to write scenarios, and no process left behind."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

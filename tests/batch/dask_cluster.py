@@ -4,8 +4,6 @@ loops and warnings behind that are no business of the tests.
 Prints its address and the processes of its workers; ends when standard input does.
 """
 
-from __future__ import annotations
-
 import json
 import logging
 import sys

@@ -1,7 +1,5 @@
 """The ``safenav`` command, but it waits one second for a cluster, where nothing can answer."""
 
-from __future__ import annotations
-
 from unittest.mock import patch
 
 

@@ -4,8 +4,6 @@ It never finds a strategy: a scenario here passes if it expects to be unrealizab
 tests are about batches, and need no synthesizer.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Run ``safenav batch`` as a command of its own."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """The same work on a real Dask cluster: nothing is lost when a worker is killed."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

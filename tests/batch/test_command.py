@@ -1,7 +1,5 @@
 """The command as people and CI use it: exit codes, files, artifacts, interruption."""
 
-from __future__ import annotations
-
 import json
 import os
 import pty

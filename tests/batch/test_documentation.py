@@ -1,7 +1,5 @@
 """The examples of docs/batch.md and docs/ci.md are what they say they are."""
 
-from __future__ import annotations
-
 import re
 import shlex
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What a scenario expects is compared with what happened: bounds, rounds, order, never."""
 
-from __future__ import annotations
-
 import pytest
 
 from safenav.outcome import Outcome

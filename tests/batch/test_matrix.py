@@ -1,7 +1,5 @@
 """Matrix files: combinations of settings, and mistakes told at their place."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

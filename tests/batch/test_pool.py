@@ -1,7 +1,5 @@
 """Cases run in processes of their own: one that misbehaves costs nobody else anything."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """What a batch leaves to read: JUnit, JSON, CSV, a table, a comparison with a former batch."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json

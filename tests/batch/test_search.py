@@ -1,7 +1,5 @@
 """What is named on the command line becomes cases."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

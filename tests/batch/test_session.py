@@ -1,7 +1,5 @@
 """A batch keeps what is done, tries again only if told to, and stops when it should."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable, Sequence
 from pathlib import Path

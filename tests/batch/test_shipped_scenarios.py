@@ -1,7 +1,5 @@
 """The scenarios that come with safenav, with the real synthesizer."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

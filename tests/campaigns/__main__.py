@@ -4,8 +4,6 @@ Counts outcomes by family; writes the smallest mission of each kind of finding i
 ``--file`` plays a mission from a file instead.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 import time

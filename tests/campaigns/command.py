@@ -1,7 +1,5 @@
 """The ``safenav`` command as users call it, with an end to waiting for it."""
 
-from __future__ import annotations
-
 import importlib
 import os
 import pkgutil

@@ -5,8 +5,6 @@ it was, while the others stay; all later lines are as many ticks later. ``declar
 moves, and says in the header that an obstacle blocks the robot which goes through it.
 """
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace

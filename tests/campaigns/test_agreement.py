@@ -3,8 +3,6 @@
 ``SAFENAV_FUZZ=5000`` compares a thousand teams.
 """
 
-from __future__ import annotations
-
 import json
 import os
 from collections import Counter

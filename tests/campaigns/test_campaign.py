@@ -4,8 +4,6 @@ A bounded number by default; ``SAFENAV_FUZZ=5000`` plays as many seeds of each f
 crowds, which take longer, a fifth).
 """
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

@@ -4,8 +4,6 @@ The first comment of a file is its story. Most can be completed and say so; the 
 a proof, which the judge's own search confirms.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """The judge itself: cases by hand, and two searches that must agree where both apply."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

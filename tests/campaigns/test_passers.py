@@ -3,8 +3,6 @@
 ``SAFENAV_FUZZ=5000`` tries a thousand.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import sys

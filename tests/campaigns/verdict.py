@@ -6,8 +6,6 @@ where the run ended and (if nothing was hidden) from its start, that nothing can
 Everything else is a finding.
 """
 
-from __future__ import annotations
-
 import json
 import tempfile
 from collections.abc import Mapping

@@ -4,8 +4,6 @@ A reader needs them to say what a strategy's inputs mean and whether they are th
 The names are those of a ``synthesis`` line (docs/trace.md).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any
 

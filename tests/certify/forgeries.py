@@ -3,8 +3,6 @@
 Mutants like those of ``certify.mutants``, for runs in which somebody is stuck, or follows a plan.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """Bundles of real scenarios for tests, each made once, and the checker as a reviewer runs it."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import subprocess

@@ -1,8 +1,6 @@
 """Random missions, small enough to run by the hundred: every tracking, timing, both ways of
 coordination, nested obstacles, several needs, obstacles that come and go, tight floors."""
 
-from __future__ import annotations
-
 from random import Random
 from typing import Any
 

@@ -4,8 +4,6 @@ A mutant gets the files of a bundle and a source of chance; it returns None wher
 to alter. ``harmless`` says why a bundle may still prove its claims after such a change.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import re

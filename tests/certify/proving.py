@@ -1,7 +1,5 @@
 """The verified checker for tests, and many questions to it at once."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

@@ -1,7 +1,5 @@
 """Ways to alter a strategy, its measures or its specification, of real bundles."""
 
-from __future__ import annotations
-
 import copy
 import re
 from collections.abc import Callable

@@ -3,8 +3,6 @@
 The specification may be altered before it is synthesized, as an error in the compiler would.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import textwrap

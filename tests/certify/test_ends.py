@@ -1,8 +1,6 @@
 """Bundles of runs that do not go as planned: worlds that somebody else makes or changes, ends
 before the end, and the run in metres."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path

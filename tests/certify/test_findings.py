@@ -1,8 +1,6 @@
 """What long campaigns found: runs that were refused although they are honest, and forged lines
 that were accepted."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Runs in time, certified: bundles of shipped runs, told in seconds, and broken."""
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from collections.abc import Callable

@@ -3,8 +3,6 @@
 Among the tests the campaigns are short; SAFENAV_PROOF=2000 tries as many others.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re

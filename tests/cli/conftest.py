@@ -1,7 +1,5 @@
 """Run the safenav command as its users do: a process, its output, its exit status."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 from collections.abc import Callable

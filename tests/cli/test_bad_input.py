@@ -1,7 +1,5 @@
 """Bad input and broken tools: a clear message, the right exit code, never a traceback."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """``safenav catalogue``: what scenarios can use, and where it comes from."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

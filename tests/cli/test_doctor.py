@@ -1,7 +1,5 @@
 """``safenav doctor``: what is installed, and whether it works."""
 
-from __future__ import annotations
-
 import json
 import re
 import shlex

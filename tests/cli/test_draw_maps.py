@@ -1,7 +1,5 @@
 """``safenav draw`` shows what was read from a map file."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """The examples of ``--help``: an installed user runs them in an empty folder."""
 
-from __future__ import annotations
-
 import importlib
 import inspect
 import os

@@ -1,7 +1,5 @@
 """``safenav export``: a run as waypoints in the frame of its map."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json

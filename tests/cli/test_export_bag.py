@@ -1,7 +1,5 @@
 """A run as a ROS 2 bag, read by a reader that shares nothing with its writer; and as tables."""
 
-from __future__ import annotations
-
 import csv
 import json
 import re

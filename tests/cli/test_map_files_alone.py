@@ -1,7 +1,5 @@
 """A map file without a scenario: drawn, and begun upon."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

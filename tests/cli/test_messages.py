@@ -1,7 +1,5 @@
 """What a mistake looks like: its line with a caret, the right kind of file, the right command."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """safenav motion and check-motion as commands: files, exit codes, errors that say what to do."""
 
-from __future__ import annotations
-
 import csv
 import json
 import xml.etree.ElementTree as ET

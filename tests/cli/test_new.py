@@ -1,7 +1,5 @@
 """``safenav new`` and ``safenav schema``: what one begins with."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """``safenav run``: the story, the machine-readable result, exit codes, interruption."""
 
-from __future__ import annotations
-
 import json
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """``safenav synth`` and ``safenav check``: what is written loads again and means the same."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 from pathlib import Path

@@ -1,7 +1,5 @@
 """``safenav synth --plot`` draws small automata whole and sums up large ones."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

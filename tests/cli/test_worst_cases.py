@@ -1,7 +1,5 @@
 """What ``safenav check`` says of the times of resolutions."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The notebook of the documentation runs, and what it shows are drawings."""
 
-from __future__ import annotations
-
 import shutil
 import warnings
 from pathlib import Path

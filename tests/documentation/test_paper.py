@@ -1,7 +1,5 @@
 """What docs/paper.md points to is there, and the figures of the paper can be made."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

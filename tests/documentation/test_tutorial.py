@@ -4,8 +4,6 @@ Blocks with a title are files. In a console block each line after ``$`` is typed
 be the beginnings of lines of the output, in order, ``...`` standing for any lines in between.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

@@ -1,7 +1,5 @@
 """Commands without a process, and a cache of their own."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path

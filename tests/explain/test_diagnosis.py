@@ -1,8 +1,6 @@
 """Graph search against the synthesizer: what a robot alone can do is one question with two
 ways to answer it, and causes that only arise within a run."""
 
-from __future__ import annotations
-
 from random import Random
 
 import pytest

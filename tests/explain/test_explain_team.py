@@ -1,7 +1,5 @@
 """What explain tells of a team whose robots are all realizable, and what check warns of."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

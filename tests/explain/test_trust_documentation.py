@@ -1,7 +1,5 @@
 """docs/trust.md: its tables are complete, and its commands do what it says."""
 
-from __future__ import annotations
-
 import re
 import shlex
 from pathlib import Path

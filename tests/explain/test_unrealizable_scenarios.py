@@ -1,8 +1,6 @@
 """Every way to be unrealizable that is shipped: the cause is found, the core is minimal, the
 witness obeys the rules, and what is offered as a repair repairs."""
 
-from __future__ import annotations
-
 from functools import cache
 from itertools import pairwise
 from pathlib import Path

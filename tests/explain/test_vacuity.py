@@ -1,7 +1,5 @@
 """Wins that are none: the environment driven into a dead end, or out of its fairness."""
 
-from __future__ import annotations
-
 import json
 from itertools import pairwise
 from pathlib import Path

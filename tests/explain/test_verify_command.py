@@ -1,7 +1,5 @@
 """``safenav verify``: accepts what slugs prints, refuses damage, and says where and why."""
 
-from __future__ import annotations
-
 import json
 from itertools import pairwise
 from pathlib import Path

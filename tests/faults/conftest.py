@@ -1,7 +1,5 @@
 """The safenav command as a process that things happen to, and slugs binaries that fail."""
 
-from __future__ import annotations
-
 import ctypes
 import json
 import os

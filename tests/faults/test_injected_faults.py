@@ -1,8 +1,6 @@
 """Things that go wrong around safenav, one test each: nothing lost, nothing executed, no
 traceback."""
 
-from __future__ import annotations
-
 import json
 import signal
 import subprocess

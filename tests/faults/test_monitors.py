@@ -1,7 +1,5 @@
 """The monitors report and survive broken assumptions, and stop wrong strategies."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 It prints the port of a manager whose ``lab()`` is a ``Physics``, and ends with its standard input.
 """
 
-from __future__ import annotations
-
 import sys
 import threading
 import time

@@ -4,8 +4,6 @@ PORT is the lab's. ``digit+abort`` aborts its third goal, ``digit+die`` never en
 ``digit+alarm`` raises an alarm from its first goal to its second. It ends with its standard input.
 """
 
-from __future__ import annotations
-
 import math
 import sys
 import threading

@@ -6,8 +6,6 @@ raises an alarm from its first goal to its second. Written from ROS 2's action d
 rmw_cyclonedds' names; it ends with its standard input.
 """
 
-from __future__ import annotations
-
 import math
 import sys
 import threading

@@ -1,7 +1,5 @@
 """The sockets of another process, as Linux tells them."""
 
-from __future__ import annotations
-
 import contextlib
 import ctypes
 import os

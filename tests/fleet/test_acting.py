@@ -1,7 +1,5 @@
 """Actions of several robots: who is asked for what, and what their answers mean."""
 
-from __future__ import annotations
-
 import pytest
 
 from safenav.fleet.acting import FleetProgress, TeamAction

@@ -4,8 +4,6 @@ No scenario lists an obstacle: lidars and reports find them. Behind every transp
 simulation, whose contacts are the judge.
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 import operator

@@ -1,7 +1,5 @@
 """Fleet files: what is read, and what each mistake is told."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

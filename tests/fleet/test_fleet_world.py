@@ -1,7 +1,5 @@
 """A fleet's world over a transport of the test's own: each command ends by one true event."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from pathlib import Path

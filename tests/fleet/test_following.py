@@ -1,7 +1,5 @@
 """Robots that follow references: what they are sent, when that ends well, and what ends it."""
 
-from __future__ import annotations
-
 import json
 import time
 from collections.abc import Callable

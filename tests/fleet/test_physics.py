@@ -1,7 +1,5 @@
 """The simulation in metres: what touches what, and who opens a door."""
 
-from __future__ import annotations
-
 from math import pi
 from typing import Any
 

@@ -3,8 +3,6 @@
 Its planner, executor and lidar drive and see. The positions that it reports are the judge.
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

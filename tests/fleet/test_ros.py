@@ -1,7 +1,5 @@
 """What ROS messages mean, whichever of both ROS sends them."""
 
-from __future__ import annotations
-
 from math import cos, inf, pi, sin
 from types import SimpleNamespace as Message
 

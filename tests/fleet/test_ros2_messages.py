@@ -1,7 +1,5 @@
 """The bytes of ROS 2 messages, against an independent serializer with definitions of its own."""
 
-from __future__ import annotations
-
 import math
 import random
 from typing import Any

@@ -1,7 +1,5 @@
 """A drive whose crate two robots lift together, in the simulation."""
 
-from __future__ import annotations
-
 import pytest
 
 pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")

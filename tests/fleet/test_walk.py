@@ -1,7 +1,5 @@
 """The simulated walker keeps its balance by its feet, within limits, and falls beyond them."""
 
-from __future__ import annotations
-
 from math import hypot
 
 import pytest

@@ -1,8 +1,6 @@
 """Two readers of one language: the synthesizer gives a printed formula the meaning that the
 evaluator gives it."""
 
-from __future__ import annotations
-
 import random
 import subprocess
 from pathlib import Path

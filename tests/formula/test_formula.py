@@ -1,7 +1,5 @@
 """The structured-slugs expression language: reading, printing, checking, evaluating."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 

@@ -4,8 +4,6 @@
 few that are always the same.
 """
 
-from __future__ import annotations
-
 import os
 
 from hypothesis import HealthCheck, settings

@@ -5,8 +5,6 @@ it, hidden obstacles of all kinds, every model of the others, steps that take se
 ways of coordination. Most are valid; targets may be out of reach, and that is found out.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from hypothesis import strategies as st

@@ -1,8 +1,6 @@
 """Damaged scenarios through the commands: an answer or a message that says where, and never
 exit 4, a traceback or a hang."""
 
-from __future__ import annotations
-
 import copy
 import tempfile
 from pathlib import Path

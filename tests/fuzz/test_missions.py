@@ -4,8 +4,6 @@ The robots' guarantees are each other's assumptions, so in a simulation no monit
 find anything; what the trace says is checked by rules that know nothing of the runtime.
 """
 
-from __future__ import annotations
-
 import json
 import tempfile
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What the campaigns found, shrunk, each with its story."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import yaml

@@ -2,8 +2,6 @@
 random specifications and 60 random scenarios, strategies and counterstrategies; `make fuzz`
 tries thousands."""
 
-from __future__ import annotations
-
 import os
 from collections import Counter
 from random import Random

@@ -1,7 +1,5 @@
 """The wheel that users get: one for every Python, and no compiler, cache or checkout needed."""
 
-from __future__ import annotations
-
 import os
 import runpy
 import shutil

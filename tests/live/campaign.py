@@ -4,8 +4,6 @@ Plays the missions of the seeds in time, some of them with faults and some throu
 another process, and judges each by the world's log; its trace is audited. Prints what it finds.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import signal

@@ -4,8 +4,6 @@ A step takes ``move`` when it ends, a second without one ``stay``, or gives ``ch
 A robot stands from the moment on at which the team is told of the end of its step.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from random import Random
 from typing import Any

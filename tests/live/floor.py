@@ -14,8 +14,6 @@ are plain data. Its ``log`` holds what was so, in order of time, whether or not 
   command that no robot can carry out
 """
 
-from __future__ import annotations
-
 import heapq
 from collections import Counter
 from collections.abc import Mapping, Sequence

@@ -5,8 +5,6 @@ that is lost has both until an operator puts it down. What the run says of its e
 that, and with an exhaustive search from where the log ends.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Random missions for runs in time: room crowds with doors, of 2 to 20 robots, and labs."""
 
-from __future__ import annotations
-
 from random import Random
 
 from campaigns.generate.build import Data, Draft, rooms

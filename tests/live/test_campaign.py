@@ -4,8 +4,6 @@ A sample by default; ``SAFENAV_FUZZ=5000`` plays 2,000 missions, with faults in 
 through a world in another process, and compares 1,000 with lockstep.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 

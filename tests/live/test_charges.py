@@ -4,8 +4,6 @@ is alone completes its mission if and only if its charge can suffice.
 ``SAFENAV_FUZZ=5000`` plays 1,000 lone robots, and 500 teams, a quarter of them with faults.
 """
 
-from __future__ import annotations
-
 import json
 import os
 from typing import Any

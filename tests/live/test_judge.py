@@ -1,7 +1,5 @@
 """The judge in time: logs by hand, and blocking runs on the floor, here and behind a socket."""
 
-from __future__ import annotations
-
 from contextlib import closing
 from typing import Any
 

@@ -4,8 +4,6 @@
 what to make the floor of, then lines ``[method, arguments]``, each answered by the result.
 """
 
-from __future__ import annotations
-
 import json
 import socket
 import subprocess

@@ -1,7 +1,5 @@
 """A floor as safenav's missions meet it: by the protocol of live runs, and by blocking calls."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Real traces to move by: every shipped scenario, run once for all tests that want it."""
 
-from __future__ import annotations
-
 import tempfile
 from functools import cache
 from pathlib import Path

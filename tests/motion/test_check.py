@@ -1,7 +1,5 @@
 """The checker accepts what is right, and refuses each kind of damage with its reason."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import pytest

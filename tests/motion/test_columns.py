@@ -1,7 +1,5 @@
 """Sampled columns and timed waypoints: the same motion, as tables."""
 
-from __future__ import annotations
-
 import csv
 import io
 from itertools import pairwise

@@ -8,8 +8,6 @@ line of force by up to 4 cm, as an ankle would. The body does not rotate. It sho
 be followed by such a body, and nothing about a real robot.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The checker judges what robots did apart from their plan: each planted error has its rule."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import cos, sin
 

@@ -1,7 +1,5 @@
 """The motion file reads back as written; a broken one gets a message with its place."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

@@ -1,7 +1,5 @@
 """Flight in wind: near its reference, in its regions, refused beyond what its tilt can do."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A run in lockstep, told by the clock of its motion: words and bodies agree at every instant."""
 
-from __future__ import annotations
-
 import pytest
 
 from motion.runs import motion, trace_of

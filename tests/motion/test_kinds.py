@@ -1,7 +1,5 @@
 """Kinds of motion that a package adds, as docs/motion.md shows it."""
 
-from __future__ import annotations
-
 import importlib.metadata
 import re
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """The motion of a run with a clock is what happened, at the seconds of its trace."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """A robot takes as long as the motion of its kind does, whatever it does before."""
 
-from __future__ import annotations
-
 import random
 import subprocess
 import sys

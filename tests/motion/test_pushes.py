@@ -3,8 +3,6 @@
 Among the tests 500 of them; `make fuzz` tries thousands.
 """
 
-from __future__ import annotations
-
 import os
 import random
 from functools import cache

@@ -1,8 +1,6 @@
 """Random missions with robots of all kinds, run by safenav: moved, accepted by the checker, and
 no longer than the chain that is named."""
 
-from __future__ import annotations
-
 import json
 import os
 import random

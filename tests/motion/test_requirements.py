@@ -5,8 +5,6 @@ that slide, tables or samples at jumps. rtamt would be another, but its antlr4 4
 with Python 3.13.
 """
 
-from __future__ import annotations
-
 import math
 import os
 import random

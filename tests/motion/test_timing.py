@@ -1,7 +1,5 @@
 """Reservations: whatever moves take, nobody meets, nothing is entered early, and all end."""
 
-from __future__ import annotations
-
 import os
 import random
 from itertools import combinations

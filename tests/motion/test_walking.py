@@ -1,7 +1,5 @@
 """What a walker promises on flat ground: exact joins, dynamics, room, feet that stay apart."""
 
-from __future__ import annotations
-
 import os
 import random
 from itertools import pairwise

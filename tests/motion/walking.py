@@ -1,8 +1,6 @@
 """Judges a walker's segments by definitions of its own: quintics by their boundary values, the
 pendulum by its differential equation, distances by geometry."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

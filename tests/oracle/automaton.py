@@ -3,8 +3,6 @@
 The text is byte for byte what SLUGS prints, as far as published outputs show it.
 """
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass
 from typing import Any

@@ -4,8 +4,6 @@ Knows the specification only through the explicit game and shares nothing with t
 Every node is taken as reachable.  The result is a list of complaints, empty for a sound automaton.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from oracle.automaton import Automaton, Node

@@ -4,8 +4,6 @@ Some damage is harmless (another successor may be as good), so the judge is the 
 not the kind of damage.  A damage gets the automaton, its initial nodes and a source of chance.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from random import Random

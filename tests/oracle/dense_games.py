@@ -4,8 +4,6 @@ Parities over many variables have no good order, so a symbolic solver has to reo
 regrow its tables, which the tiny games never make it do; explicit sets do not care.
 """
 
-from __future__ import annotations
-
 from random import Random
 
 from oracle.formula import Atom, Binary, Connective, Formula, Not

@@ -5,8 +5,6 @@ judged.  Everything else must be as the oracle has it: the bytes of strategies w
 combination of the two flags, soundness of strategies and counterstrategies, the translation.
 """
 
-from __future__ import annotations
-
 import subprocess
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ For (state, input, goal): the transition set recorded first that covers the stat
 among its outputs the lexicographically smallest.  Breadth first from all initial states.
 """
 
-from __future__ import annotations
-
 from oracle.automaton import Automaton, Node
 from oracle.fixpoint import Solution, initial_states
 from oracle.game import StateSet, members

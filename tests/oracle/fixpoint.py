@@ -6,8 +6,6 @@
 Nothing is shared between iterations and nothing is clever: this is what others are judged by.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from oracle.game import Game, StateSet

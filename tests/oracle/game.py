@@ -4,8 +4,6 @@ Sets of states are Python integers, bit s for state s.  A move of the environmen
 the set of states that the system can answer with (empty: the system is stuck).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

@@ -4,8 +4,6 @@ Some have no inputs, no outputs, no goals or contradictions; most have a few con
 leave both players some freedom, so that both verdicts are frequent and strategies have loops.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from random import Random
 

@@ -4,8 +4,6 @@ Two groups of inputs, each with rules of its own; what they are at present matte
 else. A symbolic solver may treat such parts one at a time.
 """
 
-from __future__ import annotations
-
 from random import Random
 
 from oracle.dense_games import mixed

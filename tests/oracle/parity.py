@@ -6,8 +6,6 @@ the greatest colour seen infinitely often is even.  This shares no fixpoint with
 it gives a strategy to whoever wins (W. Zielonka, Infinite games on finitely coloured graphs, 1998).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 

@@ -6,8 +6,6 @@ Parentheses are otherwise the fewest that the precedence of the operators needs 
 unary, &, |, ^, ->, <->), so that a reader with another table gets another game.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from random import Random

@@ -1,7 +1,5 @@
 """Makes a failing specification small: one change at a time, until none keeps it failing."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 

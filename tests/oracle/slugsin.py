@@ -1,7 +1,5 @@
 """A small reader of slugsin, so that published files can be played by the oracle as they stand."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from oracle.formula import Atom, Binary, Constant, Formula, Not

@@ -5,8 +5,6 @@ order is the lexicographic order in which strategies list states.  Bit `s << bit
 says whether the formula holds on the transition from s to t.
 """
 
-from __future__ import annotations
-
 from itertools import product
 
 from oracle.formula import Atom, Binary, Compare, Constant, Formula, Next, Not, Number, prime

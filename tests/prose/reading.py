@@ -1,7 +1,5 @@
 """The prose of the tree: sentences of Markdown, docstrings, comments and messages."""
 
-from __future__ import annotations
-
 import ast
 import inspect
 import io

@@ -1,7 +1,5 @@
 """The prose is plain: no phrase of ``phrases.tsv`` stands in it (CONTRIBUTING.md, "Words")."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

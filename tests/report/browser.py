@@ -1,7 +1,5 @@
 """A real headless Chromium for the tests of the page, and what a reader does with it."""
 
-from __future__ import annotations
-
 import shutil
 import time
 from collections.abc import Callable

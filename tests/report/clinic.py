@@ -1,7 +1,5 @@
 """A clinic with eighteen names, two areas, five robots, joint plans and requests."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from tests.warm import safenav

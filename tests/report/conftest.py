@@ -1,7 +1,5 @@
 """Made traces as files, shared by the tests of replay and pictures."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

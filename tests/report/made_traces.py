@@ -5,8 +5,6 @@ the design in their simplest form, so that the tests of the report neither need 
 nor change when the runtime does. The lines are those of docs/trace.md.
 """
 
-from __future__ import annotations
-
 import json
 import random
 from collections import deque

@@ -4,8 +4,6 @@ They meet at a doorway: ``slow`` (whose steps take two ticks) gives way to ``fas
 what the traces of ``made_traces`` do not: beliefs, steps of several ticks, giving way.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from safenav.world.map import RegionMap

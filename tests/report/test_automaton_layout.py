@@ -1,7 +1,5 @@
 """The layout of small automata: whatever the graph, boxes and arrows stay apart."""
 
-from __future__ import annotations
-
 from itertools import combinations, pairwise
 
 import pytest

@@ -1,7 +1,5 @@
 """One label for each robot, wherever it is drawn."""
 
-from __future__ import annotations
-
 import pytest
 
 from safenav.trace.labels import labels

@@ -1,7 +1,5 @@
 """Replays follow the loads that robots carry and the charge of their batteries; pages show both."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

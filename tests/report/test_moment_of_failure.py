@@ -1,7 +1,5 @@
 """A run that ends within a tick is shown as it was in that moment."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

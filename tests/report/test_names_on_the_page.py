@@ -1,7 +1,5 @@
 """The page of a clinic: names on the map, the story on the timeline, lines that fit."""
 
-from __future__ import annotations
-
 import json
 from itertools import combinations
 from pathlib import Path

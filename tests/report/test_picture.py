@@ -1,7 +1,5 @@
 """Pictures: all that matters is in them, nothing overlaps, nothing is cut off."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from xml.etree import ElementTree

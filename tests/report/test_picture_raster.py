@@ -1,7 +1,5 @@
 """PNG and GIF: real files in the right size, from the same drawing."""
 
-from __future__ import annotations
-
 import io
 import sys
 from pathlib import Path

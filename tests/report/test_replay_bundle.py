@@ -1,7 +1,5 @@
 """The committed program of the page is what its sources give, small, and self-contained."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import re

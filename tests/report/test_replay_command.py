@@ -1,7 +1,5 @@
 """`safenav replay` and `safenav draw` as their users call them."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 from xml.etree import ElementTree

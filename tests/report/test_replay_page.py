@@ -1,7 +1,5 @@
 """The page in a real browser: it opens from disk, plays, and is usable by everybody."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The page as people see it: contrast, themes, narrow screens, names for those who hear it."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from pathlib import Path
 

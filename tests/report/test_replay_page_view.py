@@ -1,7 +1,5 @@
 """Looking around on the page: zoom, follow, go to an event, lanes, saved pictures."""
 
-from __future__ import annotations
-
 import json
 from itertools import pairwise
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A trace becomes a replay: places, knowledge, objectives and stack at every tick."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Beliefs, sight, steps of several ticks and giving way, in a replay and in its pictures."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from xml.etree import ElementTree

@@ -1,7 +1,5 @@
 """The page of a run with a clock: it plays in seconds, and robots are under way in between."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

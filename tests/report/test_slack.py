@@ -1,7 +1,5 @@
 """Deadlines under the timeline: how long each promise has taken, and what was left of its time."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """The story of a run on the terminal: the sentences of all other tellers, and its own frame."""
 
-from __future__ import annotations
-
 import click
 import pytest
 

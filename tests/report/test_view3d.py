@@ -1,7 +1,5 @@
 """The 3D page: small, self-contained, and what a reader sees in a real browser."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """The 3D page of a drive: a body where a robot was measured, a ghost where the plan had it."""
 
-from __future__ import annotations
-
 import struct
 import zlib
 from base64 import b64decode

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import pytest
 
 from runtime.played import Runner, play

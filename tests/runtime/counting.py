@@ -1,7 +1,5 @@
 """A scenario whose robot counts: its objective has a memory of its own."""
 
-from __future__ import annotations
-
 COUNTING = """
 safenav: 1
 map: {grid: ["...", "..."]}

@@ -1,7 +1,5 @@
 """Runs in memory: play a scenario, ask its trace, and ask the audit about it."""
 
-from __future__ import annotations
-
 import json
 import textwrap
 from collections.abc import Callable, Mapping

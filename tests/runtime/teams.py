@@ -1,7 +1,5 @@
 """Random scenarios with several robots on one floor: maps, models, obstacles, timing by seed."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """The second coordination strategy: goals assigned at runtime, without resynthesis."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

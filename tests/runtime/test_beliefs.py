@@ -1,7 +1,5 @@
 """Robots that see only so far: runs with beliefs, judged by the audit of their traces."""
 
-from __future__ import annotations
-
 import os
 import re
 from pathlib import Path

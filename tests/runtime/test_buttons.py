@@ -1,8 +1,6 @@
 """Obstacles that are resolved elsewhere, or by several robots. A robot that can act keeps out until
 that is done, and goes there itself if it is the best helper."""
 
-from __future__ import annotations
-
 import click
 import pytest
 

@@ -1,7 +1,5 @@
 """The paper's three case studies, told by their traces in the order that the paper tells them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Strict ordered patrolling: the targets in order, forever, and none touched out of its turn."""
 
-from __future__ import annotations
-
 import re
 from collections import deque
 from collections.abc import Callable

@@ -3,8 +3,6 @@
 ``SAFENAV_FUZZ=500`` damages the traces of 500 runs of each kind. Deadlines: ``deadlines``.
 """
 
-from __future__ import annotations
-
 import json
 import os
 from copy import deepcopy

@@ -1,7 +1,5 @@
 """Robots that wait for each other: each case ends well, and does not with resolution off."""
 
-from __future__ import annotations
-
 import pytest
 
 from runtime.played import play

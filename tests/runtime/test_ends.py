@@ -1,7 +1,5 @@
 """How runs end from outside: limits, signals, readers that go away, files in each other's way."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -1,8 +1,6 @@
 """A world that is no simulation: obstacles that no scenario lists, doors that fall shut again,
 pushes that fail. The trace of such a run is one that the checker and the replay can read."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What raw formulas allow a robot: steps, places of goals, what it remembers."""
 
-from __future__ import annotations
-
 import pytest
 from msgspec.structs import replace
 

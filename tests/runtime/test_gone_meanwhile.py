@@ -1,7 +1,5 @@
 """Live: an obstacle that is reported gone while a robot acts on it was not resolved by that."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from msgspec.structs import replace

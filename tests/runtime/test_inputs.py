@@ -3,8 +3,6 @@ game and a walk over the trace of this file's own."""
 
 # ruff: noqa: ARG005 (a formula reads some of the values around a step)
 
-from __future__ import annotations
-
 import json
 import os
 import random

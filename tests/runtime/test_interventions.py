@@ -1,7 +1,5 @@
 """Whatever somebody does to the world of a run, the run stays sound and its trace says so."""
 
-from __future__ import annotations
-
 import json
 import os
 import random

@@ -1,7 +1,5 @@
 """A robot that the scenario does not have joins a run that needs it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """The programs in docs/library.md run as they are printed, and type checkers accept them."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

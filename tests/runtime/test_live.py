@@ -1,7 +1,5 @@
 """Live runs: commands and events, delays, failures, and what follows them."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

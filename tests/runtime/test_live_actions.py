@@ -1,7 +1,5 @@
 """Live runs: what robots do at obstacles where they start, arrive and stand."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

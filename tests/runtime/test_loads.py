@@ -1,8 +1,6 @@
 """Loads: how many a robot carries at one time. Judged by a walk over the trace of this file's
 own."""
 
-from __future__ import annotations
-
 import os
 from collections import Counter
 from random import Random

@@ -1,8 +1,6 @@
 """Robots that are never together in some regions: judged by a walk over the trace, and by a search
 over the joint poses of this file's own."""
 
-from __future__ import annotations
-
 import json
 import os
 import random

@@ -1,7 +1,5 @@
 """Runs in which nobody lists a strategy: the same moves, each checked, and no process left."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -1,7 +1,5 @@
 """A finite task: each target once, in order, then the robot stays at the last one."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """An operator in a live run: it waits, is told what would help, and goes on after interventions."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Orders: requests that no robot has made. Judged by a walk over the trace of this file's own."""
 
-from __future__ import annotations
-
 import json
 import os
 import random

@@ -1,7 +1,5 @@
 """Coordination as in Section V of the paper: order, stack, safe behaviour, waiting; its audit."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from pathlib import Path

@@ -1,8 +1,6 @@
 """The robotic mission patterns of docs/patterns.md: each as the page writes it, judged by an
 evaluator of linear temporal logic of this file's own."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from functools import reduce

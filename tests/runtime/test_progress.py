@@ -1,7 +1,5 @@
 """Progress with an objective: what counts where, and that joint plans count the same."""
 
-from __future__ import annotations
-
 from random import Random
 
 import pytest

@@ -3,8 +3,6 @@
 Among the tests there are few; `make fuzz` plays thousands.
 """
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Runs that are cut off anywhere continue from what their traces say."""
 
-from __future__ import annotations
-
 import json
 import random
 from pathlib import Path

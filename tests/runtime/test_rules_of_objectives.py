@@ -1,8 +1,6 @@
 """Rules beside an objective (``avoid``, ``always``): judged by a game and a walk over the trace of
 this file's own."""
 
-from __future__ import annotations
-
 import json
 import os
 import random

@@ -1,7 +1,5 @@
 """Every shipped scenario runs as it expects, and its trace breaks no rule."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

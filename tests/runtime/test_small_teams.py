@@ -1,8 +1,6 @@
 """Orders, inputs and services of small teams. An exhaustive search over joint states, which shares
 no code with safenav, has decided what each team can do; the audit judges each trace."""
 
-from __future__ import annotations
-
 import pytest
 
 from runtime.played import play

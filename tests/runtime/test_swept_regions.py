@@ -1,7 +1,5 @@
 """Swept regions: while a robot resolves an obstacle, no other is where that sweeps."""
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """Situations that coordination layers fall into, each one played with the real synthesizer."""
 
-from __future__ import annotations
-
 import pytest
 
 from runtime.played import play

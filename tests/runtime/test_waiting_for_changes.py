@@ -1,7 +1,5 @@
 """A run whose scenario still changes something waits where it would end, on both clocks."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import pytest

@@ -1,7 +1,5 @@
 """Worlds by others that answer what cannot be: a typed error names the call, and the trace ends."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

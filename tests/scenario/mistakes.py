@@ -1,7 +1,5 @@
 """Documents with one mistake each, and whether a loader and a JSON Schema judge them alike."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Areas: named sets of regions wherever a target or a set of regions can stand."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

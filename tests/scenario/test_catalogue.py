@@ -1,7 +1,5 @@
 """The catalogue: what is built in, and what a scenario adds to it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

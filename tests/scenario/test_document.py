@@ -1,7 +1,5 @@
 """YAML as a tree of nodes with places: the core schema, limits, hostile input."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

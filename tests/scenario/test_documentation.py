@@ -1,7 +1,5 @@
 """The examples of docs/scenario.md and docs/maps.md load; tables of keys hold all keys."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Images whose colours mean something: walls, floor and areas; labels; what a share removes."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

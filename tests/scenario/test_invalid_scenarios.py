@@ -3,8 +3,6 @@
 ``# error: <line>:<column>: <regular expression for message and hint>``
 """
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,8 +1,6 @@
 """The library: each robot model moves, each obstacle type is resolved by robots of the library, and
 docs/catalogue.md has the figures that the files have."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

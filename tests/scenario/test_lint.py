@@ -1,7 +1,5 @@
 """Warnings about a valid scenario that is probably mistaken."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

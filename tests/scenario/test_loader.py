@@ -1,7 +1,5 @@
 """Valid scenarios: what the loader makes of each item of the format."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Maps read from files: the real ones in tests/maps, and what is said of broken ones."""
 
-from __future__ import annotations
-
 import builtins
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Obstacles that need several actions or robots, and that come and go, as they are written."""
 
-from __future__ import annotations
-
 import pytest
 
 from safenav.errors import InputError

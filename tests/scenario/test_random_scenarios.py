@@ -1,7 +1,5 @@
 """Random scenarios load as they were meant; whatever else is given ends in an InputError."""
 
-from __future__ import annotations
-
 import string
 from contextlib import suppress
 from typing import Any

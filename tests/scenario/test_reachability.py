@@ -1,7 +1,5 @@
 """Reachability of targets, against the moves of the robots themselves."""
 
-from __future__ import annotations
-
 from itertools import product
 
 from hypothesis import given

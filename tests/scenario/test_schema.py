@@ -4,8 +4,6 @@ and hundreds with one mistake each.
 What the loader accepts the schema accepts. What the loader finds wrong with the shape (a key, a
 type, a word, a limit) the schema refuses. Names, places and formulas only the loader knows."""
 
-from __future__ import annotations
-
 import ast
 import json
 import re

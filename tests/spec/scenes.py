@@ -1,7 +1,5 @@
 """Random scenes in which a robot keeps track of another, and random walks of both."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from hypothesis import assume

@@ -1,7 +1,5 @@
 """Goals that are assigned at runtime: what a strategy assumes of others meanwhile."""
 
-from __future__ import annotations
-
 import pytest
 
 from safenav.spec.assignable import unless_waiting

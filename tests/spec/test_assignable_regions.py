@@ -1,7 +1,5 @@
 """Where a robot can be sent from where, without giving up its own objective."""
 
-from __future__ import annotations
-
 import pytest
 from msgspec.structs import replace
 

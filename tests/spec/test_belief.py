@@ -3,8 +3,6 @@
 Among the tests the campaigns are short; `make fuzz` tries thousands.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -3,8 +3,6 @@
 The oracle is this file's own: it reads the map's text, and its line of sight is the audit's.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection
 
 import pytest

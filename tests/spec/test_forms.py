@@ -3,8 +3,6 @@
 Whether a robot alone can patrol by the letter is compared with the explicit game of one player.
 """
 
-from __future__ import annotations
-
 from random import Random
 
 import pytest

@@ -1,7 +1,5 @@
 """The automaton of an objective and its formulas say the same, step by step."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import pytest

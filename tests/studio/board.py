@@ -1,7 +1,5 @@
 """The drawing board as a user with mouse and keyboard sees it."""
 
-from __future__ import annotations
-
 import urllib.request
 
 from report.browser import Browser, Select, WebElement

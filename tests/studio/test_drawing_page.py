@@ -1,7 +1,5 @@
 """In a real browser: draw case study 1 with mouse and keyboard, run it, close a door, undo."""
 
-from __future__ import annotations
-
 import json
 import time
 import urllib.error

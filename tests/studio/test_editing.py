@@ -1,7 +1,5 @@
 """What is drawn changes the text, and nothing else of it."""
 
-from __future__ import annotations
-
 import difflib
 import os
 import random

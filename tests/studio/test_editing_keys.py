@@ -1,8 +1,6 @@
 """Keys that the drawing has no shape for: fields of text, orders, chargers, own models; and what a
 map that grows moves in formulas, partitions and requirements."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The studio reads and writes the files that it was given, and no others."""
 
-from __future__ import annotations
-
 import asyncio
 import base64
 import zlib

@@ -1,7 +1,5 @@
 """Only pages that the studio served itself may talk to it."""
 
-from __future__ import annotations
-
 import pytest
 
 from safenav.studio.guard import UPLOAD, Guard

@@ -1,7 +1,5 @@
 """A run as pages see it: the same for all, whole after a reload, changed while it goes on."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 from collections.abc import Iterator

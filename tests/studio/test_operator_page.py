@@ -1,7 +1,5 @@
 """A run in the studio, and the user who helps it, orders work and sets inputs."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from report.browser import Browser, Select

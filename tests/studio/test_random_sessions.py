@@ -1,7 +1,5 @@
 """Random sequences of edits, runs and changes: no exception in page or server, sound traces."""
 
-from __future__ import annotations
-
 import asyncio
 import os
 import random

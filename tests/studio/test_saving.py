@@ -1,7 +1,5 @@
 """What a run gives to take away, also one that somebody changed and that is not over."""
 
-from __future__ import annotations
-
 import io
 import json
 import subprocess

@@ -1,7 +1,5 @@
 """The studio as other programs and pages of this machine meet it."""
 
-from __future__ import annotations
-
 import asyncio
 import http.client
 import socket

@@ -1,7 +1,5 @@
 """In a real browser: what a new user tries first, at the desk, with the keyboard, on a phone."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any

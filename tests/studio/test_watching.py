@@ -1,7 +1,5 @@
 """The live view of a mission that a program drives, in a world of its own."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable, Iterator
 

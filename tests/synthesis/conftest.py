@@ -1,7 +1,5 @@
 """A small patrol whose strategy is written down by hand, and slugs binaries that misbehave."""
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Callable, Iterator

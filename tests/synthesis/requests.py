@@ -1,7 +1,5 @@
 """Stand-ins for slugs, and requests to them."""
 
-from __future__ import annotations
-
 import os
 import time
 from collections.abc import Callable

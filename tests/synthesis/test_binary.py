@@ -1,7 +1,5 @@
 """Which slugs binary safenav uses, and its message when there is none."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path, PurePosixPath
 

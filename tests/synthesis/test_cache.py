@@ -1,7 +1,5 @@
 """The cache: right answers or none, whatever happens to its directory."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """The bit-parallel evaluator and the counting of completions, against going through all."""
 
-from __future__ import annotations
-
 import random
 from itertools import product
 

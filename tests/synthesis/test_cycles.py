@@ -1,7 +1,5 @@
 """Cycles and walks in graphs."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from random import Random
 

@@ -1,7 +1,5 @@
 """Strategies as DOT, GraphML and figures."""
 
-from __future__ import annotations
-
 import io
 import json
 import re

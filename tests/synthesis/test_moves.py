@@ -1,7 +1,5 @@
 """Moves that are given on demand, checked against the specification's text: each lie is found."""
 
-from __future__ import annotations
-
 import pytest
 
 from safenav.errors import SynthesizerError

@@ -1,7 +1,5 @@
 """Several syntheses at once, in threads, under signals: no process is left behind."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """Reading structured-slugs text back: sections, ranges, comments, and prefix lines."""
 
-from __future__ import annotations
-
 import os
 from itertools import product
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A strategy that is asked move by move is the one that would be listed."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

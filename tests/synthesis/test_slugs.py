@@ -1,7 +1,5 @@
 """Asking a slugs binary: verdicts, limits, and every way in which a program can fail."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import time

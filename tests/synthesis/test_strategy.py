@@ -1,7 +1,5 @@
 """Reading a strategy, looking at its nodes, and following it."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

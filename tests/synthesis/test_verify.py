@@ -1,7 +1,5 @@
 """The independent check on hand-written automata: accepts what is right, and names what is not."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

@@ -4,8 +4,6 @@ Whatever the check complains about is confirmed here on the spot, with the plain
 path is one, the constraint is violated, the cycle misses what it is said to miss.
 """
 
-from __future__ import annotations
-
 import json
 import os
 from collections import Counter

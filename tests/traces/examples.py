@@ -1,7 +1,5 @@
 """An example of every record, made up from what its fields may hold."""
 
-from __future__ import annotations
-
 import random
 import types
 from collections.abc import Iterator, Mapping

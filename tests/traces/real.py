@@ -1,7 +1,5 @@
 """Traces of shipped scenarios, run once for all tests that look at real ones."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory

@@ -1,7 +1,5 @@
 """Whatever the runtime can say is read back as it was said."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The published schema and the reference follow the records, and every trace meets them."""
 
-from __future__ import annotations
-
 import json
 import re
 from enum import EnumType

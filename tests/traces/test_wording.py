@@ -1,7 +1,5 @@
 """Every line that tells an event has one sentence, whoever tells it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import pytest

@@ -1,7 +1,5 @@
 """Maps: numbering in reading order, walls, neighbours."""
 
-from __future__ import annotations
-
 import pytest
 
 from safenav.world.map import Heading, RegionMap

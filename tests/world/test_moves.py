@@ -1,7 +1,5 @@
 """How robots move: free mobility, heading mobility, shortest paths under each."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st

@@ -1,7 +1,5 @@
 """Partitions: rooms, tiles, and cells that are given."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st

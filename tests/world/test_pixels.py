@@ -1,7 +1,5 @@
 """From pixels to regions, against the same rule in exact fractions."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from math import ceil
 

@@ -1,7 +1,5 @@
 """Visibility: the definition, held against exact geometry with fractions."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from fractions import Fraction
 from functools import cache

@@ -1,7 +1,5 @@
 """Objectives in formulas, as the audit reads them."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

@@ -1,7 +1,5 @@
 """Proofs of negatives: sound ones are accepted, false and forged ones get a reason."""
 
-from __future__ import annotations
-
 import copy
 import hashlib
 import json

@@ -3,8 +3,6 @@
 Everything follows from a ``Random``; each piece is plain data, as a scenario's YAML holds it.
 """
 
-from __future__ import annotations
-
 from random import Random
 from typing import Any
 

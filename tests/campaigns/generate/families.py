@@ -1,7 +1,5 @@
 """Random missions by family and seed: the same seed gives the same mission for ever."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from random import Random

@@ -4,8 +4,6 @@ Robots that have the action of an obstacle in their way are common, and so are n
 robots and actions performed elsewhere.
 """
 
-from __future__ import annotations
-
 from random import Random
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Teams in narrow places, where patrols by the letter and objectives among others often fail."""
 
-from __future__ import annotations
-
 from random import Random
 
 from campaigns.generate.build import Data, Draft, corridor, open_floor, rooms, scattered

@@ -7,8 +7,6 @@ every group of robots at each point. Resolving only ever opens ways: no order of
 resolutions is worse than the same without them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from itertools import combinations
 

@@ -7,8 +7,6 @@ perform actions wherever they can. The mission is complete when all have met the
 nearer to that come first; the answer ``NO`` means that there is no other state.
 """
 
-from __future__ import annotations
-
 import heapq
 from collections.abc import Iterator
 from itertools import product

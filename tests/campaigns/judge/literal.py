@@ -5,8 +5,6 @@ kept a scenario is refused before the start, with a message that offers ``visit`
 robots alternate instead.
 """
 
-from __future__ import annotations
-
 from campaigns.judge.mission import Mission, Pose, Robot
 
 State = tuple[Pose, int]

@@ -5,8 +5,6 @@ numbers or row and column, formulas of three shapes) and raises ``NotJudgedError
 shares nothing with safenav: a mistake there must not hide here.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The poses of one robot alone, as sets of bits: where it can get to, where it can go on."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from campaigns.judge.mission import HEADINGS, Mission, Pose, Robot

@@ -5,8 +5,6 @@ follows from its goal lines since the last resolution; what is left of an obstac
 where robots stood.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """From where the judge asks: the question whether a mission can still be completed."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum

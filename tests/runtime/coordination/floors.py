@@ -1,7 +1,5 @@
 """Small teams on drawn floors, for tables of tests: problems of the coordination layer by hand."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """``coordinate`` is a function of the team and an event; it changes nothing."""
 
-from __future__ import annotations
-
 import copy
 
 import pytest

@@ -1,7 +1,5 @@
 """What is said where nobody helps: true of the run, each robot named, and the right cause."""
 
-from __future__ import annotations
-
 import pytest
 
 from runtime.played import play

@@ -1,8 +1,6 @@
 """Needs that the same robots meet, one after the other: SOLVE against every order of acts, and runs
 whose audit and checker of bundles agree."""
 
-from __future__ import annotations
-
 import os
 from collections import deque
 from collections.abc import Iterable, Iterator

@@ -1,7 +1,5 @@
 """SOLVE, duties and proofs on small floors: who can do what, in which order, and what is lost."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import pytest

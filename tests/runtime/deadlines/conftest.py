@@ -1,7 +1,5 @@
 """Bounds and runs ahead of deadlines do not depend on the load of the machine."""
 
-from __future__ import annotations
-
 import pytest
 
 

@@ -1,8 +1,6 @@
 """Every behaviour of a small team, by a program that shares nothing with the product: it is
 compiled once from ``every_behaviour.cpp``, and answers questions that are written as numbers."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """Promises kept as simulated: what is said to hold forever holds in a run that goes on."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The lower bound against every behaviour of a team: never above the earliest resolution."""
 
-from __future__ import annotations
-
 import pytest
 
 from runtime.deadlines.every_behaviour import every_behaviour

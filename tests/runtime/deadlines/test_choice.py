@@ -1,8 +1,6 @@
 """Who acts where next, where requests are due: chosen by the search in time, told by lines
 ``acts``, and judged by the audit."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

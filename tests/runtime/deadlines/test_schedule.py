@@ -1,7 +1,5 @@
 """Earliest times and several deadlines against every behaviour of a team, joint state by state."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from random import Random
 

@@ -1,7 +1,5 @@
 """Suspects on shared floors: a joint plan around all of them, in time whatever of them is there."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import combinations
 from random import Random

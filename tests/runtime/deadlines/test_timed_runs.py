@@ -1,8 +1,6 @@
 """Runs with tight promises: the audit, which follows them by itself, accepts each; what is said to
 be lost is never kept; damaged lines are refused."""
 
-from __future__ import annotations
-
 import os
 import re
 from pathlib import Path

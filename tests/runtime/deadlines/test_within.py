@@ -1,7 +1,5 @@
 """Rounds of at most N ticks, against a game with a clock; and the poses that make them short."""
 
-from __future__ import annotations
-
 import os
 from dataclasses import dataclass
 from random import Random

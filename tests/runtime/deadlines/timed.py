@@ -1,7 +1,5 @@
 """Random missions with tight promises in ticks."""
 
-from __future__ import annotations
-
 from random import Random
 
 from runtime.teams import team_scenario

@@ -1,7 +1,5 @@
 """Runs of robots with batteries: stops, refusals, flat robots; the audit follows each charge."""
 
-from __future__ import annotations
-
 import json
 import os
 from pathlib import Path

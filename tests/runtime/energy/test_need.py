@@ -1,7 +1,5 @@
 """The need of each pose against pose x target x charge, and stops: never empty, always done."""
 
-from __future__ import annotations
-
 import os
 from random import Random
 

@@ -1,7 +1,5 @@
 """Deadlocks of two or three robots of a large team, each with the other robots anywhere."""
 
-from __future__ import annotations
-
 from runtime.coordination.floors import Block, Bot, Floor
 from safenav.runtime.resolution.problem import Floor as Moment
 from safenav.runtime.traffic.deadlock import deadlock_of_few

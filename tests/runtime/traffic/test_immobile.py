@@ -1,7 +1,5 @@
 """Robots that can never move again, and what that makes hopeless."""
 
-from __future__ import annotations
-
 import random
 
 import pytest

@@ -1,7 +1,5 @@
 """Joint plans: found where there is one, refuted where there is none, valid in every order."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """Back to a plan: what was found for the whole mission does from wherever one can return to it."""
 
-from __future__ import annotations
-
 import random
 from itertools import pairwise
 

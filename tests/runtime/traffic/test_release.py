@@ -1,8 +1,6 @@
 """Robots that have done their way of a joint plan may leave it: the mission stays possible in
 every order, shown by going through all states of small floors."""
 
-from __future__ import annotations
-
 import os
 import random
 from collections import deque

@@ -1,7 +1,5 @@
 """Ways over poses and what is remembered there."""
 
-from __future__ import annotations
-
 import pytest
 
 from safenav.runtime.traffic.budgets import REMEMBERED_STATES

@@ -1,7 +1,5 @@
 """Shortened plans: never longer, valid in every order, and the same goals in the same order."""
 
-from __future__ import annotations
-
 import random
 from itertools import pairwise
 

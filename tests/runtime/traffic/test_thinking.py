@@ -1,7 +1,5 @@
 """Searches for joint plans while time passes: the mission hears its world meanwhile."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable, Sequence

@@ -1,7 +1,5 @@
 """Plans for requests that are due, against every joint behaviour of a team."""
 
-from __future__ import annotations
-
 import os
 from itertools import pairwise
 from pathlib import Path
