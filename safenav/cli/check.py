@@ -34,6 +34,7 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
     action that no robot has, a capability that no obstacle needs, a seed without effect, a robot
     that can win by breaking its assumptions about the other robots. Says how long
     the resolution of each obstacle takes, at best and at worst."""
+    from safenav.explain.summary import explain_unrealizable
     from safenav.explain.vacuity import vacuous_wins
     from safenav.report.terminal.promises import promise_data, promise_lines
     from safenav.report.terminal.synthesis_progress import WaitingLine
@@ -42,7 +43,6 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
     from safenav.runtime.analysis.ahead import run_ahead
     from safenav.runtime.coordination.foresight import foreseen
     from safenav.runtime.deadlines.worst import visited, worst_cases
-    from safenav.runtime.explanation import explain_unrealizable
     from safenav.runtime.mission import Mission, default_synthesizer, first_results
     from safenav.scenario.lint import lint
     from safenav.scenario.objective import describe

@@ -132,7 +132,7 @@ def _warn(answers: dict[str, TaskResult], synthesizer: Synthesizer) -> bool:
 
 
 def _explain_failures(answers: dict[str, TaskResult], plan: Scenario) -> int:
-    from safenav.runtime.explanation import explain_unrealizable
+    from safenav.explain.summary import explain_unrealizable
 
     failed = [answer for answer in answers.values() if not answer.realizable]
     for answer in failed:

@@ -7,32 +7,28 @@ from collections.abc import Callable, Collection, Generator, Iterator, Sequence
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.runtime.coordination.events import (
-    Event,
-    ObstacleChanged,
-    ObstaclesResolved,
-    Unsettled,
-)
+from safenav.runtime.coordination.events import Event, ObstacleChanged, ObstaclesResolved, Unsettled
 from safenav.runtime.deadlines.choice import InTime
 from safenav.runtime.move_recorder import MoveRecorder
 from safenav.runtime.team import RobotState, TeamState
+from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.worlds.commands import Commands
 from safenav.runtime.worlds.protocol import Acted, Arrived
 from safenav.runtime.worlds.world import Change
 from safenav.scenario.model import Obstacle
 from safenav.trace import records, vocabulary
-from safenav.trace.vocabulary import ActResult, HoldReason, PlanEndReason
+from safenav.trace.vocabulary import ActResult, HoldReason
 
 
 class Actions(Struct):
     """Carries out actions in a world. ``leave_plan`` ends the joint plan, as a decision follows;
-    ``planned``: whether there is one; ``stand_still`` is the turn of a robot that stays."""
+    ``stand_still`` is the turn of a robot that stays."""
 
     state: TeamState
     world: Commands
     tell: MoveRecorder
-    leave_plan: Callable[[PlanEndReason], Iterator[Event]]
-    planned: Callable[[], bool]
+    traffic: Traffic
+    leave_plan: Callable[[], Iterator[Event]]
     stand_still: Callable[[RobotState, HoldReason], Iterator[Event]]
 
     def act(self, robot: RobotState) -> Iterator[Event]:
@@ -122,7 +118,7 @@ class Actions(Struct):
         self.state.failures.gone(obstacle.name, self.world.now())
         self.state.knowledge.sighted.pop(obstacle.name, None)
         if self.state.knowledge.knows(obstacle):
-            yield from self.leave_plan(PlanEndReason.CHANGED)
+            yield from self.leave_plan()
             yield ObstacleChanged(Change(obstacle, appeared=False))
 
     def _must_not_sweep(self, robot: RobotState) -> list[str]:
@@ -155,10 +151,10 @@ class Actions(Struct):
             if not one.last or one.obstacle.name in gone:  # else the world has it that it failed
                 self.tell.met(robot, one)
         if resolved:
-            yield from self.leave_plan(PlanEndReason.CHANGED)
+            yield from self.leave_plan()
             yield ObstaclesResolved(robot.robot, tuple(resolved))
         elif further:
-            yield from self.leave_plan(PlanEndReason.CHANGED)
+            yield from self.leave_plan()
             yield Unsettled(vocabulary.Reason.REQUEST)
 
     def _cleared(self, robot: RobotState) -> list[Obstacle]:
@@ -171,7 +167,7 @@ class Actions(Struct):
     def _chosen(self) -> InTime | None:
         """The acts that robots keep to: on a joint plan they take what they pass."""
         settled = self.state.settled
-        return None if settled is None or self.planned() else settled.in_time
+        return None if settled is None or self.traffic.active else settled.in_time
 
     def _answered(self, event: Acted | None, obstacles: Sequence[Obstacle]) -> Acted | None:
         """The results of an action; one on an obstacle for the last need of which nothing is
@@ -216,7 +212,7 @@ class Actions(Struct):
             if pair[1] in (ActResult.DONE, ActResult.UNTRAVERSABLE) and pair[0] not in gone
         ]
         if barred:
-            yield from self.leave_plan(PlanEndReason.CHANGED)
+            yield from self.leave_plan()
             yield Unsettled(vocabulary.Reason.REQUEST)
         # An action that fails has the reported effects only. One that finds nothing where it was
         # directed has still met the other needs that are met where the robots stand.

@@ -58,9 +58,7 @@ class Beliefs:
         robot, tracker = task.robot.name, BeliefTracker(watch_for(task, world))
         known = {
             other.name: tracker.observe(
-                own,
-                positions[other.name],
-                self._known.get((robot, other.name), known_of(other)),
+                own, positions[other.name], self._known.get((robot, other.name), known_of(other))
             )
             for other in task.observed
         }

@@ -10,15 +10,12 @@ from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 from safenav.errors import ResourceLimitError
-from safenav.explain.summary import explain_unrealizable
 from safenav.scenario.model import Scenario
 from safenav.synthesis.request import Listener
 from safenav.synthesis.slugs import Synthesizer
 
 if TYPE_CHECKING:
     from safenav.explain.explanation import Explanation
-
-__all__ = ["explain_team", "explain_unrealizable"]
 
 QUESTION_SECONDS = 2.0
 """Wall time of one of the many synthesis requests of an explanation, in seconds."""

@@ -13,20 +13,7 @@ from typing import Any
 import yaml
 
 from safenav.errors import InputError, UsageError
-from safenav.runtime.user_changes import (
-    Close,
-    Give,
-    GiveUp,
-    Intervention,
-    MarkPermanent,
-    MarkResolved,
-    PlaceOrder,
-    PutBack,
-    Serve,
-    SetInput,
-    SetTruth,
-    TakeAway,
-)
+from safenav.runtime import user_changes
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import USAGE
 from safenav.scenario.reading.changes import ChangeReader
@@ -49,7 +36,7 @@ LINES = {
 }
 
 
-def line_read(line: str, scenario: Scenario) -> Intervention:
+def line_read(line: str, scenario: Scenario) -> user_changes.Intervention:
     """An intervention from a line of words. Raises UsageError with the form that is expected."""
     word, *rest = line.split(maxsplit=2)
     if word not in LINES:
@@ -92,7 +79,7 @@ def _value(text: str) -> object:
 _HEADINGS = {heading.label: heading for heading in Heading}
 
 
-def intervention(data: Mapping[str, Any], scenario: Scenario) -> Intervention:
+def intervention(data: Mapping[str, Any], scenario: Scenario) -> user_changes.Intervention:
     """A change that a page requests, read as the scenario's loader reads its parts. Raises
     UsageError for one that is not possible."""
     findings = Findings("the change")
@@ -108,7 +95,9 @@ def intervention(data: Mapping[str, Any], scenario: Scenario) -> Intervention:
     return found
 
 
-def _read(data: Mapping[str, Any], scenario: Scenario, findings: Findings) -> Intervention | None:
+def _read(
+    data: Mapping[str, Any], scenario: Scenario, findings: Findings
+) -> user_changes.Intervention | None:
     world, types = scenario.map, scenario.catalogue.obstacles
     regions = RegionReader(world, world.names, findings, world.areas)
     match data.get("kind"):
@@ -119,27 +108,31 @@ def _read(data: Mapping[str, Any], scenario: Scenario, findings: Findings) -> In
             region = regions.region(_node(data.get("region"), findings), "'region'")
             truth = bool(data.get("truth", True)) if types[name].has_truth else None
             if region is None or kind == "order":
-                return None if region is None else PlaceOrder(types[name], region)
-            return Close(types[name], region, truth)
+                return None if region is None else user_changes.PlaceOrder(types[name], region)
+            return user_changes.Close(types[name], region, truth)
         case "input":
-            return SetInput(str(data.get("input")), bool(data.get("on")))
+            return user_changes.SetInput(str(data.get("input")), bool(data.get("on")))
         case "open":
-            return TakeAway(str(data.get("obstacle")))
+            return user_changes.TakeAway(str(data.get("obstacle")))
         case "resolved":
-            return MarkResolved(str(data.get("obstacle")))
+            return user_changes.MarkResolved(str(data.get("obstacle")))
         case "permanent":
-            return MarkPermanent(str(data.get("obstacle")))
+            return user_changes.MarkPermanent(str(data.get("obstacle")))
         case "put_back":
             place = regions.region(_node(data.get("region"), findings), "'region'")
             heading = data.get("heading")
             if heading is not None and heading not in _HEADINGS:
                 raise UsageError(f"unknown heading '{str(heading)[:40]}'")
             facing = None if heading is None else _HEADINGS[heading]
-            return None if place is None else PutBack(str(data.get("robot")), Pose(place, facing))
+            return (
+                None
+                if place is None
+                else user_changes.PutBack(str(data.get("robot")), Pose(place, facing))
+            )
         case "give_up":
-            return GiveUp()
+            return user_changes.GiveUp()
         case "truth":
-            return SetTruth(str(data.get("obstacle")), bool(data.get("traversable")))
+            return user_changes.SetTruth(str(data.get("obstacle")), bool(data.get("traversable")))
         case "objective" | "service" as kind:
             what = "back" if data.get("active") else "out"
             told = data.get("objective") if kind == "objective" else what
@@ -148,8 +141,8 @@ def _read(data: Mapping[str, Any], scenario: Scenario, findings: Findings) -> In
             listed = [{"at": 1, "robot": data.get("robot"), kind: told}]
             for change in reader.read(_node(listed, findings)):
                 if change.objective is not None:
-                    return Give(change.robot, change.objective)
-                return Serve(change.robot, change.active is True)
+                    return user_changes.Give(change.robot, change.objective)
+                return user_changes.Serve(change.robot, change.active is True)
     return None
 
 

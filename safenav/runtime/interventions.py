@@ -12,31 +12,12 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.errors import UsageError
-from safenav.runtime.coordination.events import (
-    Event,
-    HopeReturned,
-    ObstacleChanged,
-    ObstacleSealed,
-    Unsettled,
-)
+from safenav.runtime import user_changes
+from safenav.runtime.coordination import events
 from safenav.runtime.knowledge import UNTRAVERSABLE
 from safenav.runtime.progress import Progress
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
 from safenav.runtime.turn import Turns
-from safenav.runtime.user_changes import (
-    Close,
-    Give,
-    GiveUp,
-    Intervention,
-    MarkPermanent,
-    MarkResolved,
-    PlaceOrder,
-    PutBack,
-    Serve,
-    SetInput,
-    SetTruth,
-    TakeAway,
-)
 from safenav.runtime.worlds.world import Change, ChangingWorld, InputWorld, SimulatedWorld
 from safenav.scenario.model import Obstacle
 from safenav.scenario.objective import Objective, avoided, targets_of
@@ -59,7 +40,7 @@ class Interventions(Struct):
     world: SimulatedWorld | None
     turns: Turns
     sets_inputs: InputWorld | None
-    _asked: list[Intervention] = field(default_factory=list)
+    _asked: list[user_changes.Intervention] = field(default_factory=list)
     _ordered: set[str] = field(default_factory=set)
     _looked: int = -1
     _made: int = 0
@@ -70,35 +51,35 @@ class Interventions(Struct):
         """Whether an intervention is to be applied."""
         return bool(self._asked)
 
-    def ask(self, wanted: Intervention) -> None:
+    def ask(self, wanted: user_changes.Intervention) -> None:
         """Raises UsageError for what cannot be; the message names place and reason."""
         match wanted:
-            case Close():
+            case user_changes.Close():
                 self._may_close(wanted)
-            case PlaceOrder():
+            case user_changes.PlaceOrder():
                 self._may_order(wanted)
-            case TakeAway(name):
+            case user_changes.TakeAway(name):
                 self._there(name)
-            case SetTruth(name):
+            case user_changes.SetTruth(name):
                 if not self._there(name).type.has_truth:
                     raise UsageError(f"{name} has no truth to reveal")
-            case Give():
+            case user_changes.Give():
                 self._may_give(wanted)
-            case Serve(name):
+            case user_changes.Serve(name):
                 self._robot(name)
-            case SetInput(name):
+            case user_changes.SetInput(name):
                 if name not in self.state.inputs:
                     raise UsageError(f"there is no input '{name}'")
-            case MarkResolved(name):
+            case user_changes.MarkResolved(name):
                 self._met(name)
-            case MarkPermanent(name):
+            case user_changes.MarkPermanent(name):
                 if self._met(name).name not in self.state.knowledge.pending | self._given_up():
                     raise UsageError(f"{name} is permanent already")
-            case PutBack():
+            case user_changes.PutBack():
                 self._may_put(wanted)
         self._asked.append(wanted)
 
-    def apply(self) -> Iterator[Event]:
+    def apply(self) -> Iterator[events.Event]:
         """Apply the scenario's changes of this tick and every requested one: yield the events that
         follow, each to be settled before the next. Called again where one has ended in a wait, it
         continues with the next."""
@@ -120,7 +101,7 @@ class Interventions(Struct):
             yield from self._bring_about(wanted)
         yield from self._inputs()
 
-    def _orders(self) -> Iterator[Event]:
+    def _orders(self) -> Iterator[events.Event]:
         """Tell the team the orders of the scenario that are due, in a world that does not."""
         for obstacle in self.state.scenario.obstacles:
             due = obstacle.ordered and (obstacle.appears or 0) <= self.state.time
@@ -128,12 +109,12 @@ class Interventions(Struct):
                 self._ordered.add(obstacle.name)
                 yield from self._placed(Change(obstacle, appeared=True))
 
-    def _placed(self, order: Change) -> Iterator[Event]:
+    def _placed(self, order: Change) -> Iterator[events.Event]:
         """The team learns of an order, and duties change with it."""
-        yield from self.turns.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
-        yield ObstacleChanged(order)
+        yield from self.turns.leave_plan()
+        yield events.ObstacleChanged(order)
 
-    def _inputs(self) -> Iterator[Event]:
+    def _inputs(self) -> Iterator[events.Event]:
         """Take note of the inputs of this tick; robots get the objectives that they give them."""
         state = self.state
         if self._looked != state.tick:
@@ -169,39 +150,39 @@ class Interventions(Struct):
     @property
     def given_up(self) -> bool:
         """Whether an operator wants the run to end."""
-        return any(isinstance(wanted, GiveUp) for wanted in self._asked)
+        return any(isinstance(wanted, user_changes.GiveUp) for wanted in self._asked)
 
-    def _tell(self, wanted: Intervention) -> None:
+    def _tell(self, wanted: user_changes.Intervention) -> None:
         """Record what an operator does in a live run."""
         tick, emit = self.state.tick, self.state.emit
         match wanted:
-            case MarkResolved(name) | TakeAway(name):
+            case user_changes.MarkResolved(name) | user_changes.TakeAway(name):
                 emit(records.Operator(tick, OperatorIntervention.RESOLVED, obstacle=name))
-            case MarkPermanent(name):
+            case user_changes.MarkPermanent(name):
                 emit(records.Operator(tick, OperatorIntervention.PERMANENT, obstacle=name))
-            case PutBack(name, pose):
+            case user_changes.PutBack(name, pose):
                 at = pose.region, heading_in_trace(pose)
                 what = OperatorIntervention.PUT_BACK
                 emit(records.Operator(tick, what, name, region=at[0], heading=at[1]))
-            case Give(name, objective):
+            case user_changes.Give(name, objective):
                 told = objective_in_trace(objective)
                 emit(records.Operator(tick, OperatorIntervention.OBJECTIVE, name, objective=told))
-            case Serve(name, active):
+            case user_changes.Serve(name, active):
                 what = OperatorIntervention.ADDED if active else OperatorIntervention.OUT_OF_SERVICE
                 emit(records.Operator(tick, what, name))
-            case GiveUp():
+            case user_changes.GiveUp():
                 emit(records.Operator(tick, OperatorIntervention.GIVE_UP))
 
-    def _bring_about(self, wanted: Intervention) -> Iterator[Event]:
+    def _bring_about(self, wanted: user_changes.Intervention) -> Iterator[events.Event]:
         state = self.state
         match wanted:
-            case Close(kind, region, truth):
+            case user_changes.Close(kind, region, truth):
                 new = Obstacle(kind, region, truth, appears=int(self.state.time))
                 known = {o.name for o in state.scenario.obstacles} | state.introduced
                 self._simulation().bring(new, truth)
                 if truth is not None and new.name in known:  # it comes back, perhaps another way
                     state.emit(records.Truth(state.tick, new.name, truth, _USER))
-            case PlaceOrder(kind, region):
+            case user_changes.PlaceOrder(kind, region):
                 new = Obstacle(kind, region, appears=int(self.state.time), ordered=True)
                 known = {o.name for o in state.scenario.obstacles} | state.introduced
                 while new.name in known | self._ordered:
@@ -212,35 +193,35 @@ class Interventions(Struct):
                 else:
                     state.introduce(new)
                     yield from self._placed(Change(new, appeared=True, by_user=True))
-            case TakeAway(name):
+            case user_changes.TakeAway(name):
                 self._simulation().take_away(name)
-            case SetTruth(name, truth):
+            case user_changes.SetTruth(name, truth):
                 obstacle = self._there(name)
                 self._simulation().truths[name] = truth
                 state.introduce(obstacle, truth)
                 state.emit(records.Truth(state.tick, name, truth, _USER))
-            case Give(name, objective):
+            case user_changes.Give(name, objective):
                 yield from self._give(self._robot(name), objective, _USER)
-            case Serve(name, active):
+            case user_changes.Serve(name, active):
                 yield from self.turns.serve(self._robot(name), active=active, cause=_USER)
-            case SetInput(name, on):
+            case user_changes.SetInput(name, on):
                 self._chosen[name] = on
-            case MarkResolved(name):
+            case user_changes.MarkResolved(name):
                 obstacle = self._met(name)
                 if self.world is not None and self.world.stands(obstacle):
                     self.world.take_away(name)  # the world reports it
                 else:
                     self.turns.world.cleared(obstacle)
                     yield from self.turns.actions.gone(obstacle)
-            case MarkPermanent(name):
-                yield from self.turns.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
-                yield ObstacleSealed(self._met(name))
-            case PutBack(name, pose):
+            case user_changes.MarkPermanent(name):
+                yield from self.turns.leave_plan()
+                yield events.ObstacleSealed(self._met(name))
+            case user_changes.PutBack(name, pose):
                 yield from self._put_back(self._robot(name), pose)
 
-    def _put_back(self, robot: RobotState, pose: Pose) -> Iterator[Event]:
+    def _put_back(self, robot: RobotState, pose: Pose) -> Iterator[events.Event]:
         """The robot continues from another pose; it is no longer lost."""
-        yield from self.turns.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
+        yield from self.turns.leave_plan()
         robot.pose = pose
         self.turns.world.placed(robot.robot, pose)
         if robot.planner is not None:
@@ -254,7 +235,7 @@ class Interventions(Struct):
             if obstacle.type.name == f"lost_{robot.name}":
                 yield from self.turns.actions.gone(obstacle)
         if robot.active:
-            yield Unsettled(vocabulary.Reason.SERVICE)
+            yield events.Unsettled(vocabulary.Reason.SERVICE)
         yield from self.turns.serve(robot, active=True, cause=_USER)
 
     def _give(
@@ -264,12 +245,12 @@ class Interventions(Struct):
         cause: vocabulary.ChangeCause,
         within: int | None = None,
         own_progress: Progress | None = None,
-    ) -> Iterator[Event]:
+    ) -> Iterator[events.Event]:
         state = self.state
         told = objective_in_trace(objective)
         own = robot.assignment.role is Role.OWN
         state.emit(records.NewObjective(state.tick, robot.name, told, own, cause, within))
-        yield from self.turns.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
+        yield from self.turns.leave_plan()
         robot.robot = replace(robot.robot, objective=objective, within=within)
         team = tuple(entry.robot for entry in state.robots.values())
         state.scenario = replace(state.scenario, robots=team)
@@ -282,11 +263,11 @@ class Interventions(Struct):
             )
             robot.progress, robot.begun = robot.own, False
         if state.waiting is None:  # it may resolve what it kept out of
-            yield HopeReturned(vocabulary.Reason.OBJECTIVE)
+            yield events.HopeReturned(vocabulary.Reason.OBJECTIVE)
         else:
-            yield Unsettled(vocabulary.Reason.OBJECTIVE)
+            yield events.Unsettled(vocabulary.Reason.OBJECTIVE)
 
-    def _may_close(self, wanted: Close) -> None:
+    def _may_close(self, wanted: user_changes.Close) -> None:
         world = self.state.scenario.map
         if not world.is_free(wanted.region):
             raise UsageError(f"region {wanted.region} is a wall: close a free one")
@@ -296,18 +277,20 @@ class Interventions(Struct):
         for known, reason in self.state.knowledge.joined.values():
             if known.region == wanted.region and reason == UNTRAVERSABLE:
                 raise UsageError(f"{known.name} is permanent: no robot can pass")
-        if any(isinstance(o, Close) and o.region == wanted.region for o in self._asked):
+        if any(
+            isinstance(o, user_changes.Close) and o.region == wanted.region for o in self._asked
+        ):
             raise UsageError(f"region {wanted.region} is already closed with the next tick")
         if wanted.type.has_truth and wanted.truth is None:
             raise UsageError(f"say whether {wanted.type.name} turns out traversable")
 
-    def _may_order(self, wanted: PlaceOrder) -> None:
+    def _may_order(self, wanted: user_changes.PlaceOrder) -> None:
         if not self.state.scenario.map.is_free(wanted.region):
             raise UsageError(f"region {wanted.region} is a wall: order something in a free one")
         if wanted.type.blocks != frozenset():
             raise UsageError(f"a {wanted.type.name} stops robots: an order needs 'blocks: []'")
 
-    def _may_give(self, wanted: Give) -> None:
+    def _may_give(self, wanted: user_changes.Give) -> None:
         robot = self._robot(wanted.robot)
         if robot.robot.when:
             raise UsageError(f"the inputs decide what {wanted.robot} does: see its 'when'")
@@ -334,7 +317,7 @@ class Interventions(Struct):
     def _given_up(self) -> dict[str, object]:
         return dict(self.state.knowledge.given_up())
 
-    def _may_put(self, wanted: PutBack) -> None:
+    def _may_put(self, wanted: user_changes.PutBack) -> None:
         robot, world = self._robot(wanted.robot), self.state.scenario.map
         region, heading = wanted.pose.region, wanted.pose.heading
         if robot.transit is not None or robot.acting is not None:

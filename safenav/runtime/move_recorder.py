@@ -17,38 +17,6 @@ from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace
 from safenav.world.map import Region
 
-
-class BeliefRecorder:
-    """Remembers the last record of each robot about each other robot."""
-
-    def __init__(self, state: TeamState) -> None:
-        self._state = state
-        self._looked: tuple[Task, Mapping[str, Knowledge]] | None = None
-        self._told: dict[tuple[str, str], Knowledge] = {}
-
-    def looked(self, task: Task, known: Mapping[str, Knowledge]) -> None:
-        """A robot has looked, with this result."""
-        self._looked = (task, known)
-
-    def tell(self, robot: RobotState) -> None:
-        """Emit what is new of the last look, after the move that it led to."""
-        if self._looked is None:
-            return
-        task, knowledge = self._looked
-        self._looked = None
-        for other, known in knowledge.items():
-            if self._told.get((robot.name, other)) == known:
-                continue
-            self._told[robot.name, other] = known
-            seen = isinstance(known, int)
-            regions = (
-                frozenset({known})
-                if isinstance(known, int)
-                else watch_for(task, self._state.scenario.map).possible(known)
-            )
-            self._state.emit(records.Belief(self._state.tick, robot.name, other, seen, regions))
-
-
 _HOLDS = {
     vocabulary.MovedBy.STRATEGY: vocabulary.HoldReason.STRATEGY,
     vocabulary.MovedBy.PLAN: vocabulary.HoldReason.PLAN,
@@ -56,11 +24,13 @@ _HOLDS = {
 
 
 class MoveRecorder:
-    """Emits the lines of turns; remembers the signal that each robot's moves recorded last."""
+    """Emits the lines of turns; remembers the signal that each robot's moves recorded last, and
+    what they have said of its beliefs."""
 
-    def __init__(self, state: TeamState, sightings: BeliefRecorder) -> None:
+    def __init__(self, state: TeamState) -> None:
         self._state = state
-        self._sightings = sightings
+        self._looked: tuple[Task, Mapping[str, Knowledge]] | None = None
+        self._told: dict[tuple[str, str], Knowledge] = {}
         self._signals: dict[str, records.Signal | None] = {}
         self._holds: dict[str, tuple[vocabulary.HoldReason, tuple[Region, ...] | None]] = {}
 
@@ -97,7 +67,7 @@ class MoveRecorder:
                     None if seconds is None else round(seconds, 3),
                 )
             )
-        self._sightings.tell(robot)
+        self._beliefs(robot)
 
     def ended(
         self,
@@ -133,7 +103,7 @@ class MoveRecorder:
                 regions,
             )
         )
-        self._sightings.tell(robot)
+        self._beliefs(robot)
 
     def stays(
         self,
@@ -152,7 +122,26 @@ class MoveRecorder:
         if signal is not None or self._holds.get(robot.name) != told:
             self._holds[robot.name] = told
             self._state.emit(records.Held(self._state.tick, robot.name, why, signal, told[1]))
-        self._sightings.tell(robot)
+        self._beliefs(robot)
+
+    def looked(self, task: Task, known: Mapping[str, Knowledge]) -> None:
+        """A robot has looked, with this result."""
+        self._looked = (task, known)
+
+    def _beliefs(self, robot: RobotState) -> None:
+        """Emit what is new of the last look, after the move that it led to."""
+        if self._looked is None:
+            return
+        (task, knowledge), self._looked = self._looked, None
+        for other, known in knowledge.items():
+            if self._told.get((robot.name, other)) == known:
+                continue
+            self._told[robot.name, other] = known
+            regions = frozenset({known}) if isinstance(known, int) else None
+            if regions is None:
+                regions = watch_for(task, self._state.scenario.map).possible(known)
+            seen = isinstance(known, int)
+            self._state.emit(records.Belief(self._state.tick, robot.name, other, seen, regions))
 
     def _move(
         self,
@@ -176,7 +165,7 @@ class MoveRecorder:
                 tuple(sorted(shown)) or None,
             )
         )
-        self._sightings.tell(robot)
+        self._beliefs(robot)
 
     def _signal(self, robot: RobotState) -> records.Signal | None:
         """Return the command inputs of an assignable strategy if they have changed, else None."""

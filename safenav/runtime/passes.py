@@ -69,7 +69,7 @@ class Passes(Algorithm):
         for change in self.world.changes(team.occupied()):
             known = team.knowledge.knows(change.obstacle)
             if change.obstacle.ordered if change.appeared else known:  # duties change with it
-                self.settle(self.turns.leave_plan(PlanEndReason.CHANGED, settling=True))
+                self.settle(self.turns.leave_plan())
             team.introduce(change.obstacle, change.truth)
             self.guarded(partial(self.settle, [ObstacleChanged(change)]))
         if team.waiting is not None and not self.attended:
@@ -88,7 +88,7 @@ class Passes(Algorithm):
         """Finish the joint plan, or begin one that is due."""
         ended = self.traffic.tick()
         if ended is not None:
-            self.settle(self.turns.leave_plan(ended))
+            self.settle(self.turns.leave_plan(ended, settling=False))
         if ended is PlanEndReason.CHANGED:
             self.traffic.tick()
         if self.traffic.hopeless:
@@ -185,7 +185,7 @@ class Passes(Algorithm):
         team = self.team
         if team.waiting is not None:
             return
-        for _ in self.turns.leave_plan(PlanEndReason.CHANGED, settling=True):
+        for _ in self.turns.leave_plan():
             pass  # strategies come with the decision after an intervention
         team.waiting, team.changes = conclusion, team.changes + 1
         outcome = conclusion.outcome

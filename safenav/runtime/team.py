@@ -200,11 +200,7 @@ class TeamState(Struct):
         for robot in scenario.robots:
             own = Progress(robot.objective)
             robots[robot.name] = RobotState(
-                robot,
-                robot.start,
-                own,
-                Assignment(Role.OWN, robot.objective),
-                own,
+                robot, robot.start, own, Assignment(Role.OWN, robot.objective), own
             )
         team = cls(scenario, robots, Knowledge(scenario), tuple(listeners))
         team.recorded = team.objectives()

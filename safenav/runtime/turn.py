@@ -6,26 +6,20 @@ The order of what happens here is the order of lines in a trace (docs/trace.md).
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterator, Mapping, Sequence
-from functools import partial
 
 from msgspec.structs import replace
 
 from safenav.outcome import Outcome
 from safenav.runtime.actions import Actions
 from safenav.runtime.characterization import ForbiddenMove, characterize
+from safenav.runtime.coordination import events
 from safenav.runtime.coordination.assignable_goals import signal
-from safenav.runtime.coordination.events import (
-    Astray,
-    Event,
-    HelpRequested,
-    ObstacleEncountered,
-    Unsettled,
-)
+from safenav.runtime.coordination.events import Event
 from safenav.runtime.coordination.strategies import Strategies
 from safenav.runtime.failures import Reaction, lost, unknown
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.monitor import Monitors
-from safenav.runtime.move_recorder import BeliefRecorder, MoveRecorder
+from safenav.runtime.move_recorder import MoveRecorder
 from safenav.runtime.navigation import Planner, Proposal
 from safenav.runtime.progress import Progress
 from safenav.runtime.team import RobotState, Role, TeamState, Transit
@@ -39,8 +33,8 @@ from safenav.scenario.objective import Ltl, relaxed
 from safenav.spec.other_robots.tracking import Sightings, observe
 from safenav.spec.specification import Constraint
 from safenav.spec.task import Task
-from safenav.trace import records, vocabulary
-from safenav.trace.vocabulary import ChangeCause, HoldReason, MovedBy, PlanEndReason
+from safenav.trace import records
+from safenav.trace.vocabulary import ChangeCause, HoldReason, MovedBy, PlanEndReason, Reason
 from safenav.world.map import Region
 from safenav.world.moves import Pose
 from safenav.world.poses import region_mask
@@ -57,15 +51,8 @@ class Turns:
         self.strategies = strategies
         self.traffic = traffic
         self.monitors = Monitors(state)
-        self.sightings = BeliefRecorder(state)
-        self.tell = MoveRecorder(state, self.sightings)
-        leave_plan = partial(self.leave_plan, settling=True)
-        self.actions = Actions(
-            state, world, self.tell, leave_plan, self._planned, self._stand_still
-        )
-
-    def _planned(self) -> bool:
-        return self.traffic.active
+        self.tell = MoveRecorder(state)
+        self.actions = Actions(state, world, self.tell, traffic, self.leave_plan, self._stand_still)
 
     def step(self, robot: RobotState) -> Iterator[Event]:
         """One turn: its events as they happen, each to be settled before the turn continues."""
@@ -189,7 +176,7 @@ class Turns:
             robot.stood.add(moment)
         planner.follow(proposal)
         if violation is not None:
-            yield ObstacleEncountered(violation)
+            yield events.ObstacleEncountered(violation)
         yield from self._move(robot, proposal.pose, before, by, proposal.shown)
         if robot.planner is planner and planner.behind:
             self.strategies.catch_up(robot)
@@ -197,7 +184,7 @@ class Turns:
         if silent:
             self.tell.no_answer(robot, observed)
         if violation is not None:
-            yield HelpRequested(violation)
+            yield events.HelpRequested(violation)
         elif lost and robot.transit is None:
             yield from self._find_a_way_back(robot, broken)
 
@@ -228,15 +215,12 @@ class Turns:
         if pose is not None and (pose.region in shut(robot.robot) or robot.too_flat):
             pose = None
         if pose is not None and not self.monitors.allows_planned(robot, pose):
-            yield from self.leave_plan(PlanEndReason.CHANGED)
+            yield from self.leave_plan(settling=False)
             pose = None
-        violation = None
-        if pose is not None:
-            violation = self._violation(robot, pose.region)
-            if violation is not None:
-                self._encounter(robot, violation)
+        violation = None if pose is None else self._violation(robot, pose.region)
         if violation is not None:
-            yield ObstacleEncountered(violation)
+            self._encounter(robot, violation)
+            yield events.ObstacleEncountered(violation)
         if pose is None or violation is not None:
             by = MovedBy.STAY if violation is None else MovedBy.BACKTRACK
             if robot.planner is not None and robot.planner.task.tracking is not Tracking.NEARBY:
@@ -249,10 +233,12 @@ class Turns:
                 robot.planner.node = None
             yield from self._move(robot, pose, {}, MovedBy.PLAN)
         if violation is not None:
-            yield from self.leave_plan(PlanEndReason.VIOLATION, settling=True)
-            yield HelpRequested(violation)
+            yield from self.leave_plan(PlanEndReason.VIOLATION)
+            yield events.HelpRequested(violation)
 
-    def leave_plan(self, reason: PlanEndReason, *, settling: bool = False) -> Iterator[Event]:
+    def leave_plan(
+        self, reason: PlanEndReason = PlanEndReason.CHANGED, *, settling: bool = True
+    ) -> Iterator[Event]:
         """End the joint plan: every robot continues with a strategy that knows where it is.
         ``settling``: new strategies come with the decision right after this."""
         if not self.traffic.active:
@@ -265,7 +251,7 @@ class Turns:
         }
         self.traffic.end(reason, nodes)
         for robot in () if settling else self._off_their_strategies():
-            yield Astray(robot.name, vocabulary.Reason.PLAN)
+            yield events.Astray(robot.name, Reason.PLAN)
 
     def _off_their_strategies(self) -> list[RobotState]:
         """The robots that can decide something and are in no node of their strategy."""
@@ -449,9 +435,9 @@ class Turns:
         if robot.planner is not None:
             robot.planner.node = None
         if violation is not None:
-            yield from self.leave_plan(PlanEndReason.VIOLATION, settling=True)
-            yield ObstacleEncountered(violation)
-            yield HelpRequested(violation)
+            yield from self.leave_plan(PlanEndReason.VIOLATION)
+            yield events.ObstacleEncountered(violation)
+            yield events.HelpRequested(violation)
         elif reaction is Reaction.OUT_OF_SERVICE:
             if isinstance(event, Lost):
                 yield from self._lost(robot, event)
@@ -462,33 +448,33 @@ class Turns:
     def _lost(self, robot: RobotState, event: Lost) -> Iterator[Event]:
         """Close all regions but one in which a lost robot may be: it blocks that one itself."""
         rivals = frozenset(other.name for other in self.state.rivals(robot.robot))
-        yield from self.leave_plan(PlanEndReason.VIOLATION, settling=True)
+        yield from self.leave_plan(PlanEndReason.VIOLATION)
         taken = self.state.taken(robot.robot)
         for region in sorted(event.regions - {robot.pose.region} - taken):
             obstacle = lost(robot.robot, rivals, region)
             violation = ForbiddenMove(robot.robot, robot.pose.region, region, obstacle)
             self._encounter(robot, violation)
-            yield ObstacleEncountered(violation)
+            yield events.ObstacleEncountered(violation)
 
     def serve(self, robot: RobotState, *, active: bool, cause: ChangeCause) -> Iterator[Event]:
         """Put a robot in or out of service. While it is out, other robots take over its duties if
         they can, and its own objective waits."""
         if robot.active == active:
             return
-        yield from self.leave_plan(PlanEndReason.CHANGED, settling=True)
+        yield from self.leave_plan()
         robot.active = active
         self.state.emit(records.Service(self.state.tick, robot.name, active, cause))
         if active:
             self.state.failures.back(robot.name)
             self.back_in_service(robot)
-        yield Unsettled(vocabulary.Reason.SERVICE)
+        yield events.Unsettled(Reason.SERVICE)
 
     def _go_on_from_elsewhere(self, robot: RobotState) -> Iterator[Event]:
         """Continue from the pose that the world reports if it is not the commanded one."""
         if robot.planner is not None:
             robot.planner.node = None
         if self.traffic.active:
-            yield from self.leave_plan(PlanEndReason.CHANGED)
+            yield from self.leave_plan(settling=False)
         else:
             yield from self._go_on(robot)
 
@@ -497,7 +483,7 @@ class Turns:
         if robot.planner is None or robot.planner.node is not None or not robot.active:
             return
         if not self.strategies.relocate(robot):
-            yield Astray(robot.name, vocabulary.Reason.PLAN)
+            yield events.Astray(robot.name, Reason.PLAN)
 
     def _look(self, robot: RobotState, shown: frozenset[Region]) -> dict[str, int]:
         planner = robot.planner
@@ -519,7 +505,7 @@ class Turns:
     def _keep_track(self, robot: RobotState, task: Task, shown: frozenset[Region]) -> Sightings:
         """Look around; once per turn, since a look lets beliefs grow by a step of the others."""
         sightings = self.state.sightings(robot, task, shown)
-        self.sightings.looked(task, sightings.known)
+        self.tell.looked(task, sightings.known)
         return sightings
 
     def _back_up(
@@ -604,7 +590,7 @@ class Turns:
             f"the other robots violated an assumption of {robot.name}"
             f"{f' ({rules})' if rules else ''}, which has no strategy from here",
         )
-        yield Astray(robot.name, vocabulary.Reason.BLOCKED, end)
+        yield events.Astray(robot.name, Reason.BLOCKED, end)
 
     def _step_off(self, robot: RobotState, start: Pose) -> tuple[dict[str, int], dict[str, int]]:
         """The variables of formulas around a step that was not their strategy's: poses, and what

@@ -90,9 +90,9 @@ class Partition(Struct, frozen=True):
 def rooms(world: RegionMap) -> Partition:
     """The rooms and corridors of a map, doorways with one of the rooms that they join."""
     wide = {r for r in world.free if _has_space(r, world)}
-    floors = _pieces(wide, world)
+    floors = pieces(wide, world)
     cells = [set(floor) for floor in floors]
-    for piece in _pieces(set(world.free) - wide, world):
+    for piece in pieces(set(world.free) - wide, world):
         beside = _beside(piece, floors, world)
         if beside and len(piece) <= DOORWAY:
             cells[beside[0]] |= piece
@@ -111,8 +111,8 @@ def tiles(world: RegionMap, height: int, width: int) -> Partition:
     for region in world.free:
         row, col = world.position(region)
         blocks.setdefault((row // height, col // width), set()).add(region)
-    pieces = [piece for block in blocks.values() for piece in _pieces(block, world)]
-    return Partition.given(pieces, world)
+    cells = [piece for block in blocks.values() for piece in pieces(block, world)]
+    return Partition.given(cells, world)
 
 
 def _has_space(region: Region, world: RegionMap) -> bool:
@@ -129,7 +129,7 @@ def _has_space(region: Region, world: RegionMap) -> bool:
     )
 
 
-def _pieces(regions: set[Region], world: RegionMap) -> list[frozenset[Region]]:
+def pieces(regions: Collection[Region], world: RegionMap) -> list[frozenset[Region]]:
     """The connected pieces of a set of regions, in the order of their lowest regions."""
     left = set(regions)
     pieces = []

@@ -50,10 +50,7 @@ class PoseGraph:
     poses between which there is none, although the mobility has one."""
 
     def __init__(
-        self,
-        world: RegionMap,
-        mobility: Mobility,
-        closed: frozenset[tuple[int, int]] = frozenset(),
+        self, world: RegionMap, mobility: Mobility, closed: frozenset[tuple[int, int]] = frozenset()
     ) -> None:
         self.world = world
         self.mobility = mobility
@@ -158,15 +155,8 @@ class PoseGraph:
 
     def returns(self, pose: int, home: int, allowed: Mask) -> bool:
         """Whether ``home`` can be reached from ``pose``; stops as soon as that is known."""
-        found = frontier = 1 << pose
         goal = 1 << home
-        allowed |= goal
-        while frontier:
-            if found & goal:
-                return True
-            frontier = self.forward(frontier) & allowed & ~found
-            found |= frontier
-        return False
+        return self.steps_between(1 << pose, goal, allowed | goal) is not None
 
     def live(self, targets: tuple[Mask, ...], allowed: Mask) -> Mask:
         """The greatest set of ``allowed`` poses from which every target can be reached inside the

@@ -1,6 +1,6 @@
 """Who can see what: a radius, and a line of sight that walls and closed obstacles block.
 
-Regions are unit squares, and a robot looks from the centre of its own. Region ``t`` is visible
+Mask are unit squares, and a robot looks from the centre of its own. Region ``t`` is visible
 from ``s`` if
 
 1. their centres are at most ``radius`` apart (Euclidean, in regions; None for unlimited),
@@ -28,9 +28,7 @@ from collections.abc import Iterator
 from functools import cache, cached_property, lru_cache
 
 from safenav.world.map import Region, RegionMap
-
-Regions = int
-"""A set of regions as an integer: bit ``r`` is set if region ``r`` belongs to it."""
+from safenav.world.poses import Mask, bits
 
 Offset = tuple[int, int]
 
@@ -63,7 +61,7 @@ class Visibility:
         self.radius = radius
         self.closed = closed
         self._width = 2 * world.cols
-        self._from: dict[Region, Regions] = {}
+        self._from: dict[Region, Mask] = {}
 
     def sees(self, source: Region, target: Region) -> bool:
         """Whether ``target`` is visible from ``source`` (and the other way round)."""
@@ -71,16 +69,16 @@ class Visibility:
 
     def from_(self, source: Region) -> frozenset[Region]:
         """All regions visible from ``source``, itself included; none from a wall."""
-        return frozenset(members(self.mask(source)))
+        return frozenset(bits(self.mask(source)))
 
-    def mask(self, source: Region) -> Regions:
+    def mask(self, source: Region) -> Mask:
         """The same as a set in one integer."""
         known = self._from.get(source)
         if known is None:
             known = self._from[source] = self._look(source)
         return known
 
-    def _look(self, source: Region) -> Regions:
+    def _look(self, source: Region) -> Mask:
         world, width = self.world, self._width
         if not world.is_free(source):
             return 0
@@ -187,19 +185,3 @@ def crossed(rows: int, cols: int) -> tuple[tuple[Offset, ...], tuple[tuple[Offse
             row += 1
         through.append((row, col))
     return tuple(through[:-1]), tuple(corners)
-
-
-def members(regions: Regions) -> Iterator[Region]:
-    """The members of a set in one integer, ascending."""
-    while regions:
-        lowest = regions & -regions
-        yield lowest.bit_length() - 1
-        regions ^= lowest
-
-
-def as_mask(regions: frozenset[Region] | tuple[Region, ...]) -> Regions:
-    """A set of regions as one integer."""
-    bits = 0
-    for region in regions:
-        bits |= 1 << region
-    return bits

@@ -23,7 +23,8 @@ from safenav.report.replay.timeline import Replay, StoryKind
 from safenav.report.terminal.replay import frame
 from safenav.trace.words import regions_words
 from safenav.world.map import RegionMap
-from safenav.world.sight import members, visible_from
+from safenav.world.poses import bits
+from safenav.world.sight import visible_from
 
 SVG = "{http://www.w3.org/2000/svg}"
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
@@ -102,7 +103,7 @@ def test_sight_is_that_of_the_runtime(meeting: Replay) -> None:
     for tick in range(meeting.last + 1):
         for track in meeting.robots:
             seen = shading_of(meeting, track.name, tick).sight
-            assert seen == frozenset(members(view.mask(track.regions[tick])))
+            assert seen == frozenset(bits(view.mask(track.regions[tick])))
     assert 22 in (shading_of(meeting, "fast", 0).sight or ())
     assert 23 not in (shading_of(meeting, "fast", 0).sight or ())
 

@@ -32,7 +32,7 @@ from safenav.verify.verification import first_failure
 from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Mobility, Pose
 from safenav.world.partition import Partition
-from safenav.world.sight import members
+from safenav.world.poses import bits
 from spec.scenes import Scene, scenes, walk
 
 MOST = 10_000
@@ -109,7 +109,7 @@ def test_the_assumptions_allow_what_can_become_known_and_nothing_else(scene: Sce
     steps = formulas(scene, Section.ENV_TRANS)
     values = range(scene.world.size + len(model.beliefs))
     for knowledge, owns in model.owns.items():
-        for own in members(owns):
+        for own in bits(owns):
             if scene.task.observed[0].danger and knowledge == own:
                 continue  # two robots in one region
             prospect = model.watch.update(own, knowledge)
@@ -169,7 +169,7 @@ def test_what_occurs_is_what_some_joint_path_leads_to(scene: Scene) -> None:
         found |= new
         fresh += new
     masks = occurring(seen_by, start[0], frozenset(blocked), start[1], MOST)
-    assert {(own, known) for known, owns in masks.items() for own in members(owns)} == found
+    assert {(own, known) for known, owns in masks.items() for own in bits(owns)} == found
 
 
 @pytest.mark.parametrize("fairness", [Fairness.OFF_MY_TARGETS, Fairness.AT_ITS_TARGETS])

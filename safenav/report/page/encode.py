@@ -31,7 +31,7 @@ from safenav.trace.looks import looks
 from safenav.trace.wording import objective_words
 from safenav.trace.words import seconds_words
 from safenav.world.map import Region, RegionMap
-from safenav.world.sight import members
+from safenav.world.poses import bits
 
 
 class RegionPlaces(Protocol):
@@ -158,7 +158,7 @@ def _view(replay: Replay, viewer: str, index: dict[str, int], sets: RegionSets) 
     """Return a robot's sight and beliefs, each set of regions by its index in ``sets``."""
     sight = SightCache(replay)
     masks = [sight.mask(viewer, tick) for tick in range(replay.last + 1)]
-    places = [None if mask is None else sets.index(members(mask)) for mask in masks]
+    places = [None if mask is None else sets.index(bits(mask)) for mask in masks]
     seen = [
         [tick, place]
         for tick, place in enumerate(places)

@@ -25,7 +25,8 @@ from safenav.report.replay.timeline import Hidden, ObstacleStatus
 from safenav.trace import records
 from safenav.trace.trace import Trace
 from safenav.world.map import Region
-from safenav.world.sight import Visibility, members, visible_from
+from safenav.world.poses import bits
+from safenav.world.sight import Visibility, visible_from
 
 _CLOSED = {ObstacleStatus.FOUND, ObstacleStatus.REQUESTED, ObstacleStatus.BLOCKED}
 
@@ -147,7 +148,7 @@ class LiveRun:
         )
         if (vision, closed) not in self._views:
             self._views[vision, closed] = visible_from(telling.map, vision, closed)
-        return written(members(self._views[vision, closed].mask(telling.regions[name][last])))
+        return written(bits(self._views[vision, closed].mask(telling.regions[name][last])))
 
     def _new_obstacles(self) -> list[dict[str, Any]]:
         """Return the obstacles that are new, or that have just appeared."""

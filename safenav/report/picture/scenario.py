@@ -10,7 +10,8 @@ from safenav.scenario.objective import Objective, describe, targets_of
 from safenav.trace.labels import labels
 from safenav.trace.words import listed, obstacle_words, regions_words
 from safenav.world.map import Region, RegionMap
-from safenav.world.sight import members, visible_from
+from safenav.world.poses import bits
+from safenav.world.sight import visible_from
 
 
 def scene_of(scenario: Scenario) -> Scene:
@@ -47,7 +48,7 @@ def sight_of(scenario: Scenario, robot: str) -> Shading:
     """Return a robot's sight from its start, as long as no hidden obstacle is known."""
     viewer = next(r for r in scenario.robots if r.name == robot)
     view = visible_from(scenario.map, viewer.model.vision)
-    seen = frozenset(members(view.mask(viewer.start.region)))
+    seen = frozenset(bits(view.mask(viewer.start.region)))
     return Shading(robot, viewer.model.vision, seen)
 
 

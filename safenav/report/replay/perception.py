@@ -11,7 +11,8 @@ from msgspec import Struct, field
 from safenav.report.replay.timeline import ObstacleStatus, Replay, RobotBelief
 from safenav.trace.words import regions_words
 from safenav.world.map import Region
-from safenav.world.sight import Visibility, members, visible_from
+from safenav.world.poses import bits
+from safenav.world.sight import Visibility, visible_from
 
 _CLOSED = {ObstacleStatus.FOUND, ObstacleStatus.REQUESTED, ObstacleStatus.BLOCKED}
 
@@ -44,7 +45,7 @@ def shading_of(replay: Replay, robot: str, tick: int) -> Shading:
     )
     beliefs = tuple((other, belief) for other, belief in told if belief is not None)
     sight = SightCache(replay).mask(robot, tick)
-    seen = None if sight is None else frozenset(members(sight))
+    seen = None if sight is None else frozenset(bits(sight))
     return Shading(robot, track.vision, seen, beliefs)
 
 

@@ -18,6 +18,7 @@ from msgspec.structs import asdict, replace
 
 from safenav.errors import UsageError
 from safenav.runtime.energy.traced import TracedCharges
+from safenav.scenario import settings
 from safenav.scenario.model import (
     Need,
     Obstacle,
@@ -33,15 +34,6 @@ from safenav.scenario.motion import MotionModel
 from safenav.scenario.objective import Ltl, targets_of, with_targets
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.joining import joined
-from safenav.scenario.settings import (
-    Clock,
-    Coordination,
-    Exclusion,
-    Limits,
-    RequestOrder,
-    RobotChange,
-    Until,
-)
 from safenav.trace import records, setting, vocabulary
 from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.trace import Trace
@@ -124,7 +116,7 @@ def resumed(trace: Trace, scenario: Scenario | None = None) -> Scenario:
     if outcome is not None and outcome.outcome.value in ENDED:
         raise UsageError(f"nothing to resume: the run ended ({outcome.outcome.value})")
     header = trace.header.scenario
-    clock = Clock.LOCKSTEP if trace.header.clock is None else Clock.LIVE
+    clock = settings.Clock.LOCKSTEP if trace.header.clock is None else settings.Clock.LIVE
     base = (
         replace(scenario, clock=clock, seed=header.seed) if scenario else _scenario(header, clock)
     )
@@ -144,7 +136,7 @@ def resumed(trace: Trace, scenario: Scenario | None = None) -> Scenario:
         base,
         robots=tuple(_robot(robot, state, charges) for robot in base.robots),
         obstacles=tuple(_obstacles(base.obstacles, trace, state, {*charges.flat})),
-        until=Until(
+        until=settings.Until(
             max(1, base.until.rounds - min(map(state.rounds.get, robots, [0] * len(robots))))
         ),
         changes=tuple(_changes(base, state)),
@@ -207,15 +199,15 @@ def _later(time: int | None, state: _State) -> int | None:
     return None if time is None else max(1, round(time - state.time))
 
 
-def _changes(base: Scenario, state: _State) -> Iterable[RobotChange]:
+def _changes(base: Scenario, state: _State) -> Iterable[settings.RobotChange]:
     for name in sorted(state.out):
-        yield RobotChange(1, name, active=False)
+        yield settings.RobotChange(1, name, active=False)
     for change in base.changes:
         if change.at > state.time:
             yield replace(change, at=_later(change.at, state) or 1)
 
 
-def _scenario(header: setting.ScenarioHeader, clock: Clock) -> Scenario:
+def _scenario(header: setting.ScenarioHeader, clock: settings.Clock) -> Scenario:
     """The scenario of a header."""
     missing = [key for key in UNREAD if getattr(header, key)]
     robots = header.robots.values()
@@ -234,15 +226,15 @@ def _scenario(header: setting.ScenarioHeader, clock: Clock) -> Scenario:
         world,
         tuple(_made(name, robot) for name, robot in header.robots.items()),
         tuple(_made_obstacle(o) for o in header.obstacles),
-        Until(header.until.rounds or 1),
-        Limits(**limits),
+        settings.Until(header.until.rounds or 1),
+        settings.Limits(**limits),
         header.seed,
-        Coordination(header.coordination),
+        settings.Coordination(header.coordination),
         catalogue=built_in(),
         clock=clock,
-        order=RequestOrder(header.order),
+        order=settings.RequestOrder(header.order),
         never_together=tuple(
-            Exclusion(frozenset(e.robots), frozenset(e.regions))
+            settings.Exclusion(frozenset(e.robots), frozenset(e.regions))
             for e in header.never_together or ()
         ),
     )

@@ -7,13 +7,7 @@ from collections.abc import Mapping
 from safenav.outcome import Outcome
 from safenav.runtime.coordination.snapshot import poses_in
 from safenav.runtime.coordination.strategy_search import TaskResult, failed
-from safenav.runtime.duties.reasons import (
-    Shortfall,
-    cause_of,
-    shortfall_words,
-    shortfalls,
-    without_room,
-)
+from safenav.runtime.duties import reasons
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.resolution.proofs import Refutation, TeamClosure
 from safenav.runtime.team import TeamState
@@ -56,7 +50,7 @@ def nobody_goes_on(
     floor: Floor,
     proof: Refutation,
     refused: Mapping[tuple[str, str], TaskResult],
-    lacks: Mapping[str, Shortfall],
+    lacks: Mapping[str, reasons.Shortfall],
 ) -> Conclusion:
     """Return the end of a run in which the closure, or every choice, leaves a robot stuck.
     ``lacks``: the shortfalls of obstacles that are never resolved."""
@@ -65,7 +59,7 @@ def nobody_goes_on(
     closure = proof
     while isinstance(closure, tuple):
         if not closure:
-            said += (without_room(floor, word) if closure is proof else []) or [_TRAPPED]
+            said += (reasons.without_room(floor, word) if closure is proof else []) or [_TRAPPED]
             break
         said.append(_TRAPPED)
         closure = closure[0].because
@@ -91,13 +85,15 @@ def nobody_goes_on(
             said.append(_why_not(state, name, task))
     out = [name for name, robot in state.robots.items() if not robot.active]
     vain = state.failures.barred
-    open_ = shortfalls(floor, closure, out, vain) if isinstance(closure, TeamClosure) else ()
+    open_ = (
+        reasons.shortfalls(floor, closure, out, vain) if isinstance(closure, TeamClosure) else ()
+    )
     missed = [*(lacks[name] for name in state.knowledge.given_up()), *open_]
-    said += [shortfall_words(each, word) for each in missed]
+    said += [reasons.shortfall_words(each, word) for each in missed]
     for name, obstacle in refused:
         said.append(f"{name} has no strategy for going to {obstacle_words(obstacle, word)}")
     known = missed and isinstance(proof, TeamClosure)
-    cause = cause_of(missed).value if known else vocabulary.OperatorCause.UNREALIZABLE.value
+    cause = reasons.cause_of(missed).value if known else vocabulary.OperatorCause.UNREALIZABLE.value
     links = tuple(dict.fromkeys(said))
     return Conclusion(
         Outcome.OPERATOR_NEEDED,

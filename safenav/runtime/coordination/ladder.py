@@ -182,11 +182,7 @@ def _task(
 
 
 def _observed(
-    team: TeamState,
-    state: RobotState,
-    other: RobotState,
-    targets: tuple[Target, ...],
-    danger: bool,
+    team: TeamState, state: RobotState, other: RobotState, targets: tuple[Target, ...], danger: bool
 ) -> Observed:
     """Return ``other`` as a robot knows it: its region, or a belief about it."""
     where: Region = other.next_pose.region

@@ -28,10 +28,7 @@ from safenav.world.poses import Mask, PoseGraph, bits, region_mask
 
 
 def floor_of(
-    state: TeamState,
-    refused: Collection[tuple[str, str]] = (),
-    *,
-    hopeful: bool = False,
+    state: TeamState, refused: Collection[tuple[str, str]] = (), *, hopeful: bool = False
 ) -> Floor:
     """Return the problem at this moment. ``refused``: (robot, obstacle) where no strategy was
     found. ``hopeful``: as if every robot were in service."""

@@ -11,7 +11,9 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from msgspec import Struct
 
-from safenav.world.poses import Mask, PoseGraph, bits
+from safenav.scenario.model import Obstacle, Robot
+from safenav.world.map import RegionMap
+from safenav.world.poses import Mask, PoseGraph, bits, region_mask
 
 NEVER = 1 << 40
 
@@ -79,6 +81,25 @@ class BoundObstacle(Struct, frozen=True):
     def turns(self, now: int) -> list[int]:
         """The turns of the needs before ``stage``."""
         return [*[now] * (self.stage - len(self.met)), *self.met]
+
+
+def bound_obstacle(
+    obstacle: Obstacle,
+    robots: Sequence[Robot],
+    world: RegionMap,
+    stage: int = 0,
+    done: frozenset[int] = frozenset(),
+    group: frozenset[int] = frozenset(),
+) -> BoundObstacle:
+    """An obstacle of the scenario, as far as it is resolved."""
+    parts, closed = [], []
+    for number, need in enumerate(obstacle.needs):
+        actions = obstacle.type.actions(number)
+        regions = region_mask(obstacle.resolution_regions(world, number))
+        parts.append(BoundNeed(actions, regions, need.robots, need.together, need.same))
+        shut = (i for i, robot in enumerate(robots) if obstacle.closed_to(robot, number))
+        closed.append(frozenset(shut))
+    return BoundObstacle(obstacle.region, tuple(parts), tuple(closed), stage, done, group)
 
 
 class BoundMoment(Struct, frozen=True):

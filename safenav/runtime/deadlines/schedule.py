@@ -14,16 +14,7 @@ from itertools import combinations, product
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from safenav.runtime.deadlines.bound import (
-    NEVER,
-    BoundMoment,
-    Fields,
-    Spread,
-    earliest,
-    known,
-    own_turn,
-    still,
-)
+from safenav.runtime.deadlines import bound
 from safenav.runtime.resolution.problem import SpentError
 
 BUDGET = 300
@@ -59,19 +50,19 @@ class Scheduler(Struct, eq=False):
     ``barred``: for each obstacle the robots that cannot serve it; ``allowed``: whether the team can
     continue after some acts; ``budget``: nodes, by default ``BUDGET``."""
 
-    moment: BoundMoment
+    moment: bound.BoundMoment
     conflicts: Sequence[frozenset[int]]
     barred: Sequence[frozenset[int]] = ()
     allowed: Callable[[Acts], bool] = lambda _: True
     budget: int | None = None
-    _fields: Fields = field(default_factory=dict)
+    _fields: bound.Fields = field(default_factory=dict)
     _nodes: int = 0
 
     def soonest(self, gate: int, due: Mapping[int, int] | None = None) -> tuple[int, Acts]:
         """The first turn in which an obstacle can be resolved (NEVER: none) with those of ``due``
         resolved by theirs, and the acts. Raises SpentError."""
         found: Acts = ()
-        turn = NEVER
+        turn = bound.NEVER
         while True:
             better = self.in_time({**(due or {}), gate: turn - 1})
             if better is None:
@@ -84,7 +75,7 @@ class Scheduler(Struct, eq=False):
         return self._search(self.moment, (), due, set())
 
     def _search(
-        self, moment: BoundMoment, done: Acts, due: Mapping[int, int], seen: set[object]
+        self, moment: bound.BoundMoment, done: Acts, due: Mapping[int, int], seen: set[object]
     ) -> Acts | None:
         if all(moment.opens[gate].over for gate in due):
             return done
@@ -95,23 +86,25 @@ class Scheduler(Struct, eq=False):
         self._nodes += 1
         if self._nodes > (BUDGET if self.budget is None else self.budget):
             raise SpentError
-        times = earliest(moment, self._fields)
+        times = bound.earliest(moment, self._fields)
         if any(times[gate][-1] > turn for gate, turn in due.items()):
             return None
         last = done[-1].turn if done else moment.now
         options = [act for act in self._acts(moment) if last <= act.turn]
-        options.sort(key=lambda act: (due.get(act.gate, NEVER), act.turn, act.group))
+        options.sort(key=lambda act: (due.get(act.gate, bound.NEVER), act.turn, act.group))
         for act in options:
-            if act.turn > due.get(act.gate, NEVER - 1) or not self.allowed((*done, act)):
+            if act.turn > due.get(act.gate, bound.NEVER - 1) or not self.allowed((*done, act)):
                 continue
             found = self._search(_after(moment, act), (*done, act), due, seen)
             if found is not None:
                 return found
         return None
 
-    def _acts(self, moment: BoundMoment) -> Iterator[TimedAct]:
+    def _acts(self, moment: bound.BoundMoment) -> Iterator[TimedAct]:
         """The acts that can come next, at their earliest."""
-        spreads = [Spread(moment, i, known(moment), self._fields) for i in range(moment.count)]
+        spreads = [
+            bound.Spread(moment, i, bound.known(moment), self._fields) for i in range(moment.count)
+        ]
         fields = [spread.field(spread.start()) for spread in spreads]
         for gate, one in enumerate(moment.opens):
             if one.over:
@@ -126,7 +119,7 @@ class Scheduler(Struct, eq=False):
                 spots[robot] = [
                     Spot(pose, tick, max(tick * n + robot, since)) for pose, tick in found
                 ]
-                if walker.leaves is not None and spreads[robot].leaving(part, since) < NEVER:
+                if walker.leaves is not None and spreads[robot].leaving(part, since) < bound.NEVER:
                     spots[robot].insert(0, Spot(walker.leaves, None, since))
             if part.together:
                 yield from self._together(moment, gate, spots)
@@ -134,7 +127,7 @@ class Scheduler(Struct, eq=False):
             for robot, places in spots.items():
                 acts = [
                     TimedAct(
-                        own_turn(spot.turn, robot, moment.count),
+                        bound.own_turn(spot.turn, robot, moment.count),
                         gate,
                         one.stage,
                         (robot,),
@@ -145,7 +138,7 @@ class Scheduler(Struct, eq=False):
                 ]
                 yield from acts[:1] if self._idle_after(moment, robot, gate) else acts
 
-    def _able(self, moment: BoundMoment, gate: int) -> list[int]:
+    def _able(self, moment: bound.BoundMoment, gate: int) -> list[int]:
         """The robots that can have a part in the next need of an obstacle, and have not had it."""
         one = moment.opens[gate]
         part, out = one.parts[one.stage], one.done
@@ -160,7 +153,7 @@ class Scheduler(Struct, eq=False):
         ]
 
     def _together(
-        self, moment: BoundMoment, gate: int, spots: Mapping[int, list[Spot]]
+        self, moment: bound.BoundMoment, gate: int, spots: Mapping[int, list[Spot]]
     ) -> Iterator[TimedAct]:
         one, since = moment.opens[gate], _since(moment, gate)
         fewest = one.parts[one.stage].robots
@@ -179,7 +172,7 @@ class Scheduler(Struct, eq=False):
                 if any(b in self.conflicts[a] and p == q for (a, p), (b, q) in combinations(at, 2)):
                     continue
                 there = max(since, *(spot.turn for spot in places))
-                turn = min(own_turn(there, robot, moment.count) for robot in group)
+                turn = min(bound.own_turn(there, robot, moment.count) for robot in group)
                 until = [
                     moment.walkers[robot].until * moment.count + robot
                     for robot, spot in zip(group, places, strict=True)
@@ -192,7 +185,7 @@ class Scheduler(Struct, eq=False):
             found.sort(key=lambda act: act.turn)
             yield from found[:1] if all(self._idle_after(moment, i, gate) for i in group) else found
 
-    def _idle_after(self, moment: BoundMoment, robot: int, gate: int) -> bool:
+    def _idle_after(self, moment: bound.BoundMoment, robot: int, gate: int) -> bool:
         """Whether a robot can do nothing for anything else that is open: where it stands then does
         not matter."""
         skills = moment.walkers[robot].capabilities
@@ -203,30 +196,30 @@ class Scheduler(Struct, eq=False):
         )
 
 
-def _full(moment: BoundMoment) -> frozenset[int]:
+def _full(moment: bound.BoundMoment) -> frozenset[int]:
     """The robots that carry as many loads as they can."""
     loads = [robot for one in moment.opens for robot in one.carriers]
     return frozenset(i for i, w in enumerate(moment.walkers) if loads.count(i) >= w.room)
 
 
-def possible(moment: BoundMoment, acts: Acts) -> bool:
+def possible(moment: bound.BoundMoment, acts: Acts) -> bool:
     """Whether robots can keep to acts that another moment of the same robots has given."""
     for act in acts:
         for robot, pose, came in zip(act.group, act.poses, act.came, strict=True):
-            spread = Spread(moment, robot, known(moment))
+            spread = bound.Spread(moment, robot, bound.known(moment))
             if came is not None and spread.field(spread.start()).contact(1 << pose) > came:
                 return False
         moment = _after(moment, act)
     return True
 
 
-def _since(moment: BoundMoment, gate: int) -> int:
+def _since(moment: bound.BoundMoment, gate: int) -> int:
     """The first turn in which the next need of an obstacle can be met."""
     one = moment.opens[gate]
     return one.met[-1] if one.met else moment.now + 1
 
 
-def _after(moment: BoundMoment, act: TimedAct) -> BoundMoment:
+def _after(moment: bound.BoundMoment, act: TimedAct) -> bound.BoundMoment:
     """The moment after an act; a robot may have set out by then, and arrives later."""
     walkers, opens, count = list(moment.walkers), list(moment.opens), moment.count
     one, full = opens[act.gate], _full(moment)
@@ -234,7 +227,7 @@ def _after(moment: BoundMoment, act: TimedAct) -> BoundMoment:
     for robot, pose, came in zip(act.group, act.poses, act.came, strict=True):
         if came is None:
             continue
-        ready = max(came, still(act.turn, robot, count, walkers[robot].ticks))
+        ready = max(came, bound.still(act.turn, robot, count, walkers[robot].ticks))
         walkers[robot] = replace(walkers[robot], pose=pose, ready=ready, leaves=None)
     done = one.done | frozenset(act.group)
     if part.together or len(done) >= part.robots:
@@ -242,7 +235,7 @@ def _after(moment: BoundMoment, act: TimedAct) -> BoundMoment:
         opens[act.gate] = replace(one, stage=one.stage + 1, done=frozenset(), group=group, met=met)
     else:
         opens[act.gate] = replace(one, done=done)
-    after = BoundMoment(tuple(walkers), tuple(opens), moment.now)
+    after = bound.BoundMoment(tuple(walkers), tuple(opens), moment.now)
     if full <= _full(after):
         return after
     for robot in full - _full(after):

@@ -15,15 +15,8 @@ from time import monotonic
 
 from msgspec import Struct
 
-from safenav.runtime.deadlines.bound import (
-    BoundMoment,
-    BoundNeed,
-    BoundObstacle,
-    BoundRobot,
-    earliest,
-    tick_of,
-)
-from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.runtime.deadlines import bound
+from safenav.scenario.model import Obstacle, Scenario
 from safenav.spec.task import Task
 from safenav.synthesis.strategy import Strategy
 from safenav.world.map import Heading
@@ -59,10 +52,7 @@ def visited(task: Task, strategy: object, scenario: Scenario) -> list[Pose]:
     """The poses that a strategy visits; without a listed one all that its robot gets to."""
     if isinstance(strategy, Strategy):
         found = {
-            Pose(
-                values["region"],
-                Heading(values["heading"]) if "heading" in values else None,
-            )
+            Pose(values["region"], Heading(values["heading"]) if "heading" in values else None)
             for values in map(strategy.values, range(len(strategy.nodes)))
         }
         return sorted(found, key=lambda pose: (pose.region, pose.heading or 0))
@@ -97,7 +87,7 @@ def _times(
 ) -> Times | None:
     """None if nobody who must keep out can meet the obstacle."""
     robots, shut = scenario.robots, {o.region for o in standing}
-    opens = tuple(_open(scenario, each) for each in standing)
+    opens = tuple(bound.bound_obstacle(each, robots, scenario.map) for each in standing)
     skills = [part.actions for one in opens for part in one.parts]
     useful = [r.name for r in robots if any(each <= r.capabilities for each in skills)]
     best: int | None = None
@@ -150,7 +140,10 @@ def _one_by_one(pools: Mapping[str, Sequence[Pose]]) -> Iterator[dict[str, Pose]
 
 
 def _resolved_after(
-    scenario: Scenario, at: Mapping[str, Pose], opens: tuple[BoundObstacle, ...], requester: int
+    scenario: Scenario,
+    at: Mapping[str, Pose],
+    opens: tuple[bound.BoundObstacle, ...],
+    requester: int,
 ) -> int | None:
     """The ticks from a request in tick 1 to the first tick in which it can be met."""
     walkers = []
@@ -159,30 +152,7 @@ def _resolved_after(
         number = graph.number(at.get(robot.name, robot.start))
         skills = robot.capabilities if robot.name in at else frozenset[str]()
         ready = 1 if index <= requester else 0
-        walkers.append(BoundRobot(graph, number, ready, robot.model.timing.most, skills))
-    moment = BoundMoment(tuple(walkers), opens, len(walkers) + requester)
-    tick = tick_of(earliest(moment)[0][-1], moment.count)
+        walkers.append(bound.BoundRobot(graph, number, ready, robot.model.timing.most, skills))
+    moment = bound.BoundMoment(tuple(walkers), opens, len(walkers) + requester)
+    tick = bound.tick_of(bound.earliest(moment)[0][-1], moment.count)
     return None if tick is None else tick - 1
-
-
-def _open(scenario: Scenario, obstacle: Obstacle) -> BoundObstacle:
-    def closed(robot: Robot, need: int) -> bool:
-        return obstacle.closed_to(robot, need)
-
-    return BoundObstacle(
-        obstacle.region,
-        tuple(
-            BoundNeed(
-                obstacle.type.actions(number),
-                region_mask(obstacle.resolution_regions(scenario.map, number)),
-                need.robots,
-                need.together,
-                need.same,
-            )
-            for number, need in enumerate(obstacle.needs)
-        ),
-        tuple(
-            frozenset(i for i, robot in enumerate(scenario.robots) if closed(robot, number))
-            for number in range(len(obstacle.needs))
-        ),
-    )

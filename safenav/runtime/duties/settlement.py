@@ -158,12 +158,7 @@ def _safe_poses(
 
 
 def _sifted(
-    solver: Solver,
-    robot: int,
-    candidates: Mask,
-    sets: Sets,
-    stages: Stages,
-    served: frozenset[int],
+    solver: Solver, robot: int, candidates: Mask, sets: Sets, stages: Stages, served: frozenset[int]
 ) -> Mask:
     """Return the candidate poses where ``served`` can be served and every robot can continue.
 

@@ -22,7 +22,7 @@ from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.model import Obstacle
 from safenav.scenario.objective import Ltl, targets_of
 from safenav.trace import records
-from safenav.trace.vocabulary import ChangeCause, PlanEndReason, Reason
+from safenav.trace.vocabulary import ChangeCause, Reason
 from safenav.world.map import Region
 from safenav.world.moves import Pose
 from safenav.world.poses import Mask, region_mask
@@ -102,7 +102,7 @@ class Batteries(Struct, eq=False):
         elif scenario.chargers:
             while (stop := self._stop(robot)) != robot.stop:  # a target may count immediately
                 robot.stop = stop
-                yield from self.turns.leave_plan(PlanEndReason.CHANGED, settling=True)
+                yield from self.turns.leave_plan()
                 yield Unsettled(Reason.CHARGE)
 
     def stops(self, robot: RobotState) -> Stops | None:
@@ -271,7 +271,7 @@ class Batteries(Struct, eq=False):
             return
         obstacle = Obstacle(kind, region, appears=int(self.team.time))
         self._flat[obstacle.name] = robot.name
-        yield from self.turns.leave_plan(PlanEndReason.CHANGED, settling=True)
+        yield from self.turns.leave_plan()
         world.place(obstacle)
         self.team.introduce(obstacle)
         robot.active = False

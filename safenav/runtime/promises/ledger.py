@@ -12,14 +12,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.outcome import Outcome
-from safenav.runtime.deadlines.bound import (
-    NEVER,
-    BoundMoment,
-    Times,
-    earliest,
-    rounds_done,
-    tick_of,
-)
+from safenav.runtime.deadlines import bound
 from safenav.runtime.deadlines.choice import Dues
 from safenav.runtime.promises.moment import goals_left, moment_of
 from safenav.runtime.resolution.problem import Floor
@@ -265,9 +258,10 @@ class Deadlines(Struct):
         if not (wanted or self._open or self._timed()):
             return
         moment, names = moment_of(self.team, had_turn, self._begun)
-        times = earliest(moment)
+        times = bound.earliest(moment)
         ends = {
-            name: tick_of(turns[-1], moment.count) for name, turns in zip(names, times, strict=True)
+            name: bound.tick_of(turns[-1], moment.count)
+            for name, turns in zip(names, times, strict=True)
         }
         tick = self.team.tick
         for of, (due, cause) in wanted.items():
@@ -288,14 +282,14 @@ class Deadlines(Struct):
             goals = goals_left(self.team, robot)
             if goals is None or robot.progress is not robot.own:
                 continue
-            end = rounds_done(moment, index, times, goals)
-            soonest = tick_of(end * moment.count, moment.count)
+            end = bound.rounds_done(moment, index, times, goals)
+            soonest = bound.tick_of(end * moment.count, moment.count)
             if _beyond(soonest, clock.begun + within):
                 clock.said = True
                 self._lost(name, clock.begun + within, soonest, moment, names)
 
     def _lost(
-        self, of: str, due: int, soonest: int | None, moment: BoundMoment, names: list[str]
+        self, of: str, due: int, soonest: int | None, moment: bound.BoundMoment, names: list[str]
     ) -> None:
         lost = DeadlineVerdict.LOST
         line = records.Deadline(self.team.tick, of, due, lost, earliest=soonest)
@@ -329,17 +323,17 @@ class Deadlines(Struct):
         return None if due is None else (due, None)
 
 
-def mission_end(team: TeamState, moment: BoundMoment, times: Times) -> int | None:
+def mission_end(team: TeamState, moment: bound.BoundMoment, times: bound.Times) -> int | None:
     """A tick before whose end the mission cannot be completed; None if it never can."""
     ends = [team.tick]
     for index, robot in enumerate(team.robots.values()):
         goals = goals_left(team, robot, team.scenario.until.rounds)
         if goals:
-            ends.append(rounds_done(moment, index, times, goals))
-    return None if max(ends) >= NEVER else max(ends)
+            ends.append(bound.rounds_done(moment, index, times, goals))
+    return None if max(ends) >= bound.NEVER else max(ends)
 
 
-def _nearest(team: TeamState, moment: BoundMoment, number: int) -> str:
+def _nearest(team: TeamState, moment: bound.BoundMoment, number: int) -> str:
     """``: digit is 12 steps away``, of the robots that can meet the next need the nearest."""
     one = moment.opens[number]
     part = one.parts[one.stage]

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from safenav.runtime.deadlines.bound import BoundMoment, BoundNeed, BoundObstacle, BoundRobot
+from safenav.runtime.deadlines.bound import BoundMoment, BoundRobot, bound_obstacle
 from safenav.runtime.team import RobotState, TeamState
-from safenav.scenario.model import Obstacle
 from safenav.scenario.objective import Ltl, targets_of
 from safenav.world.poses import Mask, plain_graph, region_mask
 
@@ -25,30 +24,15 @@ def moment_of(
         _walker(team, robot, team.tick if index < had_turn else team.tick - 1, begun)
         for index, robot in enumerate(team.robots.values())
     )
-    opens, listed = [], []
+    opens, listed, robots = [], [], [robot.robot for robot in team.robots.values()]
     for request in team.requests:
         obstacle = request.obstacle
         if obstacle.goes is not None:
             continue
         work, number = team.knowledge.pending[obstacle.name], team.knowledge.need_of(obstacle)
         group = work.groups[number - 1] if number and len(work.groups) >= number else ()
-        opens.append(
-            BoundObstacle(
-                obstacle.region,
-                _parts(team, obstacle),
-                tuple(
-                    frozenset(
-                        i
-                        for i, robot in enumerate(team.robots.values())
-                        if obstacle.closed_to(robot.robot, need)
-                    )
-                    for need in range(len(obstacle.needs))
-                ),
-                number,
-                frozenset(names.index(name) for name in work.done),
-                frozenset(names.index(name) for name in group),
-            )
-        )
+        done, met = (frozenset(map(names.index, some)) for some in (work.done, group))
+        opens.append(bound_obstacle(obstacle, robots, team.scenario.map, number, done, met))
         listed.append(obstacle.name)
     now = team.tick * len(names) + had_turn - 1
     return BoundMoment(walkers, tuple(opens), now), listed
@@ -91,16 +75,3 @@ def _walker(team: TeamState, robot: RobotState, ready: int, begun: Mapping[str, 
     walls = graph.poses_on(closed)
     skills = robot.robot.capabilities
     return BoundRobot(graph, number, ready, least, skills, walls, leaves, until)
-
-
-def _parts(team: TeamState, obstacle: Obstacle) -> tuple[BoundNeed, ...]:
-    return tuple(
-        BoundNeed(
-            obstacle.type.actions(number),
-            region_mask(obstacle.resolution_regions(team.scenario.map, number)),
-            need.robots,
-            need.together,
-            need.same,
-        )
-        for number, need in enumerate(obstacle.needs)
-    )

@@ -8,9 +8,8 @@ Permanent obstacles (the paper's set O) are no longer among them: they are missi
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Sequence
 from functools import cached_property
-from itertools import combinations
 
 from msgspec import Struct
 
@@ -303,9 +302,3 @@ class Floor(Struct, frozen=True):
 
     def index(self, robot: str) -> int:
         return self.names.index(robot)
-
-
-def groups(candidates: list[int], size: int) -> Iterator[tuple[int, ...]]:
-    """The groups of that size, those with the first candidates first."""
-    if size <= len(candidates):
-        yield from combinations(candidates, size)

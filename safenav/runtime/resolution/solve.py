@@ -11,10 +11,11 @@ keeps every robot able to continue (docs/coordination.md).
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from itertools import combinations
 
 from msgspec import Struct, field
 
-from safenav.runtime.resolution.problem import Problem, SpentError, Stages, groups
+from safenav.runtime.resolution.problem import Problem, SpentError, Stages
 from safenav.world.poses import FAR, Mask
 
 BUDGET = 20_000
@@ -198,11 +199,11 @@ class Solver(Struct):
         if problem.newest_first:  # a robot that serves no other request is preferred
             elsewhere.update(*(present.get(o, ()) for o in problem.open(stages) if o != gate))
         able = sorted(places, key=lambda i: (i in elsewhere, i not in helping, ticks.get(i, 0), i))
-        back = {i: self._comes_back(i, places[i], sets[i], then) for i in able}
+        back = {i: not sets[i] & ~self.reach(i, places[i], then) for i in able}
         able.sort(key=lambda i: not back[i])
         commits = problem.commits(gate, stages)
         found = []
-        for group in groups(able, max(1, problem.missing(gate, stages))):
+        for group in combinations(able, max(1, problem.missing(gate, stages))):
             if need.together and not fits(problem, group, places):
                 continue
             lossless = all(back[i] for i in group) and not commits
@@ -216,9 +217,6 @@ class Solver(Struct):
             if lossless and not every:
                 break  # the first group is the best of those that lose nothing
         return found
-
-    def _comes_back(self, robot: int, there: Mask, before: Mask, stages: Stages) -> bool:
-        return not before & ~self.reach(robot, there, stages)
 
     def _pruned(self, plan: Plan, sets: Sets, stages: Stages, wanted: frozenset[int]) -> Plan:
         """The plan without the obstacles that can stay as they are."""

@@ -6,15 +6,8 @@ from __future__ import annotations
 import random
 from collections.abc import Collection, Mapping, Sequence
 
+from safenav.runtime.worlds import protocol
 from safenav.runtime.worlds.checked_world import CheckedWorld
-from safenav.runtime.worlds.protocol import (
-    Acted,
-    Arrived,
-    BlockingWorld,
-    Elsewhere,
-    Ended,
-    WorldEvent,
-)
 from safenav.runtime.worlds.world import Change, SimulatedWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
@@ -25,7 +18,7 @@ from safenav.world.moves import Pose
 class BlockingAdapter:
     """Lockstep: ``wait`` begins the next tick. Raises WorldError for impossible results."""
 
-    def __init__(self, world: BlockingWorld, scenario: Scenario) -> None:
+    def __init__(self, world: protocol.BlockingWorld, scenario: Scenario) -> None:
         self._world = CheckedWorld(world, scenario)
         self._simulated = world if isinstance(world, SimulatedWorld) else None
         self._regions = {robot.name: robot.start.region for robot in scenario.robots}
@@ -52,14 +45,14 @@ class BlockingAdapter:
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
         return self._world.sense(robot, region)
 
-    def start(self, robot: Robot, pose: Pose, command: int) -> WorldEvent | None:
+    def start(self, robot: Robot, pose: Pose, command: int) -> protocol.WorldEvent | None:
         ticks = self._duration(robot, pose)
         if ticks == 1:
             return self._moved(robot, pose, command)
         self._open[robot.name] = (self._tick + ticks - 1, robot, pose, command)
         return None
 
-    def ended(self, name: str) -> Ended | None:
+    def ended(self, name: str) -> protocol.Ended | None:
         """The end of a robot's step, if that is due: asked for in its turn, since only then the
         world hears of it."""
         due = self._open.get(name)
@@ -68,14 +61,14 @@ class BlockingAdapter:
         del self._open[name]
         return self._moved(*due[1:])
 
-    def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Acted:
+    def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> protocol.Acted:
         if self._simulated is not None:  # others do what they can
             self._simulated.cleared = {obstacle.name for obstacle in obstacles}
         found = [
             (obstacle, ActResult.UNTRAVERSABLE if truth is False else ActResult.DONE)
             for obstacle, truth in self._world.act(robot)
         ]
-        return Acted(self.now(), robot.name, tuple(found), command=command)
+        return protocol.Acted(self.now(), robot.name, tuple(found), command=command)
 
     def within_reach(self, robot: Robot, cleared: Sequence[Obstacle]) -> bool | None:
         """Whether the robot can act on something where it stands; None if only acting shows it."""
@@ -92,7 +85,7 @@ class BlockingAdapter:
     def cancel(self, robot: Robot) -> None:
         """A step that is under way ends."""
 
-    def wait(self, timeout: float | None) -> Sequence[WorldEvent]:
+    def wait(self, timeout: float | None) -> Sequence[protocol.WorldEvent]:
         del timeout
         self._tick += 1
         return ()
@@ -107,9 +100,9 @@ class BlockingAdapter:
         timing = robot.model.timing
         return self._draws[robot.name].randint(timing.least, timing.most)
 
-    def _moved(self, robot: Robot, pose: Pose, command: int) -> Ended:
+    def _moved(self, robot: Robot, pose: Pose, command: int) -> protocol.Ended:
         found = self._world.move(robot, pose)
         self._regions[robot.name] = found.region
         if found == pose:
-            return Arrived(self.now(), robot.name, command=command)
-        return Elsewhere(self.now(), robot.name, found, command=command)
+            return protocol.Arrived(self.now(), robot.name, command=command)
+        return protocol.Elsewhere(self.now(), robot.name, found, command=command)

@@ -13,24 +13,9 @@ from statistics import median
 
 from msgspec import Struct
 
+from safenav.runtime.worlds import protocol
 from safenav.runtime.worlds.adapter import BlockingAdapter
 from safenav.runtime.worlds.checked_world import WorldError
-from safenav.runtime.worlds.protocol import (
-    Acted,
-    Arrived,
-    Blocked,
-    Elsewhere,
-    Ended,
-    Failed,
-    Lost,
-    PausingWorld,
-    PlacingWorld,
-    RememberingWorld,
-    Sensed,
-    TimedWorld,
-    World,
-    WorldEvent,
-)
 from safenav.runtime.worlds.world import Change, ChangingWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.settings import Failures
@@ -61,7 +46,7 @@ class OpenCommand(Struct):
 class Dropped(Struct, frozen=True):
     """A report that was dropped, and why."""
 
-    event: WorldEvent
+    event: protocol.WorldEvent
     reason: str
 
 
@@ -69,23 +54,23 @@ class Commands:
     """Gives commands to a world, and takes in what it reports. ``busy``: seconds in which each
     robot had a command; ``over``: the time of the last end of one."""
 
-    def __init__(self, world: World, scenario: Scenario) -> None:
+    def __init__(self, world: protocol.World, scenario: Scenario) -> None:
         self.world = world
         self.scenario = scenario
         self.busy: dict[str, float] = {}
         self.over = 0.0
         self.dropped: list[Dropped] = []
-        self.sensed: list[Sensed] = []
+        self.sensed: list[protocol.Sensed] = []
         self.live = not isinstance(world, BlockingAdapter)
-        self._timed = world if isinstance(world, TimedWorld) else None
+        self._timed = world if isinstance(world, protocol.TimedWorld) else None
         self._changing = world if isinstance(world, ChangingWorld) else None
         self.simulated = self._timed is not None
         """Whether the world knows how long commands take."""
-        self.pauses = self.simulated or (isinstance(world, PausingWorld) and world.pauses)
+        self.pauses = self.simulated or (isinstance(world, protocol.PausingWorld) and world.pauses)
         """Whether time passes only while the run waits."""
         self._open: dict[str, OpenCommand] = {}
-        self._ended: dict[str, WorldEvent] = {}
-        self._posted: queue.SimpleQueue[WorldEvent] = queue.SimpleQueue()
+        self._ended: dict[str, protocol.WorldEvent] = {}
+        self._posted: queue.SimpleQueue[protocol.WorldEvent] = queue.SimpleQueue()
         self._count = 0
         self._took: dict[str, deque[float]] = {}
         self.zero = self._now = self._looked = self._steps = 0.0
@@ -116,7 +101,7 @@ class Commands:
         self._looked = now
         return self._steps
 
-    def post(self, event: WorldEvent) -> None:
+    def post(self, event: protocol.WorldEvent) -> None:
         """Report an event, from any thread."""
         self._posted.put(event)
 
@@ -124,7 +109,7 @@ class Commands:
         """The run begins now: its times count from ``zero`` on the world's clock."""
         self.zero = self.world.now() if self.live else 0.0
 
-    def at(self, event: WorldEvent) -> float:
+    def at(self, event: protocol.WorldEvent) -> float:
         """The seconds of the run at which an event was so."""
         return event.at - self.zero
 
@@ -138,12 +123,12 @@ class Commands:
 
     def placed(self, robot: Robot, pose: Pose) -> None:
         """Notify a world that keeps poses of a robot that an operator has put somewhere."""
-        if isinstance(self.world, PlacingWorld):
+        if isinstance(self.world, protocol.PlacingWorld):
             self.world.placed(robot, pose)
 
     def cleared(self, obstacle: Obstacle) -> None:
         """Notify a world that remembers obstacles of one that an operator has resolved."""
-        if isinstance(self.world, RememberingWorld):
+        if isinstance(self.world, protocol.RememberingWorld):
             self.world.cleared(obstacle)
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
@@ -158,27 +143,27 @@ class Commands:
             return found
         raise WorldError(f"World.sense({robot.name!r}, {region}) returned {found!r}")
 
-    def start(self, robot: Robot, here: Pose, pose: Pose) -> Ended | None:
+    def start(self, robot: Robot, here: Pose, pose: Pose) -> protocol.Ended | None:
         """Send a robot to ``pose``; the end of its step, if that is over already."""
         number = self._begin(robot, here, pose, ())
         self._send(robot, here, "start", lambda: self.world.start(robot, pose, number))
         return self.ended(robot)
 
-    def ended(self, robot: Robot) -> Ended | None:
+    def ended(self, robot: Robot) -> protocol.Ended | None:
         """The end of a robot's step, taken in its turn; None while it is under way."""
         if isinstance(self.world, BlockingAdapter) and robot.name in self._open:
             event = self.world.ended(robot.name)
             if event is not None:
                 self._take(event)
         found = self._ended.pop(robot.name, None)
-        assert not isinstance(found, Acted | Sensed)
+        assert not isinstance(found, protocol.Acted | protocol.Sensed)
         return found  # type: ignore[return-value]
 
     def may_have_ended(self, name: str) -> bool:
         """Whether a robot's step has ended, as far as that is known before its turn."""
         return not self.live or name in self._ended
 
-    def act(self, robot: Robot, here: Pose, obstacles: Sequence[Obstacle]) -> Acted | None:
+    def act(self, robot: Robot, here: Pose, obstacles: Sequence[Obstacle]) -> protocol.Acted | None:
         """Let a robot act where it stands; the results, if it is over already."""
         if isinstance(self.world, BlockingAdapter):
             return self.world.act(robot, obstacles, self._count)  # also while it is on its way
@@ -197,10 +182,10 @@ class Commands:
         if isinstance(self.world, BlockingAdapter):
             self.world.leave_to(takers)
 
-    def acted(self, robot: Robot) -> Acted | None:
+    def acted(self, robot: Robot) -> protocol.Acted | None:
         """The end of a robot's action, taken in its turn; None while it is under way."""
         found = self._ended.pop(robot.name, None)
-        assert found is None or isinstance(found, Acted)
+        assert found is None or isinstance(found, protocol.Acted)
         return found
 
     def hear(self, due: float | None, changed: bool) -> bool:
@@ -233,7 +218,7 @@ class Commands:
         found, self.dropped = self.dropped, []
         return found
 
-    def take_sensed(self) -> list[Sensed]:
+    def take_sensed(self) -> list[protocol.Sensed]:
         """The obstacles that were reported since the last call."""
         found, self.sensed = self.sensed, []
         return found
@@ -251,11 +236,7 @@ class Commands:
         return tuple(self._changing.changes(int(self.now()), occupied))
 
     def _begin(
-        self,
-        robot: Robot,
-        here: Pose,
-        target: Pose | None,
-        obstacles: Sequence[Obstacle],
+        self, robot: Robot, here: Pose, target: Pose | None, obstacles: Sequence[Obstacle]
     ) -> int:
         assert robot.name not in self._open, "one command at a time"
         self._count += 1
@@ -265,7 +246,7 @@ class Commands:
         return self._count
 
     def _send(
-        self, robot: Robot, here: Pose, word: str, send: Callable[[], WorldEvent | None]
+        self, robot: Robot, here: Pose, word: str, send: Callable[[], protocol.WorldEvent | None]
     ) -> None:
         """Give the world the command that has just begun; an exception of the world ends it."""
         command = self._open[robot.name]
@@ -275,7 +256,7 @@ class Commands:
             raise
         except Exception as error:
             reason, number = f"{word}: {error}", command.command
-            event = Failed(self.now(), robot.name, here, reason, True, command=number)
+            event = protocol.Failed(self.now(), robot.name, here, reason, True, command=number)
         if event is not None:
             self._take(event)
         elif self.live:
@@ -288,14 +269,16 @@ class Commands:
             heard = True
         return heard
 
-    def _take(self, event: WorldEvent) -> None:
-        if not isinstance(event, WorldEvent):
-            self.dropped.append(Dropped(WorldEvent(self.world.now()), f"{event!r} is not an event"))
+    def _take(self, event: protocol.WorldEvent) -> None:
+        if not isinstance(event, protocol.WorldEvent):
+            self.dropped.append(
+                Dropped(protocol.WorldEvent(self.world.now()), f"{event!r} is not an event")
+            )
             return
-        if isinstance(event, Sensed) and not isinstance(event.obstacle, Obstacle):
+        if isinstance(event, protocol.Sensed) and not isinstance(event.obstacle, Obstacle):
             self.dropped.append(Dropped(event, f"{event.obstacle!r} is not an Obstacle"))
             return
-        if isinstance(event, Sensed):
+        if isinstance(event, protocol.Sensed):
             self.sensed.append(event)
             return
         name = getattr(event, "robot", None)
@@ -306,14 +289,14 @@ class Commands:
         del self._open[open_.robot.name]
         took = max(0.0, self.now() - open_.since)
         kept = self._took.setdefault(open_.robot.name, deque(maxlen=KEPT))
-        if open_.target is not None and isinstance(event, Arrived):
+        if open_.target is not None and isinstance(event, protocol.Arrived):
             kept.append(took)
             self._all.append(took)
         self.busy[open_.robot.name] = self.busy.get(open_.robot.name, 0.0) + took
         self.over = self.now()
         self._ended[open_.robot.name] = self._checked(event, open_) if self.live else event
 
-    def _checked(self, event: WorldEvent, open_: OpenCommand) -> WorldEvent:
+    def _checked(self, event: protocol.WorldEvent, open_: OpenCommand) -> protocol.WorldEvent:
         """The event; a fatal failure, or a failed action, if it cannot be true."""
         name, here = open_.robot.name, open_.start
         if open_.target is None:
@@ -321,24 +304,30 @@ class Commands:
             if wrong is None:
                 return event
             found = tuple((obstacle, ActResult.FAILED) for obstacle in open_.obstacles)
-            return Acted(event.at, name, found, wrong, command=open_.command)
+            return protocol.Acted(event.at, name, found, wrong, command=open_.command)
         wrong = self._wrong(event, open_.robot, here, open_.target)
         if wrong is None:
             return event
-        return Failed(event.at, name, here, wrong, fatal=True, command=open_.command)
+        return protocol.Failed(event.at, name, here, wrong, fatal=True, command=open_.command)
 
-    def _wrong(self, event: WorldEvent, robot: Robot, here: Pose, target: Pose) -> str | None:
+    def _wrong(
+        self, event: protocol.WorldEvent, robot: Robot, here: Pose, target: Pose
+    ) -> str | None:
         """The reason why an event cannot end a step from ``here`` to ``target``."""
         world = self.scenario.map
         match event:
-            case Arrived():
+            case protocol.Arrived():
                 return None
-            case Lost(regions=regions):
+            case protocol.Lost(regions=regions):
                 wrong = [region for region in regions if not world.is_free(region)]
                 return f"it cannot be lost in region {wrong[0]}, a wall" if wrong else None
-            case Blocked(pose=pose) if pose.region != here.region:
+            case protocol.Blocked(pose=pose) if pose.region != here.region:
                 return f"blocked, but not back in region {here.region}"
-            case Elsewhere(pose=pose) | Blocked(pose=pose) | Failed(pose=pose):
+            case (
+                protocol.Elsewhere(pose=pose)
+                | protocol.Blocked(pose=pose)
+                | protocol.Failed(pose=pose)
+            ):
                 near = {here.region, target.region}
                 near |= {r for region in near for r in world.neighbours(region)}
                 if pose.region not in near:
@@ -374,17 +363,19 @@ class Commands:
                 self.world.cancel(open_.robot)
             elif open_.target is not None:
                 regions = frozenset({open_.start.region, open_.target.region})
-                self._take(Lost(now, open_.robot.name, regions, command=open_.command))
+                self._take(protocol.Lost(now, open_.robot.name, regions, command=open_.command))
             else:
                 said = f"no end within {seconds_words(now - open_.since)}"
                 found = tuple((obstacle, ActResult.FAILED) for obstacle in open_.obstacles)
-                self._take(Acted(now, open_.robot.name, found, said, command=open_.command))
+                self._take(
+                    protocol.Acted(now, open_.robot.name, found, said, command=open_.command)
+                )
 
 
-def _wrong_result(event: WorldEvent) -> str | None:
+def _wrong_result(event: protocol.WorldEvent) -> str | None:
     """The reason why an event reports no results of an action."""
     match event:
-        case Acted(found=found, reason=str()) if isinstance(found, Sequence) and all(
+        case protocol.Acted(found=found, reason=str()) if isinstance(found, Sequence) and all(
             isinstance(pair, tuple | list)
             and len(pair) == 2
             and isinstance(pair[0], Obstacle)
@@ -392,8 +383,8 @@ def _wrong_result(event: WorldEvent) -> str | None:
             for pair in found
         ):
             return None
-        case Acted():
+        case protocol.Acted():
             return f"its results are {event.found!r}"
-        case Failed():
+        case protocol.Failed():
             return event.reason
     return f"{type(event).__name__} ends no action"

@@ -211,10 +211,7 @@ class Works(Struct):
 def taking(works: Iterable[Work]) -> list[Work]:
     """The loads that are to be taken next, in the order in which a robot takes them: by type,
     region and number."""
-    return sorted(
-        (work for work in works if work.takes),
-        key=lambda work: work.obstacle.order,
-    )
+    return sorted((work for work in works if work.takes), key=lambda work: work.obstacle.order)
 
 
 class SimulatedWorld:

@@ -33,7 +33,7 @@ from safenav.spec.specification import Constraint, Origin, Owner, Section, Varia
 from safenav.spec.task import Fairness, Observed, Task
 from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.partition import rooms
-from safenav.world.sight import Regions, as_mask, members
+from safenav.world.poses import Mask, bits, region_mask
 
 SOURCE = "safenav: beliefs about other robots"
 MOST_CELLS = 6
@@ -49,7 +49,7 @@ class Model(Struct, frozen=True):
     other: Observed
     watch: Tracker
     beliefs: tuple[Belief, ...]
-    owns: Mapping[Knowledge, Regions]
+    owns: Mapping[Knowledge, Mask]
 
     @property
     def size(self) -> int:
@@ -177,7 +177,7 @@ def _steps(model: Model, item: str) -> Iterator[Constraint]:
     if model.watch.live:
         origin = Origin(item, "while in sight: get to a region that it can reach", SOURCE)
         pieces = {model.watch.reach(1 << region) for region in _seen_regions(model)}
-        for piece in sorted(pieces - {as_mask(world.free)}):
+        for piece in sorted(pieces - {region_mask(world.free)}):
             there = f"{name}' < {size} -> {within(name, piece, prime=True)}"
             yield Constraint(Section.ENV_TRANS, f"{within(name, piece)} & {there}", origin)
         return
@@ -192,7 +192,7 @@ def _steps(model: Model, item: str) -> Iterator[Constraint]:
         if wrapping and world.cols > 1:
             origin = Origin(item, f"no step {heading.label} from the map's edge", SOURCE)
             step = step_formula(name, heading, world)
-            where = within(name, as_mask(tuple(wrapping)))
+            where = within(name, region_mask(tuple(wrapping)))
             yield Constraint(Section.ENV_TRANS, f"{where} -> !({step})", origin)
 
 
@@ -200,8 +200,8 @@ def _sight(model: Model, item: str) -> Iterator[Constraint]:
     """Seen only where it is in sight."""
     name, size, visibility = model.other.variable, model.size, model.watch.visibility
     origin = Origin(item, f"{model.other.name} is seen only where it is in sight", SOURCE)
-    alike: dict[Regions, Regions] = {}
-    for own in members(_own_regions(model)):
+    alike: dict[Mask, Mask] = {}
+    for own in bits(_own_regions(model)):
         sight = visibility.mask(own)
         alike[sight] = alike.get(sight, 0) | 1 << own
     for sight, owns in alike.items():
@@ -216,18 +216,18 @@ def _vanishing(model: Model, item: str) -> Iterator[Constraint]:
     sight (live: by any number), and is then believed in the cells of such steps."""
     name, size = model.other.variable, model.size
     everywhere = (1 << size) - 1
-    stays: dict[Region, Regions] = {}
-    may_vanish: dict[Region, Regions] = {}
-    plain: dict[Belief, Regions] = {}
-    several: list[tuple[Region, Belief, Regions, Regions]] = []
+    stays: dict[Region, Mask] = {}
+    may_vanish: dict[Region, Mask] = {}
+    plain: dict[Belief, Mask] = {}
+    several: list[tuple[Region, Belief, Mask, Mask]] = []
     for region in _seen_regions(model):
         owns = model.owns[region]
         vanish = {b: owns & blind for b, blind in model.watch.outlook(region).beliefs if b}
         vanish = {b: blind for b, blind in vanish.items() if blind}
         in_sight = owns & ~sum(vanish.values())
-        for own in members(in_sight):
+        for own in bits(in_sight):
             stays[own] = stays.get(own, 0) | 1 << region
-        for own in members(owns & ~in_sight):
+        for own in bits(owns & ~in_sight):
             may_vanish[own] = may_vanish.get(own, 0) | 1 << region
         if len(vanish) == 1:
             belief = next(iter(vanish))
@@ -243,7 +243,7 @@ def _vanishing(model: Model, item: str) -> Iterator[Constraint]:
         where = within(name, regions, everywhere & ~may_vanish.get(own, 0))
         yield Constraint(Section.ENV_TRANS, f"region = {own} & {where} -> {name}' < {size}", origin)
     origin = Origin(item, f"{model.other.name} is believed where it can have vanished to", SOURCE)
-    never = everywhere & ~as_mask(_seen_regions(model))
+    never = everywhere & ~region_mask(_seen_regions(model))
     for belief, regions in plain.items():
         after = f"{name}' = {model.number(belief)}"
         where = within(name, regions, never)
@@ -259,7 +259,7 @@ def _believing(model: Model, item: str) -> Iterator[Constraint]:
     """From a believed cell it may appear where it can have moved, or stay out of sight; cells
     that are in sight are believed no longer."""
     name, size = model.other.variable, model.size
-    wall = as_mask(tuple(model.watch.world.walls))
+    wall = region_mask(tuple(model.watch.world.walls))
     for belief in model.beliefs:
         outlook, owns = model.watch.outlook(belief), model.owns[belief]
         cells = "+".join(map(str, sorted(belief)))
@@ -279,7 +279,7 @@ def _believing(model: Model, item: str) -> Iterator[Constraint]:
             yield Constraint(Section.ENV_TRANS, formula, origin)
 
 
-def _own_regions(model: Model) -> Regions:
+def _own_regions(model: Model) -> Mask:
     """Where this robot can be when the other moves."""
     owns = 0
     for regions in model.owns.values():
@@ -292,11 +292,11 @@ def _seen_regions(model: Model) -> tuple[Region, ...]:
 
 
 def _is_one_of(model: Model, target: Target, beliefs: list[Belief]) -> str:
-    values = as_mask(target) | as_mask(frozenset(map(model.number, beliefs)))
+    values = region_mask(target) | region_mask(frozenset(map(model.number, beliefs)))
     return within(model.other.variable, values)
 
 
-def within(variable: str, must: Regions, may: Regions = 0, *, prime: bool = False) -> str:
+def within(variable: str, must: Mask, may: Mask = 0, *, prime: bool = False) -> str:
     """``variable`` has one of the values in ``must``, as a formula that binds like an atom;
     values in ``may`` count or not, whichever is shorter to write."""
     name = variable + "'" * prime
@@ -313,10 +313,10 @@ def within(variable: str, must: Regions, may: Regions = 0, *, prime: bool = Fals
     return "(" + " | ".join(atoms) + ")"
 
 
-def _runs(must: Regions, may: Regions) -> Iterator[tuple[int, int]]:
+def _runs(must: Mask, may: Mask) -> Iterator[tuple[int, int]]:
     """Runs of consecutive values that cover ``must``, from one of its values to another."""
     first = last = -1
-    for value in members(must):
+    for value in bits(must):
         gap = (1 << value) - (1 << last + 1)
         if first >= 0 and not gap & ~may:
             last = value

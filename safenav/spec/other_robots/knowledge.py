@@ -25,7 +25,8 @@ from msgspec import Struct
 
 from safenav.world.map import Region, RegionMap
 from safenav.world.partition import Partition
-from safenav.world.sight import Regions, Visibility, as_mask, members, visible_from
+from safenav.world.poses import Mask, bits, region_mask
+from safenav.world.sight import Visibility, visible_from
 
 Belief = frozenset[int]
 """The cells that may hold a robot that is out of sight; never empty."""
@@ -46,8 +47,8 @@ class Outlook(Struct, frozen=True):
     """The prospects of one knowledge from all regions in parallel: the other may get to
     ``reach``, and for each belief (or None) ``beliefs`` holds the own regions that lead to it."""
 
-    reach: Regions
-    beliefs: tuple[tuple[Belief | None, Regions], ...]
+    reach: Mask
+    beliefs: tuple[tuple[Belief | None, Mask], ...]
 
 
 class Tracker:
@@ -61,12 +62,12 @@ class Tracker:
         self.partition = partition
         self.visibility = visibility
         self.live = live
-        self._free = as_mask(world.free)
-        self._cells = tuple(as_mask(cell) for cell in partition.cells)
-        self._west = as_mask(tuple(range(0, world.size, world.cols)))
+        self._free = region_mask(world.free)
+        self._cells = tuple(region_mask(cell) for cell in partition.cells)
+        self._west = region_mask(tuple(range(0, world.size, world.cols)))
         self._east = self._west << world.cols - 1
         self._outlooks: dict[Knowledge, Outlook] = {}
-        self._folded: dict[Regions, Outlook] = {}
+        self._folded: dict[Mask, Outlook] = {}
 
     def possible(self, knowledge: Knowledge) -> frozenset[Region]:
         """The regions where the other may be."""
@@ -77,7 +78,7 @@ class Tracker:
     def update(self, own: Region, knowledge: Knowledge) -> Prospect:
         """The possible knowledge after the other's next move, looking from region ``own``."""
         outlook = self.outlook(knowledge)
-        seen = frozenset(members(outlook.reach & self.visibility.mask(own)))
+        seen = frozenset(bits(outlook.reach & self.visibility.mask(own)))
         belief = next((b for b, owns in outlook.beliefs if owns >> own & 1), None)
         return Prospect(seen, belief)
 
@@ -85,13 +86,13 @@ class Tracker:
         """The prospects from all free regions."""
         known = self._outlooks.get(knowledge)
         if known is None:
-            reach = self.reach(as_mask(self.possible(knowledge)))
+            reach = self.reach(region_mask(self.possible(knowledge)))
             if reach not in self._folded:  # in a live run many lead to the same
                 self._folded[reach] = self._look_ahead(reach)
             known = self._outlooks[knowledge] = self._folded[reach]
         return known
 
-    def spread(self, regions: Regions, within: Regions | None = None) -> Regions:
+    def spread(self, regions: Mask, within: Mask | None = None) -> Mask:
         """The regions one step or none away, in ``within`` (default: all free regions)."""
         return (
             regions
@@ -101,20 +102,20 @@ class Tracker:
             | (regions & ~self._west) >> 1
         ) & (self._free if within is None else within)
 
-    def reach(self, regions: Regions) -> Regions:
+    def reach(self, regions: Mask) -> Mask:
         """Where a robot in one of the regions may be at the next look."""
         reached = self.spread(regions)
         while self.live and reached != regions:
             regions, reached = reached, self.spread(reached)
         return reached
 
-    def _look_ahead(self, reach: Regions) -> Outlook:
-        groups: list[tuple[Belief, Regions]] = [(frozenset(), self._free)]
+    def _look_ahead(self, reach: Mask) -> Outlook:
+        groups: list[tuple[Belief, Mask]] = [(frozenset(), self._free)]
         for cell, regions in enumerate(self._cells):
             if not reach & regions:
                 continue
             overseen = self._free  # the own regions from which all that is reached is in sight
-            for region in members(reach & regions):
+            for region in bits(reach & regions):
                 overseen &= self.visibility.mask(region)
                 if not overseen:
                     break
@@ -145,15 +146,15 @@ class TooManyBeliefsError(ValueError):
 
 def occurring(
     watch: Tracker, own: Region, blocked: frozenset[Region], knowledge: Knowledge, most: int
-) -> Mapping[Knowledge, Regions]:
+) -> Mapping[Knowledge, Mask]:
     """All possible knowledge, each with the own regions where it may be the latest.
 
     From ``knowledge`` in region ``own``; the robot itself steps freely, but not onto
     ``blocked`` regions. Raises TooManyBeliefsError beyond ``most`` beliefs.
     """
-    floor = as_mask(watch.world.free) & ~as_mask(blocked) | 1 << own
-    found: dict[Knowledge, Regions] = {knowledge: 1 << own}
-    fresh: dict[Knowledge, Regions] = dict(found)
+    floor = region_mask(watch.world.free) & ~region_mask(blocked) | 1 << own
+    found: dict[Knowledge, Mask] = {knowledge: 1 << own}
+    fresh: dict[Knowledge, Mask] = dict(found)
     queue: deque[Knowledge] = deque(found)
     beliefs = int(isinstance(knowledge, frozenset))
     while queue:
@@ -176,11 +177,11 @@ def occurring(
 
 
 def _following(
-    watch: Tracker, knowledge: Knowledge, owns: Regions
-) -> Iterator[tuple[Knowledge, Regions]]:
+    watch: Tracker, knowledge: Knowledge, owns: Mask
+) -> Iterator[tuple[Knowledge, Mask]]:
     """The possible next knowledge, with those of the own regions from which it is."""
     outlook = watch.outlook(knowledge)
-    for region in members(outlook.reach):
+    for region in bits(outlook.reach):
         seers = owns & watch.visibility.mask(region)
         if seers:
             yield region, seers

@@ -24,7 +24,7 @@ from safenav.world.files.flaws import MapFileError
 from safenav.world.files.image import Colour, Image, dark, meanings, read_image
 from safenav.world.files.pixels import Blocked, Layout, shares, walls
 from safenav.world.files.ros import RosMap
-from safenav.world.files.spots import losses, pieces, suggested, without_text
+from safenav.world.files.spots import losses, rooms_of, suggested, without_text
 from safenav.world.frame import Frame
 from safenav.world.map import MAX_REGIONS, RegionMap
 
@@ -159,7 +159,7 @@ def preview(plan: FloorPlan, cut: Cut) -> dict[str, Any]:
         "rows": world.rows,
         "cols": world.cols,
         "grid": list(world.grid_rows()),
-        "sealed": pieces(world)[1:],
+        "sealed": rooms_of(world)[1:],
         "areas": {name: sorted(area) for name, area in world.areas.items()},
         "notes": world.notes,
     }

@@ -50,7 +50,7 @@ def _header(lines: list[str]) -> tuple[dict[str, int], int, list[Flaw]]:
                 for size in ("height", "width")
                 if size not in sizes
             ]
-            return sizes, index + 1, [flaw for flaw in flaws if flaw]
+            return sizes, index + 1, flaws
         if word in ("height", "width"):
             if _NUMBER.fullmatch(value) and int(value) > 0:
                 sizes[word] = int(value)

@@ -6,7 +6,7 @@ Pfaltz, 1966), so that the work grows with the outline of a drawing and not with
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 from msgspec import Struct
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from safenav.world.files.pixels import Blocked, Layout, walls
 from safenav.world.map import Region, RegionMap
+from safenav.world.partition import pieces
 
 MOST_RUNS = 300_000
 """More runs than any floor plan has; spots of such an image are not searched."""
@@ -152,14 +153,14 @@ def losses(blocked: Blocked, layout: Layout, world: RegionMap, share: float) -> 
             f"a share of {share:g} removes a wall: {_stretch(group, world)} "
             f"{'is' if len(group) == 1 else 'are'} free although the image draws a wall across; "
             "use a smaller share or smaller regions"
-            for group in _joined(_crossed(blocked, layout, world), world)
+            for group in _largest_first(_crossed(blocked, layout, world), world)
         ]
     rooms = spots(~blocked, diagonal=False)
     if rooms is None:
         return _some(said)
     held: dict[int, set[int]] = {}
-    rooms_of = pieces(world)
-    for number, piece in enumerate(rooms_of):
+    connected = rooms_of(world)
+    for number, piece in enumerate(connected):
         for region in piece:
             top, left, bottom, right = _pixels(region, layout, world, blocked.shape)
             spot = rooms.at((top + bottom) // 2, (left + right) // 2)
@@ -178,9 +179,9 @@ def losses(blocked: Blocked, layout: Layout, world: RegionMap, share: float) -> 
                 f"[{centre[0]}, {centre[1]}] hold no free region; use smaller regions"
                 + ("" if share > 0 else " or a share")
             )
-        whole = sorted(held.get(spot, ()), key=lambda number: len(rooms_of[number]))
+        whole = sorted(held.get(spot, ()), key=lambda number: len(connected[number]))
         said += [
-            f"{_stretch(sorted(rooms_of[number]), world)} are cut off: the image has a passage "
+            f"{_stretch(sorted(connected[number]), world)} are cut off: the image has a passage "
             "that is narrower than a region; use smaller regions"
             + (" or a larger share" if share > 0 else " or a share")
             for number in whole[:-1]
@@ -223,21 +224,13 @@ def _crossed(blocked: Blocked, layout: Layout, world: RegionMap) -> list[Region]
     return found
 
 
-def pieces(world: RegionMap) -> list[list[Region]]:
+def rooms_of(world: RegionMap) -> list[list[Region]]:
     """The connected groups of free regions, the largest first."""
-    return _joined(world.free, world)
+    return _largest_first(world.free, world)
 
 
-def _joined(regions: Iterable[Region], world: RegionMap) -> list[list[Region]]:
-    """Groups of regions that lie beside each other, the largest first."""
-    rest, groups = set(regions), []
-    while rest:
-        group = [rest.pop()]
-        for region in group:
-            near = rest.intersection(world.neighbours(region))
-            rest -= near
-            group += near
-        groups.append(sorted(group))
+def _largest_first(regions: Collection[Region], world: RegionMap) -> list[list[Region]]:
+    groups = [sorted(piece) for piece in pieces(regions, world)]
     return sorted(groups, key=lambda group: (-len(group), group))
 
 
@@ -250,7 +243,7 @@ def suggested(blocked: Blocked) -> tuple[int, int]:
         rows, cols = max(1, round(height / side)), max(1, round(width / side))
         layout = Layout.of_count(blocked, rows, cols)
         world = RegionMap(rows, cols, walls(blocked, layout))
-        rooms = pieces(world)
+        rooms = rooms_of(world)
         share = len(rooms[0]) / (rows * cols) if rooms else 0.0
         if share >= _ENOUGH * float((~blocked).mean()):
             return rows, cols
