@@ -154,7 +154,7 @@ class Passes(Algorithm):
             part()
             return True
         except RunEnded as over:
-            conclusion = self._for_want_of(over.conclusion)
+            conclusion = self._for_want_of(self.traffic.proven(over.conclusion))
             if not self._may_be_helped(conclusion):
                 raise RunEnded(conclusion) from over
             self.wait(conclusion)

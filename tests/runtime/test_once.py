@@ -8,6 +8,7 @@ import pytest
 from certify.making import certified
 from runtime.played import Line, play
 from safenav.errors import InputError
+from safenav.runtime.traffic import planning
 from safenav.scenario.reading.loader import load_scenario_text
 
 ROOMS = """
@@ -115,3 +116,85 @@ def test_a_trace_that_does_it_otherwise_is_refused(alter: Callable[[list[Line]],
 def test_a_bundle_proves_it(text: str) -> None:
     (*_, said) = re.findall(r"form-\d+: (.*)", certified(text))
     assert said.endswith("once, in this order, and stay at the last.")
+
+
+TRAPPED_HELPER = """
+# r1 could enter the bar and look, but would then be unable to turn back to its own target.
+safenav: 1
+map: {grid: ["#######", "#.....#", "#######"], resolution: 1}
+catalogue:
+  robots:
+    m0: {mobility: free, layer: ground, motion: disc, speed: 1}
+    m1: {mobility: heading, layer: ground, capabilities: [look], motion: disc, speed: 1}
+  obstacles: {bar: {action: look}}
+robots:
+  r0: {model: m0, start: 12, objective: {once: [10, 12]}}
+  r1: {model: m1, start: 8, heading: east, objective: {once: [9]}}
+obstacles: [{type: bar, region: 10}]
+until: {rounds: 1}
+"""
+TWO_TO_LIFT = """
+# r1 could lift with r0 only beyond r0, which it cannot pass
+safenav: 1
+map: {grid: ["######", "#....#", "######"], resolution: 1}
+catalogue:
+  robots: {m: {mobility: free, layer: ground, capabilities: [lift], motion: disc, speed: 1}}
+  obstacles:
+    bar: {needs: [{action: lift, robots: 2, at: neighbours, together: true}], blocks: [r0]}
+robots:
+  r0: {model: m, start: 9, objective: {once: [10, 9]}}
+  r1: {model: m, start: 7, objective: {hold: 10}}
+obstacles: [{type: bar, region: 10}]
+until: {rounds: 1}
+"""
+NO_RETURN = """
+# with assignable goals it must be able to leave 6 again
+safenav: 1
+coordination: assignable
+map: {grid: ["#####", "#...#", "#...#", "#...#", "#####"], resolution: 1}
+catalogue:
+  robots:
+    m0: {mobility: heading, layer: ground, motion: disc, speed: 1}
+    m1: {mobility: free, layer: ground, capabilities: [look], motion: disc, speed: 1}
+  obstacles: {t0: {action: look, resolve_at: neighbours, has_truth: true}}
+robots:
+  r0: {model: m0, start: 16, heading: west, objective: {once: [17, 6]}, avoids: [r1]}
+  r1: {model: m1, start: 6, objective: {patrol: [13, 18], avoid: [8]}}
+never_together: [{robots: [r1, r0], in: [6, 11]}]
+obstacles: [{type: t0, region: 7, traversable: false}]
+until: {rounds: 1}
+"""
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+@pytest.mark.parametrize(
+    ("text", "cause", "said"),
+    [
+        (TRAPPED_HELPER, "deadlock", "r0 cannot visit 10, 12 once and stay there"),
+        (TWO_TO_LIFT, "deadlock", "r0 cannot visit 10, 9 once and stay there"),
+        (NO_RETURN, "unrealizable", "with 'resynthesis' it may end there"),
+    ],
+    ids=["a helper would be trapped", "no room to lift", "no return"],
+)
+def test_what_no_order_of_moves_completes_is_proven(
+    clock: str, text: str, cause: str, said: str
+) -> None:
+    trace = play(f"{text}clock: {clock}\n")
+    assert (trace.outcome["outcome"], trace.outcome["cause"]) == ("operator_needed", cause)
+    assert said in trace.outcome["explanation"]
+    assert ("none of the" in trace.outcome["explanation"]) == (cause == "deadlock")
+    if cause == "deadlock":
+        trace.outcome["proof"]["states"] += 1
+        assert "proof" in trace.broken
+        del trace.outcome["proof"]
+        assert "but that is not proven" in trace.findings
+
+
+def test_a_bundle_proves_that_no_order_of_moves_completes() -> None:
+    said = "no order of moves of r0 and r1 completes the mission"
+    assert f"An operator is needed: {said}" in certified(TRAPPED_HELPER)
+
+
+def test_what_is_not_shown_in_the_budget_is_no_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(planning, "PROOF_BUDGET", 1)
+    assert play(TRAPPED_HELPER).outcome["outcome"] == "search_limit"

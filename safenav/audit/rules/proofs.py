@@ -15,7 +15,7 @@ from safenav.audit.proofs.closure import closure_problems
 from safenav.audit.proofs.joint import can_be_served, joint_problems
 from safenav.audit.proofs.tree import tree_problems
 from safenav.audit.rules.rule import Finding, Rule, Said
-from safenav.audit.situation import Situation
+from safenav.audit.situation import RESYNTHESIS, Situation
 from safenav.audit.team import Team, TooManyError
 from safenav.audit.turn import Status
 
@@ -138,6 +138,8 @@ def _continues(name: str, now: Situation, team: Team, memory: Mapping[str, int] 
     if shape_of(own.kind).ends and name not in now.out:
         for target in own.targets[min(now.ahead[name], len(own.targets) - 1) :]:
             here = frozenset(p for p in team.reach(name, here, ()) if p[0] in target)
+        if now.header.coordination != RESYNTHESIS:  # it may be sent away, and must come back
+            here = frozenset(p for p in here if _comes_back(name, p, team))
         return bool(here)
     if own.kind == "ltl" and memory is not None and name not in now.out:
         formulas = rules_of(own)
@@ -149,6 +151,13 @@ def _continues(name: str, now: Situation, team: Team, memory: Mapping[str, int] 
         turn = next(iter(memory.values()))
         return team.goes_on(name, here, ()) and _keeps_order(name, now, team, turn)
     return team.goes_on(name, here, ())
+
+
+def _comes_back(name: str, pose: Pose, team: Team) -> bool:
+    """Return whether a robot alone can leave the region of a pose and get back to that pose."""
+    steps = team.members[name].steps.get(pose, ())
+    away = frozenset(to for to in steps if to[0] != pose[0])
+    return pose in team.reach(name, away, ())
 
 
 def _keeps_order(name: str, now: Situation, team: Team, turn: int) -> bool:

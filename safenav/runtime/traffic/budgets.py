@@ -11,6 +11,7 @@
     a robot that waits follows    to the next goal of each       keep it      keep it
     a plan goes round in circles  to its next need (timed)       keep it      keep it
     1st, 6th, last spent search   few robots alone (deadlock)    deadlock     no verdict
+    no strategy, though alone     for the mission               deadlock     no verdict
     a move with no way back       last plan again (rejoin),      refused      refused
                                   then for the mission
 

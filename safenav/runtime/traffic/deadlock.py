@@ -15,7 +15,7 @@ from msgspec.structs import replace
 
 from safenav.outcome import Outcome
 from safenav.runtime.resolution.problem import Floor, Problem
-from safenav.runtime.team import TeamState
+from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded
 from safenav.runtime.traffic.budgets import FEW_GROUPS, FEW_SIZES, FEW_STATES
 from safenav.runtime.traffic.immobile import Stuck
@@ -23,6 +23,7 @@ from safenav.runtime.traffic.joint import Count, Course, Effort, Exhausted
 from safenav.runtime.traffic.joint_plan import Search
 from safenav.trace import proofs
 from safenav.trace.header import heading_in_trace
+from safenav.world.poses import bits
 
 
 def deadlock_of_few(
@@ -94,6 +95,21 @@ def _only(floor: Floor, group: tuple[int, ...]) -> Floor:
         names=tuple(floor.names[i] for i in group),
         gates=(),
     )
+
+
+def meets_the_rest_alone(floor: Floor, robot: RobotState, *, returns: bool) -> bool:
+    """Whether a robot meets each target that is left of an objective that ends with its last one,
+    with all others and all open obstacles away. ``returns``: it can leave that one and come back,
+    as assignable goals demand."""
+    index = floor.index(robot.name)
+    member, here = floor.problem.members[index], 1 << floor.poses[index]
+    graph = member.graph
+    if not (member.in_turn and member.settles):
+        return False
+    for target in member.targets[robot.own.memory.index :]:
+        here = graph.closure(here, member.floor) & target
+    rounds = ((p % graph.size, graph.around(1 << p, member.floor)) for p in bits(here))
+    return any(not returns or round_ & ~graph.poses_on(1 << at) for at, round_ in rounds)
 
 
 def deadlocked(state: TeamState, floor: Floor, course: Course, answer: Exhausted) -> RunEnded:

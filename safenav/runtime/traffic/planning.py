@@ -14,7 +14,7 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 from msgspec.structs import replace
 
 from safenav.outcome import Outcome
-from safenav.runtime.coordination.snapshot import awaited_by
+from safenav.runtime.coordination.snapshot import awaited_by, floor_of
 from safenav.runtime.coordination.waiting import in_the_way
 from safenav.runtime.duties.settlement import Settlement
 from safenav.runtime.formulas import formulas_of
@@ -25,9 +25,10 @@ from safenav.runtime.traffic.budgets import (
     MOST_FAILURES,
     MOST_FAILURES_HINDERED,
     MOST_WORK,
+    PROOF_BUDGET,
 )
 from safenav.runtime.traffic.continuation_plans import Certificates
-from safenav.runtime.traffic.deadlock import deadlocked
+from safenav.runtime.traffic.deadlock import deadlocked, meets_the_rest_alone
 from safenav.runtime.traffic.execution import (
     Execution,
     Schedule,
@@ -37,7 +38,16 @@ from safenav.runtime.traffic.execution import (
     still_needed,
     with_steps_under_way,
 )
-from safenav.runtime.traffic.joint import Count, Exhausted, Found, Joint, Spent, has_met
+from safenav.runtime.traffic.joint import (
+    Answer,
+    Count,
+    Course,
+    Exhausted,
+    Found,
+    Joint,
+    Spent,
+    has_met,
+)
 from safenav.runtime.traffic.meanwhile import Pending, free_to_go_on
 from safenav.runtime.traffic.plan_search import PlanSearch
 from safenav.runtime.traffic.remembering import plain_poses
@@ -46,6 +56,7 @@ from safenav.runtime.traffic.shortening import shortened
 from safenav.runtime.traffic.starvation import Watch
 from safenav.runtime.traffic.thinking import Thinking, Unknown
 from safenav.runtime.traffic.timed import keeping_out
+from safenav.scenario.settings import Coordination
 from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace
 from safenav.world.moves import Pose
@@ -414,6 +425,31 @@ class Traffic:
             leg = self.search.leg(floor, course, start)
             states = (leg and pending.from_here(course, counts, leg)) or states
         self._begin(floor, states, counts, reason)
+
+    def proven(self, end: Conclusion) -> Conclusion:
+        """The end of a run in which a robot has no strategy for the rest of a ``once``, which it
+        could meet alone: with the proof that no order of moves of the team does. Where that cannot
+        be shown there is no verdict. Any other end as it is."""
+        state = self.state
+        robots = [state.robots[name] for name in end.stuck if end.proof is None]
+        if end.outcome is not Outcome.OPERATOR_NEEDED or not end.unrealizable or not robots:
+            return end
+        floor, wanted = floor_of(state), state.scenario.until.rounds
+        returns = state.scenario.coordination is Coordination.ASSIGNABLE
+        if not all(meets_the_rest_alone(floor, robot, returns=returns) for robot in robots):
+            return end
+        course = Course(floor.problem, wanted)
+        start = course.begun(floor.poses, self._searches.counts(floor, wanted), floor.stages)
+        search = self._searches.search(floor, course, start)
+        answer: Answer = Spent(0)
+        if start.stages == floor.stages and not floor.problem.sweeping:
+            answer = search.singles(PROOF_BUDGET)
+        if not isinstance(answer, Exhausted):
+            said = f"{end.explanation}; that no order of moves helps is not proven"
+            return Conclusion(Outcome.SEARCH_LIMIT, said)
+        found = deadlocked(state, floor, course, answer).conclusion
+        links = (*end.links, found.explanation)
+        return replace(found, explanation="; ".join(links), links=links, stuck=end.stuck)
 
     def _search_from(self, here: Floor) -> Pending:
         """The search that is under way, if it is of use from here; else one that begins here."""
