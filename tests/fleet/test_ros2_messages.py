@@ -35,13 +35,12 @@ SERVICES = {
     "std_srvs/msg/Trigger_Response": "bool success\nstring message\n",
     "std_srvs/msg/Trigger_Request": "uint8 structure_needs_at_least_one_member\n",
 }
-KINDS: dict[str, type[Any]] = {
+KINDS: dict[str, Any] = {
     "std_msgs/msg/String": ros.String,
     "std_msgs/msg/Bool": ros.Bool,
     "nav_msgs/msg/Odometry": ros.Odometry,
     "sensor_msgs/msg/LaserScan": ros.LaserScan,
     "trajectory_msgs/msg/MultiDOFJointTrajectory": ros.Trajectory,
-    "action_msgs/msg/GoalStatusArray": ros.GoalStatusArray,
     "action_msgs/msg/CancelGoal_Request": ros.CancelRequest,
     "action_msgs/msg/CancelGoal_Response": ros.CancelReply,
     "std_srvs/msg/Trigger_Request": ros.TriggerRequest,
@@ -55,8 +54,7 @@ KINDS: dict[str, type[Any]] = {
     f"{NAVIGATE}GetResult_Response": ros.ResultReply,
     f"{NAVIGATE}FeedbackMessage": ros.FeedbackMessage,
 }
-ELEMENTS: dict[str, type[Any]] = {
-    "status_list": ros.GoalStatus,
+ELEMENTS: dict[str, Any] = {
     "goals_canceling": ros.GoalInfo,
     "points": ros.TrajectoryPoint,
     "transforms": ros.Transform,

@@ -189,13 +189,13 @@ class _Robot:
 
     # What it senses
 
-    def _located(self, odometry: ros.Odometry) -> None:
-        self._post(common.located(self._name, odometry.header.stamp.seconds, odometry))
+    def _located(self, odometry: Any) -> None:
+        self._post(common.located(self._name, _seconds(odometry), odometry))
 
-    def _scanned(self, scan: ros.LaserScan) -> None:
-        self._post(common.scanned(self._name, scan.header.stamp.seconds, scan))
+    def _scanned(self, scan: Any) -> None:
+        self._post(common.scanned(self._name, _seconds(scan), scan))
 
-    def _reported(self, report: ros.String) -> None:
+    def _reported(self, report: Any) -> None:
         self._post(Reported(self._name, report.data.strip()))
 
 
@@ -221,7 +221,7 @@ class Ros2Transport:
         }
         for name, topic in self._inputs.items():
 
-            def heard(message: ros.Bool, name: str = name) -> None:
+            def heard(message: Any, name: str = name) -> None:
                 post(InputHeard(name, bool(message.data)))
 
             self._node.listen(f"rt/{topic.lstrip('/')}", ros.Bool, heard, RELIABLE)
@@ -252,14 +252,20 @@ class Ros2Transport:
         self._robots, self._node = {}, None
 
 
-def _navigate(goal: GoalPoint) -> ros.NavigateGoal:
+def _seconds(message: Any) -> float:
+    """When a message was made, in seconds of its sender's clock."""
+    stamp = message.header.stamp
+    return float(stamp.sec) + float(stamp.nanosec) * 1e-9
+
+
+def _navigate(goal: GoalPoint) -> Any:
     turn = ros.Quaternion(0.0, 0.0, *common.facing(goal.yaw))
     pose = ros.PlacedPose(ros.Point(goal.x, goal.y, 0.0), turn)
     header = ros.MessageHeader(ros.Time(), common.FRAME)
     return ros.NavigateGoal(ros.PoseStamped(header, pose), "")
 
 
-def _trajectory(joints: list[str], frames: list[common.TrajectoryFrame]) -> ros.Trajectory:
+def _trajectory(joints: list[str], frames: list[common.TrajectoryFrame]) -> Any:
     now = time.time()
     stamp = ros.Time(int(now), int(now % 1 * 1e9))
     points = [
