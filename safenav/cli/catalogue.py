@@ -28,9 +28,9 @@ def command(file: Path | None, as_json: bool) -> int:
     each comes from. With FILE, a scenario or a catalogue file, also those that it adds."""
     from safenav.report.terminal.catalogue_tables import catalogue_data, catalogue_lines
     from safenav.scenario.reading.catalogue import built_in
-    from safenav.scenario.reading.catalogue_file import catalogue_of
+    from safenav.scenario.reading.loader import load_catalogue
 
-    found = built_in() if file is None else catalogue_of(file)
+    found = built_in() if file is None else load_catalogue(file)
     if as_json:
         click.echo(json.dumps(catalogue_data(found), indent=2))
     else:

@@ -14,11 +14,11 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.scenario.model import Obstacle, Scenario
-from safenav.scenario.reading.regions import REGION, RegionReader
+from safenav.scenario.reading.regions import REGION, Reading
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping as MappingNode
 from safenav.scenario.yaml.document import Node, Place, Scalar
-from safenav.scenario.yaml.findings import Findings, suggestion
+from safenav.scenario.yaml.findings import Findings
 from safenav.scenario.yaml.shapes import (
     POSITIVE,
     TEXT,
@@ -220,16 +220,17 @@ class FleetKeys(Table):
 def load_fleet(path: Path, scenario: Scenario) -> FleetFile:
     """Read the fleet file for the robots of a scenario. Robots that it does not list get the
     defaults. Raises InputError with everything that is wrong."""
-    findings = Findings(str(path))
-    text = read_source(path, findings)
-    document = None if text is None else parsed(text, findings)
-    fleet = None if document is None else _fleet(document.root, scenario, path.parent, findings)
-    findings.raise_if_any()
+    reading = Reading(str(path), world=scenario.map)
+    reading.catalogue = scenario.catalogue
+    text = read_source(path, reading)
+    root = None if text is None else parsed(text, reading)
+    fleet = None if root is None else _fleet(root, scenario, reading)
+    reading.raise_if_any()
     assert fleet is not None
     return fleet
 
 
-def _fleet(root: Node, scenario: Scenario, folder: Path, findings: Findings) -> FleetFile | None:
+def _fleet(root: Node, scenario: Scenario, findings: Reading) -> FleetFile | None:
     item = FleetKeys.read(root, "a fleet file", findings, of="")
     if item is None:
         return None
@@ -241,17 +242,15 @@ def _fleet(root: Node, scenario: Scenario, folder: Path, findings: Findings) -> 
     listed = read.mapping(item.robots, "'robots'", findings)
     names = [robot.name for robot in scenario.robots]
     stations = {
-        name: _station(
-            name, item.defaults, listed.get(name) if listed else None, findings, scenario
-        )
+        name: _station(name, item.defaults, listed.get(name) if listed else None, findings)
         for name in names
     }
     for key, _ in listed.entries if listed else ():
         if key.text not in names:
-            hint = suggestion(key.text, names) or f"its robots are {', '.join(names)}"
-            findings.add(key, f"the scenario has no robot '{key.text}'", hint)
-    simulation = _simulation(item.simulation, scenario, findings)
-    pyrobosim = _pyrobosim(item.pyrobosim, scenario, folder, findings)
+            its = f"its robots are {', '.join(names)}"
+            findings.unknown(key, "the scenario has no robot", key.text, names, its)
+    simulation = _simulation(item.simulation, findings)
+    pyrobosim = _pyrobosim(item.pyrobosim, findings)
     if transport is TransportKind.PYROBOSIM and item.pyrobosim is None:
         needed = " and ".join(key.hint for key in PyrobosimKeys.needed)
         findings.add(root, "the key 'pyrobosim' is missing", f"it has {needed}")
@@ -274,42 +273,35 @@ def _inputs(
         topic = read.text(value, f"the topic of '{key.text}'", findings)
         if key.text not in names:
             listed = f"its inputs are {', '.join(names)}" if names else "it has none"
-            said = f"the scenario has no input '{key.text}'"
-            findings.add(key, said, suggestion(key.text, names) or listed)
+            findings.unknown(key, "the scenario has no input", key.text, names, listed)
         elif topic is not None:
             found[key.text] = topic
     return found
 
 
-def _simulation(node: Node | None, scenario: Scenario, findings: Findings) -> SimulationUse:
+def _simulation(node: Node | None, findings: Reading) -> SimulationUse:
     item = SimulationKeys.read(node, "'simulation'", findings, "of simulation")
     if item is None:
         return SimulationUse()
     pace = item.pace
     listed = read.sequence(item.obstacles, "'obstacles' of simulation", findings)
-    world = scenario.map
-    regions = RegionReader(world, world.names, findings, world.areas)
     found = []
-    what = "an obstacle of simulation"
     for entry in listed or ():
-        obstacle = HiddenKeys.read(entry, what, findings)
+        obstacle = HiddenKeys.read(entry, "an obstacle of simulation", findings)
         if obstacle is None:
             continue
-        kind = _kind(obstacle, HiddenKeys.type, scenario)
-        truth = obstacle.traversable
-        region = regions.region(obstacle.region, f"'region' of {what}")
+        kind = _kind(obstacle, HiddenKeys.type, findings)
+        truth, region = obstacle.traversable, obstacle.region
         if kind is not None and region is not None:
-            found.append(Obstacle(scenario.catalogue.obstacles[kind], region, truth))
+            found.append(Obstacle(findings.catalogue.obstacles[kind], region, truth))
     return SimulationUse(pace or 1.0, None if listed is None else tuple(found))
 
 
-def _pyrobosim(
-    node: Node | None, scenario: Scenario, folder: Path, findings: Findings
-) -> PyrobosimUse | None:
+def _pyrobosim(node: Node | None, findings: Reading) -> PyrobosimUse | None:
     item = PyrobosimKeys.read(node, "'pyrobosim'", findings, "of pyrobosim")
     if item is None:
         return None
-    world, pace, kind = item.world, item.pace, _kind(item, PyrobosimKeys.hallway, scenario)
+    world, pace, kind = item.world, item.pace, _kind(item, PyrobosimKeys.hallway, findings)
     listed = read.mapping(item.closing, "'closing' of pyrobosim", findings)
     closing = {
         key.text: seconds
@@ -318,23 +310,21 @@ def _pyrobosim(
     }
     if world is None or kind is None:
         return None
-    return PyrobosimUse(folder / world, kind, pace or 1.0, closing)
+    return PyrobosimUse(findings.folder / world, kind, pace or 1.0, closing)
 
 
-def _kind(item: Table, key: Key[str], scenario: Scenario) -> str | None:
+def _kind(item: Table, key: Key[str], findings: Reading) -> str | None:
     """A type of obstacle that the scenario knows."""
     kind: str | None = item.given(key).get(key.name)
-    types = list(scenario.catalogue.obstacles)
+    types = findings.catalogue.obstacles
     if kind is None or kind in types:
         return kind
-    hint = suggestion(kind, types) or f"the scenario's types are {', '.join(sorted(types))}"
-    item.findings.add(item.where(key), f"the scenario has no type of obstacle '{kind}'", hint)
+    its = f"the scenario's types are {', '.join(sorted(types))}"
+    findings.unknown(item.where(key), "the scenario has no type of obstacle", kind, types, its)
     return None
 
 
-def _station(
-    name: str, defaults: Node | None, own: Node | None, findings: Findings, scenario: Scenario
-) -> Station:
+def _station(name: str, defaults: Node | None, own: Node | None, findings: Reading) -> Station:
     """A robot's station: its own keys, else those of the defaults."""
     entries: list[tuple[Scalar, Node]] = []
     for node, what in ((own, f"robot '{name}'"), (defaults, "'defaults'")):
@@ -353,15 +343,15 @@ def _station(
         base,
         **item.given(*numbers, StationKeys.report),
         namespace=(item.namespace or base.namespace).rstrip("/"),
-        scan=_scan(item.scan, label, findings, scenario),
+        scan=_scan(item.scan, label, findings),
         follow=_follow(item.follow, label, findings),
         act=act,
     )
 
 
-def _scan(node: Node | None, label: str, findings: Findings, scenario: Scenario) -> ScanUse | None:
+def _scan(node: Node | None, label: str, findings: Reading) -> ScanUse | None:
     item = ScanKeys.read(node, f"'scan' {label}", findings, f"of scan {label}")
-    kind = item and _kind(item, ScanKeys.obstacle, scenario)
+    kind = item and _kind(item, ScanKeys.obstacle, findings)
     return item.over(ScanUse("scan", kind)) if item and kind else None
 
 

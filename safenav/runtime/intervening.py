@@ -16,10 +16,9 @@ from safenav.errors import InputError, UsageError
 from safenav.runtime import user_changes
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import USAGE
-from safenav.scenario.reading.changes import ChangeReader
-from safenav.scenario.reading.regions import RegionReader
+from safenav.scenario.reading.changes import read_changes
+from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml.document import Node
-from safenav.scenario.yaml.findings import Findings
 from safenav.scenario.yaml.source import parsed
 from safenav.world.map import Heading
 from safenav.world.moves import Pose
@@ -82,10 +81,10 @@ _HEADINGS = {heading.label: heading for heading in Heading}
 def intervention(data: Mapping[str, Any], scenario: Scenario) -> user_changes.Intervention:
     """A change that a page requests, read as the scenario's loader reads its parts. Raises
     UsageError for one that is not possible."""
-    findings = Findings("the change")
-    found = _read(data, scenario, findings)
+    reading = Reading("the change", world=scenario.map, reachable=False)
+    found = _read(data, scenario, reading)
     try:
-        findings.raise_if_any()
+        reading.raise_if_any()
     except InputError as error:
         told = (f"{d.found} ({d.hint})" if d.hint else d.found for d in error.diagnostics)
         raise UsageError("; ".join(told)) from error
@@ -96,16 +95,15 @@ def intervention(data: Mapping[str, Any], scenario: Scenario) -> user_changes.In
 
 
 def _read(
-    data: Mapping[str, Any], scenario: Scenario, findings: Findings
+    data: Mapping[str, Any], scenario: Scenario, reading: Reading
 ) -> user_changes.Intervention | None:
-    world, types = scenario.map, scenario.catalogue.obstacles
-    regions = RegionReader(world, world.names, findings, world.areas)
+    types = scenario.catalogue.obstacles
     match data.get("kind"):
         case "close" | "order" as kind:
             name = str(data.get("type"))
             if name not in types:
                 raise UsageError(f"the catalogue has no obstacle type '{name[:40]}'")
-            region = regions.region(_node(data.get("region"), findings), "'region'")
+            region = reading.region(_node(data.get("region"), reading), "'region'")
             truth = bool(data.get("truth", True)) if types[name].has_truth else None
             if region is None or kind == "order":
                 return None if region is None else user_changes.PlaceOrder(types[name], region)
@@ -119,7 +117,7 @@ def _read(
         case "permanent":
             return user_changes.MarkPermanent(str(data.get("obstacle")))
         case "put_back":
-            place = regions.region(_node(data.get("region"), findings), "'region'")
+            place = reading.region(_node(data.get("region"), reading), "'region'")
             heading = data.get("heading")
             if heading is not None and heading not in _HEADINGS:
                 raise UsageError(f"unknown heading '{str(heading)[:40]}'")
@@ -136,16 +134,15 @@ def _read(
         case "objective" | "service" as kind:
             what = "back" if data.get("active") else "out"
             told = data.get("objective") if kind == "objective" else what
-            names = frozenset(robot.name for robot in scenario.robots)
-            reader = ChangeReader(regions, scenario.robots, names, findings, reachable=False)
+            reading.team = scenario.robots
+            reading.named = tuple(robot.name for robot in scenario.robots)
             listed = [{"at": 1, "robot": data.get("robot"), kind: told}]
-            for change in reader.read(_node(listed, findings)):
+            for change in read_changes(_node(listed, reading), reading):
                 if change.objective is not None:
                     return user_changes.Give(change.robot, change.objective)
                 return user_changes.Serve(change.robot, change.active is True)
     return None
 
 
-def _node(data: object, findings: Findings) -> Node | None:
-    document = parsed(json.dumps(data), findings)
-    return None if document is None else document.root
+def _node(data: object, reading: Reading) -> Node | None:
+    return parsed(json.dumps(data), reading)

@@ -16,7 +16,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from itertools import combinations, groupby
-from typing import ClassVar
+from typing import ClassVar, Self
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -53,8 +53,9 @@ class TargetObjective(Struct, frozen=True, kw_only=True):
     ``in_turn``: its targets count in
     their order only; ``turn``: the variable of specifications that remembers whose turn it is, if
     there is more than one target. ``settles``: it ends at its last target and stays there, where
-    each tick is a round. ``strict``: it forbids to touch targets out of turn, and has a weaker form
-    (``relaxed``)."""
+    each tick is a round. ``strict``: the robot leaves each target with its next step, and
+    touches none out of turn; unless it is to be ``literal``, plain alternation (``relaxed``) will
+    do where that cannot be kept (``spec.forms``)."""
 
     kind: ClassVar[str]
     meaning: ClassVar[str]
@@ -144,6 +145,9 @@ class TargetObjective(Struct, frozen=True, kw_only=True):
 
     def forbidden(self, memory: int, region: Region, after: Region) -> bool:
         """Whether the objective itself forbids the step from ``region`` to ``after``."""
+        if self.strict:
+            now = self.turned(memory, region)
+            return any(after in target for i, target in enumerate(self.listed()) if i != now)
         return self.stays(memory, region) and after != region
 
     def stays(self, memory: int, region: Region) -> bool:
@@ -161,24 +165,26 @@ class TargetObjective(Struct, frozen=True, kw_only=True):
         return count - 1 in seen if self.settles else len(seen) == count
 
 
-class StrictObjective(TargetObjective, frozen=True):
-    """A robot leaves each target with its next step, and touches none whose turn it is not. Unless
-    it is to be ``literal``, plain alternation will do where that cannot be kept
-    (``spec.forms``)."""
+class TargetList(TargetObjective, frozen=True):
+    """An objective about any number of targets."""
 
-    in_turn: ClassVar[bool] = True
-    strict: ClassVar[bool] = True
+    targets: tuple[Target, ...]
 
-    def forbidden(self, memory: int, region: Region, after: Region) -> bool:
-        now = self.turned(memory, region)
-        return any(after in target for i, target in enumerate(self.listed()) if i != now)
+    def listed(self) -> tuple[Target, ...]:
+        return self.targets
+
+    @classmethod
+    def made(cls, targets: Sequence[Target]) -> Self:
+        return cls(tuple(targets))
 
 
-class Patrol(StrictObjective, frozen=True):
+class Patrol(TargetObjective, frozen=True):
     """Alternate between two targets by the paper's Patrol formula (Section VI), which also
     forbids to touch the target whose turn it is not."""
 
     kind: ClassVar[str] = "patrol"
+    in_turn: ClassVar[bool] = True
+    strict: ClassVar[bool] = True
     least: ClassVar[int] = 2
     meaning: ClassVar[str] = "back and forth between two regions"
     drawing: ClassVar[str] = "patrols between two regions"
@@ -217,25 +223,19 @@ class Patrol(StrictObjective, frozen=True):
         return next((i for i, target in enumerate(self.listed()) if region in target), memory)
 
 
-class Circuit(StrictObjective, frozen=True):
+class Circuit(TargetList, frozen=True):
     """Visit the targets in order, forever, and touch none out of turn: the strict ordered
     patrolling of Menghi et al. (IEEE TSE 2021), a patrol with any number of targets. A robot that
     gets it on a target out of turn leaves that first. If it started with that one, as a patrol
     does, a robot that charges there could miss the others forever."""
 
     kind: ClassVar[str] = "circuit"
+    in_turn: ClassVar[bool] = True
+    strict: ClassVar[bool] = True
     meaning: ClassVar[str] = "all of its targets, in order, none out of turn"
     drawing: ClassVar[str] = "visits regions in strict order"
     least: ClassVar[int] = 2
     turn: ClassVar[str] = "goal"
-    targets: tuple[Target, ...]
-
-    def listed(self) -> tuple[Target, ...]:
-        return self.targets
-
-    @classmethod
-    def made(cls, targets: Sequence[Target]) -> Circuit:
-        return cls(tuple(targets))
 
     @classmethod
     def wrong(cls, targets: Sequence[Target]) -> tuple[str, str] | None:
@@ -252,7 +252,7 @@ class Circuit(StrictObjective, frozen=True):
         return "visit " + ", ".join(map(word, self.targets)) + f" in strict order{strictly}"
 
 
-class Visit(TargetObjective, frozen=True):
+class Visit(TargetList, frozen=True):
     """Visit the targets in order, forever; passing another target on the way is allowed."""
 
     kind: ClassVar[str] = "visit"
@@ -260,34 +260,18 @@ class Visit(TargetObjective, frozen=True):
     drawing: ClassVar[str] = "visits regions in order"
     in_turn: ClassVar[bool] = True
     turn: ClassVar[str] = "goal"
-    targets: tuple[Target, ...]
-
-    def listed(self) -> tuple[Target, ...]:
-        return self.targets
-
-    @classmethod
-    def made(cls, targets: Sequence[Target]) -> Visit:
-        return cls(tuple(targets))
 
     def words(self, word: Word) -> str:
         told = [word(target) for target, _ in groupby(self.targets)]
         return f"visit {', '.join(told)}" + (" in turn" if len(told) > 1 else "")
 
 
-class Cover(TargetObjective, frozen=True):
+class Cover(TargetList, frozen=True):
     """Visit all targets in any order, forever."""
 
     kind: ClassVar[str] = "cover"
     meaning: ClassVar[str] = "all of its targets, in any order"
     drawing: ClassVar[str] = "covers regions in any order"
-    targets: tuple[Target, ...]
-
-    def listed(self) -> tuple[Target, ...]:
-        return self.targets
-
-    @classmethod
-    def made(cls, targets: Sequence[Target]) -> Cover:
-        return cls(tuple(targets))
 
 
 class Hold(TargetObjective, frozen=True):
@@ -312,7 +296,7 @@ class Hold(TargetObjective, frozen=True):
         return cls(targets[0])
 
 
-class Once(TargetObjective, frozen=True):
+class Once(TargetList, frozen=True):
     """Visit each target once, in order, and stay at the last one."""
 
     kind: ClassVar[str] = "once"
@@ -321,14 +305,6 @@ class Once(TargetObjective, frozen=True):
     in_turn: ClassVar[bool] = True
     turn: ClassVar[str] = "goal"
     settles: ClassVar[bool] = True
-    targets: tuple[Target, ...]
-
-    def listed(self) -> tuple[Target, ...]:
-        return self.targets
-
-    @classmethod
-    def made(cls, targets: Sequence[Target]) -> Once:
-        return cls(tuple(targets))
 
     @classmethod
     def wrong(cls, targets: Sequence[Target]) -> tuple[str, str] | None:

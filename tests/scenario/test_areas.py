@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from safenav.errors import InputError
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Hold, Ltl, Patrol, Visit, describe, written
 from safenav.scenario.reading.loader import load_scenario_text
@@ -88,6 +89,38 @@ expect: {order: [goal ann east, goal ann west]}
     assert set(scenario.partition or ()) == {frozenset(WEST), frozenset({17}), frozenset(EAST)}
     assert scenario.expect.order is not None
     assert [pattern.regions for pattern in scenario.expect.order] == [EAST, WEST]
+
+
+@pytest.mark.parametrize(
+    ("areas", "told"),
+    [
+        ("{desk: [2, 3]}", "'desk': [2, 3] is two regions, and not both are free\n"),
+        ("{desk: [2, 3]}", "did you mean [[2, 3]]?"),
+        ("{desk: {any: [8, 9]}}", "an area lists its regions: [[1, 1], [1, 2]]"),
+        ("{desk: [8, {any: [9]}]}", "an area lists its regions: [[1, 1], [1, 2]]"),
+    ],
+)
+def test_what_is_no_area_is_told_with_what_was_meant(areas: str, told: str) -> None:
+    text = ROOMS.partition("areas:")[0] + f"areas: {areas}\n"
+    with pytest.raises(InputError) as error:
+        load_scenario_text(text + "robots: {}\n", "rooms.yaml")
+    assert told.strip() in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("regions", "apart"), [("[11, 4]", True), ("[11, 12]", False), ("[11, 8]", False)]
+)
+def test_two_regions_apart_are_noted_where_they_may_be_one(regions: str, apart: bool) -> None:
+    grid = "map: {resolution: 1, grid: [" + ", ".join(['"......"'] * 12) + "]}\n"
+    robots = "robots: {ann: {model: quadcopter, start: 8, objective: {hold: desk}}}\n"
+    text = f"safenav: 1\n{grid}areas: {{desk: {regions}}}\n{robots}"
+    notes = load_scenario_text(text, "open.yaml").map.notes
+    assert [("[[11, 4]]" in note) for note in notes] == [True] * apart
+
+
+def test_an_empty_list_avoids_nothing() -> None:
+    (ann,) = robot("{hold: 8, avoid: []}").robots
+    assert ann.objective == Hold(frozenset({8}))
 
 
 def test_a_run_names_the_areas_that_robots_reach(tmp_path: Path) -> None:

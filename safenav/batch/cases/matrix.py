@@ -19,7 +19,6 @@ from __future__ import annotations
 import itertools
 import math
 import re
-from collections.abc import Sequence as Items
 from typing import Any
 
 from msgspec import Struct
@@ -62,8 +61,8 @@ def is_matrix(text: str) -> bool:
 def read_matrix(text: str, file: str) -> Matrix:
     """Raises InputError with everything that is wrong with it."""
     findings = Findings(file)
-    document = parsed(text, findings)
-    matrix = None if document is None else _matrix(document.root, findings)
+    root = parsed(text, findings)
+    matrix = None if root is None else _matrix(root, findings)
     findings.raise_if_any()
     assert matrix is not None
     return matrix
@@ -88,7 +87,8 @@ def _matrix(root: Node, findings: Findings) -> Matrix | None:
         found = f"the matrix has {combinations} combinations"
         findings.add(item.get("matrix"), found, f"at most {MOST_COMBINATIONS} in one file")
         return None
-    all_settings = [dict(zip(axes, chosen, strict=True)) for chosen in _product(axes)]
+    chosen = itertools.product(*axes.values())
+    all_settings = [dict(zip(axes, values, strict=True)) for values in chosen]
     kept = [s for s in all_settings if not any(_matches(s, out) for out in excluded)]
     if item.get("matrix") is None and included:
         kept = []  # a list of runs is meant, not those and the plain scenario
@@ -96,10 +96,6 @@ def _matrix(root: Node, findings: Findings) -> Matrix | None:
     if not runs and not len(findings):
         findings.add(item.get("exclude"), "every combination is excluded")
     return Matrix(tuple(scenarios), tuple(runs))
-
-
-def _product(axes: dict[str, list[Any]]) -> Items[tuple[Any, ...]]:
-    return list(itertools.product(*axes.values()))
 
 
 def _scenarios(node: Node | None, findings: Findings) -> list[Named]:
@@ -120,11 +116,11 @@ def _axes(node: Node | None, findings: Findings) -> dict[str, list[Any]]:
     item = read.mapping(node, "'matrix'", findings)
     if item is None:
         return {}
-    axes = {}
-    for key, values in item.entries:
-        if _is_path(key, findings):
-            axes[key.text] = _values(values, f"'{key.text}' of matrix", findings)
-    return axes
+    return {
+        key.text: _values(values, f"'{key.text}' of matrix", findings)
+        for key, values in item.entries
+        if _is_path(key, findings)
+    }
 
 
 def _values(node: Node, what: str, findings: Findings) -> list[Any]:

@@ -6,7 +6,6 @@ place or from a file. Nothing about a model or a type is written in code.
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from functools import lru_cache
 from pathlib import Path
 from typing import ClassVar
@@ -23,8 +22,8 @@ from safenav.scenario.model import (
     Timing,
 )
 from safenav.scenario.reading.motion import MOTION, read_motion
-from safenav.scenario.reading.naming import NAME
-from safenav.scenario.reading.regions import REGION, RegionReader
+from safenav.scenario.reading.naming import NAME, well_named
+from safenav.scenario.reading.regions import REGION, Reading
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping as MappingNode
 from safenav.scenario.yaml.document import Node, Scalar, Sequence, clipped
@@ -49,7 +48,6 @@ from safenav.world.map import Region
 from safenav.world.moves import Mobility
 
 BUILT_IN = "built in"
-RESOLVE_WITHIN = "resolve_within"
 LIBRARY = Path(__file__).parents[1] / "built_in"
 
 MOST_TICKS = 1000
@@ -167,104 +165,77 @@ def built_in() -> Catalogue:
     """The catalogue that is shipped with the package."""
     catalogue = Catalogue()
     for name in ("robots.yaml", "obstacles.yaml"):
-        path = LIBRARY / name
-        findings = Findings(str(path))
-        text = read_source(path, findings)
-        if text is not None:
-            regions = RegionReader(None, {}, findings)
-            catalogue = extended(catalogue, text, regions, findings, BUILT_IN)
-        findings.raise_if_any()
+        reading = Reading(str(LIBRARY / name))
+        reading.catalogue = catalogue
+        read_catalogue_file(LIBRARY / name, reading, BUILT_IN)
+        reading.raise_if_any()
+        catalogue = reading.catalogue
     return catalogue
 
 
-def extended(
-    base: Catalogue,
-    text: str,
-    regions: RegionReader,
-    findings: Findings,
-    source: str,
-    team: Collection[str] | None = None,
-) -> Catalogue:
-    """``base`` extended by the text of a catalogue file, whose ``findings`` these are."""
-    document = parsed(text, findings)
-    if document is None:
-        return base.without_rest()
-    return read_catalogue(document.root, base, regions.for_file(findings), findings, source, team)
+def read_catalogue_file(
+    path: Path, reading: Reading, source: str, named_at: Node | None = None
+) -> None:
+    """Add the catalogue in a file to that of ``reading``, which is that file or (``named_at``) one
+    that names it."""
+    inside = reading if named_at is None else reading.beside(str(path))
+    text = read_source(path, reading, named_at)
+    root = None if text is None else parsed(text, inside)
+    if root is None:
+        reading.catalogue = reading.catalogue.without_rest()
+    else:
+        read_catalogue(root, inside, source)
+        reading.catalogue = inside.catalogue
 
 
-def read_catalogue(
-    node: Node,
-    base: Catalogue,
-    regions: RegionReader,
-    findings: Findings,
-    source: str,
-    team: Collection[str] | None = None,
-) -> Catalogue:
-    """``base`` extended by a mapping of ``robots`` and ``obstacles``. ``team``: the names of the
-    scenario's robots, which ``blocks`` may list; None without a scenario: any name may be."""
-    entries = CatalogueKeys.read(node, "catalogue", findings)
+def read_catalogue(node: Node, reading: Reading, source: str) -> None:
+    """Add a mapping of ``robots`` and ``obstacles`` to the catalogue of ``reading``."""
+    entries = CatalogueKeys.read(node, "catalogue", reading)
+    base = reading.catalogue
     if entries is None:
-        return base.without_rest()
-    sources = dict(base.sources)
-    broken = set(base.broken)
-    robots = dict(base.robots)
-    listed = read.mapping(entries.robots, "'robots' of catalogue", findings)
+        reading.catalogue = base.without_rest()
+        return
+    sources, broken = dict(base.sources), set(base.broken)
+    robots, obstacles = dict(base.robots), dict(base.obstacles)
+    listed = read.mapping(entries.robots, "'robots' of catalogue", reading)
     for key, item in listed.entries if listed else ():
-        model = _model(key, item, findings)
+        model = _model(key, item, reading)
         if model is None:
             broken.add(key.text)
         else:
             robots[model.name] = model
             sources[f"robots.{model.name}"] = source
     known = replace(base, robots=robots, broken=frozenset(broken))
-    obstacles = dict(base.obstacles)
-    listed = read.mapping(entries.obstacles, "'obstacles' of catalogue", findings)
+    listed = read.mapping(entries.obstacles, "'obstacles' of catalogue", reading)
     for key, item in listed.entries if listed else ():
-        kind = _type(key, item, known, regions, findings, team)
+        kind = _type(key, item, known, reading)
         if kind is None:
             broken.add(key.text)
         else:
             obstacles[kind.name] = kind
             sources[f"obstacles.{kind.name}"] = source
-    return Catalogue(robots, obstacles, sources, frozenset(broken))
-
-
-def _named(key: Scalar, what: str, findings: Findings) -> str | None:
-    if NAME.fullmatch(key.text):
-        return key.text
-    hint = "use letters, digits, '_' and '-', beginning with a letter"
-    findings.add(key, f"'{clipped(key.text)}' cannot name {what}", hint)
-    return None
+    reading.catalogue = Catalogue(robots, obstacles, sources, frozenset(broken))
 
 
 def _model(key: Scalar, node: Node, findings: Findings) -> RobotModel | None:
     before = len(findings)
-    name = _named(key, "a robot model", findings)
+    well_named(key, "a robot model", findings)
     what = f"robot model {clipped(key.text)}"
     item = ModelKeys.read(node, what, findings)
     if item is None:
         return None
-    mobility, layer, capabilities = item.mobility, item.layer, item.capabilities
-    vision = read_vision(item.vision, f"'vision' of {what}", findings)
-    size, speed, carries = item.size, item.speed, item.carries
-    timing = _timing(item.timing, f"'timing' of {what}", findings)
-    motion = read_motion(item.motion, item.node, mobility, what, findings)
-    battery = _battery(item.battery, f"'battery' of {what}", findings)
-    if len(findings) > before or name is None or mobility is None or layer is None:
-        return None
-    return RobotModel(
-        name,
-        mobility,
-        layer,
-        capabilities or frozenset(),
-        vision,
-        size,
-        speed,
-        timing,
-        motion,
-        battery,
-        carries or 1,
+    given = item.given(
+        *(ModelKeys.mobility, ModelKeys.layer, ModelKeys.capabilities),
+        *(ModelKeys.size, ModelKeys.speed, ModelKeys.carries),
     )
+    given["vision"] = read_vision(item.vision, f"'vision' of {what}", findings)
+    given["timing"] = _timing(item.timing, f"'timing' of {what}", findings)
+    mobility = given.get("mobility")
+    given["motion"] = read_motion(item.motion, item.node, mobility, what, findings)
+    given["battery"] = _battery(item.battery, f"'battery' of {what}", findings)
+    if len(findings) > before:
+        return None
+    return RobotModel(**{"name": key.text, "capabilities": frozenset(), **given})
 
 
 def _battery(node: Node | None, what: str, findings: Findings) -> Battery | None:
@@ -306,69 +277,60 @@ def _timing(node: Node | None, what: str, findings: Findings) -> Timing:
     return Timing(least or 1, most or 1)
 
 
-def _type(
-    key: Scalar,
-    node: Node,
-    known: Catalogue,
-    regions: RegionReader,
-    findings: Findings,
-    team: Collection[str] | None,
-) -> ObstacleType | None:
-    before = len(findings)
-    name = _named(key, "an obstacle type", findings)
+def _type(key: Scalar, node: Node, known: Catalogue, reading: Reading) -> ObstacleType | None:
+    before = len(reading)
+    well_named(key, "an obstacle type", reading)
     what = f"obstacle type {clipped(key.text)}"
     listed = isinstance(node, MappingNode) and node.get("needs") is not None
-    item = TypeKeys.read(node, what, findings, needed=() if listed else (NeedKeys.action,))
+    item = TypeKeys.read(node, what, reading, needed=() if listed else (NeedKeys.action,))
     if item is None:
         return None
-    needs = _needs(item.needs, what, regions, findings) if listed else ()
+    needs = _needs(item.needs, what, reading) if listed else ()
     if listed:
         for word in ("action", "resolve_at"):
             if (stray := item.node.get(word)) is not None:
                 found = f"{what} has both 'needs' and '{word}'"
-                findings.add(stray, found, "each need says its own 'action' and 'at'")
+                reading.add(stray, found, "each need says its own 'action' and 'at'")
         action: str | None = needs[0].action if needs else ""
         where: ResolveAt | frozenset[Region] | None = needs[0].at if needs else None
     else:
         action = item.action
-        where = places(item.resolve_at, f"'resolve_at' of {what}", regions, findings)
-    blocks = _blocks(item, what, known, team)
+        where = places(item.resolve_at, f"'resolve_at' of {what}", reading)
+    blocks = _blocks(item, what, known, reading)
     if needs and needs[-1].same and needs[-1].at is ResolveAt.SELF and blocks != frozenset():
         found = (
             f"the last need of {what} is met inside it by the 'same' robots, which may not enter"
         )
-        findings.add(node, found, "say 'at: neighbours', or 'blocks: []'")
+        reading.add(node, found, "say 'at: neighbours', or 'blocks: []'")
     has_truth, limit = item.has_truth, item.resolve_within
-    sweeps = swept(item.sweeps, what, listed, regions, findings)
-    if len(findings) > before or name is None or action is None:
+    sweeps = swept(item.sweeps, what, listed, reading)
+    if len(reading) > before or action is None:
         return None
-    where = where or ResolveAt.SELF
-    return ObstacleType(name, action, where, blocks, has_truth or False, needs, limit, sweeps)
+    where, truth = where or ResolveAt.SELF, has_truth or False
+    return ObstacleType(key.text, action, where, blocks, truth, needs, limit, sweeps)
 
 
-def _needs(
-    node: Node | None, what: str, regions: RegionReader, findings: Findings
-) -> tuple[Need, ...]:
+def _needs(node: Node | None, what: str, reading: Reading) -> tuple[Need, ...]:
     """``needs: [{action: lift, robots: 2, at: neighbours, together: true}]``, in this order."""
-    items = read.sequence(node, f"'needs' of {what}", findings) or ()
+    items = read.sequence(node, f"'needs' of {what}", reading) or ()
     if node is not None and not items:
-        findings.add(node, f"'needs' of {what} is empty", "say what must be done to resolve it")
+        reading.add(node, f"'needs' of {what} is empty", "say what must be done to resolve it")
     found: list[Need] = []
     for number, entry in enumerate(items, 1):
         label = f"need {number} of {what}"
-        item = NeedKeys.read(entry, label, findings)
+        item = NeedKeys.read(entry, label, reading)
         if item is None:
             continue
         action, robots, together, same = item.action, item.robots, item.together, bool(item.same)
         if same and number == 1:
             told = f"{label} has no need before it to be the 'same' as"
-            findings.add(item.where(NeedKeys.same), told)
+            reading.add(item.where(NeedKeys.same), told)
         before = found[-1].robots if same and found else 1
         if same and found and (robots or before) != before:
             said = f"{label} takes {robots} robots, and the need before it {before}"
             hint = "the same robots meet both; leave 'robots' out"
-            findings.add(item.where(NeedKeys.robots), said, hint)
-        where = places(item.at, f"'at' of {label}", regions, findings)
+            reading.add(item.where(NeedKeys.robots), said, hint)
+        where = places(item.at, f"'at' of {label}", reading)
         if action is not None:
             where = where or ResolveAt.SELF
             found.append(Need(action, robots or before, where, together or False, same))
@@ -376,41 +338,36 @@ def _needs(
 
 
 def swept(
-    node: Node | None, what: str, several: bool, regions: RegionReader, findings: Findings
+    node: Node | None, what: str, several: bool, reading: Reading
 ) -> ResolveAt | frozenset[Region] | None:
     """The regions that a resolution sweeps. ``several``: it takes more than one need."""
-    found = places(node, f"'sweeps' of {what}", regions, findings)
+    found = places(node, f"'sweeps' of {what}", reading)
     if found is ResolveAt.SELF or (found is not None and several):
         said = "it has several needs" if several else "its own region is meant anyway"
         hint = "'sweeps' lists regions beside an obstacle of one 'action', or is 'neighbours'"
-        findings.add(node, f"'sweeps' of {what}: {said}", hint)
+        reading.add(node, f"'sweeps' of {what}: {said}", hint)
     return found
 
 
-def places(
-    node: Node | None, label: str, regions: RegionReader, findings: Findings
-) -> ResolveAt | frozenset[Region] | None:
+def places(node: Node | None, label: str, reading: Reading) -> ResolveAt | frozenset[Region] | None:
     if not isinstance(node, Sequence):
-        return read.choice(node, label, ResolveAt, findings)
+        return read.choice(node, label, ResolveAt, reading)
     if not node.items:
-        findings.add(node, f"{label} is empty", "without a region no robot can resolve it")
+        reading.add(node, f"{label} is empty", "without a region no robot can resolve it")
         return None
-    found = [regions.regions(item, label) or frozenset() for item in node.items]
+    found = [reading.regions(item, label) or frozenset() for item in node.items]
     return frozenset().union(*found)
 
 
-def _blocks(
-    of: TypeKeys, what: str, known: Catalogue, team: Collection[str] | None
-) -> frozenset[str] | None:
+def _blocks(of: TypeKeys, what: str, known: Catalogue, reading: Reading) -> frozenset[str] | None:
     node = of.where(TypeKeys.blocks)
-    words = {*known.layers, *known.robots, *(team or ())}
+    words = {*known.layers, *known.robots, *reading.named}
     for item in node.items if isinstance(node, Sequence) else ():
         word = item.value if isinstance(item, Scalar) else None
-        if not isinstance(word, str) or not word.strip() or known.broken or team is None:
-            continue  # not a word at all, or perhaps the layer of a model that is broken
+        # A file of its own may name any robot, and a model that is broken may have any layer.
+        if reading.alone or known.broken or not isinstance(word, str) or not word.strip():
+            continue
         if word not in words:
-            found = (
-                f"'blocks' of {what}: '{clipped(word)}' is not a layer, a robot model or a robot"
-            )
-            of.findings.add(item, found, suggestion(word, words))
+            found = f"'blocks' of {what}: '{clipped(word)}' is not a layer, a robot model or"
+            reading.add(item, f"{found} a robot", suggestion(word, words))
     return of.blocks

@@ -3,79 +3,20 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Collection
 
 from safenav.outcome import Outcome
 from safenav.scenario.event_pattern import EventKind, EventPattern
-from safenav.scenario.model import Obstacle, name_parts
-from safenav.scenario.reading.regions import RegionReader
+from safenav.scenario.model import name_parts
+from safenav.scenario.reading.regions import Reading
 from safenav.scenario.settings import Expect
 from safenav.scenario.yaml import fields as read
-from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped
-from safenav.scenario.yaml.findings import Findings, suggestion
+from safenav.scenario.yaml.document import Mapping, Node, clipped
+from safenav.scenario.yaml.findings import suggestion
 from safenav.scenario.yaml.shapes import TEXT, Key, Table, choice, either, form, many, named, whole
 
 # A region may be written [row, col], alone or in an obstacle's name: one word all the same.
 _WORD = re.compile(r"(?:\[[^\]]*\]|[^\s\[])+")
-
-
-class EventPatternReader:
-    """``obstacle`` reads an obstacle's name (None: reported, or obstacles are not known)."""
-
-    def __init__(
-        self,
-        regions: RegionReader,
-        robots: Sequence[str],
-        obstacle: Callable[[Node, str, str], str | None],
-        findings: Findings,
-    ) -> None:
-        self._regions = regions
-        self._robots = robots
-        self._obstacle = obstacle
-        self._findings = findings
-
-    def read_all(self, node: Node | None, what: str) -> tuple[EventPattern, ...] | None:
-        """A list of patterns."""
-        items = read.sequence(node, what, self._findings)
-        if items is None:
-            return None
-        found = [self._read(item, f"an item of {what}") for item in items]
-        return tuple(pattern for pattern in found if pattern is not None)
-
-    def _read(self, node: Node, what: str) -> EventPattern | None:
-        text = read.text(node, what, self._findings)
-        if text is None:
-            return None
-        word, *others = _WORD.findall(text) or [text]
-        kinds = [kind.value for kind in EventKind]
-        if word not in kinds:
-            found = f"{what}: there is no event '{clipped(word)}'"
-            self._findings.add(node, found, suggestion(word, kinds))
-            return None
-        robots: set[str] = set()
-        obstacles: list[str | None] = []
-        regions: list[frozenset[int]] = []
-        for other in others:
-            region = self._regions.written(other)
-            if "@" in other:
-                obstacles.append(self._obstacle(node, other, what))
-            elif other in self._robots:
-                robots.add(other)
-            elif region is not None:
-                regions.append(frozenset({region}))
-            elif area := self._regions.areas.get(other):
-                regions.append(area)
-            else:
-                found = f"{what}: '{clipped(other)}' is not a robot, obstacle, region or area"
-                self._findings.add(node, found, suggestion(other, self._robots))
-                return None
-        if len(obstacles) > 1 or len(regions) > 1:
-            found = f"{what}: '{clipped(text)}' names more than one obstacle or region"
-            self._findings.add(node, found, "an event names at most one obstacle and one region")
-            return None
-        obstacle = obstacles[0] if obstacles else None
-        named = regions[0] if regions else frozenset()
-        return EventPattern(EventKind(word), frozenset(robots), obstacle, named)
 
 
 MISSION = "mission"
@@ -113,128 +54,136 @@ class ExpectKeys(Table):
     never = Key(_EVENTS, "Events that do not happen.")
 
 
-class ExpectationReader:
-    """Reads expectations about the given obstacles and robots (names).
+def read_expectation(node: Node | None, reading: Reading) -> Expect:
+    item = ExpectKeys.read(node, "expect", reading)
+    if item is None:
+        return Expect()
+    least_ticks, ticks = _ticks(item.ticks, reading)
+    return Expect(
+        item.outcome,
+        _names(item.resolved, "'resolved' of expect", reading),
+        _names(item.blocked, "'blocked' of expect", reading),
+        _helpers(item.helpers, reading),
+        ticks,
+        least_ticks,
+        _rounds(item.rounds, reading),
+        _patterns(item.order, "'order' of expect", reading),
+        _patterns(item.never, "'never' of expect", reading),
+        _names(item.late, "'late' of expect", reading, {*reading.named, MISSION}),
+    )
 
-    ``obstacles`` is None if they are not all known because some were reported. ``anywhere``: the
-    type of obstacle that may appear in any region.
-    """
 
-    def __init__(
-        self,
-        regions: RegionReader,
-        obstacles: Sequence[Obstacle] | None,
-        robots: Sequence[str],
-        findings: Findings,
-        anywhere: str = "",
-    ) -> None:
-        self._regions = regions
-        self._obstacles = obstacles
-        self._robots = robots
-        self._findings = findings
-        self._anywhere = anywhere
+def _names(
+    node: Node | None, what: str, reading: Reading, others: Collection[str] = ()
+) -> frozenset[str] | None:
+    """Names of obstacles, or of ``others``."""
+    items = read.sequence(node, what, reading)
+    found = set()
+    for item in items or ():
+        name = read.text(item, f"an item of {what}", reading)
+        if name is not None and name not in others:
+            name = _obstacle(item, name, what, reading)
+        found |= set() if name is None else {name}
+    return None if items is None else frozenset(found)
 
-    def read(self, node: Node | None) -> Expect:
-        item = ExpectKeys.read(node, "expect", self._findings)
-        if item is None:
-            return Expect()
-        least_ticks, ticks = self._ticks(item.ticks)
-        patterns = EventPatternReader(self._regions, self._robots, self._obstacle, self._findings)
-        return Expect(
-            item.outcome,
-            self._names(item.resolved, "'resolved' of expect"),
-            self._names(item.blocked, "'blocked' of expect"),
-            self._helpers(item.helpers),
-            ticks,
-            least_ticks,
-            self._rounds(item.rounds),
-            patterns.read_all(item.order, "'order' of expect"),
-            patterns.read_all(item.never, "'never' of expect"),
-            self._late(item.late),
-        )
 
-    def _late(self, node: Node | None) -> frozenset[str] | None:
-        """Robots whose rounds, obstacles whose resolutions, and ``mission``."""
-        what = "'late' of expect"
-        items = read.sequence(node, what, self._findings)
-        if items is None:
-            return None
-        names = [read.text(item, f"an item of {what}", self._findings) for item in items]
-        known = {*self._robots, MISSION}
-        found = [
-            name if name in known else self._obstacle(item, name, what)
-            for item, name in zip(items, names, strict=True)
-            if name is not None
-        ]
-        return frozenset(name for name in found if name is not None)
+def _ticks(node: Node | None, reading: Reading) -> tuple[int | None, int | None]:
+    """The least and the most ticks: ``40`` or ``{at_least: 10, at_most: 40}``."""
+    what = "'ticks' of expect"
+    if not isinstance(node, Mapping):
+        return None, read.integer(node, what, reading, least=1)
+    item = TickKeys.read(node, what, reading, f"in {what}")
+    least, most = (item.at_least, item.at_most) if item else (None, None)
+    if least is not None and most is not None and least > most:
+        reading.add(node, f"{what}: at least {least} and at most {most}")
+    return least, most
 
-    def _ticks(self, node: Node | None) -> tuple[int | None, int | None]:
-        """The least and the most ticks: ``40`` or ``{at_least: 10, at_most: 40}``."""
-        what = "'ticks' of expect"
-        if not isinstance(node, Mapping):
-            return None, read.integer(node, what, self._findings, least=1)
-        item = TickKeys.read(node, what, self._findings, f"in {what}")
-        least, most = (item.at_least, item.at_most) if item else (None, None)
-        if least is not None and most is not None and least > most:
-            self._findings.add(node, f"{what}: at least {least} and at most {most}")
-        return least, most
 
-    def _rounds(self, node: Node | None) -> dict[str, int] | None:
-        """``2`` for every robot, or robot by robot."""
-        what = "'rounds' of expect"
-        if not isinstance(node, Mapping):
-            rounds = read.integer(node, what, self._findings, least=1)
-            return None if rounds is None else dict.fromkeys(self._robots, rounds)
-        found = {}
-        for key, value in node.entries:
-            rounds = read.integer(value, f"{what}, {clipped(key.text)}", self._findings)
-            if key.text not in self._robots:
-                told = f"{what}: no robot is named '{clipped(key.text)}'"
-                self._findings.add(key, told, suggestion(key.text, self._robots))
-            elif rounds is not None:
-                found[key.text] = rounds
-        return found
+def _rounds(node: Node | None, reading: Reading) -> dict[str, int] | None:
+    """``2`` for every robot, or robot by robot."""
+    what = "'rounds' of expect"
+    if not isinstance(node, Mapping):
+        rounds = read.integer(node, what, reading, least=1)
+        return None if rounds is None else dict.fromkeys(reading.named, rounds)
+    found = {}
+    for key, value in node.entries:
+        rounds = read.integer(value, f"{what}, {clipped(key.text)}", reading)
+        if key.text not in reading.named:
+            reading.unknown(key, f"{what}: no robot is named", key.text, reading.named)
+        elif rounds is not None:
+            found[key.text] = rounds
+    return found
 
-    def _names(self, node: Node | None, what: str) -> frozenset[str] | None:
-        items = read.sequence(node, what, self._findings)
-        if items is None:
-            return None
-        found = []
-        for item in items:
-            name = read.text(item, f"an item of {what}", self._findings)
-            if name is not None:
-                found.append(self._obstacle(item, name, what))
-        return frozenset(name for name in found if name is not None)
 
-    def _helpers(self, node: Node | None) -> dict[str, str] | None:
-        item = read.mapping(node, "'helpers' of expect", self._findings)
-        if item is None:
-            return None
-        helpers = {}
-        for key, value in item.entries:
-            obstacle = self._obstacle(key, key.text, "'helpers' of expect")
-            robot = read.text(value, f"helper for {clipped(key.text)}", self._findings)
-            if robot is not None and robot not in self._robots:
-                found = f"'helpers' of expect: no robot is named '{clipped(robot)}'"
-                self._findings.add(value, found, suggestion(robot, self._robots))
-            elif robot is not None and obstacle is not None:
-                helpers[obstacle] = robot
-        return helpers
+def _helpers(node: Node | None, reading: Reading) -> dict[str, str] | None:
+    what = "'helpers' of expect"
+    item = read.mapping(node, what, reading)
+    helpers = {}
+    for key, value in item.entries if item else ():
+        obstacle = _obstacle(key, key.text, what, reading)
+        robot = read.text(value, f"helper for {clipped(key.text)}", reading)
+        if robot is not None and robot not in reading.named:
+            reading.unknown(value, f"{what}: no robot is named", robot, reading.named)
+        elif robot is not None and obstacle is not None:
+            helpers[obstacle] = robot
+    return None if item is None else helpers
 
-    def _obstacle(self, node: Node, written: str, what: str) -> str | None:
-        """The obstacle's name with its region as a number; ``door@dock`` is understood."""
-        if self._obstacles is None:
-            return None
-        kind, where, number = name_parts(written)
-        region = self._regions.written(where)
-        for obstacle in self._obstacles:
-            named = obstacle.type.name, obstacle.region, obstacle.number
-            if named == (kind, region, number):
-                return obstacle.name
-        if kind == self._anywhere and region is not None:
-            return f"{kind}@{region}"
-        names = [obstacle.name for obstacle in self._obstacles]
-        hint = suggestion(written, names) or "the scenario has no obstacles"
-        assert isinstance(node, Scalar)
-        self._findings.add(node, f"{what}: there is no obstacle '{clipped(written)}'", hint)
+
+def _patterns(node: Node | None, what: str, reading: Reading) -> tuple[EventPattern, ...] | None:
+    """A list of patterns of events."""
+    items = read.sequence(node, what, reading)
+    found = [_pattern(item, f"an item of {what}", reading) for item in items or ()]
+    return None if items is None else tuple(pattern for pattern in found if pattern is not None)
+
+
+def _pattern(node: Node, what: str, reading: Reading) -> EventPattern | None:
+    text = read.text(node, what, reading)
+    if text is None:
         return None
+    word, *others = _WORD.findall(text) or [text]
+    kinds = [kind.value for kind in EventKind]
+    if word not in kinds:
+        reading.unknown(node, f"{what}: there is no event", word, kinds)
+        return None
+    robots: set[str] = set()
+    obstacles: list[str | None] = []
+    regions: list[frozenset[int]] = []
+    for other in others:
+        region = reading.written(other)
+        if "@" in other:
+            obstacles.append(_obstacle(node, other, what, reading))
+        elif other in reading.named:
+            robots.add(other)
+        elif region is not None:
+            regions.append(frozenset({region}))
+        elif area := reading.areas.get(other):
+            regions.append(area)
+        else:
+            found = f"{what}: '{clipped(other)}' is not a robot, obstacle, region or area"
+            reading.add(node, found, suggestion(other, reading.named))
+            return None
+    if len(obstacles) > 1 or len(regions) > 1:
+        found = f"{what}: '{clipped(text)}' names more than one obstacle or region"
+        reading.add(node, found, "an event names at most one obstacle and one region")
+        return None
+    obstacle = obstacles[0] if obstacles else None
+    named = regions[0] if regions else frozenset()
+    return EventPattern(EventKind(word), frozenset(robots), obstacle, named)
+
+
+def _obstacle(node: Node, written: str, what: str, reading: Reading) -> str | None:
+    """The obstacle's name with its region as a number; ``door@dock`` is understood. None if it was
+    reported, or obstacles are not known."""
+    if reading.obstacles is None:
+        return None
+    kind, where, number = name_parts(written)
+    region = reading.written(where)
+    for obstacle in reading.obstacles:
+        if (obstacle.type.name, obstacle.region, obstacle.number) == (kind, region, number):
+            return obstacle.name
+    if reading.flat is not None and kind == reading.flat.name and region is not None:
+        return f"{kind}@{region}"
+    names = [obstacle.name for obstacle in reading.obstacles]
+    nothing = "the scenario has no obstacles"
+    reading.unknown(node, f"{what}: there is no obstacle", written, names, nothing)
+    return None

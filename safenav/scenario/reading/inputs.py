@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 
 from safenav.formula.syntax import RESERVED_WORDS
-from safenav.scenario.reading.naming import IDENTIFIER
+from safenav.scenario.reading.naming import IDENTIFIER, well_named
 from safenav.scenario.reading.objective import OWN_VARIABLES, VARIABLE
 from safenav.scenario.reading.obstacles import MOST_TICKS, TICK
+from safenav.scenario.reading.regions import Reading
 from safenav.scenario.settings import Input
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Node, Scalar, Sequence, clipped
@@ -60,26 +61,22 @@ _RESERVED = either({"enum": sorted(TAKEN)}, {"pattern": f"^({'|'.join(_PREFIXES)
 INPUTS = form(named(InputKeys, {"allOf": [VARIABLE, {"not": _RESERVED}]}))
 
 
-def read_inputs(node: Node | None, robots: frozenset[str], findings: Findings) -> tuple[Input, ...]:
-    """The inputs that are named; whatever is wrong is reported. ``robots``: the names of all
-    robots."""
-    item, found = read.mapping(node, "inputs", findings), []
+def read_inputs(node: Node | None, reading: Reading) -> tuple[Input, ...]:
+    """The inputs that are named; whatever is wrong is reported."""
+    item, found = read.mapping(node, "inputs", reading), []
+    taken = RESERVED_WORDS | OWN_VARIABLES | TAKEN | {*reading.named}
     for key, value in item.entries if item else ():
         name = clipped(key.text)
         what = f"input {name}"
-        if not IDENTIFIER.fullmatch(key.text):
-            hint = "use letters, digits and '_', beginning with a letter"
-            findings.add(key, f"'{name}' cannot name an input", hint)
-        elif key.text in RESERVED_WORDS | OWN_VARIABLES | TAKEN | robots or key.text.startswith(
-            _PREFIXES
-        ):
-            findings.add(key, f"'{name}' is reserved", "use another name")
-        fields = InputKeys.read(value, what, findings)
+        reserved = key.text in taken or key.text.startswith(_PREFIXES)
+        if well_named(key, "an input", reading, IDENTIFIER) and reserved:
+            reading.add(key, f"'{name}' is reserved", "use another name")
+        fields = InputKeys.read(value, what, reading)
         if fields is None:
             found.append(Input(key.text))
             continue
-        spans = _spans(fields.at, what, findings)
-        again = _again(fields.always_eventually, what, findings)
+        spans = _spans(fields.at, what, reading)
+        again = _again(fields.always_eventually, what, reading)
         found.append(Input(key.text, spans, fields.probability or 0.0, again))
     return tuple(found)
 

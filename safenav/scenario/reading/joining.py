@@ -6,9 +6,8 @@ from msgspec.structs import replace
 
 from safenav.errors import InputError, UsageError
 from safenav.scenario.model import Obstacle, Robot, Scenario
-from safenav.scenario.reading.regions import RegionReader
+from safenav.scenario.reading.regions import Reading
 from safenav.scenario.reading.robots import read_robots
-from safenav.scenario.yaml.findings import Findings
 from safenav.scenario.yaml.source import parsed
 
 FORM = "NAME: {model: ..., start: ..., objective: ...}"
@@ -19,19 +18,14 @@ def joined(scenario: Scenario, text: str) -> Scenario:
     as ``cart2: {model: turtlebot4, start: [2, 3], objective: {visit: [dock, [4, 4]]}}``. Regions in
     which a robot was lost are closed to it, too, if it must not share a region with that one.
     Raises UsageError with all that is wrong."""
-    findings = Findings("the robot")
-    document = parsed(text, findings)
-    regions = RegionReader(scenario.map, scenario.map.names, findings, scenario.map.areas)
-    inputs = [each.name for each in scenario.inputs]
+    reading = Reading("the robot", world=scenario.map)
+    reading.inputs = tuple(each.name for each in scenario.inputs)
     known = {robot.model.name: robot.model for robot in scenario.robots}
-    catalogue = replace(scenario.catalogue, robots={**scenario.catalogue.robots, **known})
-    node, found = None if document is None else document.root, tuple[Robot, ...]()
-    if node is not None:
-        found = read_robots(
-            node, regions, catalogue, findings, inputs=inputs, others=scenario.robots
-        )
+    robots = {**scenario.catalogue.robots, **known}
+    reading.catalogue = replace(scenario.catalogue, robots=robots)
+    found = read_robots(parsed(text, reading), reading, scenario.robots)
     try:
-        findings.raise_if_any()
+        reading.raise_if_any()
     except InputError as error:
         told = (f"{d.found} ({d.hint})" if d.hint else d.found for d in error.diagnostics)
         raise UsageError("; ".join(told)) from error

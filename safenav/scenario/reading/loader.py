@@ -12,12 +12,17 @@ from pathlib import Path
 from msgspec import Struct
 
 from safenav.errors import Diagnostic, InputError
-from safenav.scenario.model import Catalogue, ObstacleType, Robot, Scenario
+from safenav.scenario.model import Catalogue, ObstacleType, Scenario
 from safenav.scenario.objective import Ltl
 from safenav.scenario.reading.areas import AREAS, read_areas
-from safenav.scenario.reading.catalogue import CatalogueKeys, built_in, extended, read_catalogue
-from safenav.scenario.reading.changes import CHANGES, ChangeReader
-from safenav.scenario.reading.expectation import ExpectationReader, ExpectKeys
+from safenav.scenario.reading.catalogue import (
+    CatalogueKeys,
+    built_in,
+    read_catalogue,
+    read_catalogue_file,
+)
+from safenav.scenario.reading.changes import CHANGES, read_changes
+from safenav.scenario.reading.expectation import ExpectKeys, read_expectation
 from safenav.scenario.reading.inputs import INPUTS, read_inputs
 from safenav.scenario.reading.maps.keys import MapKeys
 from safenav.scenario.reading.maps.map import read_map
@@ -32,7 +37,7 @@ from safenav.scenario.reading.obstacles import (
 )
 from safenav.scenario.reading.partition import PARTITION, read_partition
 from safenav.scenario.reading.promises import check_promises
-from safenav.scenario.reading.regions import REGION, RegionReader
+from safenav.scenario.reading.regions import REGION, Reading
 from safenav.scenario.reading.requirements import REQUIREMENTS, read_requirements
 from safenav.scenario.reading.robots import ROBOTS, read_robots
 from safenav.scenario.settings import (
@@ -48,8 +53,8 @@ from safenav.scenario.settings import (
     Until,
 )
 from safenav.scenario.yaml import fields as read
-from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped
-from safenav.scenario.yaml.findings import Findings, ReadableFolder, suggestion
+from safenav.scenario.yaml.document import Mapping, Node, Scalar
+from safenav.scenario.yaml.findings import Findings, ReadableFolder
 from safenav.scenario.yaml.shapes import (
     POSITIVE,
     SWITCH,
@@ -194,15 +199,13 @@ def load_scenario_text(
 
     Raises InputError.
     """
-    findings = Findings(file, reach)
-    document = parsed(text, findings)
-    if document is None:
-        findings.raise_if_any()
-        raise AssertionError("a document that cannot be read is reported")
-    root = document.root if change is None else change(document.root, findings)
-    scenario = _Loader(text, file, findings, reachable).read(root)
-    findings.raise_if_any()
-    assert scenario is not None
+    reading = Reading(file, reach, reachable=reachable)
+    root = parsed(text, reading)
+    if root is not None:
+        root = root if change is None else change(root, reading)
+        scenario = _scenario(root, reading)
+    reading.raise_if_any()
+    assert scenario is not None, "what cannot be read is reported"
     return scenario
 
 
@@ -220,167 +223,145 @@ def load_draft(
     text: str, file: str, reach: ReadableFolder | None = None, *, reachable: bool = True
 ) -> Draft:
     """The scenario in a text that somebody is still working on. Raises nothing."""
-    findings = Findings(file, reach)
-    document = parsed(text, findings)
-    loader = _Loader(text, file, findings, reachable)
-    scenario = None if document is None else loader.read(document.root)
+    reading = Reading(file, reach, reachable=reachable)
+    reading.catalogue = built_in()
+    root = parsed(text, reading)
+    scenario = None if root is None else _scenario(root, reading)
     try:
-        findings.raise_if_any()
+        reading.raise_if_any()
     except InputError as error:
-        return Draft(None, loader.catalogue, loader.world, error.diagnostics)
-    return Draft(scenario, loader.catalogue, loader.world, ())
+        return Draft(None, reading.catalogue, reading.world, error.diagnostics)
+    return Draft(scenario, reading.catalogue, reading.world, ())
 
 
-class _Loader:
-    def __init__(self, text: str, file: str, findings: Findings, reachable: bool) -> None:
-        self._lines = text.split("\n")
-        self._file = file
-        self._reachable = reachable
-        self._findings = findings
-        self.catalogue = built_in()
-        self.world: RegionMap | None = None
+def load_catalogue(path: Path) -> Catalogue:
+    """The built-in catalogue with what a scenario or a catalogue file adds.
 
-    def read(self, root: Node) -> Scenario | None:
-        """The scenario; only to be used if nothing was reported."""
-        item = ScenarioKeys.read(root, "the scenario", self._findings, of="")
-        if item is None:
-            return None
-        self._version(item.safenav)
-        regions = read_map(item.map, self._lines, Path(self._file).parent, self._findings)
-        regions = read_areas(item.areas, regions, self._findings)
-        self.world = regions.world
-        before = len(self._findings)
-        named = _names(item.robots)
-        catalogue = self.catalogue = self._catalogue(item.catalogue, regions, named)
-        types_known = len(self._findings) == before
-        inputs = read_inputs(item.inputs, frozenset(named), self._findings)
-        known = [each.name for each in inputs]
-        robots = read_robots(
-            item.robots, regions, catalogue, self._findings, self._reachable, known
-        )
-        apart = read_never_together(
-            item.never_together, regions, robots, frozenset(named), self._findings
-        )
-        before = len(self._findings)
-        obstacles = read_obstacles(item.obstacles, regions, catalogue, robots, self._findings)
-        orders = read_orders(item.orders, regions, catalogue, self._findings)
-        obstacles = (*obstacles, *orders)
-        obstacles_known = types_known and len(self._findings) == before
-        all_known = obstacles_known and regions.world is not None
-        changes = ChangeReader(
-            regions, robots, frozenset(named), self._findings, self._reachable
-        ).read(item.changes)
-        flat = self._flat(item)
-        expectations = ExpectationReader(
-            regions,
-            obstacles if all_known else None,
-            named,
-            self._findings,
-            "" if flat is None else flat.name,
-        )
-        expect = expectations.read(item.expect)
-        requirements = read_requirements(
-            item.requirements,
-            regions,
-            named,
-            obstacles if all_known else None,
-            self._findings,
-            "" if flat is None else flat.name,
-        )
-        if item.coordination is Coordination.ASSIGNABLE:
-            self._assigned(item.where(ScenarioKeys.coordination), robots, changes)
-        partition = read_partition(item.partition, regions, self._findings)
-        suspects = read_suspects(item.suspects, regions, catalogue, self._findings)
-        chargers = self._chargers(item.chargers, regions)
-        until = UntilKeys.fill(item.until, "until", self._findings, Until())
-        limits = LimitKeys.fill(item.limits, "limits", self._findings, Limits())
-        failures = FailureKeys.fill(item.failures, "failures", self._findings, Failures())
-        given = {"name": Path(self._file).stem, **item.given(*AS_WRITTEN)}
-        if regions.world is None:
-            return None
-        scenario = Scenario(
-            map=regions.world,
-            robots=robots,
-            obstacles=obstacles,
-            until=until,
-            limits=limits,
-            expect=expect,
-            source=self._file,
-            partition=partition,
-            changes=changes,
-            requirements=requirements,
-            catalogue=catalogue,
-            failures=failures,
-            never_together=apart,
-            suspects=suspects,
-            chargers=chargers,
-            flat=flat,
-            inputs=inputs,
-            **given,
-        )
-        if len(self._findings) == 0:
-            check_promises(scenario, item.node, self._findings)
-        return scenario
-
-    def _chargers(self, node: Node | None, regions: RegionReader) -> frozenset[Region]:
-        items = read.sequence(node, "chargers", self._findings) or ()
-        found = [regions.regions(item, "an item of chargers") or frozenset() for item in items]
-        return frozenset[Region]().union(*found)
-
-    def _flat(self, item: ScenarioKeys) -> ObstacleType | None:
-        word, node = item.flat, item.where(ScenarioKeys.flat)
-        kind = self.catalogue.obstacles.get(word or "")
-        if word is not None and kind is None and not self.catalogue.may_hold(word):
-            hint = suggestion(word, self.catalogue.obstacles)
-            self._findings.add(node, f"'flat': unknown obstacle type '{clipped(word)}'", hint)
-        if kind is not None and kind.blocks != frozenset():
-            found = f"'flat': a {kind.name} appears where a robot stands, and it stops some"
-            self._findings.add(node, found, f"give {kind.name} 'blocks: []'")
-        return kind
-
-    def _version(self, node: Node | None) -> None:
-        if node is None:
-            return
-        version = read.integer(node, "'safenav' (the version of the format)", self._findings)
-        if version is not None and version != VERSION:
-            found = f"version {version} of the scenario format is unknown"
-            self._findings.add(node, found, f"this safenav reads 'safenav: {VERSION}'")
-
-    def _catalogue(
-        self, node: Node | None, regions: RegionReader, team: tuple[str, ...]
-    ) -> Catalogue:
-        base = built_in()
-        if node is None:
-            return base
-        if not isinstance(node, Scalar) or not isinstance(node.value, str):
-            return read_catalogue(node, base, regions, self._findings, self._file, team)
-        path = Path(self._file).parent / node.value
-        text = read_source(path, self._findings, node)
-        if text is None:
-            return base.without_rest()
-        beside = self._findings.beside(str(path))
-        return extended(base, text, regions, beside, str(path), team)
-
-    def _assigned(
-        self, node: Node | None, robots: Sequence[Robot], changes: Sequence[RobotChange]
-    ) -> None:
-        """A goal that is assigned at runtime may lie beyond a target, or be one."""
-        for robot in robots:
-            if robot.while_waiting is not None:
-                found = f"'coordination: assignable' cannot keep 'while_waiting' of {robot.name}"
-                hint = "leave out the key, or use 'coordination: resynthesis'"
-                self._findings.add(node, found, hint)
-            if isinstance(robot.objective, Ltl) and robot.objective.inputs:
-                found = f"'coordination: assignable' cannot use inputs in 'ltl' of {robot.name}"
-                self._findings.add(node, found, "use 'coordination: resynthesis'")
-        given = [(robot.name, robot.objective) for robot in robots]
-        given += [(change.robot, change.objective) for change in changes if change.objective]
-        for name in dict.fromkeys(n for n, o in given if o.literal):
-            found = f"'coordination: assignable' cannot keep 'form: literal' of {name}"
-            hint = "leave out the form, or use 'coordination: resynthesis'"
-            self._findings.add(node, found, hint)
+    Raises InputError with every diagnostic if the file is neither.
+    """
+    reading = Reading(str(path))
+    text = read_source(path, reading)
+    root = None if text is None else parsed(text, reading)
+    reading.raise_if_any()
+    assert text is not None and root is not None
+    keys = {key.text for key, _ in root.entries} if isinstance(root, Mapping) else set()
+    if not keys or not keys.issubset(CatalogueKeys.known):
+        return load_scenario_text(text, str(path)).catalogue
+    reading.catalogue = built_in()
+    read_catalogue(root, reading, str(path))
+    reading.raise_if_any()
+    return reading.catalogue
 
 
-def _names(node: Node | None) -> tuple[str, ...]:
-    """All robots that the scenario names, usable or not."""
-    return tuple(key.text for key, _ in node.entries) if isinstance(node, Mapping) else ()
+def _scenario(root: Node, reading: Reading) -> Scenario | None:
+    """The scenario; only to be used if nothing was reported."""
+    reading.catalogue = built_in()
+    item = ScenarioKeys.read(root, "the scenario", reading, of="")
+    if item is None:
+        return None
+    _check_version(item.safenav, reading)
+    read_map(item.map, reading)
+    read_areas(item.areas, reading)
+    reading.alone = False
+    robots = item.robots
+    if isinstance(robots, Mapping):
+        reading.named = tuple(key.text for key, _ in robots.entries)
+    before = len(reading)
+    _read_catalogue(item.catalogue, reading)
+    types_known = len(reading) == before
+    inputs = read_inputs(item.inputs, reading)
+    reading.inputs = tuple(each.name for each in inputs)
+    reading.team = read_robots(robots, reading)
+    apart = read_never_together(item.never_together, reading)
+    before = len(reading)
+    obstacles = (*read_obstacles(item.obstacles, reading), *read_orders(item.orders, reading))
+    if types_known and len(reading) == before and reading.world is not None:
+        reading.obstacles = obstacles
+    changes = read_changes(item.changes, reading)
+    reading.flat = _flat(item, reading)
+    expect = read_expectation(item.expect, reading)
+    requirements = read_requirements(item.requirements, reading)
+    if item.coordination is Coordination.ASSIGNABLE:
+        _check_assignable(item.where(ScenarioKeys.coordination), changes, reading)
+    partition = read_partition(item.partition, reading)
+    suspects = read_suspects(item.suspects, reading)
+    chargers = _chargers(item.chargers, reading)
+    until = UntilKeys.fill(item.until, "until", reading, Until())
+    limits = LimitKeys.fill(item.limits, "limits", reading, Limits())
+    failures = FailureKeys.fill(item.failures, "failures", reading, Failures())
+    given = {"name": Path(reading.file).stem, **item.given(*AS_WRITTEN)}
+    if reading.world is None:
+        return None
+    scenario = Scenario(
+        map=reading.world,
+        robots=reading.team,
+        obstacles=obstacles,
+        until=until,
+        limits=limits,
+        expect=expect,
+        source=reading.file,
+        partition=partition,
+        changes=changes,
+        requirements=requirements,
+        catalogue=reading.catalogue,
+        failures=failures,
+        never_together=apart,
+        suspects=suspects,
+        chargers=chargers,
+        flat=reading.flat,
+        inputs=inputs,
+        **given,
+    )
+    if len(reading) == 0:
+        check_promises(scenario, item.node, reading)
+    return scenario
+
+
+def _check_version(node: Node | None, findings: Findings) -> None:
+    version = read.integer(node, "'safenav' (the version of the format)", findings)
+    if version is not None and version != VERSION:
+        found = f"version {version} of the scenario format is unknown"
+        findings.add(node, found, f"this safenav reads 'safenav: {VERSION}'")
+
+
+def _read_catalogue(node: Node | None, reading: Reading) -> None:
+    if isinstance(node, Scalar) and isinstance(node.value, str):
+        path = reading.folder / node.value
+        read_catalogue_file(path, reading, str(path), node)
+    elif node is not None:
+        read_catalogue(node, reading, reading.file)
+
+
+def _chargers(node: Node | None, reading: Reading) -> frozenset[Region]:
+    items = read.sequence(node, "chargers", reading) or ()
+    found = [reading.regions(item, "an item of chargers") or frozenset() for item in items]
+    return frozenset[Region]().union(*found)
+
+
+def _flat(item: ScenarioKeys, reading: Reading) -> ObstacleType | None:
+    word, node, types = item.flat, item.where(ScenarioKeys.flat), reading.catalogue.obstacles
+    kind = types.get(word or "")
+    if word is not None and kind is None and not reading.catalogue.may_hold(word):
+        reading.unknown(node, "'flat': unknown obstacle type", word, types)
+    if kind is not None and kind.blocks != frozenset():
+        found = f"'flat': a {kind.name} appears where a robot stands, and it stops some"
+        reading.add(node, found, f"give {kind.name} 'blocks: []'")
+    return kind
+
+
+def _check_assignable(node: Node | None, changes: Sequence[RobotChange], reading: Reading) -> None:
+    """A goal that is assigned at runtime may lie beyond a target, or be one."""
+    for robot in reading.team:
+        if robot.while_waiting is not None:
+            found = f"'coordination: assignable' cannot keep 'while_waiting' of {robot.name}"
+            hint = "leave out the key, or use 'coordination: resynthesis'"
+            reading.add(node, found, hint)
+        if isinstance(robot.objective, Ltl) and robot.objective.inputs:
+            found = f"'coordination: assignable' cannot use inputs in 'ltl' of {robot.name}"
+            reading.add(node, found, "use 'coordination: resynthesis'")
+    given = [(robot.name, robot.objective) for robot in reading.team]
+    given += [(change.robot, change.objective) for change in changes if change.objective]
+    for name in dict.fromkeys(n for n, o in given if o.literal):
+        found = f"'coordination: assignable' cannot keep 'form: literal' of {name}"
+        hint = "leave out the form, or use 'coordination: resynthesis'"
+        reading.add(node, found, hint)

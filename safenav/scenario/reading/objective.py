@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from typing import ClassVar
 
 from msgspec.structs import replace
@@ -24,8 +23,8 @@ from safenav.scenario.objective import (
     one_of,
     targets_of,
 )
-from safenav.scenario.reading.naming import IDENTIFIER
-from safenav.scenario.reading.regions import TARGET, ZONE, RegionReader
+from safenav.scenario.reading.naming import IDENTIFIER, well_named
+from safenav.scenario.reading.regions import TARGET, ZONE, Reading
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped
 from safenav.scenario.yaml.findings import Findings, suggestion
@@ -110,255 +109,216 @@ def stated(node: Node | None) -> tuple[str, tuple[Node, ...]]:
     return "", ()
 
 
-class ObjectiveReader:
-    """Reads the objectives of a scenario's robots, all over one map.
+Declared = dict[str, tuple[int, int] | None]
+"""The variables that formulas may name, with their ranges (None: Booleans)."""
 
-    ``robots`` are the names of all robots and ``inputs`` those of the environment: memory may not
-    take them; formulas of ``ltl`` may name inputs.
-    """
 
-    def __init__(
-        self,
-        regions: RegionReader,
-        robots: frozenset[str],
-        findings: Findings,
-        inputs: Collection[str] = (),
-    ) -> None:
-        self._regions = regions
-        self._inputs = frozenset(inputs)
-        self._robots = robots
-        self._findings = findings
+def read_objective(
+    node: Node | None, robot: str, mobility: Mobility | None, reading: Reading
+) -> Objective | None:
+    """The objective of a robot; None if there is none or it was reported."""
+    what = f"objective of {robot}"
+    item = ObjectiveKeys.read(node, what, reading, f"of {robot}")
+    if item is None:
+        return None
+    entries = [(key.text, value) for key, value in item.node.entries]
+    given = [(key, value) for key, value in entries if key in (*KINDS, "ltl")]
+    if not given:
+        hint = f"give it one, for example {EXAMPLE}"
+        if not entries or any(key in (FORM, *RULES) for key, _ in entries):
+            reading.add(node, f"{what} is empty", hint)
+    if len(given) > 1:
+        kinds = " and ".join(f"'{kind}'" for kind, _ in given)
+        reading.add(node, f"{what}: both {kinds}", "choose one of them")
+    if len(given) != 1:
+        return None
+    kind, value = given[0]
+    what = f"'{kind}' of {robot}"
+    if kind == "ltl":
+        found: Objective | None = _ltl(value, what, mobility, reading)
+    else:
+        found = _about_targets(KINDS[kind], value, what, reading)
+    return _ruled(_formed(found, item, kind, robot), item, robot, mobility, reading)
 
-    def read(self, node: Node | None, robot: str, mobility: Mobility | None) -> Objective | None:
-        """The objective, or None if there is none or it was reported."""
-        what = f"objective of {robot}"
-        item = ObjectiveKeys.read(node, what, self._findings, f"of {robot}")
-        if item is None:
-            return None
-        entries = [(key.text, value) for key, value in item.node.entries]
-        given = [(key, value) for key, value in entries if key in (*KINDS, "ltl")]
-        if not given:
-            hint = f"give it one, for example {EXAMPLE}"
-            if not entries or any(key in (FORM, *RULES) for key, _ in entries):
-                self._findings.add(node, f"{what} is empty", hint)
-        if len(given) > 1:
-            kinds = " and ".join(f"'{kind}'" for kind, _ in given)
-            self._findings.add(node, f"{what}: both {kinds}", "choose one of them")
-        if len(given) != 1:
-            return None
-        kind, value = given[0]
-        what = f"'{kind}' of {robot}"
-        found = (
-            self._ltl(value, what, mobility)
-            if kind == "ltl"
-            else self._about_targets(KINDS[kind], value, what)
-        )
-        return self._ruled(self._formed(found, item, kind, robot), item, robot, mobility)
 
-    def _ruled(
-        self,
-        objective: Objective | None,
-        item: ObjectiveKeys,
-        robot: str,
-        mobility: Mobility | None,
-    ) -> Objective | None:
-        """The objective with the rules that stand beside it; those of ``ltl`` become formulas."""
-        avoid = self._avoided(item.avoid, f"'avoid' of {robot}")
-        what = f"'always' of {robot}"
-        always = self._lines(item.always, what, self._declared(mobility), True)
-        if objective is None or avoid is None:
-            return None
-        if isinstance(objective, Ltl):
-            never = (f"region' != {region}" for region in sorted(avoid))
-            return replace(objective, safety=(*objective.safety, *never, *map(on_steps, always)))
-        for target in targets_of(objective):
-            if target <= avoid:
-                found = f"'avoid' of {robot} covers a target of its objective"
-                self._findings.add(item.avoid, found, "leave one of the two out")
-                return None
-        return replace(objective, avoid=avoid, always=always)
+def _ruled(
+    objective: Objective | None,
+    item: ObjectiveKeys,
+    robot: str,
+    mobility: Mobility | None,
+    reading: Reading,
+) -> Objective | None:
+    """The objective with the rules that stand beside it; those of ``ltl`` become formulas."""
+    avoid: Target | None = frozenset()
+    if item.avoid is not None:
+        avoid = reading.zone(item.avoid, f"'avoid' of {robot}")
+    always = _lines(item.always, f"'always' of {robot}", _pose(mobility, reading), True, reading)
+    if objective is None or avoid is None:
+        return None
+    if isinstance(objective, Ltl):
+        never = (f"region' != {region}" for region in sorted(avoid))
+        return replace(objective, safety=(*objective.safety, *never, *map(on_steps, always)))
+    if any(target <= avoid for target in targets_of(objective)):
+        found = f"'avoid' of {robot} covers a target of its objective"
+        reading.add(item.avoid, found, "leave one of the two out")
+        return None
+    return replace(objective, avoid=avoid, always=always)
 
-    def _avoided(self, node: Node | None, what: str) -> Target | None:
-        """A region, an area or a list of them; None if that was reported."""
-        if node is None:
-            return frozenset()
-        if not isinstance(node, Sequence):
-            return self._regions.target(node, what)
-        found = self._regions.targets(node, what) or (None,)
-        sets = [regions for regions in found if regions is not None]
-        return frozenset().union(*sets) if len(sets) == len(found) else None
 
-    def within(self, node: Node | None, robot: str, objective: Objective | None) -> int | None:
-        """The most ticks of a round of an objective, if that says so."""
-        at = node.get(WITHIN) if isinstance(node, Mapping) else None
-        found = ObjectiveKeys.within.shape.read(at, f"'{WITHIN}' of {robot}", self._findings)
-        if at is None or objective is None:
-            return found
-        kind = "ltl" if isinstance(objective, Ltl) else objective.kind
-        if kind not in TIMED:
-            said = f"'{WITHIN}' of {robot}: rounds of '{kind}' are not promised"
-            self._findings.add(at, said, f"use it with {one_of(TIMED)}")
+def read_within(
+    node: Node | None, robot: str, objective: Objective | None, findings: Findings
+) -> int | None:
+    """The most ticks of a round of an objective, if that says so."""
+    at = node.get(WITHIN) if isinstance(node, Mapping) else None
+    found = ObjectiveKeys.within.shape.read(at, f"'{WITHIN}' of {robot}", findings)
+    if at is None or objective is None:
         return found
+    kind = "ltl" if isinstance(objective, Ltl) else objective.kind
+    if kind not in TIMED:
+        said = f"'{WITHIN}' of {robot}: rounds of '{kind}' are not promised"
+        findings.add(at, said, f"use it with {one_of(TIMED)}")
+    return found
 
-    def _formed(
-        self, objective: Objective | None, item: ObjectiveKeys, kind: str, robot: str
-    ) -> Objective | None:
-        """The objective in the form that it must have."""
-        word, node = item.form, item.where(ObjectiveKeys.form)
-        if word is None:
-            return objective
-        if word != "literal":
-            found = f"'form' of {robot} is 'literal', not '{clipped(word)}'"
-            self._findings.add(node, found, "leave it out to accept a weaker form")
-        elif kind not in STRICT:
-            found = f"'form' of {robot}: '{kind}' has one form only"
-            hint = f"leave it out: it is for {one_of(STRICT, chr(39))}"
-            self._findings.add(node, found, hint)
-        elif isinstance(objective, TargetObjective):
-            return replace(objective, literal=True)
+
+def _formed(
+    objective: Objective | None, item: ObjectiveKeys, kind: str, robot: str
+) -> Objective | None:
+    """The objective in the form that it must have."""
+    word, node = item.form, item.where(ObjectiveKeys.form)
+    if word is None:
         return objective
+    if word != "literal":
+        found = f"'form' of {robot} is 'literal', not '{clipped(word)}'"
+        item.findings.add(node, found, "leave it out to accept a weaker form")
+    elif kind not in STRICT:
+        found = f"'form' of {robot}: '{kind}' has one form only"
+        item.findings.add(node, found, f"leave it out: it is for {one_of(STRICT, chr(39))}")
+    elif isinstance(objective, TargetObjective):
+        return replace(objective, literal=True)
+    return objective
 
-    def _about_targets(
-        self, kind: type[TargetObjective], node: Node, what: str
-    ) -> TargetObjective | None:
-        if kind.one:
-            target = self._regions.target(node, what)
-            return None if target is None else kind.made((target,))
-        listed = self._regions.targets(node, what, kind.least)
-        if listed is None:
-            return None
-        # What was reported already counts as a target of its own.
-        told = [frozenset({-1 - k}) if t is None else t for k, t in enumerate(listed)]
-        problem = kind.wrong(told)
-        if problem is not None:
-            found, hint = problem
-            self._findings.add(node, f"{what}{' ' if found == EMPTY else ': '}{found}", hint)
-        return None if problem is not None or None in listed else kind.made(told)
 
-    def _ltl(self, node: Node, what: str, mobility: Mobility | None) -> Ltl | None:
-        before = len(self._findings)
-        item = LtlKeys.read(node, what, self._findings)
-        if item is None:
-            return None
-        memory = self._memory(item.memory, what)
-        declared = {**memory, **self._declared(mobility)}
-        inputs: dict[str, tuple[int, int] | None] = dict.fromkeys(sorted(self._inputs))
-        lines = {
-            part: self._lines(
-                item.node.get(part),
-                f"'{part}' in {what}",
-                declared if part == "init" else declared | inputs,
-                part != "init",
-            )
-            for part in ("init", "safety", "liveness")
-        }
-        if _is_empty(item.safety) and _is_empty(item.liveness):
-            hint = "give it 'liveness' (what to reach infinitely often) or 'safety' (always)"
-            self._findings.add(node, f"{what} is empty", hint)
-        if len(self._findings) > before:
-            return None
-        named = set().union(*(variables(parse(line)) for part in lines.values() for line in part))
-        told = tuple(name for name in inputs if name in named)
-        return Ltl(lines["init"], lines["safety"], lines["liveness"], memory, told)
+def _about_targets(
+    kind: type[TargetObjective], node: Node, what: str, reading: Reading
+) -> TargetObjective | None:
+    if kind.one:
+        target = reading.target(node, what)
+        return None if target is None else kind.made((target,))
+    listed = reading.targets(node, what, kind.least)
+    if listed is None:
+        return None
+    # What was reported already counts as a target of its own.
+    told = [frozenset({-1 - k}) if t is None else t for k, t in enumerate(listed)]
+    problem = kind.wrong(told)
+    if problem is not None:
+        found, hint = problem
+        reading.add(node, f"{what}{' ' if found == EMPTY else ': '}{found}", hint)
+    return None if problem is not None or None in listed else kind.made(told)
 
-    def _declared(self, mobility: Mobility | None) -> dict[str, tuple[int, int] | None]:
-        """The variables of a robot's own pose, with their ranges."""
-        size = self._regions.world.size if self._regions.world else 2**31
-        heading = {} if mobility is Mobility.FREE else {"heading": (0, 3)}
-        return {"region": (0, size - 1), **heading}
 
-    def _memory(self, node: Node | None, what: str) -> dict[str, tuple[int, int] | None]:
-        memory: dict[str, tuple[int, int] | None] = {}
-        item = read.mapping(node, f"'memory' in {what}", self._findings)
-        for key, value in item.entries if item else ():
-            self._memory_name(key)
-            bounds = None
-            if not (isinstance(value, Scalar) and value.value == "bool"):
-                bounds = self._bounds(value, f"memory '{clipped(key.text)}'")
-            memory[key.text] = bounds
-        return memory
+def _ltl(node: Node, what: str, mobility: Mobility | None, reading: Reading) -> Ltl | None:
+    before = len(reading)
+    item = LtlKeys.read(node, what, reading)
+    if item is None:
+        return None
+    memory = _memory(item.memory, what, reading)
+    declared = {**memory, **_pose(mobility, reading)}
+    inputs: Declared = dict.fromkeys(sorted(reading.inputs))
+    init = _lines(item.init, f"'init' in {what}", declared, False, reading)
+    declared |= inputs
+    safety = _lines(item.safety, f"'safety' in {what}", declared, True, reading)
+    liveness = _lines(item.liveness, f"'liveness' in {what}", declared, True, reading)
+    if _is_empty(item.safety) and _is_empty(item.liveness):
+        hint = "give it 'liveness' (what to reach infinitely often) or 'safety' (always)"
+        reading.add(node, f"{what} is empty", hint)
+    if len(reading) > before:
+        return None
+    named = set().union(*(variables(parse(line)) for line in (*init, *safety, *liveness)))
+    told = tuple(name for name in inputs if name in named)
+    return Ltl(init, safety, liveness, memory, told)
 
-    def _memory_name(self, key: Scalar) -> None:
+
+def _pose(mobility: Mobility | None, reading: Reading) -> Declared:
+    """The variables of a robot's own pose."""
+    size = reading.world.size if reading.world else 2**31
+    heading = {} if mobility is Mobility.FREE else {"heading": (0, 3)}
+    return {"region": (0, size - 1), **heading}
+
+
+def _memory(node: Node | None, what: str, reading: Reading) -> Declared:
+    memory: Declared = {}
+    item = read.mapping(node, f"'memory' in {what}", reading)
+    for key, value in item.entries if item else ():
         name = clipped(key.text)
-        if not IDENTIFIER.fullmatch(key.text):
-            hint = "use letters, digits and '_', beginning with a letter"
-            self._findings.add(key, f"'{name}' cannot name a variable", hint)
+        if not well_named(key, "a variable", reading, IDENTIFIER):
+            pass
         elif key.text in RESERVED_WORDS | OWN_VARIABLES:
-            self._findings.add(key, f"'{name}' is reserved", "use another name")
-        elif key.text in self._robots | self._inputs:
-            kind = "a robot" if key.text in self._robots else "an input"
-            self._findings.add(key, f"'{name}' is the name of {kind}", "use another name")
+            reading.add(key, f"'{name}' is reserved", "use another name")
+        elif key.text in (*reading.named, *reading.inputs):
+            kind = "a robot" if key.text in reading.named else "an input"
+            reading.add(key, f"'{name}' is the name of {kind}", "use another name")
+        boolean = isinstance(value, Scalar) and value.value == "bool"
+        memory[key.text] = None if boolean else _bounds(value, f"memory '{name}'", reading)
+    return memory
 
-    def _bounds(self, node: Node, what: str) -> tuple[int, int] | None:
-        if not isinstance(node, Sequence) or len(node.items) != 2:
-            expected = "'bool' or a range [lowest, highest]"
-            read.wrong_type(node, what, expected, self._findings)
-            return None
-        low = read.integer(node.items[0], f"lowest value of {what}", self._findings)
-        high = read.integer(node.items[1], f"highest value of {what}", self._findings)
-        if low is None or high is None:
-            return None
-        if low > high:
-            found = f"{what}: the range [{low}, {high}] is empty"
-            self._findings.add(node, found, "the lowest value comes first")
-            return None
-        return low, high
 
-    def _lines(
-        self,
-        node: Node | None,
-        what: str,
-        declared: dict[str, tuple[int, int] | None],
-        next_allowed: bool,
-    ) -> tuple[str, ...]:
-        if node is None:
-            return ()
-        items = (node,) if isinstance(node, Scalar) else read.sequence(node, what, self._findings)
-        lines = [self._line(item, what, declared, next_allowed) for item in items or ()]
-        return tuple(line for line in lines if line is not None)
+def _bounds(node: Node, what: str, findings: Findings) -> tuple[int, int] | None:
+    if not isinstance(node, Sequence) or len(node.items) != 2:
+        read.wrong_type(node, what, "'bool' or a range [lowest, highest]", findings)
+        return None
+    low = read.integer(node.items[0], f"lowest value of {what}", findings)
+    high = read.integer(node.items[1], f"highest value of {what}", findings)
+    if low is None or high is None:
+        return None
+    if low > high:
+        found = f"{what}: the range [{low}, {high}] is empty"
+        findings.add(node, found, "the lowest value comes first")
+        return None
+    return low, high
 
-    def _line(
-        self, node: Node, what: str, declared: dict[str, tuple[int, int] | None], next_allowed: bool
-    ) -> str | None:
-        """The formula as text with region and heading names replaced by their numbers."""
-        text = read.text(node, f"a formula of {what}", self._findings)
-        if text is None or not isinstance(node, Scalar):
-            return None
-        try:
-            formula = parse(text)
-        except FormulaError as error:
-            self._findings.add_inside(node, error.column, f"{what}: {error.found}", error.hint)
-            return None
 
-        def constant(name: Name, within: Comparison) -> int | None:
-            return self._constant(name, within, declared)
+def _lines(
+    node: Node | None, what: str, declared: Declared, next_allowed: bool, reading: Reading
+) -> tuple[str, ...]:
+    items = (node,) if isinstance(node, Scalar) else read.sequence(node, what, reading)
+    lines = [_line(item, what, declared, next_allowed, reading) for item in items or ()]
+    return tuple(line for line in lines if line is not None)
 
-        def members(name: Name) -> frozenset[int] | None:
-            return None if name.name in declared else self._regions.areas.get(name.name)
 
-        formula = resolve_constants(formula, constant, members)
-        for problem in check(formula, declared, next_allowed=next_allowed):
-            hint = problem.hint
-            if problem.unknown == "heading":
-                hint = "only robots with heading mobility have one"
-            elif problem.unknown:
-                names = {*declared, *self._regions.names, *self._regions.areas}
-                hint = suggestion(problem.unknown, names)
-            self._findings.add_inside(node, problem.column, f"{what}: {problem.found}", hint)
-        return to_text(formula)
+def _line(
+    node: Node, what: str, declared: Declared, next_allowed: bool, reading: Reading
+) -> str | None:
+    """The formula as text with region and heading names replaced by their numbers."""
+    text = read.text(node, f"a formula of {what}", reading)
+    if text is None or not isinstance(node, Scalar):
+        return None
+    try:
+        formula = parse(text)
+    except FormulaError as error:
+        reading.add_inside(node, error.column, f"{what}: {error.found}", error.hint)
+        return None
 
-    def _constant(
-        self, name: Name, within: Comparison, declared: dict[str, tuple[int, int] | None]
-    ) -> int | None:
+    def constant(name: Name, within: Comparison) -> int | None:
         if name.name in declared:
             return None
-        of_heading = any(
-            isinstance(term, Name) and term.name == "heading"
-            for term in (within.left, within.right)
-        )
+        terms = (within.left, within.right)
+        of_heading = any(isinstance(t, Name) and t.name == "heading" for t in terms)
         if of_heading and name.name in _HEADINGS:
             return _HEADINGS[name.name]
-        return self._regions.names.get(name.name)
+        return reading.names.get(name.name)
+
+    def members(name: Name) -> frozenset[int] | None:
+        return None if name.name in declared else reading.areas.get(name.name)
+
+    formula = resolve_constants(formula, constant, members)
+    for problem in check(formula, declared, next_allowed=next_allowed):
+        hint = problem.hint
+        if problem.unknown == "heading":
+            hint = "only robots with heading mobility have one"
+        elif problem.unknown:
+            hint = suggestion(problem.unknown, {*declared, *reading.names, *reading.areas})
+        reading.add_inside(node, problem.column, f"{what}: {problem.found}", hint)
+    return to_text(formula)
 
 
 def _is_empty(node: Node | None) -> bool:

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from safenav.scenario.model import Catalogue, Obstacle, ObstacleType, Robot
+from safenav.scenario.model import Obstacle, ObstacleType, Robot
 from safenav.scenario.reading.catalogue import SWEEPS, swept
-from safenav.scenario.reading.regions import REGION, RegionReader
+from safenav.scenario.reading.regions import REGION, Reading
 from safenav.scenario.yaml import fields as read
-from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped
-from safenav.scenario.yaml.findings import Findings, suggestion
+from safenav.scenario.yaml.document import Mapping, Node, Scalar
 from safenav.scenario.yaml.shapes import PROBABILITY, TEXT, Key, Table, either, form, many, whole
 
 MOST_TICKS = read.MOST
@@ -56,33 +53,26 @@ ORDERS = form(many(OrderKeys))
 SUSPECTS = form(many(SuspectKeys))
 
 
-def read_obstacles(
-    node: Node | None,
-    regions: RegionReader,
-    catalogue: Catalogue,
-    robots: Sequence[Robot],
-    findings: Findings,
-) -> tuple[Obstacle, ...]:
+def read_obstacles(node: Node | None, reading: Reading) -> tuple[Obstacle, ...]:
     """The obstacles that could be read; what is wrong with the others is reported."""
     found: list[Obstacle] = []
-    for item in read.sequence(node, "obstacles", findings) or ():
-        obstacle = _read_obstacle(item, regions, catalogue, findings)
+    for item in read.sequence(node, "obstacles", reading) or ():
+        obstacle = _read_obstacle(item, reading)
         if obstacle is None:
             continue
         for first in found:
             if first.region != obstacle.region or not _meet(first, obstacle):
                 continue
             message = f"{obstacle.name}: the region already contains {first.name}"
-            findings.add(_where(item), message, "a region holds one hidden obstacle")
+            reading.add(_where(item), message, "a region holds one hidden obstacle")
             break
         else:
             found.append(obstacle)
-        for robot in robots:
-            if obstacle.appears is not None:
-                break  # it waits until nobody stands there
+        # One that appears waits until nobody stands there.
+        for robot in reading.team if obstacle.appears is None else ():
             if robot.start.region == obstacle.region and obstacle.closed_to(robot):
                 message = f"{obstacle.name} is where {robot.name} starts, and blocks it"
-                findings.add(_where(item), message, _apart(obstacle, robot))
+                reading.add(_where(item), message, _apart(obstacle, robot))
     return tuple(found)
 
 
@@ -99,44 +89,43 @@ def _meet(one: Obstacle, other: Obstacle) -> bool:
     return max(one.appears or 0, other.appears or 0) < min(ends)
 
 
-def _read_obstacle(
-    node: Node, regions: RegionReader, catalogue: Catalogue, findings: Findings
-) -> Obstacle | None:
-    item = ObstacleKeys.read(node, "an obstacle", findings)
+def _read_obstacle(node: Node, reading: Reading) -> Obstacle | None:
+    item = ObstacleKeys.read(node, "an obstacle", reading)
     if item is None:
         return None
-    kind = _type(item.type, catalogue, findings)
+    kind = _type(item.type, reading)
     label = kind.name if kind else "the obstacle"
     item.of = f"of {label}"
-    region = regions.region(item.region, f"'region' of {label}")
-    before = len(findings)
-    truth = _truth(item.traversable, kind, catalogue, findings)
+    region = item.region
+    before = len(reading)
+    truth = _truth(item.traversable, kind, reading)
     appears, goes, limit = item.from_, item.until, item.resolve_within
     several = kind is not None and bool(kind.listed)
-    sweeps = swept(item.sweeps, label, several, regions, findings)
+    sweeps = swept(item.sweeps, label, several, reading)
     if appears is not None and goes is not None and appears >= goes:
         hint = "'from' is the tick at which it appears, 'until' that at which it goes"
-        findings.add(item.where(ObstacleKeys.until), f"{label} goes before it appears", hint)
-    if kind is None or region is None or len(findings) > before:
+        reading.add(item.where(ObstacleKeys.until), f"{label} goes before it appears", hint)
+    if kind is None or region is None or len(reading) > before:
         return None
     return Obstacle(kind, region, truth, appears, goes, limit, sweeps=sweeps)
 
 
-def read_orders(
-    node: Node | None, regions: RegionReader, catalogue: Catalogue, findings: Findings
-) -> tuple[Obstacle, ...]:
+def read_orders(node: Node | None, reading: Reading) -> tuple[Obstacle, ...]:
     """Work that the team receives at some tick, as obstacles that are in no robot's way."""
     found: list[Obstacle] = []
-    for part in read.sequence(node, "orders", findings) or ():
-        item = OrderKeys.read(part, "an order", findings)
+    for part in read.sequence(node, "orders", reading) or ():
+        item = OrderKeys.read(part, "an order", reading)
         if item is None:
             continue
-        at, limit = item.at, item.resolve_within
-        kind = _type(item.type, catalogue, findings)
-        region = regions.region(item.region, "'region' of an order")
+        at, limit, kind, region = (
+            item.at,
+            item.resolve_within,
+            _type(item.type, reading),
+            item.region,
+        )
         if kind is not None and kind.blocks != frozenset():
             said = f"an order of {kind.name}, which stops robots"
-            findings.add(item.type, said, f"give {kind.name} 'blocks: []'")
+            reading.add(item.type, said, f"give {kind.name} 'blocks: []'")
         elif at is not None and kind is not None and region is not None:
             truth = True if kind.has_truth else None
             number = 1 + sum(o.type is kind and o.region == region for o in found)
@@ -144,51 +133,41 @@ def read_orders(
     return tuple(found)
 
 
-def read_suspects(
-    node: Node | None, regions: RegionReader, catalogue: Catalogue, findings: Findings
-) -> tuple[Obstacle, ...] | None:
+def read_suspects(node: Node | None, reading: Reading) -> tuple[Obstacle, ...] | None:
     """The obstacles of which the team knows that they may be there; None without a list."""
-    items = read.sequence(node, "suspects", findings)
-    if items is None:
-        return None
+    items = read.sequence(node, "suspects", reading)
     found = []
-    for part in items:
-        item = SuspectKeys.read(part, "a suspect", findings)
-        kind = _type(item.type if item else None, catalogue, findings)
-        region = regions.region(item.region if item else None, "'region' of a suspect")
+    for part in items or ():
+        item = SuspectKeys.read(part, "a suspect", reading)
+        kind, region = (_type(item.type, reading), item.region) if item else (None, None)
         if kind is not None and region is not None:
             found.append(Obstacle(kind, region))
-    return tuple(found)
+    return None if items is None else tuple(found)
 
 
-def _type(node: Node | None, catalogue: Catalogue, findings: Findings) -> ObstacleType | None:
-    word = read.text(node, "'type' of an obstacle", findings)
-    if word is None:
-        return None
-    kind = catalogue.obstacles.get(word)
-    if kind is None and not catalogue.may_hold(word):
-        hint = suggestion(word, catalogue.obstacles)
-        findings.add(node, f"unknown obstacle type '{clipped(word)}'", hint)
+def _type(node: Node | None, reading: Reading) -> ObstacleType | None:
+    word = read.text(node, "'type' of an obstacle", reading)
+    kind = reading.catalogue.obstacles.get(word or "")
+    if word is not None and kind is None and not reading.catalogue.may_hold(word):
+        reading.unknown(node, "unknown obstacle type", word, reading.catalogue.obstacles)
     return kind
 
 
-def _truth(
-    node: Node | None, kind: ObstacleType | None, catalogue: Catalogue, findings: Findings
-) -> bool | float | None:
+def _truth(node: Node | None, kind: ObstacleType | None, reading: Reading) -> bool | float | None:
     """Its truth: traversable unless the scenario says otherwise."""
     if node is None:
         return True if kind is not None and kind.has_truth else None
     if kind is not None and not kind.has_truth:
-        having = [other.name for other in catalogue.obstacles.values() if other.has_truth]
+        having = [o.name for o in reading.catalogue.obstacles.values() if o.has_truth]
         hint = f"types that reveal a truth: {', '.join(having)}" if having else ""
-        findings.add(node, f"a {kind.name} has no 'traversable' to reveal", hint)
+        reading.add(node, f"a {kind.name} has no 'traversable' to reveal", hint)
         return None
     if isinstance(node, Mapping):
-        item = ChanceKeys.read(node, "'traversable'", findings, "of traversable")
+        item = ChanceKeys.read(node, "'traversable'", reading, "of traversable")
         return item.probability if item else None
     if isinstance(node, Scalar) and isinstance(node.value, bool):
         return node.value
-    read.wrong_type(node, "'traversable'", "true, false or {probability: 0.5}", findings)
+    read.wrong_type(node, "'traversable'", "true, false or {probability: 0.5}", reading)
     return None
 
 

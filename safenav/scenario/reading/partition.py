@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from safenav.scenario.reading.regions import REGION, RegionReader
+from safenav.scenario.reading.regions import REGION, Reading
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence
-from safenav.scenario.yaml.findings import Findings
 from safenav.scenario.yaml.shapes import Key, Table, either, form, many, several, whole
-from safenav.world.map import Region, RegionMap
+from safenav.world.map import Region
 from safenav.world.partition import Partition, tiles
 
 ROOMS = "rooms"
@@ -31,9 +30,7 @@ PARTITION = form(
 )
 
 
-def read_partition(
-    node: Node | None, regions: RegionReader, findings: Findings
-) -> tuple[frozenset[Region], ...] | None:
+def read_partition(node: Node | None, reading: Reading) -> tuple[frozenset[Region], ...] | None:
     """The cells; None for the rooms of the map, or if something was reported."""
     match node:
         case None:
@@ -41,60 +38,56 @@ def read_partition(
         case Scalar(value=word) if word == ROOMS:
             return None
         case Mapping():
-            return _tiles(node, regions.world, findings)
+            return _tiles(node, reading)
         case Sequence():
-            return _cells(node, regions, findings)
-    read.wrong_type(node, "'partition'", _EXPECTED, findings)
+            return _cells(node, reading)
+    read.wrong_type(node, "'partition'", _EXPECTED, reading)
     return None
 
 
-def _tiles(
-    node: Mapping, world: RegionMap | None, findings: Findings
-) -> tuple[frozenset[Region], ...] | None:
+def _tiles(node: Mapping, reading: Reading) -> tuple[frozenset[Region], ...] | None:
     what = "'tiles' of partition"
-    item = TileKeys.read(node, "'partition'", findings)
+    item = TileKeys.read(node, "'partition'", reading)
     sides = item.tiles if item else None
     if sides is None:
         return None
     if not isinstance(sides, Sequence) or len(sides.items) != 2:
-        read.wrong_type(sides, what, "[rows, columns]", findings)
+        read.wrong_type(sides, what, "[rows, columns]", reading)
         return None
     height, width = (
-        read.integer(side, f"{word} in {what}", findings, least=1)
+        read.integer(side, f"{word} in {what}", reading, least=1)
         for side, word in zip(sides.items, ("rows", "columns"), strict=True)
     )
-    if height is None or width is None or world is None:
+    if height is None or width is None or reading.world is None:
         return None
-    return tiles(world, height, width).cells
+    return tiles(reading.world, height, width).cells
 
 
-def _cells(
-    node: Sequence, regions: RegionReader, findings: Findings
-) -> tuple[frozenset[Region], ...] | None:
+def _cells(node: Sequence, reading: Reading) -> tuple[frozenset[Region], ...] | None:
     """Cells as lists of regions: together all free ones, each once."""
-    before = len(findings)
+    before = len(reading)
     owner: dict[Region, int] = {}
     cells = []
     for number, item in enumerate(node.items):
         what = f"cell {number} of partition"
-        listed = read.sequence(item, what, findings) or ()
+        listed = read.sequence(item, what, reading) or ()
         if isinstance(item, Sequence) and not listed:
-            findings.add(item, f"{what} is empty", "a cell has at least one region")
+            reading.add(item, f"{what} is empty", "a cell has at least one region")
         found = []
         for place in listed:
-            for region in sorted(regions.regions(place, what) or ()):
+            for region in sorted(reading.regions(place, what) or ()):
                 if owner.setdefault(region, number) != number:
                     twice = f"{what}: region {region} is already in cell {owner[region]}"
-                    findings.add(place, twice, "a region belongs to one cell")
+                    reading.add(place, twice, "a region belongs to one cell")
                 found.append(region)
         cells.append(frozenset(found))
-    world = regions.world
-    if world is None or len(findings) > before:
+    world = reading.world
+    if world is None or len(reading) > before:
         return None
     missing = [world.label(region) for region in world.free if region not in owner]
     if missing:
         more = f" and {len(missing) - _SHOWN} more" if len(missing) > _SHOWN else ""
         told = f"'partition': free regions in no cell: {', '.join(missing[:_SHOWN])}{more}"
-        findings.add(node, told, "a robot may be anywhere: every free region needs a cell")
+        reading.add(node, told, "a robot may be anywhere: every free region needs a cell")
         return None
     return Partition.given(cells, world).cells

@@ -3,26 +3,35 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from collections.abc import Mapping as Names
 from collections.abc import Sequence as Nodes
+from pathlib import Path
 
+from safenav.scenario.model import Catalogue, Obstacle, ObstacleType, Robot
 from safenav.scenario.objective import Target
 from safenav.scenario.reading.naming import NAME
-from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped, plain
+from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped, plain
 from safenav.scenario.yaml.fields import sequence, wrong_type
-from safenav.scenario.yaml.findings import Findings, suggestion
-from safenav.scenario.yaml.shapes import Key, Table, either, form, many, matching, several
+from safenav.scenario.yaml.findings import Findings, ReadableFolder
+from safenav.scenario.yaml.shapes import Key, Shape, Table, either, form, many, matching, several
 from safenav.world.map import Region, RegionMap
 
 _EXPECTED = "a region: 47, [row, column] or a name"
 _BRACKETS = re.compile(r"\[\s*(\d{1,9})\s*,\s*(\d{1,9})\s*\]", re.ASCII)
 _COUNT = {"type": "integer", "minimum": 0}
 
+
+def _region(node: Node | None, what: str, reading: Reading) -> Region | None:
+    return reading.region(node, what)
+
+
 NUMBER = form(_COUNT, "number", "Number of a region, in reading order from 0 in the north-west.")
 CELL = form(several(_COUNT, _COUNT), "cell", "[row, column] of a region, from 0 in the north-west.")
 PLACE = form(either(NUMBER, CELL), "place")
-REGION = form(
+REGION = Shape(
     either(NUMBER, CELL, matching(NAME)),
+    _region,
     "region",
     "A region: its number, [row, column] or name; where several may be, an area.",
 )
@@ -53,28 +62,49 @@ def place_of(value: object) -> Region | tuple[int, int] | None:
     return None
 
 
-class RegionReader:
-    """Reads regions of one map. Without a map (it was bad) only the form is checked.
+def _union(found: Iterable[Target | None]) -> Target | None:
+    """The regions of all targets; None if one of them was reported."""
+    regions: set[Region] = set()
+    for target in found:
+        if target is None:
+            return None
+        regions |= target
+    return frozenset(regions)
+
+
+class Reading(Findings):
+    """A file that is read, and what its items refer to. Without a map (it was bad) only the form of
+    regions is checked.
 
     ``names`` maps declared names to regions and ``areas`` to sets of them, or to None if the
-    declaration was bad.
+    declaration was bad. ``alone``: it belongs to no scenario. ``named``: all robots, ``team``:
+    those that could be read. ``inputs`` of the environment. ``obstacles``: None if they are not all
+    known, because some were reported; ``flat``: the type of those that appear wherever robots stop
+    without charge. ``reachable``: insist that robots can reach their targets. ``folder``: where
+    files are that it names.
     """
 
     def __init__(
         self,
-        world: RegionMap | None,
-        names: Names[str, Region | None],
-        findings: Findings,
-        areas: Names[str, frozenset[Region] | None] | None = None,
+        file: str,
+        reach: ReadableFolder | None = None,
+        *,
+        world: RegionMap | None = None,
+        reachable: bool = True,
     ) -> None:
+        super().__init__(file, reach)
         self.world = world
-        self.names = names
-        self.areas = areas or {}
-        self._findings = findings
-
-    def for_file(self, findings: Findings) -> RegionReader:
-        """The same, reporting to the findings of another file."""
-        return RegionReader(self.world, self.names, findings, self.areas)
+        self.names: Names[str, Region | None] = world.names if world else {}
+        self.areas: Names[str, Target | None] = world.areas if world else {}
+        self.alone = True
+        self.named: tuple[str, ...] = ()
+        self.team: tuple[Robot, ...] = ()
+        self.inputs: tuple[str, ...] = ()
+        self.catalogue = Catalogue()
+        self.obstacles: tuple[Obstacle, ...] | None = None
+        self.flat: ObstacleType | None = None
+        self.reachable = reachable
+        self.folder = Path(file).parent
 
     def region(self, node: Node | None, what: str) -> Region | None:
         """A region that is not a wall; None if there is none or it was reported."""
@@ -83,7 +113,7 @@ class RegionReader:
         region = self._number(node, what)
         if region is not None and self.world is not None and region in self.world.walls:
             found = f"{what}: region {self.world.label(region)} is a wall"
-            self._findings.add(node, found, self._free_nearby(region))
+            self.add(node, found, self._free_nearby(region))
             return None
         return region
 
@@ -100,16 +130,21 @@ class RegionReader:
             return None
         if not isinstance(node, Mapping):
             return self.regions(node, what)
-        item = AnyKeys.read(node, what, self._findings)
-        items = sequence(item.any if item else None, f"'any' of {what}", self._findings)
+        item = AnyKeys.read(node, what, self)
+        items = sequence(item.any if item else None, f"'any' of {what}", self)
         if items is None:
             return None
         if not items:
-            self._findings.add(node, f"{what}: an empty set of regions", "name at least one region")
+            self.add(node, f"{what}: an empty set of regions", "name at least one region")
             return None
-        found = [self.regions(item, what) for item in items]
-        sets = [regions for regions in found if regions is not None]
-        return frozenset().union(*sets) if len(sets) == len(found) else None
+        return _union([self.regions(item, what) for item in items])
+
+    def zone(self, node: Node | None, what: str) -> Target | None:
+        """All regions of a target, or of a list of targets."""
+        if not isinstance(node, Sequence):
+            return self.target(node, what)
+        found = self.targets(node, what)
+        return None if found is None else _union(found)
 
     def targets(
         self, node: Node | None, what: str, least: int = 1
@@ -117,19 +152,25 @@ class RegionReader:
         """A list of ``least`` targets or more, None in place of those that were reported."""
         if isinstance(node, Scalar | Mapping):
             found = f"{what}: a list of targets is expected"
-            self._findings.add(node, found, "put brackets around it: [47, [3, 8], dock]")
+            self.add(node, found, "put brackets around it: [47, [3, 8], dock]")
             return None
-        items = sequence(node, what, self._findings)
-        if node is not None and least == 1 and self._is_position(items or ()):
-            first, second = (str(item.value) for item in items or () if isinstance(item, Scalar))
-            found = f"{what}: [{first}, {second}] is two regions, and not both are free"
-            self._findings.add(node, found, f"did you mean [[{first}, {second}]]?")
+        items = sequence(node, what, self)
+        if items is None or (least == 1 and self.reports_position(node, what)):
             return None
-        return None if items is None else tuple(self.target(item, what) for item in items)
+        return tuple(self.target(item, what) for item in items)
+
+    def reports_position(self, node: Node | None, what: str) -> bool:
+        """Report two numbers in a list of regions that must be a row and a column: as regions not
+        both are free, and as a position they are, or both regions are walls."""
+        items = node.items if isinstance(node, Sequence) else ()
+        if not self._is_position(items):
+            return False
+        first, second = (plain(item) for item in items)
+        found = f"{what}: [{first}, {second}] is two regions, and not both are free"
+        self.add(node, found, f"did you mean [[{first}, {second}]]?")
+        return True
 
     def _is_position(self, items: Nodes[Node]) -> bool:
-        """Whether two numbers must be a row and a column: as regions not both are free, and as a
-        position they are, or both regions are walls."""
         match items:
             case [Scalar(value=int(row)), Scalar(value=int(col))] if (
                 (world := self.world) and not isinstance(row, bool) and not isinstance(col, bool)
@@ -158,7 +199,7 @@ class RegionReader:
                 return self._inside(node, number, what)
             case (row, col):
                 return self._at(node, row, col, what)
-        wrong_type(node, what, _EXPECTED, self._findings)
+        wrong_type(node, what, _EXPECTED, self)
         return None
 
     def _named(self, node: Scalar, name: str, what: str) -> Region | None:
@@ -169,22 +210,21 @@ class RegionReader:
             if area is not None:
                 first = self.world.label(min(area)) if self.world is not None else str(min(area))
                 found = f"{what}: '{name}' is an area of {len(area)} regions"
-                self._findings.add(node, found, f"name one region, for example {first}")
+                self.add(node, found, f"name one region, for example {first}")
             return None
-        found = f"{what}: no region or area is named '{clipped(name)}'"
-        hint = suggestion(name, {**self.names, **self.areas}) or (
-            "names are declared in 'names' of map, areas in 'areas'"
-        )
+        found = f"{what}: no region or area is named"
         if name.isdigit():
-            hint = f"write {clipped(name)} without quotes"
-        self._findings.add(node, found, hint)
+            self.add(node, f"{found} '{clipped(name)}'", f"write {clipped(name)} without quotes")
+        else:
+            declared = "names are declared in 'names' of map, areas in 'areas'"
+            self.unknown(node, found, name, {**self.names, **self.areas}, declared)
         return None
 
     def _inside(self, node: Node, number: int, what: str) -> Region | None:
         size = self.world.size if self.world is not None else None
         if number < 0 or (size is not None and number >= size):
             found = f"{what}: region {clipped(str(number))} is outside the map"
-            self._findings.add(node, found, self._extent())
+            self.add(node, found, self._extent())
             return None
         return number
 
@@ -192,7 +232,7 @@ class RegionReader:
         world = self.world
         if row < 0 or col < 0 or (world and not (row < world.rows and col < world.cols)):
             place = clipped(f"[{row}, {col}]")
-            self._findings.add(node, f"{what}: {place} is outside the map", self._extent())
+            self.add(node, f"{what}: {place} is outside the map", self._extent())
             return None
         return world.region(row, col) if world is not None else None
 

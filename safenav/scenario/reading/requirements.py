@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from safenav.scenario.model import Obstacle, name_parts
-from safenav.scenario.reading.naming import NAME
-from safenav.scenario.reading.regions import RegionReader
+from safenav.scenario.model import name_parts
+from safenav.scenario.reading.naming import NAME, well_named
+from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped
 from safenav.scenario.yaml.findings import Findings, suggestion
@@ -19,30 +17,20 @@ _NAMED = form(named(TEXT, matching(NAME)), "namedRequirements")
 REQUIREMENTS = form(either(_NAMED, many(either(TEXT, _NAMED))))
 
 
-def read_requirements(
-    node: Node | None,
-    regions: RegionReader,
-    robots: Sequence[str],
-    obstacles: Sequence[Obstacle] | None,
-    findings: Findings,
-    flat: str,
-) -> dict[str, str]:
-    """The formulas by name: a list of formulas, each its own name, or named ones, or both.
-    ``obstacles`` is None if they are not all known because some were reported. ``flat``: the type
-    of those that appear wherever robots stop without charge, or empty."""
+def read_requirements(node: Node | None, reading: Reading) -> dict[str, str]:
+    """The formulas by name: a list of formulas, each its own name, or named ones, or both."""
     found: dict[str, str] = {}
-    for name, item in _entries(node, findings):
+    for name, item in _entries(node, reading):
         what = _WHAT if name is None else f"requirement {clipped(name.text)}"
-        text = read.text(item, what, findings)
+        text = read.text(item, what, reading)
         if text is None or not isinstance(item, Scalar):
             continue
-        if name is not None and not NAME.fullmatch(name.text):
-            hint = "use letters, digits, '_' and '-', beginning with a letter"
-            findings.add(name, f"'{clipped(name.text)}' cannot name a requirement", hint)
+        if name is not None:
+            well_named(name, "a requirement", reading)
         label = text if name is None else name.text
         if label in found:
-            findings.add(name or item, f"{_WHAT}: '{clipped(label)}' already exists")
-        found[label] = _formula(item, text, what, regions, robots, obstacles, findings, flat)
+            reading.add(name or item, f"{_WHAT}: '{clipped(label)}' already exists")
+        found[label] = _formula(item, text, what, reading)
     return found
 
 
@@ -55,42 +43,33 @@ def _entries(node: Node | None, findings: Findings) -> list[tuple[Scalar | None,
     return found
 
 
-def _formula(
-    node: Scalar,
-    text: str,
-    what: str,
-    regions: RegionReader,
-    robots: Sequence[str],
-    obstacles: Sequence[Obstacle] | None,
-    findings: Findings,
-    flat: str,
-) -> str:
+def _formula(node: Scalar, text: str, what: str, reading: Reading) -> str:
     """The text with the regions of events as numbers."""
     try:
         tree = parse_requirement(text)
     except RequirementError as error:
-        findings.add_inside(node, error.column, f"{what}: {error.found}", error.hint)
+        reading.add_inside(node, error.column, f"{what}: {error.found}", error.hint)
         return text
     events = []
     for part in nodes(tree):
         if isinstance(part, RobotSignal):
             for robot, column in zip(part.robots, part.columns, strict=True):
-                if robot not in robots:
+                if robot not in reading.named:
                     told = f"{what}: no robot is named '{clipped(robot)}'"
-                    findings.add_inside(node, column, told, suggestion(robot, robots))
+                    reading.add_inside(node, column, told, suggestion(robot, reading.named))
         elif isinstance(part, Happens):
             events.append(part)
     for event in sorted(events, key=lambda event: -event.column):
         kind, where, _ = name_parts(event.obstacle)
-        region = regions.written(where)
-        name = event.obstacle
+        region, name = reading.written(where), event.obstacle
         if region is not None:
             name = name.replace(f"@{where}", f"@{region}", 1)
-        known = [obstacle.name for obstacle in obstacles or ()]
-        if obstacles is not None and name not in known and kind != flat:
+        known = [obstacle.name for obstacle in reading.obstacles or ()]
+        appears = reading.flat is not None and kind == reading.flat.name
+        if reading.obstacles is not None and name not in known and not appears:
             told = f"{what}: there is no obstacle '{clipped(event.obstacle)}'"
             hint = suggestion(event.obstacle, known) or "the scenario has no obstacles"
-            findings.add_inside(node, event.column + len(event.kind) + 1, told, hint)
+            reading.add_inside(node, event.column + len(event.kind) + 1, told, hint)
         begin = event.column - 1
         end = begin + len(event.kind) + 1 + len(event.obstacle)
         text = f"{text[:begin]}{event.kind}_{name}{text[end:]}"

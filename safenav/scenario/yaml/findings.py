@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
+from copy import copy
 from pathlib import Path
+from typing import Self
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -40,12 +42,10 @@ class Findings:
         self._files = [file]
         self._texts: dict[str, list[str]] = {}
 
-    def beside(self, file: str) -> Findings:
+    def beside(self, file: str) -> Self:
         """Findings of a file that this one refers to; they are raised together."""
-        other = Findings(file, self.reach)
-        other._found = self._found
-        other._files = self._files
-        other._texts = self._texts
+        other = copy(self)
+        other.file = file
         self._files.append(file)
         return other
 
@@ -58,6 +58,11 @@ class Findings:
         """The text of this file, for messages to quote."""
         self._texts[self.file] = text.split("\n")
 
+    @property
+    def lines(self) -> list[str]:
+        """The lines of this file."""
+        return self._texts.get(self.file, [])
+
     def add(self, where: Node | Place | None, found: str, hint: str = "") -> None:
         """One thing wrong. ``where`` is None if there is no place to point at."""
         if where is None:
@@ -65,6 +70,12 @@ class Findings:
             return
         place = where if isinstance(where, Place) else where.place
         self._found.append(Diagnostic(self.file, place.line, place.column, found, hint))
+
+    def unknown(
+        self, where: Node | None, found: str, word: str, known: Iterable[str], hint: str = ""
+    ) -> None:
+        """Report a word that is not one of those ``known``; ``hint``: if none of them is shown."""
+        self.add(where, f"{found} '{clipped(word)}'", suggestion(word, known) or hint)
 
     def add_inside(self, node: Scalar, column: int, found: str, hint: str = "") -> None:
         """Report at a column of a text: exactly if it is written in one line without escapes,

@@ -35,7 +35,7 @@ class Shape(Struct, Generic[T], frozen=True):
     of its definition in the schema; ``about`` describes it there."""
 
     schema: object
-    read: Callable[[Node | None, str, Findings], T | None]
+    read: Callable[[Node | None, str, Any], T | None]
     name: str = ""
     about: str = ""
 

@@ -8,7 +8,7 @@ import sys
 from functools import cache
 from pathlib import Path
 
-from safenav.scenario.yaml.document import Document, DocumentError, Node, Place, read_document
+from safenav.scenario.yaml.document import DocumentError, Node, Place, read_document
 from safenav.scenario.yaml.findings import Findings
 
 MAX_BYTES = 5_000_000
@@ -134,7 +134,13 @@ def is_trace(text: str) -> bool:
     return _TRACE.match(text) is not None
 
 
-def parsed(text: str, findings: Findings) -> Document | None:
+def read_root(path: Path, findings: Findings, named_at: Node | None = None) -> Node | None:
+    """The YAML document in a file; None if it was reported."""
+    text = read_source(path, findings, named_at)
+    return None if text is None else parsed(text, findings)
+
+
+def parsed(text: str, findings: Findings) -> Node | None:
     """The YAML document in a text; its flaws are reported."""
     if is_trace(text):
         hint = f"look at it with: safenav replay {findings.file}"
@@ -151,7 +157,7 @@ def parsed(text: str, findings: Findings) -> Document | None:
         return None
     for place, found, hint in document.flaws:
         findings.add(place, found, hint)
-    return document
+    return document.root
 
 
 def _neighbours(path: Path) -> str:

@@ -24,7 +24,7 @@ from safenav.report.replay.timeline import (
 from safenav.scenario.model import Catalogue
 from safenav.scenario.objective import KINDS, Objective
 from safenav.scenario.reading.objective import stated
-from safenav.scenario.reading.regions import RegionReader
+from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml.document import (
     DocumentError,
     Mapping,
@@ -33,7 +33,6 @@ from safenav.scenario.yaml.document import (
     Sequence,
     read_document,
 )
-from safenav.scenario.yaml.findings import Findings
 from safenav.studio.editing.keys import known_keys, parts_of
 from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.moves import Mobility
@@ -46,11 +45,10 @@ class _Placing:
 
     def __init__(self, world: RegionMap, names: Iterable[tuple[str, Node]]) -> None:
         self.world = world
-        floor, unheard = replace(world, walls=frozenset()), Findings("")
-        plain = RegionReader(floor, {}, unheard)
-        found = ((name, plain.region(node, "")) for name, node in names)
+        self._reader = Reading("", world=replace(world, walls=frozenset(), names={}))
+        found = ((name, self._reader.region(node, "")) for name, node in names)
         self.names = {name: region for name, region in found if region is not None}
-        self._reader = RegionReader(floor, self.names, unheard, world.areas)
+        self._reader.names = self.names
 
     def region(self, node: Node | None) -> Region | None:
         return self._reader.region(node, "")

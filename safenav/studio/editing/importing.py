@@ -19,7 +19,8 @@ from safenav.scenario.reading.maps.bare_map import form_of
 from safenav.scenario.reading.maps.image_map import DEFAULT_THRESHOLD, FREE, WALL
 from safenav.scenario.reading.maps.ros_map import read_ros_file
 from safenav.scenario.reading.naming import NAME
-from safenav.scenario.yaml.findings import Findings, ReadableFolder
+from safenav.scenario.reading.regions import Reading
+from safenav.scenario.yaml.findings import ReadableFolder
 from safenav.world.files.flaws import MapFileError
 from safenav.world.files.image import Colour, Image, dark, meanings, read_image
 from safenav.world.files.pixels import Blocked, Layout, shares, walls
@@ -102,8 +103,8 @@ def opened_plan(name: str, files: Mapping[str, bytes]) -> FloorPlan:
             (folder / Path(other).name).write_bytes(content)
         path = folder / Path(name).name
         if form_of(path) == "ros":
-            findings = Findings(str(path), ReadableFolder(folder))
-            settings, image, blocked = read_ros_file(path.read_text("utf-8-sig"), path, findings)
+            findings = Reading(str(path), ReadableFolder(folder))
+            settings, image, blocked = read_ros_file(path.read_text("utf-8-sig"), findings)
             try:
                 findings.raise_if_any()
             except InputError as error:  # the folder is gone when the user reads this

@@ -11,6 +11,7 @@ from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError
 from safenav.scenario.reading.maps.map import read_map
+from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml.findings import Findings, ReadableFolder
 from safenav.scenario.yaml.source import parsed, read_source
 from safenav.world.map import RegionMap
@@ -76,15 +77,13 @@ def load_map(path: Path, division: Division, reach: ReadableFolder | None = None
     everything that is wrong."""
     if not path.is_file():
         raise InputError([Diagnostic(str(path), 0, 0, "no such file", "check the path")])
-    folder = Path.cwd()
-    findings = Findings(str(path), reach)
-    text = "{" + ", ".join(map_lines(path, division, folder)) + "}"
-    document = parsed(text, findings)
-    assert document is not None, "the lines are YAML"
-    world = read_map(document.root, [text], folder, findings).world
-    _tell_whole_file(findings, division)
-    assert world is not None, "else it was reported"
-    return world
+    reading = Reading(str(path), reach)
+    reading.folder = Path.cwd()
+    root = parsed("{" + ", ".join(map_lines(path, division, reading.folder)) + "}", reading)
+    read_map(root, reading)
+    _tell_whole_file(reading, division)
+    assert reading.world is not None, "else it was reported"
+    return reading.world
 
 
 def _tell_whole_file(findings: Findings, division: Division) -> None:

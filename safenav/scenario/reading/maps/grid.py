@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence as Lines
-
 from safenav.scenario.yaml.document import Node, Place, Scalar, Sequence, clipped
 from safenav.scenario.yaml.fields import described, sequence, wrong_type
 from safenav.scenario.yaml.findings import Findings
@@ -12,9 +10,9 @@ from safenav.world.map import FREE, MAX_REGIONS, WALL, RegionMap
 _CHARACTERS = frozenset({WALL, FREE})
 
 
-def read_grid(node: Node, source: Lines[str], findings: Findings) -> RegionMap | None:
-    """The map in a ``grid``; None if it was reported. ``source`` are the lines of the file."""
-    rows = _rows(node, source, findings)
+def read_grid(node: Node, findings: Findings) -> RegionMap | None:
+    """The map in a ``grid``; None if it was reported."""
+    rows = _rows(node, findings)
     if rows is None:
         return None
     if not rows or not rows[0][1]:
@@ -45,7 +43,7 @@ def too_large(rows: int, cols: int) -> tuple[str, str]:
     return found, "use larger regions"
 
 
-def _rows(node: Node, source: Lines[str], findings: Findings) -> list[tuple[Place, str]] | None:
+def _rows(node: Node, findings: Findings) -> list[tuple[Place, str]] | None:
     """The rows of the grid, each with its place in the file. Blanks at their end
     and empty lines around them go."""
     if isinstance(node, Sequence):
@@ -66,11 +64,13 @@ def _rows(node: Node, source: Lines[str], findings: Findings) -> list[tuple[Plac
             findings.add(node, "the rows of the grid run together", hint)
             return None
         return [(node.place, line) for _, line in lines]
-    return [(_row_place(node.place.line + 1 + index, line, source), line) for index, line in lines]
+    return [
+        (_row_place(node.place.line + 1 + index, line, findings), line) for index, line in lines
+    ]
 
 
-def _row_place(line: int, row: str, source: Lines[str]) -> Place:
-    written = source[line - 1].rstrip() if line <= len(source) else row
+def _row_place(line: int, row: str, findings: Findings) -> Place:
+    written = findings.lines[line - 1].rstrip() if line <= len(findings.lines) else row
     return Place(line, len(written) - len(row) + 1)
 
 

@@ -7,13 +7,13 @@ legend stands for: wall, free floor, or an area. A colour far from all of them m
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 
 from msgspec.structs import replace
 
 from safenav.scenario.reading.maps.keys import COLOUR, ImageKeys, MapKeys, Text
 from safenav.scenario.reading.maps.map_file import read_count, read_pixels, with_walls
 from safenav.scenario.reading.naming import NAME
+from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, clipped
 from safenav.scenario.yaml.findings import Findings
@@ -26,9 +26,7 @@ WALL, FREE = "wall", "free"
 DEFAULT_THRESHOLD = 0.5
 
 
-def read_image_map(
-    node: Node, fields: MapKeys, folder: Path, findings: Findings
-) -> RegionMap | None:
+def read_image_map(node: Node, fields: MapKeys, findings: Reading) -> RegionMap | None:
     """The map of an image with ``rows`` and ``cols``."""
     before = len(findings)
     count = read_count(fields, findings)
@@ -36,7 +34,7 @@ def read_image_map(
     file, legend, text = _described(node, findings)
     if legend and (stray := fields.where(MapKeys.threshold)) is not None:
         findings.add(stray, "map: 'threshold' has no meaning with a legend", "leave it out")
-    image = None if file is None else read_pixels(file, folder, findings)
+    image = None if file is None else read_pixels(file, findings)
     if image is None or len(findings) > before:
         return None
     masks = meanings(image, legend)

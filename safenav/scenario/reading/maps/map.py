@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence as Lines
 from importlib.util import find_spec
-from pathlib import Path
 
 from msgspec.structs import replace
 
@@ -12,8 +10,8 @@ from safenav.extras import install_command
 from safenav.scenario.reading.maps.grid import read_grid
 from safenav.scenario.reading.maps.keys import FORMS, OPTIONS, MapKeys
 from safenav.scenario.reading.maps.origin import read_origin
-from safenav.scenario.reading.naming import NAME
-from safenav.scenario.reading.regions import RegionReader
+from safenav.scenario.reading.naming import well_named
+from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped
 from safenav.scenario.yaml.fields import mapping, wrong_type
 from safenav.scenario.yaml.findings import Findings, listed
@@ -26,20 +24,14 @@ _HINT = (
 )
 
 
-def read_map(
-    node: Node | None, source: Lines[str], folder: Path, findings: Findings
-) -> RegionReader:
-    """The map with its names. ``source`` are the lines of the scenario, to find grid rows in;
-    files are looked for in ``folder``.
-
-    If the map cannot be used (which is reported) the reader knows no map, only names.
-    """
-    item = MapKeys.read(node, "map", findings)
-    if item is None:
-        return RegionReader(None, {}, findings)
-    form = _form(item.node, findings)
-    world = _read_form(form, item, source, folder, findings) if form else None
-    return _with_names(world, item, findings)
+def read_map(node: Node | None, reading: Reading) -> None:
+    """Read the map with its names. If it cannot be used (which is reported), only names are known
+    from then on."""
+    item = MapKeys.read(node, "map", reading)
+    if item is not None:
+        form = _form(item.node, reading)
+        reading.world = _read_form(form, item, reading) if form else None
+        _read_names(item, reading)
 
 
 def _form(fields: Mapping, findings: Findings) -> str | None:
@@ -62,29 +54,27 @@ def _form(fields: Mapping, findings: Findings) -> str | None:
     return form if len(forms) == 1 else None
 
 
-def _read_form(
-    form: str, fields: MapKeys, source: Lines[str], folder: Path, findings: Findings
-) -> RegionMap | None:
+def _read_form(form: str, fields: MapKeys, reading: Reading) -> RegionMap | None:
     node = fields.node.get(form)
     assert node is not None
     if form != "grid" and not _has_numpy():
         hint = f"{install_command('maps')}\n    or draw the map with 'grid'"
-        findings.add(node, "a map file needs numpy, which is not installed", hint)
+        reading.add(node, "a map file needs numpy, which is not installed", hint)
         return None
     # Map files are read by modules of their own: numpy takes longer than a whole scenario.
     if form == "ros":
         from safenav.scenario.reading.maps.ros_map import read_ros
 
-        return read_ros(node, fields, folder, findings)
-    frame = _frame(fields, findings)
+        return read_ros(node, fields, reading)
+    frame = _frame(fields, reading)
     if form == "grid":
-        world = read_grid(node, source, findings)
+        world = read_grid(node, reading)
     else:
         from safenav.scenario.reading.maps.image_map import read_image_map
         from safenav.scenario.reading.maps.map_file import read_movingai_map
 
         reader = read_image_map if form == "image" else read_movingai_map
-        world = reader(node, fields, folder, findings)
+        world = reader(node, fields, reading)
     return world and replace(world, frame=frame)
 
 
@@ -109,27 +99,26 @@ def _frame(fields: MapKeys, findings: Findings) -> Frame | None:
     return Frame((side, side), (x, y), yaw)
 
 
-def _with_names(world: RegionMap | None, fields: MapKeys, findings: Findings) -> RegionReader:
-    plain = RegionReader(world, {}, findings)
+def _read_names(fields: MapKeys, reading: Reading) -> None:
+    world = reading.world
     areas = _areas_of_legend(fields.image) if world is None else world.areas
     names: dict[str, int | None] = {}
-    listed = mapping(fields.names, "'names' of map", findings)
+    listed = mapping(fields.names, "'names' of map", reading)
     for key, node in listed.entries if listed else ():
-        if not NAME.fullmatch(key.text):
-            hint = "use letters, digits, '_' and '-', beginning with a letter"
-            findings.add(key, f"'{clipped(key.text)}' cannot name a region", hint)
-        elif key.text in areas:
+        if not well_named(key, "a region", reading):
+            continue
+        if key.text in areas:
             found = f"'{clipped(key.text)}' already names an area of the legend"
-            findings.add(key, found, "use another name")
+            reading.add(key, found, "use another name")
         elif isinstance(node, Scalar) and isinstance(node.value, str):
-            wrong_type(node, f"region '{key.text}'", "a number or [row, column]", findings)
+            wrong_type(node, f"region '{key.text}'", "a number or [row, column]", reading)
             names[key.text] = None
         else:
-            names[key.text] = plain.region(node, f"region '{key.text}'")
-    if world is None:
-        return RegionReader(None, names, findings, areas)
-    known = {name: region for name, region in names.items() if region is not None}
-    return RegionReader(replace(world, names=known), names, findings, areas)
+            names[key.text] = reading.region(node, f"region '{key.text}'")
+    if world is not None:
+        known = {name: region for name, region in names.items() if region is not None}
+        reading.world = replace(world, names=known)
+    reading.names, reading.areas = names, areas
 
 
 def _areas_of_legend(image: Node | None) -> dict[str, frozenset[int] | None]:

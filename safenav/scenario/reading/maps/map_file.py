@@ -9,11 +9,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.scenario.reading.maps.grid import too_large
 from safenav.scenario.reading.maps.keys import MapKeys
+from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Node, Place
 from safenav.scenario.yaml.findings import Findings
@@ -26,19 +26,18 @@ from safenav.world.files.spots import losses
 from safenav.world.map import MAX_REGIONS, RegionMap
 
 
-def read_movingai_map(
-    node: Node, fields: MapKeys, folder: Path, findings: Findings
-) -> RegionMap | None:
+def read_movingai_map(node: Node, fields: MapKeys, findings: Reading) -> RegionMap | None:
     """``movingai: arena.map``, as it is or divided into ``rows`` and ``cols``."""
     before = len(findings)
     count, share = read_count(fields, findings), fields.share or 0.0
-    named = read_named(node, "movingai", folder, findings)
-    if named is None:
+    path = named_path(node, "movingai", findings)
+    text = None if path is None else read_source(path, findings, node)
+    if path is None or text is None:
         return None
     try:
-        rows = parse_movingai(named.text)
+        rows = parse_movingai(text)
     except MapFileError as error:
-        tell(error, named.path, node, findings)
+        tell(error, path, node, findings)
         return None
     if len(findings) > before:
         return None
@@ -47,30 +46,17 @@ def read_movingai_map(
     return with_walls(blocked, layout, share, node, findings)
 
 
-class MapText(Struct, frozen=True):
-    """A map file in text, and where it is."""
-
-    path: Path
-    text: str
-
-
-def read_named(node: Node, key: str, folder: Path, findings: Findings) -> MapText | None:
+def named_path(node: Node, key: str, findings: Reading) -> Path | None:
     """The file that a key of the map names; None if it was reported."""
     name = read.text(node, f"'{key}' of map", findings)
-    if name is None:
-        return None
-    text = read_source(folder / name, findings, node)
-    return None if text is None else MapText(folder / name, text)
+    return None if name is None else findings.folder / name
 
 
-def read_pixels(node: Node, folder: Path, findings: Findings) -> Image | None:
+def read_pixels(node: Node, findings: Reading) -> Image | None:
     """The image whose path stands there; None if it was reported."""
-    name = read.text(node, "'image' of map", findings)
-    if name is None:
-        return None
-    path = folder / name
-    data = read_bytes(path, findings, node, MAX_BYTES)
-    if data is None:
+    path = named_path(node, "image", findings)
+    data = None if path is None else read_bytes(path, findings, node, MAX_BYTES)
+    if path is None or data is None:
         return None
     try:
         return read_image(data)

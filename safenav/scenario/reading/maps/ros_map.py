@@ -5,16 +5,16 @@ from __future__ import annotations
 from enum import StrEnum
 from fractions import Fraction
 from math import ceil
-from pathlib import Path
 
 from safenav.scenario.reading.maps.grid import too_large
 from safenav.scenario.reading.maps.keys import MapKeys
-from safenav.scenario.reading.maps.map_file import read_count, read_named, read_pixels, with_walls
+from safenav.scenario.reading.maps.map_file import named_path, read_count, read_pixels, with_walls
 from safenav.scenario.reading.maps.origin import read_origin
+from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar
 from safenav.scenario.yaml.findings import Findings
-from safenav.scenario.yaml.source import parsed
+from safenav.scenario.yaml.source import parsed, read_source
 from safenav.world.files.image import Image
 from safenav.world.files.pixels import Blocked, Layout
 from safenav.world.files.ros import RosMap, occupied
@@ -38,7 +38,7 @@ class Mode(StrEnum):
     SCALE = "scale"
 
 
-def read_ros(node: Node, fields: MapKeys, folder: Path, findings: Findings) -> RegionMap | None:
+def read_ros(node: Node, fields: MapKeys, findings: Reading) -> RegionMap | None:
     """The map with its frame; None if it was reported."""
     before = len(findings)
     count = read_count(fields, findings)
@@ -48,11 +48,13 @@ def read_ros(node: Node, fields: MapKeys, folder: Path, findings: Findings) -> R
         extra = next(key for key in sized if key.text != "resolution")
         hint = "the size of a region follows from either of them"
         findings.add(extra, f"map: both '{extra.text}' and 'resolution'", hint)
-    named = read_named(node, "ros", folder, findings)
-    if named is None:
+    path = named_path(node, "ros", findings)
+    text = None if path is None else read_source(path, findings, node)
+    if path is None or text is None:
         return None
-    inside = findings.beside(str(named.path))
-    settings, _, blocked = read_ros_file(named.text, named.path, inside)
+    inside = findings.beside(str(path))
+    inside.folder = path.parent
+    settings, _, blocked = read_ros_file(text, inside)
     if settings is None or blocked is None:
         return None
     height, width = (pixels * settings.resolution for pixels in blocked.shape)
@@ -88,18 +90,15 @@ def _decimal(number: float) -> Fraction:
 
 
 def read_ros_file(
-    text: str, path: Path, findings: Findings
+    text: str, findings: Reading
 ) -> tuple[RosMap | None, Image | None, Blocked | None]:
     """The settings, their image, and its pixels that are not free; None for what was reported."""
-    document = parsed(text, findings)
-    if document is None:
-        return None, None, None
-    item = read.mapping(document.root, "a ROS map", findings, None, REQUIRED)
+    item = read.mapping(parsed(text, findings), "a ROS map", findings, None, REQUIRED)
     if item is None:
         return None, None, None
     settings = _settings(item, findings)
     node = item.get("image")
-    image = read_pixels(node, path.parent, findings) if node is not None else None
+    image = read_pixels(node, findings) if node is not None else None
     if settings is None or image is None:
         return None, None, None
     return settings, image, occupied(image, settings)
