@@ -15,24 +15,11 @@ from safenav.extras import missing
 from safenav.fleet.acting import FleetProgress
 from safenav.fleet.fleet_file import Station
 from safenav.fleet.place import Places
-from safenav.fleet.recording import DriveRecording, RecordedTransport
+from safenav.fleet.recording import DriveRecording
 from safenav.fleet.sensing import Sensing
 from safenav.fleet.task import DrivenRobot, FleetTask, Phase
-from safenav.fleet.transport import (
-    GoalEnd,
-    GoalEnded,
-    GoalPoint,
-    Message,
-    Transport,
-)
-from safenav.runtime.worlds.protocol import (
-    Arrived,
-    Blocked,
-    Elsewhere,
-    Failed,
-    Lost,
-    WorldEvent,
-)
+from safenav.fleet.transport import GoalEnd, GoalEnded, GoalPoint, Message, Transport
+from safenav.runtime.worlds.protocol import Arrived, Blocked, Elsewhere, Failed, Lost, WorldEvent
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.world.frame import Frame
 from safenav.world.map import Region
@@ -41,19 +28,12 @@ from safenav.world.moves import Mobility, Pose
 if TYPE_CHECKING:
     from safenav.fleet.following import Follower, Following
 
-
 FRESH = 1.0
 """Seconds for which an arrival waits for a reading that was taken after it."""
-
-
 STALE = 2.0
 """Seconds without odometry after which nobody knows where a robot is."""
-
-
 SETTLING = 5.0
 """Seconds that every goal may take beyond its distance: to accept it, to turn, to brake."""
-
-
 STOPPING = 5.0
 """Seconds in which a cancelled goal has to end."""
 
@@ -90,8 +70,6 @@ class FleetSteps:
         self._scenario = scenario
         self.places = Places(scenario.map, frame)
         self.recording = recording
-        if recording is not None:
-            transport = RecordedTransport(transport, clock.now, recording)
         self._following = _following(scenario, self.places, stations, transport, clock.now)
         self._transport = self._following or transport
         self._clock = clock
@@ -134,6 +112,8 @@ class FleetSteps:
         task.due = self.now() + SETTLING + body.station.timeout * far / body.station.speed
         short = task.phase is Phase.GOING and self._sensing.at(pose.region) is not None
         goal = GoalPoint(self._goals, x, y, self.places.yaw(pose), short)
+        if self.recording is not None and body.robot.name not in self.followers:
+            self.recording.sent(body.robot.name, goal, self._clock.now())
         self._transport.navigate(body.robot.name, goal)
         task.due = max(task.due, self.now() + SETTLING + self._left(body))
 
@@ -150,16 +130,13 @@ class FleetSteps:
         task = body.task
         if task is None or message.number != task.goal:
             return  # late: of a goal that was given up
-        if task.phase is Phase.GOING and message.end is GoalEnd.SUCCEEDED:
+        moving = task.phase in (Phase.GOING, Phase.STOPPING, Phase.RETURNING)
+        if moving and message.end is GoalEnd.SUCCEEDED:  # perhaps before it could stop
             self._look(body, task)
         elif task.phase is Phase.GOING:
             self._again_or_back(body, task, message.reason or message.end.value)
-        elif task.phase is Phase.STOPPING and message.end is GoalEnd.SUCCEEDED:
-            self._look(body, task)  # it was there before it could stop
         elif task.phase is Phase.STOPPING:
             self._go_back(body, task)
-        elif task.phase is Phase.RETURNING and message.end is GoalEnd.SUCCEEDED:
-            self._look(body, task)
         elif task.phase is Phase.RETURNING:
             self._lose(body, task)
 
@@ -200,17 +177,13 @@ class FleetSteps:
         if pose is None:
             self._lose(body, task)
             return
-        seen = self._sensing.at(task.to.region)
+        seen, who = self._sensing.at(task.to.region), (self.now(), body.robot.name, pose)
         if pose.region != task.start.region:
-            self._end(
-                body, pose, Elsewhere(self.now(), body.robot.name, pose, command=task.command)
-            )
+            self._end(body, pose, Elsewhere(*who, command=task.command))
         elif seen is not None:
-            blocked = Blocked(self.now(), body.robot.name, pose, seen, command=task.command)
-            self._end(body, pose, blocked)
+            self._end(body, pose, Blocked(*who, seen, command=task.command))
         else:
-            failed = Failed(self.now(), body.robot.name, pose, task.reason, command=task.command)
-            self._end(body, pose, failed)
+            self._end(body, pose, Failed(*who, task.reason, command=task.command))
 
     def _look(self, body: DrivenRobot, task: FleetTask) -> None:
         """The robot says that it has arrived, or is back: wait until its sensors have looked from
@@ -230,9 +203,8 @@ class FleetSteps:
         elif pose == task.to and self._near(body, pose.region):
             self._end(body, pose, Arrived(self.now(), body.robot.name, command=task.command))
         elif pose.region == task.to.region and pose != task.to:
-            self._end(
-                body, pose, Elsewhere(self.now(), body.robot.name, pose, command=task.command)
-            )
+            moved = Elsewhere(self.now(), body.robot.name, pose, command=task.command)
+            self._end(body, pose, moved)
         else:
             off = self._metres_to(body, task.to.region)
             far = f"it says that it arrived, {off:.2f} m from the middle of {task.to.region}"

@@ -14,16 +14,10 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from math import hypot, inf
-from typing import TYPE_CHECKING
 
 from safenav.fleet.acting import TeamAction
 from safenav.fleet.sensing import Sighting
-from safenav.fleet.steps import (
-    FRESH,
-    SETTLING,
-    FleetError,
-    FleetSteps,
-)
+from safenav.fleet.steps import FRESH, SETTLING, FleetError, FleetSteps
 from safenav.fleet.task import DrivenRobot, FleetTask, Phase
 from safenav.fleet.transport import (
     GoalEnded,
@@ -35,20 +29,12 @@ from safenav.fleet.transport import (
     Scanned,
 )
 from safenav.runtime.failures import lost
-from safenav.runtime.worlds.protocol import (
-    Acted,
-    Lost,
-    Sensed,
-    WorldEvent,
-)
+from safenav.runtime.worlds.protocol import Acted, Lost, Sensed, WorldEvent
 from safenav.scenario.model import Obstacle, Robot
 from safenav.trace.records import Depart, Record
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
 from safenav.world.moves import Pose
-
-if TYPE_CHECKING:
-    pass
 
 
 class FleetWorld(FleetSteps):
@@ -166,7 +152,7 @@ class FleetWorld(FleetSteps):
     def open(self, patience: float = 10.0) -> None:
         """Connect, and wait until each robot answers and says where it is, which must be where the
         scenario has it begin; then for what its lidar has found there. Raises FleetError."""
-        self._transport.open(self._messages.put)
+        self._transport.open(self._heard)
         end = self.now() + patience
         while silent := self._silent():
             if self.now() >= end:
@@ -199,6 +185,11 @@ class FleetWorld(FleetSteps):
 
     # Messages
 
+    def _heard(self, message: Message) -> None:
+        if self.recording is not None:
+            self.recording.heard(message, self._clock.now())
+        self._messages.put(message)
+
     def _take_next(self, pause: float) -> None:
         if self._clock.step is not None:
             self._clock.step()
@@ -208,11 +199,9 @@ class FleetWorld(FleetSteps):
         self._take_all()
 
     def _take_all(self) -> None:
-        while True:
-            try:
+        with suppress(queue.Empty):
+            while True:
                 self._take(self._messages.get_nowait())
-            except queue.Empty:
-                return
 
     def _take(self, message: Message) -> None:
         if isinstance(message, InputHeard):
