@@ -102,7 +102,7 @@ def statistics_of(spec: Specification, result: SynthesisResult) -> StrategySize:
     return StrategySize(
         robot=result.robot,
         verdict=result.verdict.value,
-        states=None if strategy is None else len(strategy.nodes),
+        states=None if strategy is None else len(strategy.states),
         edges=None if strategy is None else strategy.edges,
         goals=max(1, len(spec.section(Section.SYS_LIVENESS))),
         variables=len(spec.variables),
@@ -120,7 +120,7 @@ def _value_in_words(variable: Variable, value: int) -> str:
 
 
 def _decoded(strategy: Strategy) -> Iterator[tuple[int, dict[str, int]]]:
-    return ((node, strategy.values(node)) for node in range(len(strategy.nodes)))
+    return ((node, strategy.values(node)) for node in range(len(strategy.states)))
 
 
 def _quoted(text: str) -> str:

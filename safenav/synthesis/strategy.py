@@ -9,10 +9,10 @@ that a million edges cost a fraction of a second.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from itertools import chain
-from typing import Any, overload
+from typing import Any
 
 from msgspec import Struct
 
@@ -62,15 +62,6 @@ class Field(Struct, frozen=True):
         return tuple((c, offset >> position & 1) for position, c in enumerate(self.columns))
 
 
-class Node(Struct, frozen=True):
-    """One node of a strategy. ``rank``: index of the goal that is pursued."""
-
-    id: int
-    values: Mapping[str, int]
-    rank: int
-    successors: tuple[int, ...]
-
-
 class Strategy:
     """An automaton over the variables of a specification (or a counterstrategy: same shape).
 
@@ -91,7 +82,6 @@ class Strategy:
         self.states = states
         self.ranks = ranks
         self.transitions = transitions
-        self.nodes = Nodes(self)
         self._places: dict[str, dict[int, list[int]]] = {}
         self._field = {field.variable.name: field for field in fields}
 
@@ -116,11 +106,6 @@ class Strategy:
     def edges(self) -> int:
         """Number of transitions."""
         return sum(map(len, self.transitions))
-
-    @property
-    def goals(self) -> int:
-        """Number of different ranks that occur."""
-        return len(set(self.ranks))
 
     def values(self, node: int) -> dict[str, int]:
         """All variables at a node: integers as they are, Booleans as 0 and 1."""
@@ -209,35 +194,6 @@ class Strategy:
         if wanted is None:
             return None
         return next((n for n in nodes if self._agrees(n, wanted)), None)
-
-
-class Nodes(Sequence[Node]):
-    """The nodes of a strategy as a sequence; each is decoded when it is accessed."""
-
-    def __init__(self, strategy: Strategy) -> None:
-        self._strategy = strategy
-
-    def __len__(self) -> int:
-        return len(self._strategy.states)
-
-    @overload
-    def __getitem__(self, index: int) -> Node: ...
-    @overload
-    def __getitem__(self, index: slice) -> Sequence[Node]: ...
-    def __getitem__(self, index: int | slice) -> Node | Sequence[Node]:
-        if isinstance(index, slice):
-            return [self[i] for i in range(*index.indices(len(self)))]
-        number = range(len(self))[index]
-        strategy = self._strategy
-        return Node(
-            number,
-            strategy.values(number),
-            strategy.ranks[number],
-            tuple(strategy.transitions[number]),
-        )
-
-    def __iter__(self) -> Iterator[Node]:
-        return (self[i] for i in range(len(self)))
 
 
 def _malformed(what: str) -> SynthesizerError:

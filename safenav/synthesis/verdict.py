@@ -41,4 +41,4 @@ class SynthesisResult(Struct, frozen=True):
     @property
     def states(self) -> int | None:
         """Nodes of the strategy, None without one that is listed."""
-        return len(self.strategy.nodes) if self.strategy is not None else None
+        return len(self.strategy.states) if self.strategy is not None else None

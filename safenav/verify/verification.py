@@ -96,7 +96,7 @@ def _starts(automaton: Automaton) -> Completions:
 
 def _why_no_start(automaton: Automaton) -> Constraint | None:
     """The violation at the automaton's first node, if that is why it has no start at all."""
-    if automaton.starts or not len(automaton.strategy.nodes):
+    if automaton.starts or not len(automaton.strategy.states):
         return None
     values = automaton.strategy.values(0)
     initial = (*automaton.clauses(Section.ENV_INIT), *automaton.clauses(Section.SYS_INIT))

@@ -25,13 +25,13 @@ def test_graphml_loads_again_with_every_value(strategy: Strategy) -> None:
     graph = networkx.read_graphml(io.BytesIO(to_graphml(strategy).encode()), node_type=int)
     assert sorted(graph.nodes) == list(range(9))
     assert graph.number_of_edges() == strategy.edges
-    for node in strategy.nodes:
-        data = graph.nodes[node.id]
-        assert data["value_region"] == node.values["region"]
-        assert data["value_request"] == node.values["request"]
-        assert data["goal"] == node.rank
-        assert data["initial"] == (node.id == 0)
-        assert set(graph.adj[node.id]) == set(node.successors)
+    for node, rank in enumerate(strategy.ranks):
+        data, values = graph.nodes[node], strategy.values(node)
+        assert data["value_region"] == values["region"]
+        assert data["value_request"] == values["request"]
+        assert data["goal"] == rank
+        assert data["initial"] == (node == 0)
+        assert set(graph.adj[node]) == set(strategy.transitions[node])
     assert graph.nodes[3]["label"] == "region=5 !request"
     assert graph.edges[1, 4]["inputs"] == "request"
 

@@ -45,15 +45,15 @@ def test_following_the_moves_visits_the_listed_strategy(
         for number in listed.initial():
             assert served.start(listed.values(number)) is not None
         measures: dict[int, Position] = {}
-        for node in listed.nodes:
+        for node, rank in enumerate(listed.ranks):
             here = measures.get(
-                node.id, Position(node.values, node.rank, ServedMeasure(10**9, None))
+                node, Position(listed.values(node), rank, ServedMeasure(10**9, None))
             )
-            for successor in node.successors:
-                after = listed.nodes[successor]
-                move = served.move(here, {"request": after.values["request"]})
+            for successor in listed.transitions[node]:
+                after = listed.values(successor)
+                move = served.move(here, {"request": after["request"]})
                 assert move is not None
-                assert (dict(move.to.values), move.to.goal) == (dict(after.values), after.rank)
+                assert (dict(move.to.values), move.to.goal) == (after, listed.ranks[successor])
                 measures[successor] = move.to
                 assert falls(here, move, assumption_holds=False)
 
@@ -65,21 +65,22 @@ def test_a_position_is_found_where_the_list_has_it_first(
     listed = Synthesizer(slugs, cache=Cache.off()).synthesize(patrol).strategy
     assert listed is not None
     with served:
-        planned = OnDemand(served, len(listed.nodes))
-        for node in listed.nodes:
-            for wanted in (dict(node.values), {"region": node.values["region"]}):
+        count = len(listed.states)
+        planned = OnDemand(served, count)
+        for values in map(listed.values, range(count)):
+            for wanted in (values, {"region": values["region"]}):
                 first = listed.find(wanted)
                 assert first is not None
-                found = served.find(wanted, len(listed.nodes))
+                found = served.find(wanted, count)
                 assert found is not None
                 assert (dict(found.values), found.goal) == (
                     listed.values(first),
-                    listed.nodes[first].rank,
+                    listed.ranks[first],
                 )
                 number = planned.find(wanted)
                 assert number is not None
                 assert planned.values(number) == listed.values(first)
-        assert served.find({"region": 9}, len(listed.nodes)) is None
+        assert served.find({"region": 9}, count) is None
         assert served.find({}, 0) is None
 
 

@@ -341,7 +341,7 @@ def test_the_real_binary_patrols(slugs: Binary, patrol: Specification) -> None:
         following = result.strategy.step(node, {"request": tick % 2})
         assert following is not None
         node = following
-        regions.append(result.strategy.nodes[node].values["region"])
+        regions.append(result.strategy.values(node)["region"])
     assert {3, 5} <= set(regions[6:])
 
 

@@ -180,10 +180,8 @@ def test_waiting_is_right_as_long_as_an_assumption_is_not_met(
     fair = door.section(Section.ENV_LIVENESS)
     failure = verify_strategy(door.without(fair), strategy).failures[0]
     assert failure.fault is Fault.STARVED_GOAL
-    regions = {strategy.nodes[node].values["region"] for node in failure.cycle}
-    assert len(regions) == 1 and not any(
-        strategy.nodes[node].values["open"] for node in failure.cycle
-    )
+    regions = {strategy.values(node)["region"] for node in failure.cycle}
+    assert len(regions) == 1 and not any(strategy.values(node)["open"] for node in failure.cycle)
 
 
 def test_an_input_that_the_assumptions_exclude_is_refused(

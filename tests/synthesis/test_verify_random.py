@@ -249,7 +249,7 @@ def _confirm(sample: Sample, strategy: Strategy, failure: Failure) -> None:
         return
     assert failure.path[-1] == node, words
     assert all(b in strategy.transitions[a] for a, b in pairwise(failure.path)), words
-    assert failure.path[0] < len(strategy.nodes), words
+    assert failure.path[0] < len(strategy.states), words
     here = strategy.values(node)
     targets = strategy.transitions[node]
     match failure.fault:

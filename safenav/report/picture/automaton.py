@@ -34,7 +34,7 @@ _ROUND = 7.0
 
 def svg_of_strategy(strategy: Strategy, task: Task, world: RegionMap) -> str:
     """Return the automaton if it is small enough to be read, else a summary."""
-    states = len(strategy.nodes)
+    states = len(strategy.states)
     if 0 < states <= MOST_STATES and strategy.edges <= MOST_EDGES:
         return svg_of_automaton(strategy, task, world)
     return svg_of_summary(strategy, task, world)
@@ -58,7 +58,7 @@ def svg_of_automaton(strategy: Strategy, task: Task, world: RegionMap) -> str:
     page.rect(0, 0, inner + 2 * _MARGIN, total, fill="#FFFFFF")
     for i, line in enumerate(heading):
         page.text(_MARGIN, _MARGIN + 15 + 21 * i, line, 17, bold=True, fill=INK)
-    figures = f"{len(strategy.nodes)} states, {strategy.edges} transitions"
+    figures = f"{len(strategy.states)} states, {strategy.edges} transitions"
     page.text(_MARGIN, top - 12, figures, 13, fill=MUTED)
     page.open_group(transform=f"translate({number(_MARGIN)} {number(top)})")
     for node in initial:

@@ -53,7 +53,7 @@ def visited(task: Task, strategy: object, scenario: Scenario) -> list[Pose]:
     if isinstance(strategy, Strategy):
         found = {
             Pose(values["region"], Heading(values["heading"]) if "heading" in values else None)
-            for values in map(strategy.values, range(len(strategy.nodes)))
+            for values in map(strategy.values, range(len(strategy.states)))
         }
         return sorted(found, key=lambda pose: (pose.region, pose.heading or 0))
     graph = plain_graph(scenario.map, task.robot.model.mobility)
