@@ -34,15 +34,6 @@ def _values(cases: Sequence[Result], key: str) -> tuple[list[str], bool]:
 
 
 def _came_to(result: Result) -> str:
-    told = (
-        result.verdict.value,
-        result.reasons,
-        result.outcome,
-        result.explanation,
-        result.ticks,
-        result.rounds,
-        result.resolved,
-        result.blocked,
-        result.helpers,
-    )
+    told: list[object] = [result.verdict, result.reasons, result.outcome, result.explanation]
+    told += [result.ticks, result.rounds, result.resolved, result.blocked, result.helpers]
     return json.dumps(told, sort_keys=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Protocol
 
@@ -81,7 +81,8 @@ def run_batch(
     if no case can be run any longer; results so far are in the state file.
     """
     former = {} if state is None else state.former
-    report = Report(tuple(cases), _done_before(cases, former))
+    done = {case.name: former[case.fingerprint] for case in cases if case.fingerprint in former}
+    report = Report(tuple(cases), done)
     report.resumed = len(report.results)
     batch = _Batch(report, backend, state, retries, fail_fast, artifacts, observer)
     try:
@@ -91,11 +92,6 @@ def run_batch(
     finally:
         backend.close()
     return report
-
-
-def _done_before(cases: Sequence[Case], former: Mapping[str, Result]) -> dict[str, Result]:
-    done = {case.name: former.get(case.fingerprint) for case in cases}
-    return {name: result for name, result in done.items() if result is not None}
 
 
 class _Batch(Struct):

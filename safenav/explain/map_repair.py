@@ -15,7 +15,7 @@ from safenav.scenario.model import Obstacle, ObstacleType, Robot, Scenario
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading.catalogue import built_in
 from safenav.spec.task import Task
-from safenav.world.map import Region, RegionMap
+from safenav.world.map import Heading, Region, RegionMap
 
 
 def map_repairs(
@@ -97,7 +97,8 @@ def _fewest_walls(world: RegionMap, task: Task, target: frozenset[Region]) -> li
     queue = deque([start])
     while queue:
         region = queue.popleft()
-        for beside in _around(region, world):
+        steps = (world.step(region, heading) for heading in Heading)
+        for beside in (step for step in steps if step is not None):
             toll = cost[region] + (beside in world.walls)
             if toll >= cost.get(beside, world.size):
                 continue
@@ -113,16 +114,6 @@ def _fewest_walls(world: RegionMap, task: Task, target: frozenset[Region]) -> li
             way.append(nearest)
         nearest = before[nearest]
     return sorted(way)
-
-
-def _around(region: Region, world: RegionMap) -> list[Region]:
-    """Return the neighbours, walls included."""
-    row, col = world.position(region)
-    found = []
-    for r, c in ((row - 1, col), (row, col + 1), (row + 1, col), (row, col - 1)):
-        if 0 <= r < world.rows and 0 <= c < world.cols:
-            found.append(world.region(r, c))
-    return found
 
 
 def _without(world: RegionMap, walls: list[Region]) -> RegionMap:

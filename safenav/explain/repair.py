@@ -107,27 +107,18 @@ def find_repairs(problem: RepairProblem, judge: Judge) -> tuple[Repair, ...]:
 
 
 def _candidates(kind: RepairKind, problem: RepairProblem) -> Iterator[Repair]:
-    match kind:
-        case K.OPEN_WALL | K.REMOVE_WALLS:
-            return map_repairs(
-                kind, problem.scenario, problem.robot, problem.task, problem.diagnosis
-            )
-        case K.HEADING:
-            return _headings(problem)
-        case K.START:
-            return _starts(problem)
-        case K.MOBILITY:
-            return _mobility(problem)
-        case K.OBJECTIVE:
-            return _objectives(problem)
-        case K.OTHER_START:
-            return _other_starts(problem)
-        case K.AVOIDS:
-            return _avoids(problem)
-        case K.TRACKING:
-            return _trackings(problem)
-        case _:
-            return iter(())
+    if kind in (K.OPEN_WALL, K.REMOVE_WALLS):
+        return map_repairs(kind, problem.scenario, problem.robot, problem.task, problem.diagnosis)
+    makers = {
+        K.HEADING: _headings,
+        K.START: _starts,
+        K.MOBILITY: _mobility,
+        K.OBJECTIVE: _objectives,
+        K.OTHER_START: _other_starts,
+        K.AVOIDS: _avoids,
+        K.TRACKING: _trackings,
+    }
+    return makers[kind](problem)
 
 
 def _headings(problem: RepairProblem) -> Iterator[Repair]:

@@ -12,6 +12,7 @@ from enum import StrEnum
 
 from msgspec import Struct
 
+from safenav.components import explored
 from safenav.outcome import Verdict
 from safenav.spec.specification import Constraint, Origin, Section, Specification
 from safenav.synthesis.slugs import Synthesizer
@@ -74,7 +75,7 @@ def vacuities(strategy: Strategy) -> tuple[Vacuity, ...]:
     hopeless = _cut_off(automaton, good | set(stuck))
     if hopeless:
         first = next(node for node in automaton.nodes if node in hopeless)
-        within = _ahead(automaton, first)
+        within = explored([first], strategy.transitions.__getitem__)
         ahead = [lacking[part] for node, part in parts.items() if node in within]
         never = [k for k in range(len(fair)) if all(k in missing for missing in ahead)]
         failing = dict.fromkeys(fair[k].constraint.origin for k in never or range(len(fair)))
@@ -121,23 +122,4 @@ def _cut_off(automaton: Automaton, good: set[int]) -> set[int]:
     before: dict[int, list[int]] = {}
     for source, target in automaton.edges:
         before.setdefault(target, []).append(source)
-    seen = set(good)
-    stack = list(good)
-    while stack:
-        for node in before.get(stack.pop(), ()):
-            if node not in seen:
-                seen.add(node)
-                stack.append(node)
-    return set(automaton.nodes) - seen
-
-
-def _ahead(automaton: Automaton, start: int) -> set[int]:
-    """Return the nodes that can be reached from one of them."""
-    seen = {start}
-    stack = [start]
-    while stack:
-        for node in automaton.strategy.transitions[stack.pop()]:
-            if node not in seen:
-                seen.add(node)
-                stack.append(node)
-    return seen
+    return set(automaton.nodes) - explored(good, lambda node: before.get(node, ())).keys()

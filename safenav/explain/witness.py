@@ -18,6 +18,7 @@ from safenav.explain.explanation import (
     Witness,
     WitnessEnd,
 )
+from safenav.scenario.guarantees import values_of
 from safenav.scenario.objective import Ltl, Target
 from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.spec.task import Task
@@ -186,7 +187,7 @@ class _Play:
         pose = Pose(values["region"], None if heading is None else Heading(heading))
         promised = clauses(self._spec, Section.SYS_TRANS)
         for after in moves(self._task.robot.model.mobility, pose, self._world):
-            broken = self._broken(values, {**pressure, **_pose_values(after)}, promised)
+            broken = self._broken(values, {**pressure, **values_of(after)}, promised)
             if broken is not None:
                 yield Dilemma(after.region, after.heading, broken)
 
@@ -203,10 +204,3 @@ class _Play:
             if best is None or len(broken) < len(best):
                 best = broken
         return best[0] if best else None
-
-
-def _pose_values(pose: Pose) -> dict[str, int]:
-    found = {"region": pose.region}
-    if pose.heading is not None:
-        found["heading"] = int(pose.heading)
-    return found

@@ -7,22 +7,16 @@ from collections.abc import Iterator, Mapping
 from msgspec import Struct
 
 from safenav.formula.syntax import (
-    And,
     Comparison,
-    Constant,
     Formula,
-    Iff,
-    Implies,
     Name,
     Next,
-    Not,
     Number,
-    Or,
     Relation,
-    Sum,
     Term,
-    Xor,
+    atoms_of,
     names_of,
+    operands_of,
 )
 
 Bounds = tuple[int, int] | None
@@ -55,8 +49,6 @@ def _formula(
     formula: Formula, declared: Mapping[str, Bounds], primes: bool
 ) -> Iterator[FormulaFlaw]:
     match formula:
-        case Constant():
-            pass
         case Name(name, _, column):
             yield from _name(formula, declared, primes)
             if declared.get(name) is not None:
@@ -67,20 +59,12 @@ def _formula(
             if relation in (Relation.EQUAL, Relation.UNEQUAL):
                 yield from _range(left, right, declared)
                 yield from _range(right, left, declared)
-        case Next(operand):
-            if not primes:
-                yield FormulaFlaw(
-                    _first_column(operand), "next(...) in an initial condition", _NO_NEXT
-                )
-            yield from _formula(operand, declared, True)
-        case Not(operand):
-            yield from _formula(operand, declared, primes)
-        case And(operands) | Or(operands) | Xor(operands):
-            for operand in operands:
-                yield from _formula(operand, declared, primes)
-        case Implies(left, right) | Iff(left, right):
-            yield from _formula(left, declared, primes)
-            yield from _formula(right, declared, primes)
+        case Next(operand) if not primes:
+            # Where it begins, as far as its names tell.
+            column = next((name.column for name in names_of(operand)), 1)
+            yield FormulaFlaw(column, "next(...) in an initial condition", _NO_NEXT)
+    for operand in operands_of(formula):
+        yield from _formula(operand, declared, primes or isinstance(formula, Next))
 
 
 _NO_NEXT = "an initial condition refers to the first state only"
@@ -95,7 +79,7 @@ def _name(name: Name, declared: Mapping[str, Bounds], primes: bool) -> Iterator[
 
 
 def _term(term: Term, declared: Mapping[str, Bounds], primes: bool) -> Iterator[FormulaFlaw]:
-    for part in term.terms if isinstance(term, Sum) else (term,):
+    for part in atoms_of(term):
         if isinstance(part, Name):
             yield from _name(part, declared, primes)
             if part.name in declared and declared[part.name] is None:
@@ -110,8 +94,3 @@ def _range(term: Term, other: Term, declared: Mapping[str, Bounds]) -> Iterator[
     if bounds is not None and not bounds[0] <= other.value <= bounds[1]:
         found = f"{other.value} is outside the range of {term.name}"
         yield FormulaFlaw(other.column, found, f"{term.name} is from {bounds[0]} to {bounds[1]}")
-
-
-def _first_column(formula: Formula) -> int:
-    """Where a formula begins, as far as its names tell."""
-    return next((name.column for name in names_of(formula)), 1)

@@ -54,7 +54,8 @@ def predicate(formula: Formula) -> Predicate:
             term = _term(formula)
             return lambda now, then: bool(term(now, then))
         case Comparison(relation, left, right):
-            return _comparison(_RELATIONS[relation], left, right)
+            compare, low, high = _RELATIONS[relation], _term(left), _term(right)
+            return lambda now, then: compare(low(now, then), high(now, then))
         case Not(operand):
             part = predicate(operand)
             return lambda now, then: not part(now, then)
@@ -93,11 +94,6 @@ def _some_of(operands: tuple[Formula, ...]) -> Predicate:
     assert name is not None
     term = _term(name)
     return lambda now, then: term(now, then) in values
-
-
-def _comparison(compare: Callable[[int, int], bool], left: Term, right: Term) -> Predicate:
-    one, other = _term(left), _term(right)
-    return lambda now, then: compare(one(now, then), other(now, then))
 
 
 def _term(term: Term) -> Callable[[State, State | None], int]:

@@ -110,26 +110,33 @@ Term = Name | Number | Sum
 Formula = Constant | Name | Comparison | Not | Next | And | Or | Xor | Implies | Iff
 
 
+def operands_of(formula: Formula) -> tuple[Formula, ...]:
+    """The formulas that an operator joins, from left to right; none of an atom."""
+    match formula:
+        case Not(operand) | Next(operand):
+            return (operand,)
+        case And(operands) | Or(operands) | Xor(operands):
+            return operands
+        case Implies(left, right) | Iff(left, right):
+            return (left, right)
+        case _:
+            return ()
+
+
+def atoms_of(term: Term) -> tuple[Name | Number, ...]:
+    """The summands of a term."""
+    return term.terms if isinstance(term, Sum) else (term,)
+
+
 def names_of(formula: Formula) -> Iterator[Name]:
     """Every occurrence of a variable, from left to right."""
-    match formula:
-        case Name():
-            yield formula
-        case Constant():
-            pass
-        case Comparison(_, left, right):
-            for term in (left, right):
-                for part in term.terms if isinstance(term, Sum) else (term,):
-                    if isinstance(part, Name):
-                        yield part
-        case Not(operand) | Next(operand):
-            yield from names_of(operand)
-        case And(operands) | Or(operands) | Xor(operands):
-            for operand in operands:
-                yield from names_of(operand)
-        case Implies(left, right) | Iff(left, right):
-            yield from names_of(left)
-            yield from names_of(right)
+    if isinstance(formula, Name):
+        yield formula
+    elif isinstance(formula, Comparison):
+        atoms = (*atoms_of(formula.left), *atoms_of(formula.right))
+        yield from (atom for atom in atoms if isinstance(atom, Name))
+    for operand in operands_of(formula):
+        yield from names_of(operand)
 
 
 def variables(formula: Formula) -> frozenset[str]:
@@ -151,9 +158,8 @@ def resolve_constants(
         return part if number is None else Number(number, part.column)
 
     def term(whole: Term, within: Comparison) -> Term:
-        if isinstance(whole, Sum):
-            return Sum(tuple(atom(part, within) for part in whole.terms))
-        return atom(whole, within)
+        atoms = tuple(atom(part, within) for part in atoms_of(whole))
+        return Sum(atoms) if isinstance(whole, Sum) else atoms[0]
 
     def expanded(node: Comparison) -> Formula | None:
         if node.relation not in (Relation.EQUAL, Relation.UNEQUAL):

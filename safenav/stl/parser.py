@@ -162,10 +162,7 @@ class _Parser:
 
     def _implication(self) -> Node:
         begin = self._peek()
-        self._depth += 1
-        if self._depth > MOST_DEPTH:
-            found = f"nested more than {MOST_DEPTH} deep"
-            raise RequirementError(begin.column, found, "split it into several formulas")
+        self._descend(begin)
         left = self._until()
         if self._take("->"):
             held, after = self._requirement(left, begin), self._peek()
@@ -173,6 +170,12 @@ class _Parser:
             left = Junction("or", Negation(held), then)
         self._depth -= 1
         return left
+
+    def _descend(self, begin: _Lexeme) -> None:
+        self._depth += 1
+        if self._depth > MOST_DEPTH:
+            found = f"nested more than {MOST_DEPTH} deep"
+            raise RequirementError(begin.column, found, "split it into several formulas")
 
     def _until(self) -> Node:
         begin = self._peek()
@@ -196,10 +199,7 @@ class _Parser:
         operator = self._take("not", *_UNARY)
         if operator is None:
             return self._comparison()
-        self._depth += 1
-        if self._depth > MOST_DEPTH:
-            found = f"nested more than {MOST_DEPTH} deep"
-            raise RequirementError(operator.column, found, "split it into several formulas")
+        self._descend(operator)
         window = Window() if operator.text == "not" else self._window()
         begin = self._peek()
         operand = self._requirement(self._unary(), begin)

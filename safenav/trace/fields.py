@@ -11,9 +11,10 @@ import json
 import math
 import re
 import types
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from enum import StrEnum
 from functools import cache
+from itertools import repeat
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
 from msgspec import NODEFAULT, Struct
@@ -175,13 +176,7 @@ def _listed(kind: Callable[[list[Any]], Any], item: Converter) -> Converter:
     def take(value: object) -> Any:
         if not isinstance(value, list):
             raise WrongError(("", "a list", value))
-        taken: list[Any] = []
-        try:
-            for entry in value:
-                taken.append(item(entry))
-        except WrongError as error:
-            raise error.below(f"[{len(taken)}]") from None
-        return kind(taken)
+        return kind(_items(zip(repeat(item), value)))
 
     return take
 
@@ -190,15 +185,19 @@ def _fixed(items: list[Converter], kind: str) -> Converter:
     def take(value: object) -> Any:
         if not isinstance(value, list) or len(value) != len(items):
             raise WrongError(("", f"a list of {len(items)} {kind}", value))
-        taken: list[Any] = []
-        try:
-            for item, entry in zip(items, value, strict=True):
-                taken.append(item(entry))
-        except WrongError as error:
-            raise error.below(f"[{len(taken)}]") from None
-        return tuple(taken)
+        return tuple(_items(zip(items, value, strict=True)))
 
     return take
+
+
+def _items(entries: Iterable[tuple[Converter, object]]) -> list[Any]:
+    taken: list[Any] = []
+    try:
+        for item, entry in entries:
+            taken.append(item(entry))
+    except WrongError as error:
+        raise error.below(f"[{len(taken)}]") from None
+    return taken
 
 
 def _row(kind: Any) -> Converter:

@@ -14,14 +14,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.outcome import Verdict
-from safenav.scenario.objective import (
-    KINDS,
-    Ltl,
-    Objective,
-    Word,
-    describe,
-    number_word,
-)
+from safenav.scenario.objective import KINDS, Ltl, Objective, Word, describe, number_word
 from safenav.trace import records, vocabulary
 from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.words import (

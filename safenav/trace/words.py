@@ -6,20 +6,12 @@ import re
 from collections.abc import Iterable
 
 from safenav.scenario.model import name_parts
-from safenav.scenario.objective import (
-    Word,
-    number_word,
-)
+from safenav.scenario.objective import Word, number_word
 from safenav.world.map import Region
 
-_UNCOUNTED = {"debris", "dirt", "dust", "fire", "fog", "glass", "gravel", "ice", "mud", "oil"} | {
-    "rubble",
-    "sand",
-    "smoke",
-    "snow",
-    "uncertainty",
-    "water",
-}
+_UNCOUNTED = (
+    "debris dirt dust fire fog glass gravel ice mud oil rubble sand smoke snow uncertainty water"
+)
 """Kinds of obstacles of which there is no plural, so no article either."""
 
 
@@ -73,6 +65,6 @@ def counted(number: int, noun: str, plural: str = "") -> str:
 
 def with_article(kind: str) -> str:
     """``a door``, ``an obstacle``, ``rubble``."""
-    if kind.lower() in _UNCOUNTED:
+    if kind.lower() in _UNCOUNTED.split():
         return kind
     return f"{'an' if kind[:1].lower() in tuple('aeiou') else 'a'} {kind}"

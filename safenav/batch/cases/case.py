@@ -119,8 +119,7 @@ class Result(Struct, frozen=True):
 
     def record(self) -> dict[str, Any]:
         """As one JSON object."""
-        found: dict[str, Any] = to_builtins(self)
-        return found
+        return dict(to_builtins(self))
 
 
 def without_a_run(case: Case, verdict: CaseVerdict, reasons: list[str], detail: str = "") -> Result:

@@ -24,33 +24,23 @@ class References:
 
     def of(self, scenario: Path, text: str, settings: Settings) -> str:
         """A digest of what the scenario names, with the settings in place; empty if nothing."""
-        root = self._root(scenario, text)
+        key = str(scenario)
+        if key not in self._roots:
+            self._roots[key] = _root_of(text)
+        root = self._roots[key]
         if root is None:
             return ""
-        naming = {path: value for path, value in settings.items() if _is_naming(path)}
+        naming = {path: value for path, value in settings.items() if path.split(".")[0] in _NAMING}
         if naming:
             root = varied(root, naming, Findings(str(scenario)))
         parts = [self._digest(path, root) for path in referenced_files(root, scenario.parent)]
         return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16] if parts else ""
-
-    def _root(self, scenario: Path, text: str) -> Node | None:
-        key = str(scenario)
-        if key not in self._roots:
-            try:
-                self._roots[key] = read_document(text).root
-            except DocumentError:
-                self._roots[key] = None
-        return self._roots[key]
 
     def _digest(self, path: Path, named_at: Node) -> str:
         if path not in self._digests:
             data = read_bytes(path, Findings(str(path)), named_at, MAX_BYTES)
             self._digests[path] = "" if data is None else hashlib.sha256(data).hexdigest()
         return self._digests[path]
-
-
-def _is_naming(setting: str) -> bool:
-    return setting.split(".")[0] in _NAMING
 
 
 MAP_FILES = ("image", "ros", "movingai")
@@ -64,7 +54,8 @@ def referenced_files(root: Node, folder: Path) -> list[Path]:
     found.append(_file(_get(_get(world, "image"), "file"), folder))
     ros = _file(_get(world, "ros"), folder)
     if ros is not None:
-        found.append(_file(_get(_root(ros), "image"), ros.parent))
+        text = read_source(ros, Findings(str(ros)))
+        found.append(_file(_get(_root_of(text or ""), "image"), ros.parent))
     return list(dict.fromkeys(path for path in found if path is not None))
 
 
@@ -77,9 +68,8 @@ def _file(node: Node | None, folder: Path) -> Path | None:
     return folder / node.value if isinstance(node, Scalar) and isinstance(node.value, str) else None
 
 
-def _root(path: Path) -> Node | None:
-    text = read_source(path, Findings(str(path)))
+def _root_of(text: str) -> Node | None:
     try:
-        return None if text is None else read_document(text).root
+        return read_document(text).root
     except DocumentError:
         return None

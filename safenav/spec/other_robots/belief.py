@@ -18,7 +18,7 @@ from functools import lru_cache
 from msgspec import Struct
 
 from safenav.errors import UsageError
-from safenav.scenario.objective import Target
+from safenav.scenario.objective import Target, number_word
 from safenav.spec.movement import headings, step_formula
 from safenav.spec.other_robots import exact
 from safenav.spec.other_robots.knowledge import (
@@ -151,13 +151,15 @@ def fairness(task: Task, world: RegionMap) -> Iterator[Constraint]:
             continue
         if task.fairness is Fairness.OFF_MY_TARGETS:
             for target in task.targets:
-                rule = f"{other.name} is infinitely often not at {_words(target)}, or may not be"
+                rule = (
+                    f"{other.name} is infinitely often not at {number_word(target)}, or may not be"
+                )
                 on = [b for b in model.beliefs if model.watch.possible(b) <= target]
                 formula = f"!({_is_one_of(model, target, on)})"
                 yield Constraint(Section.ENV_LIVENESS, formula, Origin(item, rule, SOURCE))
         elif task.fairness is Fairness.AT_ITS_TARGETS:
             for target in other.targets:
-                rule = f"{other.name} is infinitely often at {_words(target)}, or may be"
+                rule = f"{other.name} is infinitely often at {number_word(target)}, or may be"
                 on = [b for b in model.beliefs if model.watch.possible(b) & target]
                 formula = _is_one_of(model, target, on)
                 yield Constraint(Section.ENV_LIVENESS, formula, Origin(item, rule, SOURCE))
@@ -326,7 +328,3 @@ def _runs(must: Mask, may: Mask) -> Iterator[tuple[int, int]]:
         first = last = value
     if first >= 0:
         yield first, last
-
-
-def _words(target: Target) -> str:
-    return "|".join(str(region) for region in sorted(target))

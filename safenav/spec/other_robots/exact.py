@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from safenav.scenario.objective import Target
+from safenav.scenario.objective import number_word
 from safenav.spec.movement import headings, on_side, one_of, stepping, walls
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Variable
 from safenav.spec.task import Fairness, Task
@@ -67,12 +67,12 @@ def fairness(task: Task, world: RegionMap) -> Iterator[Constraint]:
         item = f"robots.{other.name}"
         if task.fairness is Fairness.OFF_MY_TARGETS:
             for target in task.targets:
-                rule = f"{other.name} is infinitely often not at {_words(target)}"
+                rule = f"{other.name} is infinitely often not at {number_word(target)}"
                 formula = f"!({one_of(other.variable, target)})"
                 yield Constraint(Section.ENV_LIVENESS, formula, Origin(item, rule, SOURCE))
         elif task.fairness is Fairness.AT_ITS_TARGETS:
             for target in other.targets:
-                rule = f"{other.name} is infinitely often at {_words(target)}"
+                rule = f"{other.name} is infinitely often at {number_word(target)}"
                 formula = one_of(other.variable, target)
                 yield Constraint(Section.ENV_LIVENESS, formula, Origin(item, rule, SOURCE))
 
@@ -92,7 +92,3 @@ def out_of_my_way(task: Task, world: RegionMap) -> Iterator[Constraint]:
 def observe(task: Task, positions: Mapping[str, Region]) -> dict[str, int]:
     """The inputs when the others are at these positions (robot's name -> region)."""
     return {other.variable: positions[other.name] for other in task.observed}
-
-
-def _words(target: Target) -> str:
-    return "|".join(str(region) for region in sorted(target))

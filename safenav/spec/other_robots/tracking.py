@@ -42,28 +42,20 @@ def encode_others(task: Task, world: RegionMap) -> OthersEncoding:
     """Encode the robots that a task observes; nothing if there are none."""
     if not task.observed or (task.tracking is Tracking.NEARBY and not task.endangered):
         return OthersEncoding()
-    match task.tracking:
-        case Tracking.NEARBY:
-            return OthersEncoding(
-                nearby.inputs(world),
-                (nearby.move_variable(),),
-                tuple(nearby.assumptions(task, world)),
-                tuple(nearby.guarantees(task, world)),
-            )
-        case Tracking.EXACT:
-            return OthersEncoding(
-                exact.inputs(task, world),
-                (),
-                tuple(exact.assumptions(task, world)),
-                tuple(exact.guarantees(task)),
-            )
-        case Tracking.BELIEF:
-            return OthersEncoding(
-                belief.inputs(task, world),
-                (),
-                tuple(belief.assumptions(task, world)),
-                tuple(belief.guarantees(task)),
-            )
+    if task.tracking is Tracking.NEARBY:
+        return OthersEncoding(
+            nearby.inputs(world),
+            (nearby.move_variable(),),
+            tuple(nearby.assumptions(task, world)),
+            tuple(nearby.guarantees(task, world)),
+        )
+    model = exact if task.tracking is Tracking.EXACT else belief
+    return OthersEncoding(
+        model.inputs(task, world),
+        (),
+        tuple(model.assumptions(task, world)),
+        tuple(model.guarantees(task)),
+    )
 
 
 def observe(task: Task, world: RegionMap, sightings: Sightings) -> dict[str, int]:
