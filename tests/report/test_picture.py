@@ -20,7 +20,7 @@ from safenav.trace.looks import looks
 
 SVG = "{http://www.w3.org/2000/svg}"
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
-MOMENTS = [("door", 0), ("door", 11), ("door", 49), ("chain", 6), ("detour", 51), ("crowd", 137)]
+MOMENTS = [("door", 0), ("door", 11), ("door", 46), ("chain", 6), ("detour", 49), ("crowd", 137)]
 MOMENTS += [("meeting", 1), ("meeting", 4)]
 
 Box = tuple[float, float, float, float]

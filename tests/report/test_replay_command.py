@@ -27,25 +27,25 @@ def test_the_page_is_written_beside_the_trace(traces: dict[str, Path], tmp_path:
     assert {path.name for path in tmp_path.iterdir()} == {"door.jsonl", "door.html"}
 
 
-@pytest.mark.parametrize(("word", "tick"), [("0", 0), ("last", 49), ("request", 11), ("16", 16)])
+@pytest.mark.parametrize(("word", "tick"), [("0", 0), ("last", 46), ("request", 11), ("16", 16)])
 def test_a_moment_is_named_by_number_or_event(
     traces: dict[str, Path], word: str, tick: int
 ) -> None:
     done = safenav("replay", traces["door"], "--svg", word, "-o", "-")
     assert done.returncode == 0, done.stderr
     root = ElementTree.fromstring(done.stdout)
-    assert f"tick {tick} of 49" in "".join(root.itertext())
+    assert f"tick {tick} of 46" in "".join(root.itertext())
 
 
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--svg", "50"], "ticks 0 to 49"),
+        (["--svg", "47"], "ticks 0 to 46"),
         (["--svg", "blocked"], "'last', or the kind of an event"),
         (["--svg", "-1"], "no tick '-1'"),
         (["--svg", "1", "--gif"], "choose one of"),
         (["--terminal", "--ticks", "9-3"], "in order"),
-        (["--terminal", "--ticks", "0-50"], "two ticks such as 0-49"),
+        (["--terminal", "--ticks", "0-47"], "two ticks such as 0-46"),
         (["--svg", "1", "-o", "/nowhere/at/all.svg"], "cannot write"),
     ],
 )

@@ -44,7 +44,7 @@ def test_it_plays_smoothly_to_the_end_and_stops(browser: Browser, pages: dict[st
             () => done(!!document.querySelector('button[aria-label="Pause"]')))));
     """)
     assert playing
-    browser.wait(lambda: browser.tick == 49)
+    browser.wait(lambda: browser.tick == 46)
     browser.wait(lambda: browser.all('button[aria-label="Play"]'))
     places = [re.findall(r"[-\d.]+", seen)[:2] for seen in browser.run("return window.seen")]
     off_centre = [xy for xy in places if any((float(v) - CELL / 2) % CELL for v in xy)]
@@ -53,10 +53,10 @@ def test_it_plays_smoothly_to_the_end_and_stops(browser: Browser, pages: dict[st
 
 
 def test_playing_again_at_the_end_starts_over(browser: Browser, pages: dict[str, Path]) -> None:
-    browser.open(pages["door"], "#tick=49")
+    browser.open(pages["door"], "#tick=46")
     browser.slow()
     browser.button("Play").click()
-    browser.wait(lambda: 0 < browser.tick < 49)
+    browser.wait(lambda: 0 < browser.tick < 46)
     browser.button("Pause").click()
     stopped = browser.tick
     browser.run("return new Promise(done => setTimeout(done, 400))")
@@ -130,9 +130,9 @@ def test_keys_work_wherever_the_focus_is(
     browser.press(Keys.SHIFT, Keys.ARROW_LEFT)
     assert browser.tick == 0
     browser.press(Keys.END)
-    assert browser.tick == 49
+    assert browser.tick == 46
     browser.press(Keys.ARROW_RIGHT)
-    assert browser.tick == 49
+    assert browser.tick == 46
     browser.press(Keys.HOME)
     assert browser.tick == 0
 
@@ -173,7 +173,7 @@ def test_the_address_names_the_tick(browser: Browser, pages: dict[str, Path]) ->
     browser.run('location.hash = "#tick=30"')
     browser.wait(lambda: browser.tick == 30)
     browser.run('location.hash = "#tick=4711"')
-    browser.wait(lambda: browser.tick == 49)
+    browser.wait(lambda: browser.tick == 46)
 
 
 def test_what_the_map_shows_can_be_chosen(browser: Browser, pages: dict[str, Path]) -> None:
@@ -197,7 +197,7 @@ def test_names_in_a_trace_cannot_break_out(browser: Browser, tmp_path: Path) -> 
     lines[-1]["explanation"] = evil
     page = tmp_path / "evil.html"
     page.write_text(page_of(read_replay(made_traces.write(lines, tmp_path / "t.jsonl")), evil))
-    browser.open(page, "#tick=49")
+    browser.open(page, "#tick=46")
     assert browser.errors() == []
     assert browser.driver.title != "broken"
     assert browser.run('return document.querySelector("h1").textContent') == evil
