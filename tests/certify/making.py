@@ -11,7 +11,7 @@ from random import Random
 
 import yaml
 
-from certify.missions import random_mission
+from fuzz.missions import random_mission
 from once import made_once
 from safenav.certify.evidence import RulesEvidence
 from safenav.certify.record import bundle_of_run

@@ -10,7 +10,7 @@ from random import Random
 import pytest
 import yaml
 
-from certify.missions import random_mission
+from fuzz.missions import random_mission
 from safenav.certify.record import bundle_of_run
 from safenav.errors import InputError
 

@@ -5,8 +5,12 @@ few that are always the same.
 """
 
 import os
+from typing import Any
 
 from hypothesis import HealthCheck, settings
+from hypothesis import strategies as st
+
+from fuzz.missions import random_mission
 
 
 def campaign(bounded: int) -> settings:
@@ -19,3 +23,11 @@ def campaign(bounded: int) -> settings:
         print_blob=True,
         suppress_health_check=list(HealthCheck),
     )
+
+
+@st.composite
+def scenarios(draw: st.DrawFn, robots: int = 4) -> dict[str, Any]:
+    """A random mission, as data, of so many robots at most."""
+    mission = random_mission(draw(st.randoms()))
+    mission["robots"] = dict([*mission["robots"].items()][:robots])
+    return mission | {"deadlock": draw(st.booleans())}

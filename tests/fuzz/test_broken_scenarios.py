@@ -12,8 +12,7 @@ from click.testing import CliRunner
 from hypothesis import event, given
 from hypothesis import strategies as st
 
-from fuzz.campaign import campaign
-from fuzz.scenarios import scenarios
+from fuzz.campaign import campaign, scenarios
 from safenav.cli import check, explain, run
 from safenav.errors import InputError, SafenavError
 

@@ -12,8 +12,7 @@ from typing import Any
 import yaml
 from hypothesis import event, given
 
-from fuzz.campaign import campaign
-from fuzz.scenarios import scenarios
+from fuzz.campaign import campaign, scenarios
 from safenav.audit.check import check_trace
 from safenav.errors import InputError, UsageError
 from safenav.explain.explanation import Explanation

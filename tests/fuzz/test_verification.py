@@ -12,8 +12,7 @@ import yaml
 from hypothesis import event, given
 
 import oracle
-from fuzz.campaign import campaign
-from fuzz.scenarios import scenarios
+from fuzz.campaign import campaign, scenarios
 from fuzz.test_missions import quiet
 from safenav.errors import InputError, UsageError
 from safenav.outcome import Verdict
