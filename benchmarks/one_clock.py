@@ -33,6 +33,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
+from typing import Any
+from unittest.mock import patch
 
 import click
 import yaml
@@ -46,12 +48,13 @@ from safenav.pace.robot import TickPace
 from safenav.report.terminal.table import table
 from safenav.runtime.mission import Mission, default_synthesizer
 from safenav.runtime.traffic import planning
-from safenav.runtime.worlds.protocol import Acted, Arrived
+from safenav.runtime.worlds.protocol import Acted, Arrived, WorldEvent
 from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.objective import Patrol, Visit
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.synthesis.binary import find_binary
+from safenav.trace.records import Record
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
 from safenav.world.moves import Pose
@@ -102,9 +105,9 @@ class Serial:
         return None
 
     def act(self, robot: Robot) -> Iterator[tuple[Obstacle, bool | None]]:
-        event = self._world.act(robot, (), 0)
+        event: WorldEvent | None = self._world.act(robot, (), 0)
         if event is None:
-            (event,) = self._world.wait(None)  # type: ignore[assignment]
+            (event,) = self._world.wait(None)
         assert isinstance(event, Acted)
         for obstacle, result in event.found:
             done = result is ActResult.DONE
@@ -162,23 +165,23 @@ def measure(text: str, draw: int, other: Path | None = None) -> Draw | None:
     search = mission._search
     original = search.synthesize
 
-    def apart_from_the_rest(ladders):  # type: ignore[no-untyped-def]
+    def apart_from_the_rest(ladders: Any) -> Any:
         nonlocal apart
         begun = time.process_time()
         found = original(ladders)
         apart += time.process_time() - begun
         return found
 
-    search.synthesize = apart_from_the_rest  # type: ignore[method-assign]
     moves = 0
 
-    def count(record) -> None:  # type: ignore[no-untyped-def]
+    def count(record: Record) -> None:
         nonlocal moves
         moves += record.type == "depart"
 
     mission.state.listeners = (*mission.state.listeners, count)
     begun = time.process_time()
-    second = mission.run()
+    with patch.object(search, "synthesize", apart_from_the_rest):
+        second = mission.run()
     spent = time.process_time() - begun - apart
     if {first.outcome, second.outcome} != {Outcome.COMPLETED}:
         return None
@@ -303,7 +306,7 @@ def families(draws: int) -> dict[str, Iterable[tuple[str, int]]]:
 def main(draws: int, only: str | None, long_plans: bool, other: Path | None) -> None:
     """Print a line for each team."""
     if long_plans:
-        planning.shortened = lambda _, states, __: states  # type: ignore[assignment]
+        patch.object(planning, "shortened", lambda _, states, __: states).start()
     rows = []
     for name, cases in families(draws).items():
         if only is not None and only not in name:

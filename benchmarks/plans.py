@@ -12,6 +12,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from statistics import median
+from unittest.mock import patch
 
 import click
 import missions
@@ -50,14 +51,11 @@ def plans(count: int) -> list[Shortened]:
         found.append(Shortened((a, c), (b, d), spent))
         return new
 
-    planning.shortened = measured  # type: ignore[attr-defined]
-    try:
+    with patch.object(planning, "shortened", measured):
         seed = 0
         while len(found) < count:
             missions.crowd(seed)
             seed += 1
-    finally:
-        planning.shortened = original  # type: ignore[attr-defined]
     return found[:count]
 
 

@@ -8,25 +8,18 @@ that is lost with the end of its due tick is said one tick before: the table has
 """
 
 import argparse
-import json
 import sys
 from collections import Counter
 from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import Any
 
-from safenav.audit.check import check_trace
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+from runtime.deadlines.timed import busy_scenario, timed_scenario
+from runtime.played import Line, Run
 from safenav.errors import InputError
 from safenav.report.terminal.table import table
 from safenav.runtime.mission import Mission
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
-from safenav.trace.writing import TraceWriter
-
-ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT / "tests"))
-
-from runtime.deadlines.timed import busy_scenario, timed_scenario  # noqa: E402
 
 
 def main() -> None:
@@ -55,17 +48,15 @@ def main() -> None:
     print("\n".join(table(("promise of", *columns, "bar"), rows)))
 
 
-def _run(scenario: Scenario, name: str) -> list[dict[str, Any]]:
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "trace.jsonl"
-        with TraceWriter(path) as trace:
-            Mission(scenario, listeners=[trace]).run()
-        for finding in check_trace(path).findings:
-            print(f"{name}: {finding}", file=sys.stderr)
-        return [json.loads(line) for line in path.read_text().splitlines()]
+def _run(scenario: Scenario, name: str) -> list[Line]:
+    run = Run()
+    Mission(scenario, listeners=[run]).run()
+    for finding in run.findings.splitlines():
+        print(f"{name}: {finding}", file=sys.stderr)
+    return run.records
 
 
-def _promises(lines: list[dict[str, Any]]) -> list[tuple[str, str]]:
+def _promises(lines: list[Line]) -> list[tuple[str, str]]:
     """Kind and end of each promise of a run."""
     lost: dict[tuple[str, int], int] = {}
     found = []

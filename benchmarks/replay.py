@@ -19,22 +19,21 @@ import tempfile
 import time
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
-from frames import described, gaps_of  # noqa: E402
+from frames import described, gaps_of
 
-from report import made_traces, team_trace  # noqa: E402
-from report.browser import Browser, Keys  # noqa: E402
-from safenav.report.page.html import page_of  # noqa: E402
-from safenav.report.replay.reading import read_replay  # noqa: E402
+from report import made_traces, team_trace
+from report.browser import Browser, Keys
+from safenav.report.page.html import page_of
+from safenav.report.replay.reading import read_replay
 
 LOADED = """
     const entry = performance.getEntriesByType("navigation")[0];
     const paint = performance.getEntriesByName("first-contentful-paint")[0];
     return [entry.loadEventEnd, paint ? paint.startTime : null];
 """
-CASE_STUDY = ROOT / "scenarios" / "case_study_1.yaml"
+CASE_STUDY = Path(__file__).parents[1] / "scenarios" / "case_study_1.yaml"
 
 
 def main() -> None:

@@ -21,15 +21,14 @@ import tempfile
 import time
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
-from frames import described, gaps_of  # noqa: E402
+from frames import described, gaps_of
 
-from safenav.scenario.reading.loader import load_draft  # noqa: E402
-from safenav.studio.editing.drawing import drawing_of  # noqa: E402
-from safenav.studio.editing.operations import edited  # noqa: E402
-from safenav.studio.run.orders import RunOrder  # noqa: E402
+from safenav.scenario.reading.loader import load_draft
+from safenav.studio.editing.drawing import drawing_of
+from safenav.studio.editing.operations import edited
+from safenav.studio.run.orders import RunOrder
 
 
 def scenario(
