@@ -39,28 +39,17 @@ def open_obstacle(
 ) -> OpenObstacle:
     """One obstacle with the needs that are not met yet."""
     obstacle = now.obstacles[name]
-    needs = tuple(
-        Need(
-            frozenset(
-                n
-                for n, r in now.header.robots.items()
-                if obstacle.actions(number) <= r.capabilities
-                and (number > now.stage[name] or not need.same or n in now.group[name])
-            ),
-            frozenset(need.regions),
-            need.robots,
-            need.together,
-            need.same,
-        )
-        for number, need in enumerate(obstacle.all_needs)
-        if number >= now.stage[name]
-    )
+    needs = []
+    for number, need in [*enumerate(obstacle.all_needs)][now.stage[name] :]:
+        able = now.able(name, number)
+        if need.same and number == now.stage[name]:
+            able &= now.group[name]
+        how = frozenset(need.regions), need.robots, need.together, need.same
+        needs.append(Need(able, *how))
     done = frozenset() if now.need(name).together else frozenset(now.done[name])
     barred = frozenset(robot for robot, left in {*refused, *now.barred} if left == name)
-    number = name.partition("#")[2]
-    order = obstacle.type, obstacle.region, int(number) if number.isdecimal() else 1
-    blocks = frozenset(obstacle.blocks)
-    return OpenObstacle(name, obstacle.region, blocks, needs, done, barred, order)
+    order, blocks = now.load_order(name), frozenset(obstacle.blocks)
+    return OpenObstacle(name, obstacle.region, blocks, tuple(needs), done, barred, order)
 
 
 def _in_order(now: Situation) -> list[str]:

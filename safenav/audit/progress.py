@@ -5,7 +5,7 @@ memory survives a resynthesis. So after each the next goal is unknown until one 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from safenav.audit.kinds import shape_of
 from safenav.audit.lines import Line, Objective
@@ -63,11 +63,4 @@ class Progress:
         self.last_round = goal.round
 
     def copy(self) -> Progress:
-        return Progress(
-            self.objective,
-            self.awaited,
-            set(self.covered),
-            self.fresh,
-            self.reset_line,
-            self.last_round,
-        )
+        return replace(self, covered=set(self.covered))

@@ -6,6 +6,7 @@ rule the situation follows the trace, so that one fault is not reported forever.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from typing import Any
 
 from safenav.audit.lines import Line, Objective
 from safenav.audit.state import State
@@ -18,14 +19,7 @@ WITHOUT_EFFECT = ("failed", "nothing")
 SCENARIO_CHANGES = ("gone", "appeared", "order", "objective", "service", "inputs")
 """Lines of what the scenario itself changes."""
 _CHANGES = (
-    "violation",
-    "resolved",
-    "gone",
-    "appeared",
-    "blocked",
-    "reopened",
-    "service",
-    "objective",
+    *("violation", "resolved", "gone", "appeared", "blocked", "reopened", "service", "objective"),
 )
 """Records after which an obstacle that was set aside may be served again."""
 
@@ -44,16 +38,9 @@ class Situation(State):
         return turn.robot != record.robot or turn.first("move") is not None
 
     def begin_turn(self, record: Line) -> None:
-        robot = record.robot
-        self.turn = Turn(
-            record.tick,
-            robot,
-            record.line,
-            dict(self.objectives),
-            self.region[robot],
-            self.toward[robot] is not None,
-            self.progress[robot].copy(),
-        )
+        robot, before = record.robot, dict(self.objectives)
+        origin = self.region[robot], self.toward[robot] is not None, self.progress[robot].copy()
+        self.turn = Turn(record.tick, robot, record.line, before, *origin)
 
     def _ends_wait(self, wait: Line, record: Line) -> bool:
         """Return whether a line ends a wait: one for a change of the scenario ends at its time."""
@@ -70,165 +57,156 @@ class Situation(State):
             self.aside.clear()
         if self.waits is not None and self._ends_wait(self.waits, record):
             self.waits = None
+        robot: Any = getattr(record, "robot", None)
+        name: Any = getattr(record, "obstacle", None)
         match record.type:
             case "waiting":
                 self.waits = record
             case "hold":
                 waits = record.why == "synthesis"
-                (self.awaiting.add if waits else self.awaiting.discard)(record.robot)
+                (self.awaiting.add if waits else self.awaiting.discard)(robot)
+                if record.signal is not None:  # after the ``act`` line of the same turn
+                    self.signals[robot] = record.signal
             case "depart":
-                self.awaiting.discard(record.robot)
-                self.under_way[record.robot] = record
+                self.awaiting.discard(robot)
+                self.under_way[robot] = record
             case "arrive":
-                self.under_way.pop(record.robot, None)
-                self.ended[record.robot] = record
+                self.under_way.pop(robot, None)
+                self.ended[robot] = record
             case "act":
-                self.acting[record.robot] = record
+                self.acting[robot] = record
             case "acted":
-                acted = self.acting.pop(record.robot, None)
-                self.barred |= {(record.robot, one) for one in record.barred or ()}
+                acted = self.acting.pop(robot, None)
+                self.barred |= {(robot, one) for one in record.barred or ()}
                 if record.results or not record.reason:  # else it has failed
-                    self._perform(record.robot, record.results, acted)
+                    self._perform(robot, record.results, acted)
             case "acts":
                 self.acts = record.acts
             case "plan" | "plan_end":
                 self.has_plan = record.type == "plan"
             case "reopened":
-                self.status[record.obstacle] = Status.UNRESOLVED
-                self.requests[record.obstacle] = self.given_up.pop(record.obstacle, {})
-            case "operator" if record.intervention == "permanent" and record.obstacle is not None:
-                self.permanent.add(record.obstacle)
-            case "operator" if record.region is not None and record.robot is not None:
-                self.region[record.robot] = record.region
-                self.heading[record.robot] = record.heading
-                self.toward[record.robot] = None
-                self._fit_again(robot=record.robot)
+                self.status[name] = Status.UNRESOLVED
+                self.requests[name] = self.given_up.pop(name, {})
+            case "operator" if record.intervention == "permanent" and name is not None:
+                self.permanent.add(name)
+            case "operator" if record.region is not None and robot is not None:
+                self.region[robot] = record.region
+                self.heading[robot] = record.heading
+                self.toward[robot] = None
+                self._fit_again(robot=robot)
             case "move":
-                self.region[record.robot] = record.to
-                self.heading[record.robot] = record.heading
-                self.toward[record.robot] = record.toward
+                self.region[robot] = record.to
+                self.heading[robot] = record.heading
+                self.toward[robot] = record.toward
                 if record.signal is not None:
-                    self.signals[record.robot] = record.signal
-                self._wait_here(record.robot)
-                self.turn.failed = self.has_failed(record.robot)
-                self.ended.pop(record.robot, None)
+                    self.signals[robot] = record.signal
+                self._wait_here(robot)
+                self.turn.failed = self.has_failed(robot)
+                self.ended.pop(robot, None)
                 if not self.live:
-                    self._perform(record.robot, {})
-            case "hold" if record.signal is not None:  # after the ``act`` line of the same turn
-                self.signals[record.robot] = record.signal
+                    self._perform(robot, {})
             case "belief":
-                self.beliefs[record.robot, record.of] = record
+                self.beliefs[robot, record.of] = record
             case "violation":
-                self.discovered.add(record.obstacle)
-                requesters = self.requests.setdefault(record.obstacle, {})
-                requesters.pop(record.robot, None)
-                requesters[record.robot] = self.region[record.robot]
-                closed = self.status[record.obstacle] in (Status.RESOLVED, Status.ABSENT)
+                self.discovered.add(name)
+                requesters = self.requests.setdefault(name, {})
+                requesters.pop(robot, None)
+                requesters[robot] = self.region[robot]
+                closed = self.status[name] in (Status.RESOLVED, Status.ABSENT)
                 if self.external and closed:  # a door has fallen shut again
-                    self.status[record.obstacle] = Status.UNRESOLVED
-                    self.stage[record.obstacle] = 0
-                    self.done[record.obstacle].clear()
+                    self._begin(name)
             case "discovered":
                 self.introduced.add(record.obstacle.name)
             case "resolved":
-                self._fit_again(obstacle=record.obstacle)
-                self.stage[record.obstacle] = len(self.obstacles[record.obstacle].all_needs)
-                self.requests.pop(record.obstacle, None)
+                self._fit_again(obstacle=name)
+                self.stage[name] = len(self.obstacles[name].all_needs)
+                self.requests.pop(name, None)
                 gone = record.traversable is not False
-                self.status[record.obstacle] = Status.RESOLVED if gone else Status.UNTRAVERSABLE
-                for progress in self.progress.values():
+                self.status[name] = Status.RESOLVED if gone else Status.UNTRAVERSABLE
+                for each, progress in self.progress.items():
                     progress.recount()
+                    self.goals[each].clear()
             case "appeared":
-                self.requests.pop(record.obstacle, None)
-                self.status[record.obstacle] = Status.UNRESOLVED
-                self.stage[record.obstacle] = 0
-                self.done[record.obstacle].clear()
-                self.discovered.discard(record.obstacle)
-                self.orders.discard(record.obstacle)
+                self.requests.pop(name, None)
+                self._begin(name)
+                self.discovered.discard(name)
+                self.orders.discard(name)
             case "order":
-                self.requests[record.obstacle] = {}
-                self.discovered.add(record.obstacle)
-                self.orders.add(record.obstacle)
+                self.requests[name] = {}
+                self.discovered.add(name)
+                self.orders.add(name)
             case "met":
-                if self.meets_at_once(record.robot, record.obstacle) and (
-                    self.stage[record.obstacle] == record.need
-                ):
-                    self._perform_at(record.robot, record.obstacle)
+                if self.meets_at_once(robot, name) and self.stage[name] == record.need:
+                    self._perform_at(robot, name)
                 self._take(record)
             case "truth":
-                self.truth[record.obstacle] = record.traversable
+                self.truth[name] = record.traversable
             case "objective":
-                self.own[record.robot] = record.objective
+                self.own[robot] = record.objective
+                self.goals[robot].clear()
                 self._count_ahead(record)
                 if record.at_once:
-                    self.objectives[record.robot] = record.objective
-                    self.progress[record.robot].reset(record.objective, record.line)
+                    self.objectives[robot] = record.objective
+                    self.progress[robot].reset(record.objective, record.line)
             case "inputs":
                 self.inputs = dict(record.values)
             case "service":
                 if record.cause == "battery" and not record.active:
-                    self._asks_for(record.robot)
-                (self.out.discard if record.active else self.out.add)(record.robot)
+                    self._asks_for(robot)
+                (self.out.discard if record.active else self.out.add)(robot)
                 if record.active:
-                    self._fit_again(robot=record.robot)
+                    self._fit_again(robot=robot)
             case "gone":
-                self._fit_again(obstacle=record.obstacle)
-                self.requests.pop(record.obstacle, None)
-                self.status[record.obstacle] = Status.ABSENT
-                self.discovered.discard(record.obstacle)
+                self._fit_again(obstacle=name)
+                self.requests.pop(name, None)
+                self.status[name] = Status.ABSENT
+                self.discovered.discard(name)
             case "blocked":
-                self.given_up[record.obstacle] = self.requests.pop(record.obstacle, {})
-                untraversable = record.reason == "untraversable"
-                self.status[record.obstacle] = (
-                    Status.UNTRAVERSABLE if untraversable else Status.GIVEN_UP
-                )
+                self.given_up[name] = self.requests.pop(name, {})
+                found = record.reason == "untraversable"
+                self.status[name] = Status.UNTRAVERSABLE if found else Status.GIVEN_UP
             case "request":
                 if record.aside:
-                    self.aside.add(record.obstacle)
-                self.helping[record.obstacle] = frozenset(helpers_of(record))
+                    self.aside.add(name)
+                self.helping[name] = frozenset(helpers_of(record))
                 self._perhaps_changed(helpers_of(record), record.line)
-                self.named |= dict.fromkeys(helpers_of(record), record.obstacle)
+                self.named |= dict.fromkeys(helpers_of(record), name)
             case "push":
-                helpers = helpers_of(record)
-                self._perhaps_changed(helpers, record.line)
-                self.stack.append(
-                    StackEntry(
-                        record.obstacle,
-                        record.requester,
-                        helpers,
-                        record.line,
-                        dict(self.objectives),
-                    )
-                )
+                who, before = (record.requester, helpers_of(record)), dict(self.objectives)
+                self._perhaps_changed(who[1], record.line)
+                self.stack.append(StackEntry(name, *who, record.line, before))
                 self._put_in_force(record.objectives, record.line)
             case "pop":
                 self._drop(record)
-                serving = self.helping.get(record.obstacle or "", frozenset())
+                serving = self.helping.get(name or "", frozenset())
                 self._perhaps_changed(serving.union(helpers_of(record)), record.line)
                 self._put_in_force(record.objectives, record.line)
             case "told":
-                self._put_in_force({record.robot: record.objective}, record.line)
+                self._put_in_force({robot: record.objective}, record.line)
             case "synthesis":
-                self.form[record.robot, record.objective] = record.form
+                self.form[robot, record.objective] = record.form
                 always_own = record.places is not None  # a strategy of assignable goals
                 if record.node is not None and not always_own:  # it was installed
-                    self._put_in_force({record.robot: record.objective}, record.line)
+                    self._put_in_force({robot: record.objective}, record.line)
                 if record.tick > 0:
-                    robot = record.robot
                     self.progress[robot].reset(self.objectives[robot], record.line)
             case "assumption":
-                self.progress[record.robot].reset(self.objectives[record.robot], record.line)
+                self.progress[robot].reset(self.objectives[robot], record.line)
             case "goal":
-                own = self.objectives[record.robot] == self.own[record.robot]
-                if own and record.goal == self.ahead[record.robot]:
-                    self.ahead[record.robot] += 1
-                met = self.progress[record.robot]
+                if self.objectives[robot] == self.own[robot]:
+                    self.goals[robot].append(record)
+                    self.ahead[robot] += record.goal == self.ahead[robot]
+                met = self.progress[robot]
                 if met.reset_line < self.turn.line:
                     met.meet(record)
                 else:  # counted by the objective before the reset, or by that after it
                     met.last_round = record.round
-            case _:
-                pass
+
+    def _begin(self, obstacle: str) -> None:
+        """Let an obstacle be there with no need met."""
+        self.status[obstacle] = Status.UNRESOLVED
+        self.stage[obstacle] = 0
+        self.done[obstacle].clear()
 
     def finish_turn(self, last: bool) -> None:
         """Note of the turn that is over whether it was the last of the trace."""
@@ -253,9 +231,8 @@ class Situation(State):
 
     def _wait_here(self, robot: str) -> None:
         """Note that a robot that encounters an obstacle waits where it has backed up to."""
-        violation = self.turn.first("violation")
+        violation, toward = self.turn.first("violation"), self.toward[robot]
         if violation is not None and robot in self.requests.get(violation.obstacle, ()):
-            toward = self.toward[robot]
             here = self.region[robot] if toward is None else toward
             self.requests[violation.obstacle][robot] = here
 
@@ -276,7 +253,7 @@ class Situation(State):
                 found.append(name)
         for name in found:
             self._perform_at(robot, name, put_down=True)
-        for name in sorted(filter(self.takes, found), key=self._order):
+        for name in sorted(filter(self.takes, found), key=self.load_order):
             # Whether robots take a load as a whole is their choice, which the line ``met`` tells.
             whole = self.need(name).robots == 1 or self.need(name).together
             asked = self._is_next(robot, name) if act is None else name in act.obstacles

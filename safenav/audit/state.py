@@ -35,6 +35,8 @@ class State:
         self.ahead = dict.fromkeys(robots, 0)
         """Number of targets that each robot has met of an objective that ends, whatever it did
         meanwhile."""
+        self.goals: dict[str, list[Line]] = {name: [] for name in robots}
+        """The goals of each robot's own objective since the last resolution."""
         self.toward: dict[str, int | None] = dict.fromkeys(robots)
         self.signals: dict[str, Line] = {}
         """Each robot's last command inputs, where robots are driven by command inputs."""
@@ -130,13 +132,17 @@ class State:
             return bool(robots[one].layer == robots[other].layer)
         return other in listed[0] or one in listed[1]
 
+    def able(self, obstacle: str, need: int) -> frozenset[str]:
+        """Return the robots that have the actions for a need (see ``Obstacle.actions``)."""
+        actions, robots = self.obstacles[obstacle].actions(need), self.header.robots
+        return frozenset(name for name, one in robots.items() if actions <= one.capabilities)
+
     def capable(self, obstacle: str) -> set[str]:
         """Return the robots that have the action which the obstacle needs next, and what the same
         robots must do after it: only those of the need before it where it takes the same."""
-        robots, needs = self.header.robots, self.obstacles[obstacle].all_needs
+        needs = self.obstacles[obstacle].all_needs
         stage = min(self.stage[obstacle], len(needs) - 1)
-        actions = self.obstacles[obstacle].actions(stage)
-        able = {name for name, robot in robots.items() if actions <= robot.capabilities}
+        able = {*self.able(obstacle, stage)}
         return able & self.group.get(obstacle, frozenset()) if needs[stage].same else able
 
     def takes(self, obstacle: str) -> bool:
@@ -178,13 +184,9 @@ class State:
     def too_few(self, obstacle: str) -> list[bool]:
         """Return for each unmet need whether fewer robots have its action, and what the same robots
         must do after it, than it takes."""
-        about, robots = self.obstacles[obstacle], self.header.robots.values()
-        left = range(self.stage[obstacle], len(about.all_needs))
-        return [
-            sum(about.actions(k) <= robot.capabilities for robot in robots)
-            < about.all_needs[k].robots
-            for k in left
-        ]
+        needs = self.obstacles[obstacle].all_needs
+        left = range(self.stage[obstacle], len(needs))
+        return [len(self.able(obstacle, k)) < needs[k].robots for k in left]
 
     def swept_with(self, obstacle: str, robots: Collection[str]) -> list[str]:
         """Return the robots, other than these, that are where an obstacle's resolution sweeps."""
@@ -258,11 +260,10 @@ class State:
         regions = self.need(obstacle).regions
         able = self.capable(obstacle) - self.under_way.keys()
         there = {robot for robot in able if self.region[robot] in regions}
-        if self.takes(obstacle):
-            there = {
-                n for n in there if n in self.carriers(obstacle) or self._may_take(n, obstacle)
-            }
-        return there
+        if not self.takes(obstacle):
+            return there
+        carriers = self.carriers(obstacle)
+        return {n for n in there if n in carriers or self._may_take(n, obstacle)}
 
     def _may_take(self, robot: str, obstacle: str) -> bool:
         """Return whether a robot has room for a load that is not left to others: while acts are in
@@ -282,12 +283,9 @@ class State:
         return any(robot in act.robots for act in self._acts_to_come())
 
     def _acts_to_come(self) -> list[Line]:
-        return [
-            act
-            for act in (() if self.has_plan else self.acts)
-            if self.status[act.obstacle] is Status.UNRESOLVED
-            and self.stage[act.obstacle] <= act.need
-        ]
+        unresolved = {name for name, is_ in self.status.items() if is_ is Status.UNRESOLVED}
+        acts = [act for act in self.acts if act.obstacle in unresolved and not self.has_plan]
+        return [act for act in acts if self.stage[act.obstacle] <= act.need]
 
     def _is_next(self, robot: str, obstacle: str) -> bool:
         """Return whether a robot's acts let it have its part in a load now: none of those before
@@ -323,7 +321,7 @@ class State:
         group = there if need.together else {*self.done[obstacle], robot}
         return frozenset(group) if robot in there and len(group) >= need.robots else None
 
-    def _order(self, obstacle: str) -> tuple[str, int, int]:
+    def load_order(self, obstacle: str) -> tuple[str, int, int]:
         """Return the place of a load among those that a robot can take."""
         about, number = self.obstacles[obstacle], obstacle.partition("#")[2]
         return about.type, about.region, int(number) if number.isdecimal() else 1

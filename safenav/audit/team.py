@@ -10,7 +10,17 @@ from collections.abc import Collection, Mapping, Sequence
 from itertools import combinations
 
 from safenav.audit.language import Pose
-from safenav.audit.members import FAR, Act, Duty, OpenObstacles, Poses, Sets, Settlement, Step
+from safenav.audit.members import (
+    FAR,
+    Act,
+    Duty,
+    OpenObstacle,
+    OpenObstacles,
+    Poses,
+    Sets,
+    Settlement,
+    Step,
+)
 from safenav.audit.roaming import Roaming
 
 MOST_NODES = 20_000
@@ -28,12 +38,10 @@ class Team(Roaming):
     """The robots' possibilities, whatever the order of their moves."""
 
     def after(self, step: Step, sets: Sets, obstacles: OpenObstacles) -> tuple[Sets, OpenObstacles]:
-        where = dict(zip(self.names, sets, strict=True)) | dict(
-            zip(step.group, step.at, strict=True)
-        )
-        k = step.obstacle
-        then = obstacles[k].advanced(step.group)
-        return tuple(where.values()), (*obstacles[:k], then, *obstacles[k + 1 :])
+        where = dict(zip(self.names, sets, strict=True))
+        where |= zip(step.group, step.at, strict=True)
+        then = obstacles[step.obstacle].advanced(step.group)
+        return tuple(where.values()), _replaced(obstacles, step.obstacle, then)
 
     def options(
         self,
@@ -51,40 +59,26 @@ class Team(Roaming):
         found: list[tuple[tuple[object, ...], Step]] = []
         full = self.full(obstacles)
         for k, obstacle in ((k, obstacle) for k, obstacle in enumerate(obstacles) if obstacle.left):
-            need, then = (
-                obstacle.left[0],
-                (*obstacles[:k], obstacle.advanced(()), *obstacles[k + 1 :]),
-            )
-            at, back, rank = (
-                dict[str, Poses](),
-                dict[str, bool](),
-                dict[str, tuple[bool, bool, int, int]](),
-            )
+            need, then = obstacle.left[0], _replaced(obstacles, k, obstacle.advanced(()))
+            at, back = dict[str, Poses](), dict[str, bool]()
+            rank = dict[str, tuple[bool, bool, int, int]]()
+            others = [o.name for o in obstacles if o.left and o != obstacle]
+            able_now = need.able - obstacle.done - obstacle.barred
+            able_now -= full if obstacle.takes() else frozenset()
             for i, name in enumerate(self.names):
-                if name not in need.able - obstacle.done - obstacle.barred:
-                    continue
-                if name in full and obstacle.takes():
-                    continue
-                there = frozenset(
-                    p for p in self.reach(name, sets[i], obstacles) if p[0] in need.regions
-                )
+                there = self._spots(name, sets, obstacles, k) if name in able_now else frozenset()
                 if there:
                     at[name], back[name] = there, sets[i] <= self.reach(name, there, then)
                     stranger = name not in present.get(obstacle.name, ())
                     ticks = self.ticks(name, origins[i], there, obstacles) or 0
                     for further in obstacle.chain():
-                        goal = frozenset(
-                            p for p in self.members[name].steps if p[0] in further.regions
-                        )
+                        steps = self.members[name].steps
+                        goal = frozenset(p for p in steps if p[0] in further.regions)
                         more = self.ticks(name, there, goal, obstacles)
                         far = FAR * self.members[name].ticks
                         ticks, there = ticks + (far if more is None else more), goal
-                    taken = self.newest_first and any(
-                        name in present.get(o.name, ())
-                        for o in obstacles
-                        if o.left and o != obstacle
-                    )
-                    rank[name] = taken, stranger, ticks, i
+                    taken = any(name in present.get(other, ()) for other in others)
+                    rank[name] = taken and self.newest_first, stranger, ticks, i
             able = sorted(at, key=lambda name: (not back[name], rank[name]))
             for group in combinations(able, max(1, need.robots - len(obstacle.done))):
                 if need.together and not self.fits(group, at):
@@ -214,7 +208,7 @@ class Team(Roaming):
                 then = obstacles[k].advanced(act.robots)
             else:
                 then = obstacles[k]._replace(done=done)
-            obstacles = (*obstacles[:k], then, *obstacles[k + 1 :])
+            obstacles = _replaced(obstacles, k, then)
         return where, obstacles
 
     def _steps(self, obstacles: OpenObstacles, acts: Sequence[Act]) -> list[Step]:
@@ -224,14 +218,11 @@ class Team(Roaming):
         for number, act in enumerate(acts):
             k = names.index(act.obstacle)
             again = {name for later in acts[number + 1 :] for name in later.robots}
-            group, at = list[str](), list[Poses]()
+            step = found.get((act.obstacle, act.need), Step(k, (), (), lossless=False))
             for name, pose in act.robots.items():
                 steps = self.members[name].steps
                 there = frozenset(p for p in steps if p[0] == pose[0] or name not in again)
-                group.append(name)
-                at.append(there)
-            before = found.get((act.obstacle, act.need), Step(k, (), (), lossless=False))
-            step = before._replace(group=(*before.group, *group), at=(*before.at, *at))
+                step = step._replace(group=(*step.group, name), at=(*step.at, there))
             found[act.obstacle, act.need] = step
         return [*found.values()]
 
@@ -275,3 +266,7 @@ class Team(Roaming):
             found.append(step._replace(at=tuple(at.values())))
             sets, obstacles = self.after(found[-1], sets, obstacles)
         return found if self._done(sets, obstacles, wanted) else None
+
+
+def _replaced(obstacles: OpenObstacles, k: int, then: OpenObstacle) -> OpenObstacles:
+    return (*obstacles[:k], then, *obstacles[k + 1 :])

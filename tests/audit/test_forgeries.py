@@ -34,7 +34,7 @@ def closure_of(lines: list[Line]) -> dict[str, Any]:
     now = Situation(trace.header, trace.records)
     for record in trace.records:
         now.apply(record)
-    case = case_of(now, {}, ())
+    case = case_of(now, ())
     assert case is not None
     return {
         "kind": "closure",
@@ -59,7 +59,7 @@ def test_a_completed_run_that_is_relabelled_is_refused(name: str, tick: int) -> 
     now = Situation(trace.header, trace.records)
     for record in trace.records:
         now.apply(record)
-    about = case_of(now, {}, ())
+    about = case_of(now, ())
     assert about is not None
     here = joint_proof(about, [[*about.at.values()]])
     for claim in (

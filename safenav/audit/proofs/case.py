@@ -55,16 +55,10 @@ class Case:
         return self.counts[obstacle.name] - len(obstacle.left)
 
 
-def case_of(
-    now: Situation,
-    goals: Mapping[str, list[Line]],
-    never: Collection[str],
-    *,
-    hopeful: bool = False,
-) -> Case | None:
+def case_of(now: Situation, never: Collection[str], *, hopeful: bool = False) -> Case | None:
     """Return the case at a line of the trace; None if some robot's formulas are not read here.
-    ``goals``: those since the last resolution. ``never``: obstacles that were shown to be never
-    resolvable by any robot. ``hopeful``: as if every robot were in service."""
+    ``never``: obstacles that were shown to be never resolvable by any robot. ``hopeful``: as if
+    every robot were in service."""
     team = team_of(now, shut=never, out=() if hopeful else now.out)
     if team is None:
         return None
@@ -79,7 +73,7 @@ def case_of(
         {name: pose_of(name, now) for name in team.names},
         tuple(open_obstacle(name, now) for name in known),
         {name: len(now.obstacles[name].all_needs) for name in known},
-        {name: _wish(name, now, goals.get(name, []), team) for name in team.names},
+        {name: _wish(name, now, now.goals[name], team) for name in team.names},
         frozenset(never),
         now.header.until.rounds or 1,
         tuple((frozenset(z.robots), frozenset(z.regions)) for z in now.header.never_together or ()),

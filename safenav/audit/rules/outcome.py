@@ -116,7 +116,6 @@ class CompletedRule(Rule):
     name = "completed"
 
     def __init__(self) -> None:
-        self._goals: dict[str, list[Line]] = {}
         self._held: dict[str, int] = {}
         self._tick = 0
         self._time = 0.0  # the tick; in a live run the seconds
@@ -137,18 +136,13 @@ class CompletedRule(Rule):
         elif record.type == "goal" and record.tick > self._tick:
             self._begins = record.tick
         if record.type == "resolved":
-            self._goals.clear()
             self._held.clear()
         elif record.type == "objective":
-            self._goals.pop(record.robot, None)
             self._held.pop(record.robot, None)
-        elif record.type in ("goal", "move"):
-            objective = now.objectives[record.robot]
-            if objective != now.own[record.robot]:
-                return  # goals met while it waits or helps are not rounds of its own
-            if record.type == "goal":
-                self._goals.setdefault(record.robot, []).append(record)
-            elif _stays(record.robot, now) and record.to in objective.targets[-1]:
+        elif record.type == "move":
+            own = now.own[record.robot]
+            stays = now.objectives[record.robot] == own and _stays(record.robot, now)
+            if stays and record.to in own.targets[-1]:
                 self._held[record.robot] = self._held.get(record.robot, 0) + 1
 
     def ending(self, now: Situation) -> Iterator[Said]:
@@ -171,7 +165,7 @@ class CompletedRule(Rule):
             yield f"the rounds of {robot} are missing"
             return
         objective = now.objectives[robot]
-        _, most = _bounds(self._goals.get(robot, []), objective)
+        _, most = _bounds(now.goals[robot], objective)
         if outcome.outcome == "completed":
             if now.is_away(robot):
                 yield f"an input keeps {robot} from its objective, so the run is not completed"
@@ -204,8 +198,8 @@ class CompletedRule(Rule):
             return 0
         shape = shape_of(objective.kind)
         if shape.settles and not shape.ends:
-            return len(self._goals.get(robot, []))
-        return _bounds(self._goals.get(robot, []), objective)[0]
+            return len(now.goals[robot])
+        return _bounds(now.goals[robot], objective)[0]
 
 
 def _undone(now: Situation) -> list[str]:

@@ -32,20 +32,12 @@ class ProofRule(Rule):
     name = "proof"
 
     def __init__(self) -> None:
-        self._goals: dict[str, list[Line]] = {}
         self._never: set[str] = set()
         self._memory: dict[tuple[str, str], Mapping[str, int] | None] = {}
         """Memory of each robot that had no strategy, by its name and specification."""
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
-        if record.type == "goal":
-            if now.objectives[record.robot] == now.own[record.robot]:
-                self._goals.setdefault(record.robot, []).append(record)
-        elif record.type == "resolved":
-            self._goals.clear()
-        elif record.type == "objective":
-            self._goals.pop(record.robot, None)
-        elif record.type == "synthesis":
+        if record.type == "synthesis":
             self._memory[record.robot, record.spec] = record.memory
         elif record.type in ("appeared", "gone", "reopened"):
             self._never.discard(record.obstacle)
@@ -66,7 +58,7 @@ class ProofRule(Rule):
             for name in _could_be_given_up(proof, now):
                 yield f"no need of {name} can ever be met, but it does not join the obstacles"
             try:
-                case = case_of(now, self._goals, self._never)
+                case = case_of(now, self._never)
                 yield from problems_of(proof, case) if case else ()
             except TooManyError as large:
                 yield Finding(self.name, record.tick, None, record.line, str(large), unknown=True)
@@ -89,7 +81,7 @@ class ProofRule(Rule):
     def _aside(self, record: Line, now: Situation) -> Iterator[Said]:
         """A request is set aside where no order of moves completes the mission with its obstacle
         resolved, and those of the requests that are not set aside."""
-        case, name = case_of(now, self._goals, self._never), record.obstacle
+        case, name = case_of(now, self._never), record.obstacle
         served = {name, *now.requests} - (now.aside - {name})
         can_be = None if case is None else can_be_served(served, case, MOST_SERVED)
         if can_be:
@@ -104,7 +96,7 @@ class ProofRule(Rule):
     def _given_up(self, record: Line, now: Situation) -> Iterator[Said]:
         """An obstacle that can never be resolved, even if every robot is back in service, is
         permanently closed to the robots that it blocks."""
-        case = case_of(now, self._goals, self._never, hopeful=True)
+        case = case_of(now, self._never, hopeful=True)
         proof = proof_of(record)
         if proof is not None:
             found = case and never_resolved_problems(proof, case, record.obstacle)

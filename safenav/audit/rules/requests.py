@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from safenav.audit.deriving import open_obstacles, pose_of, serving, team_of
 from safenav.audit.kinds import ALTERNATION, STAYING
 from safenav.audit.lines import Line, Objective
-from safenav.audit.members import Act, Duty, Settlement
+from safenav.audit.members import Act, Settlement
 from safenav.audit.rules.rule import Finding, Postponed, Rule, Said
 from safenav.audit.situation import RESYNTHESIS, Situation
 from safenav.audit.team import MOST_NODES, TooManyError, TrappedError
@@ -62,7 +62,8 @@ class RequestRule(Rule):
         turn, violation = now.turn, now.turn.first("violation")
         given_up = {record.obstacle for record in turn.all("blocked")}
         for request in self._again:
-            twice = any(_same(request, other) for other in turn.all("request"))
+            others = (other for other in turn.all("request") if other is not request)
+            twice = any(request == other for other in others)
             if twice or helpers_of(request) or request.obstacle not in given_up:
                 problem = f"the request for {request.obstacle} is recorded again without a reason"
                 yield request.requester, problem, request
@@ -201,13 +202,10 @@ class HelperRule(Rule):
             return
         if found is None:
             return
-        requests = [line for line in said if line.type == "request"]
-        wrong = [
-            finding
-            for line in requests
-            if line.obstacle in now.requests
-            for finding in self._helpers(line, found, now)
-        ]
+        wrong = list[Said]()
+        for line in said:
+            if line.type == "request" and line.obstacle in now.requests:
+                wrong += self._helpers(line, found, now)
         yield from wrong
         if now.header.coordination == RESYNTHESIS:
             yield from _other_syntheses(lines)
@@ -223,10 +221,8 @@ class HelperRule(Rule):
         refused, asked, acts = set[tuple[str, str]](), "", list[Act]()
         for line in lines:
             if line.type == "acts":
-                acts = [
-                    Act(act.obstacle, act.need, {n: (p[0], p[1]) for n, p in act.robots.items()})
-                    for act in line.acts
-                ]
+                at = ({n: (p[0], p[1]) for n, p in act.robots.items()} for act in line.acts)
+                acts = [Act(a.obstacle, a.need, p) for a, p in zip(line.acts, at, strict=True)]
             if line.type == "request":
                 asked = line.obstacle
             elif line.type == "synthesis" and line.verdict != "realizable":
@@ -245,7 +241,7 @@ class HelperRule(Rule):
             wrong = [name for name in now.header.robots if name in truth - told]
             chosen, right = (", ".join(sorted(some)) or "no robot" for some in (told, truth))
             problem = f"{chosen} is to resolve {line.obstacle}, but it should be {right}"
-            yield (wrong or [*told])[0], problem, line
+            yield (wrong or sorted(told))[0], problem, line
 
     def _wrong(self, robot: str, objective: Objective, found: Settlement, now: Situation) -> str:
         """Return why an objective does not follow from the known state, or an empty text."""
@@ -258,12 +254,11 @@ class HelperRule(Rule):
             stays = objective in (self._before[robot], own) or objective.kind == STAYING
             return "" if stays else f"{robot} is out of service, but gets {objective}"
         if duty is not None:
-            if _serves(objective, duty):
+            kind = STAYING if duty.stays else ALTERNATION
+            if objective.kind == kind and objective.targets[:1] == (duty.regions,):
                 return ""
-            return (
-                f"{robot} is to resolve {duty.obstacle} from {_list(sorted(duty.regions))}, "
-                f"but gets {objective}"
-            )
+            where = _list(sorted(duty.regions))
+            return f"{robot} is to resolve {duty.obstacle} from {where}, but gets {objective}"
         for obstacle in found.served:
             if robot not in now.requests.get(obstacle, ()):
                 continue
@@ -289,11 +284,8 @@ class HelperRule(Rule):
             r for n in now.objectives if n != robot for t in now.objectives[n].targets for r in t
         }
         clear = team.clear(robot, *derived) - held - {region for region, _ in at.values()}
-        if not clear:
-            return ""
-        return (
-            f"{robot} waits at {now.show(place)} in a helper's way, not at {now.show(min(clear))}"
-        )
+        way = f"{robot} waits at {now.show(place)} in a helper's way"
+        return f"{way}, not at {now.show(min(clear))}" if clear else ""
 
 
 def _other_syntheses(lines: list[Line]) -> Iterator[Said]:
@@ -309,18 +301,9 @@ def _other_syntheses(lines: list[Line]) -> Iterator[Said]:
                 yield Finding("synthesis", line.tick, line.robot, line.line, problem)
 
 
-def _serves(objective: Objective, duty: Duty) -> bool:
-    kind = STAYING if duty.stays else ALTERNATION
-    return objective.kind == kind and objective.targets[:1] == (duty.regions,)
-
-
 def _ticks(bid: int | None) -> str:
     return "no way" if bid is None else f"{bid} ticks"
 
 
 def _list(regions: tuple[int, ...] | list[int]) -> str:
     return ", ".join(map(str, regions)) or "nowhere"
-
-
-def _same(record: Line, other: Line) -> bool:
-    return record is not other and record == other
