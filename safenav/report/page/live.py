@@ -37,7 +37,7 @@ class LiveRun:
     def __init__(self, header: records.Header, source: str) -> None:
         self._source = source
         self._version = header.safenav
-        self._telling = ReplayBuilder.begin(Trace(source, header, (), False, 0))
+        self._telling = ReplayBuilder(Trace(source, header, (), False, 0))
         self._index = {name: i for i, name in enumerate(self._telling.tracks)}
         self._sent: dict[tuple[str, ...], int] = {}
         self._known: dict[str, Hidden] = {}

@@ -8,39 +8,46 @@ tick."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError
+from safenav.report.replay.charges import ChargeLevels
 from safenav.report.replay.timeline import (
     Changes,
+    Event,
+    Hidden,
     LongStep,
     ObstacleStatus,
     Replay,
     RobotBelief,
     RobotProgress,
+    RobotTrack,
     RunEnd,
     Slack,
     StackRow,
     StoryKind,
 )
-from safenav.report.replay.unfinished import (
-    HEADINGS,
-    SAME,
-    ContradictionError,
-    UnfinishedReplay,
-    hidden_of,
-    on_map,
-)
-from safenav.scenario.objective import TargetObjective
-from safenav.trace import records
+from safenav.scenario.objective import Objective, TargetObjective
+from safenav.trace import records, setting
+from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.reading import read_trace
 from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import ActResult, DeadlineVerdict, MoveEnd, Reason
-from safenav.trace.wording import objective_of
-from safenav.world.map import Region
+from safenav.trace.wording import Wording, objective_of
+from safenav.world.map import Heading, Region, RegionMap
+
+SAME = 1e-3
+"""Seconds within which two instants are the same."""
+
+HEADINGS = {heading.label: heading for heading in Heading}
+STORY = frozenset(StoryKind)
+
+
+class ContradictionError(Exception):
+    """A line that does not fit the header or the lines before it."""
 
 
 def read_replay(path: Path) -> Replay:
@@ -54,7 +61,7 @@ def replay_of(trace: Trace) -> Replay:
     """Return the run of a trace. Raises InputError where it contradicts itself."""
     line = trace.header.line
     try:
-        telling = ReplayBuilder.begin(trace)
+        telling = ReplayBuilder(trace)
         for record in trace.records:
             line = record.line
             telling.tell(record)
@@ -63,8 +70,77 @@ def replay_of(trace: Trace) -> Replay:
     return telling.replay(trace.header.safenav)
 
 
-class ReplayBuilder(UnfinishedReplay):
+ObstacleLine = (
+    records.Violation
+    | records.Request
+    | records.Resolved
+    | records.Reopened
+    | records.KnownObstacle
+    | records.ObstacleChange
+)
+
+
+class ReplayBuilder:
     """A replay in the making: ``tell`` passes it the lines of a trace in their order."""
+
+    def __init__(self, trace: Trace) -> None:
+        header = self.header = trace.header.scenario
+        try:
+            self.map = RegionMap.from_grid(header.map.grid, header.map.names, header.map.areas)
+        except ValueError as error:
+            raise ContradictionError(f"the map cannot be used: {error}") from error
+        robots = header.robots
+        self.tracks = {name: self._track(name, robot) for name, robot in robots.items()}
+        self.hidden = {name: self._hidden(found) for name, found in trace.obstacles.items()}
+        self.regions = {name: list(track.regions) for name, track in self.tracks.items()}
+        self.headings = {name: list(track.headings) for name, track in self.tracks.items()}
+        self.statuses: dict[str, list[tuple[int, ObstacleStatus]]] = {n: [] for n in self.hidden}
+        self.objectives = {n: [(-1, objective_of(r.objective))] for n, r in robots.items()}
+        self.progress: dict[str, list[tuple[int, RobotProgress]]] = {name: [] for name in robots}
+        self.charges = ChargeLevels.begin(header)
+        self.frames: list[StackRow] = []
+        self.stack: list[tuple[int, tuple[StackRow, ...]]] = []
+        self.events: list[Event] = []
+        self.beliefs: dict[tuple[str, str], list[tuple[int, RobotBelief | None]]] = {}
+        self.bound: dict[str, list[Region | None]] = {}
+        self.times = None if trace.header.clock is None else [0.0]
+        """Seconds of each instant of a live run; None for a run in lockstep, which has ticks."""
+        self.steps: dict[str, list[LongStep]] = {name: [] for name in robots}
+        """Steps of a live run."""
+        self.plans: list[tuple[int, Mapping[str, tuple[Region, ...]]]] = []
+        self.deadlines: list[Slack] = []
+        self.loads: dict[str, list[tuple[int, tuple[str, ...]]]] = {}
+        self.violation: records.Violation | None = None
+        self.ending: RunEnd | None = None
+        self.ended: int | None = None
+
+    def _track(self, name: str, robot: setting.RobotHeader) -> RobotTrack:
+        heading = HEADINGS[robot.heading] if robot.heading is not None else None
+        can = tuple(sorted(robot.capabilities))
+        if robot.vision is not None and robot.vision < 1:
+            raise ContradictionError(f"{name} does not even see the next region")
+        place = ((self._on_map(robot.start),), (heading,))
+        return RobotTrack(name, robot.model, robot.layer, can, *place, robot.vision)
+
+    def _hidden(self, obstacle: setting.ObstacleHeader) -> Hidden:
+        return Hidden(
+            obstacle.name,
+            obstacle.type,
+            self._on_map(obstacle.region),
+            tuple(need.action for need in obstacle.all_needs),
+            tuple(map(self._on_map, obstacle.resolution_regions)),
+            tuple(robot for robot in self.header.robots if robot in obstacle.blocks),
+            obstacle.from_ or 0,
+            tuple(need.same is True for need in obstacle.all_needs[1:]),
+        )
+
+    @property
+    def wording(self) -> Wording:
+        actions = {name: found.actions for name, found in self.hidden.items()}
+        skills = {name: robot.capabilities for name, robot in self.header.robots.items()}
+        return Wording(
+            self.map.word, self.map.place, team=len(skills), actions=actions, skills=skills
+        )
 
     def tell(self, line: records.Record) -> None:
         """Add the next line. Raises ContradictionError if it does not fit those before."""
@@ -73,42 +149,37 @@ class ReplayBuilder(UnfinishedReplay):
         match line:
             case records.Move():
                 self._move(line)
+            case records.Push():
+                return self._push(line)
+            case records.Pop():
+                return self._pop(line)
+            case records.Goal():
+                return self._goal(line)
             case records.Depart() | records.Arrive():
                 self._step(line)
             case records.ActionEnd() if line.reason or ActResult.FAILED in line.results.values():
-                self._event(line, StoryKind.FAILURE, line.robot)
+                self._event(line, StoryKind.FAILURE)
             case records.Late():
-                self._event(line, StoryKind.FAILURE, line.robot)
+                self._event(line, StoryKind.FAILURE)
             case records.Reopened():
-                self._status(line.obstacle, line.tick, ObstacleStatus.FOUND)
-                self._about(line, StoryKind.REOPENED, None, line.obstacle)
-            case records.Waiting():
-                self._event(line, StoryKind.WAITING)
-            case records.Operator():
-                self._about(line, StoryKind.OPERATOR, line.robot, line.obstacle)
+                self._status(line, ObstacleStatus.FOUND)
             case records.Discovered() if line.obstacle.name not in self.hidden:
-                found = hidden_of(self.map, self.header, line.obstacle)
-                self.hidden[found.name] = found
-                self.statuses[found.name] = []
+                self.hidden[line.obstacle.name] = self._hidden(line.obstacle)
+                self.statuses[line.obstacle.name] = []
             case records.Violation():
                 self.violation = line
-                self._status(line.obstacle, line.tick, ObstacleStatus.FOUND)
-                self._event(line, StoryKind.VIOLATION, line.robot, line.proposed, line.obstacle)
-            case records.Backtrack():
-                if self.violation is not None:
-                    self._reword(self.wording.backing_up(self.violation, line))
+                self._status(line, ObstacleStatus.FOUND)
+            case records.Backtrack() if self.violation is not None:
+                self._reword(self.wording.backing_up(self.violation, line))
             case records.Request():
                 known_as = self.statuses.get(line.obstacle, ())
                 if line.helper is not None:
-                    self._status(line.obstacle, line.tick, ObstacleStatus.REQUESTED)
-                elif (
-                    not known_as or known_as[-1][1] is ObstacleStatus.HIDDEN
-                ):  # an order that has to wait
-                    self._status(line.obstacle, line.tick, ObstacleStatus.FOUND)
-                self._about(line, StoryKind.REQUEST, line.requester, line.obstacle)
+                    self._status(line, ObstacleStatus.REQUESTED)
+                elif not known_as or known_as[-1][1] is ObstacleStatus.HIDDEN:
+                    self._status(line, ObstacleStatus.FOUND)  # an order that has to wait
             case records.Met():
                 self._carried(line)
-                self._event(line, StoryKind.RESOLVED, line.robot, line.at, line.obstacle)
+                self._event(line, StoryKind.RESOLVED)
             case records.Resolved():
                 self._put_down(line)
                 if (known := self.hidden.get(line.obstacle)) is not None:
@@ -116,54 +187,32 @@ class ReplayBuilder(UnfinishedReplay):
                     self.charges.filled(line.tick, known.type, known.region, here)
                 untraversable = line.traversable is False
                 status = ObstacleStatus.BLOCKED if untraversable else ObstacleStatus.RESOLVED
-                self._status(line.obstacle, line.tick, status)
-                self._event(line, StoryKind.RESOLVED, line.robot, line.at, line.obstacle)
+                self._status(line, status)
             case records.KnownObstacle():
-                self._status(line.obstacle, line.tick, ObstacleStatus.BLOCKED)
-                self._about(line, StoryKind.BLOCKED, None, line.obstacle)
-            case records.Push():
-                self._push(line)
-            case records.Pop():
-                self._pop(line)
+                self._status(line, ObstacleStatus.BLOCKED)
             case records.Told():
                 self._told(line.tick, line.robot, line.objective)
             case records.Belief():
                 self._believe(line)
-            case records.Goal():
-                self._goal(line)
-            case records.Synthesis():
-                self._event(line, StoryKind.SYNTHESIS, line.robot)
-                if line.reason is Reason.CHARGE:
-                    self._told(line.tick, line.robot, line.objective)
-            case records.Assumption():
-                self._event(line, StoryKind.ASSUMPTION, line.robot)
+            case records.Synthesis() if line.reason is Reason.CHARGE:
+                self._told(line.tick, line.robot, line.objective)
             case records.Appeared():
                 self._appear(line)
-                self._about(line, StoryKind.APPEARED, None, line.obstacle)
             case records.Gone():
                 self._put_down(line)
-                self._status(line.obstacle, line.tick, ObstacleStatus.RESOLVED)
-                self._about(line, StoryKind.GONE, None, line.obstacle)
-            case records.Truth():
-                self._about(line, StoryKind.TRUTH, None, line.obstacle)
-            case records.NewObjective():
+                self._status(line, ObstacleStatus.RESOLVED)
+            case records.NewObjective() if line.at_once:
                 self._known(line.robot)
-                if line.at_once:
-                    told = objective_of(line.objective)
-                    self.objectives[line.robot].append((line.tick, told))
-                    self.progress[line.robot].append((line.tick, RobotProgress()))
-                self._event(line, StoryKind.OBJECTIVE, line.robot)
-            case records.Service():
-                self._event(line, StoryKind.SERVICE, line.robot)
+                told = objective_of(line.objective)
+                self.objectives[line.robot].append((line.tick, told))
+                self.progress[line.robot].append((line.tick, RobotProgress()))
             case records.Plan():
                 ways = {n: tuple(region for region, _ in way) for n, way in line.robots.items()}
                 self.plans.append((line.tick, ways))
-                self._event(line, StoryKind.PLAN)
             case records.Deadline():
                 self._deadline(line)
             case records.PlanEnd():
                 self.plans.append((line.tick, {}))
-                self._event(line, StoryKind.PLAN_END)
             case records.End():
                 self.ending = RunEnd(
                     line.outcome.value,
@@ -173,7 +222,8 @@ class ReplayBuilder(UnfinishedReplay):
                     line.synthesis_seconds,
                 )
                 self.ended = line.tick
-                self._event(line, StoryKind.OUTCOME)
+        if line.type in STORY:
+            self._event(line, StoryKind(line.type))
 
     def _timed(self, line: records.Record, times: list[float]) -> records.Record:
         """Return the line with the number of its instant; until then all is as it was."""
@@ -195,7 +245,7 @@ class ReplayBuilder(UnfinishedReplay):
         now, steps = self.times[-1], self.steps[line.robot]
         if isinstance(line, records.Depart):
             end = now + (line.seconds or 0.0)
-            steps.append(LongStep(line.tick, line.tick, on_map(self.map, line.to), now, end))
+            steps.append(LongStep(line.tick, line.tick, self._on_map(line.to), now, end))
             return
         if not steps or steps[-1].last < line.tick:
             raise ContradictionError(f"{line.robot} arrives, and is not under way")
@@ -203,10 +253,10 @@ class ReplayBuilder(UnfinishedReplay):
         steps[-1] = replace(steps[-1], last=line.tick - 1, end=now)
         if steps[-1].last < steps[-1].first:
             del steps[-1]
-        self.regions[line.robot][-1] = on_map(self.map, line.at)
+        self.regions[line.robot][-1] = self._on_map(line.at)
         self.headings[line.robot][-1] = None if line.heading is None else HEADINGS[line.heading]
         if line.result is not MoveEnd.ARRIVED:
-            self._event(line, StoryKind.FAILURE, line.robot, line.at)
+            self._event(line, StoryKind.FAILURE)
 
     def _move(self, line: records.Move) -> None:
         self._known(line.robot)
@@ -214,10 +264,10 @@ class ReplayBuilder(UnfinishedReplay):
         if line.tick != len(regions):
             expected = f"the next move of {line.robot} is that of tick {len(regions)}"
             raise ContradictionError(f"{expected}, not of tick {line.tick}")
-        regions.append(on_map(self.map, line.to))
+        regions.append(self._on_map(line.to))
         self.charges.moved(line)
         headings.append(HEADINGS[line.heading] if line.heading is not None else None)
-        toward = None if line.toward is None else on_map(self.map, line.toward)
+        toward = None if line.toward is None else self._on_map(line.toward)
         self.bound.setdefault(line.robot, [None]).append(toward)
 
     def _push(self, line: records.Push) -> None:
@@ -228,8 +278,7 @@ class ReplayBuilder(UnfinishedReplay):
         helpers = helpers or ((line.helper,) if line.helper else ())
         self.frames.append(StackRow(line.obstacle, line.requester, helpers))
         self._objectives(line)
-        kind = StoryKind.YIELD if giving_way else StoryKind.PUSH
-        self._about(line, kind, line.requester, line.obstacle)
+        self._event(line, StoryKind.YIELD if giving_way else StoryKind.PUSH)
         if giving_way:
             about = self.wording.giving_way(helpers, line.requester)
             self._reword(about + self.wording.objectives(line, helpers))
@@ -241,7 +290,7 @@ class ReplayBuilder(UnfinishedReplay):
         dropped = self.frames[max(0, line.depth) :]
         del self.frames[max(0, line.depth) :]
         self._objectives(line)
-        self._about(line, StoryKind.POP, line.requester, line.obstacle)
+        self._event(line, StoryKind.POP)
         if line.obstacle is None and dropped:
             self._reword(self.wording.given_way(line, dropped[0].helpers))
 
@@ -263,7 +312,7 @@ class ReplayBuilder(UnfinishedReplay):
     def _believe(self, line: records.Belief) -> None:
         self._known(line.robot)
         self._known(line.of)
-        regions = frozenset(on_map(self.map, region) for region in line.regions)
+        regions = frozenset(self._on_map(region) for region in line.regions)
         told = self.beliefs.setdefault((line.robot, line.of), [])
         told.append((line.tick, RobotBelief(line.seen, regions)))
 
@@ -274,12 +323,11 @@ class ReplayBuilder(UnfinishedReplay):
         objective = self._objective(line.robot)
         holding = isinstance(objective, TargetObjective) and objective.settles
         rounds = 0 if holding else line.round  # ticks on the spot are not rounds to show
-        told.append((line.tick, RobotProgress(rounds, on_map(self.map, line.region))))
-        if not holding:
-            self._event(line, StoryKind.GOAL, line.robot, line.region)
-        elif before.reached != line.region:  # continued holding is not an event
-            self._event(line, StoryKind.GOAL, line.robot, line.region)
-            self._reword(self.wording.holding(line))
+        told.append((line.tick, RobotProgress(rounds, self._on_map(line.region))))
+        if not holding or before.reached != line.region:  # continued holding is not an event
+            self._event(line, StoryKind.GOAL)
+            if holding:
+                self._reword(self.wording.holding(line))
 
     def _carried(self, line: records.Met) -> None:
         known = self.hidden.get(line.obstacle)
@@ -295,7 +343,7 @@ class ReplayBuilder(UnfinishedReplay):
             told.append((line.tick, ()))
 
     def _appear(self, line: records.Appeared) -> None:
-        self._status(line.obstacle, line.tick, ObstacleStatus.HIDDEN)
+        self._status(line, ObstacleStatus.HIDDEN)
         known = self.hidden[line.obstacle]
         if known.since > 0 and len(self.statuses[line.obstacle]) == 1:
             self.hidden[line.obstacle] = replace(known, since=line.tick)
@@ -333,6 +381,61 @@ class ReplayBuilder(UnfinishedReplay):
             begin = next(begun, 0)
         self.deadlines.append(Slack(line.tick, of, begin, line.due, line.verdict.value))
 
+    def _standing(self, robot: str) -> Region | None:
+        """Return the region of a robot that is not on its way, in a live run."""
+        steps, now = self.steps[robot], len(self.times or ()) - 1
+        return None if steps and steps[-1].last == now else self.regions[robot][-1]
+
+    def _objective(self, name: str) -> Objective | None:
+        return self.objectives[name][-1][1]
+
+    def _objectives(self, line: records.Push | records.Pop) -> None:
+        self.stack.append((line.tick, tuple(self.frames)))
+        for name, told in line.objectives.items():
+            self._told(line.tick, name, told)
+
+    def _told(self, tick: int, name: str, told: TracedObjective) -> None:
+        self._known(name)
+        objective = objective_of(told)
+        if objective != self._objective(name):
+            self.objectives[name].append((tick, objective))
+            self.progress[name].append((tick, RobotProgress()))
+
+    def _status(self, line: ObstacleLine, status: ObstacleStatus) -> None:
+        if line.obstacle not in self.hidden:
+            raise ContradictionError(f"the header has no obstacle {line.obstacle}")
+        self.statuses[line.obstacle].append((line.tick, status))
+
+    def _known(self, robot: str) -> None:
+        if robot not in self.tracks:
+            raise ContradictionError(f"the header has no robot {robot}")
+
+    def _on_map(self, region: Region) -> Region:
+        if not 0 <= region < self.map.size:
+            raise ContradictionError(
+                f"{region} is not a region of the map (0 to {self.map.size - 1})"
+            )
+        return region
+
+    def _event(self, line: records.Record, kind: StoryKind) -> None:
+        """A line of the story, where it happens: where it says, else at its obstacle."""
+        robot: str | None = getattr(line, "robot", None) or getattr(line, "requester", None)
+        late = isinstance(line, records.Late)
+        obstacle: str | None = None if late else getattr(line, "obstacle", None)
+        known = self.hidden.get(obstacle or "")
+        region = None if known is None else known.region
+        match line:
+            case records.Violation():
+                region = self._on_map(line.proposed)
+            case records.Met() | records.Resolved() | records.Arrive():
+                region = self._on_map(line.at)
+            case records.Goal():
+                region = self._on_map(line.region)
+        if robot is not None:
+            self._known(robot)
+        text = self.wording.sentence(line)
+        self.events.append(Event(line.tick, kind, text, robot, region, obstacle))
+
     def replay(self, version: str) -> Replay:
         last = min((len(regions) for regions in self.regions.values()), default=1) - 1
         within = self.times is None and self._stand(last)
@@ -365,7 +468,7 @@ class ReplayBuilder(UnfinishedReplay):
             beliefs={pair: Changes.of(None, told) for pair, told in self.beliefs.items()},
             deadlines=tuple(self.deadlines),
             loads={name: Changes.of((), told) for name, told in self.loads.items()},
-            chargers=tuple(on_map(self.map, one) for one in self.header.chargers or ()),
+            chargers=tuple(self._on_map(one) for one in self.header.chargers or ()),
             charges={name: Changes.of(100, told) for name, told in self.charges.percent.items()},
         )
 
