@@ -1,5 +1,5 @@
-"""Lines of JSON, and where a line of text ends: at a line feed, perhaps after a carriage return,
-and nowhere else.
+"""Lines of JSON and CSV, and where a line of text ends: at a line feed, perhaps after a carriage
+return, and nowhere else.
 
 Python, YAML and some editors end lines at other characters, too (U+0085, U+2028, a carriage return
 on its own). Where a text holds one of them, ``# a comment<U+2028>a formula`` is a comment to one
@@ -8,8 +8,11 @@ program and a formula to another. Such texts are refused.
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 import re
+from collections.abc import Iterable
 from typing import Any
 
 _FOREIGN = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028\u2029]|\r(?!\n|\Z)")
@@ -20,6 +23,14 @@ HINT = "remove it: programs do not agree on whether a line ends there"
 def json_line(data: Any) -> str:
     """A line of a JSON Lines file or protocol: compact and in ASCII."""
     return json.dumps(data, separators=(",", ":")) + "\n"
+
+
+def csv_text(headings: Iterable[object], rows: Iterable[Iterable[object]]) -> str:
+    """A table (RFC 4180, with line feeds): a line of headings and one for each row; None is an
+    empty field."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows([headings, *rows])
+    return text.getvalue()
 
 
 def foreign_character(text: str) -> tuple[int, int, str] | None:

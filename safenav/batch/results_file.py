@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from pathlib import Path
 from typing import Any
@@ -15,6 +13,7 @@ from safenav.batch.baseline import BaselineComparison
 from safenav.batch.cases.case import CaseVerdict, Result
 from safenav.batch.session import Report
 from safenav.errors import UsageError
+from safenav.lines import csv_text
 
 VERSION = 1
 
@@ -66,18 +65,16 @@ def to_json(report: Report, comparison: BaselineComparison | None = None) -> str
 
 def to_csv(report: Report) -> str:
     """The figures of each case, for a spreadsheet; the least robustness of each requirement."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
     required = list(dict.fromkeys(n for r in report.in_order for n in r.requirements or ()))
-    writer.writerow([*COLUMNS, *(f"requirement {name}" for name in required)])
+    rows = []
     for result in report.in_order:
         record = result.record()
         record["settings"] = json.dumps(result.settings)
         record["reasons"] = "; ".join(result.reasons)
         judged = result.requirements or {}
         least = [judged[name]["robustness"][0] if name in judged else None for name in required]
-        writer.writerow([*(record[column] for column in COLUMNS), *least])
-    return text.getvalue()
+        rows.append([*(record[column] for column in COLUMNS), *least])
+    return csv_text([*COLUMNS, *(f"requirement {name}" for name in required)], rows)
 
 
 def read_results(path: Path) -> dict[str, Result]:

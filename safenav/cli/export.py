@@ -166,7 +166,7 @@ def _motion(path: Path) -> Motion:
 
 
 def _columns(run: Trace, motion: Path | None, path: Path, rate: float, robot: str | None) -> None:
-    from safenav.motion.columns import columns_of, csv_text, npz_bytes
+    from safenav.motion.columns import as_csv, columns_of, npz_bytes
     from safenav.outfile import write_bytes
 
     if motion is None:
@@ -181,7 +181,7 @@ def _columns(run: Trace, motion: Path | None, path: Path, rate: float, robot: st
             f"a table has one robot: add --robot {names[0]}, or write {path.stem}.npz for all\n"
             f"    robots: {', '.join(names)}"
         )
-    write_bytes(path, csv_text(columns_of(moved, robot or names[0], rate)).encode())
+    write_bytes(path, as_csv(columns_of(moved, robot or names[0], rate)).encode())
 
 
 def _tables(run: Trace, stem: Path) -> None:

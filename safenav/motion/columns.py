@@ -9,7 +9,6 @@ The attitude stays in the frame of the map.
 
 from __future__ import annotations
 
-import csv
 import io
 from collections.abc import Mapping
 from math import cos, sin
@@ -19,6 +18,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from safenav.errors import UsageError
+from safenav.lines import csv_text
 from safenav.motion.file.records import (
     Arc,
     Curve,
@@ -266,14 +266,11 @@ def _placed(columns: dict[str, Array], origin: tuple[float, float, float]) -> di
     return found
 
 
-def csv_text(columns: Columns) -> str:
+def as_csv(columns: Columns) -> str:
     """A line for each sample, below a line of headings."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["t", *columns.columns])
     table = np.column_stack([columns.times, *columns.columns.values()])
-    writer.writerows([[f"{value:.6g}" for value in row] for row in table.tolist()])
-    return text.getvalue()
+    rows = ([f"{value:.6g}" for value in row] for row in table.tolist())
+    return csv_text(["t", *columns.columns], rows)
 
 
 def npz_bytes(motion: Motion, rate: float) -> bytes:

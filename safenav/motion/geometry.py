@@ -6,11 +6,11 @@ radians counter-clockwise from east.
 
 from __future__ import annotations
 
-from math import pi
-
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
+
+from safenav.pace.robot import YAW
 
 Array = NDArray[np.float64]
 
@@ -60,7 +60,7 @@ class MetricFloor(Struct, frozen=True):
 
 def yaw(heading: str) -> float:
     """A heading in radians, counter-clockwise from east, in (-pi, pi]."""
-    return (0.0, pi / 2, pi, -pi / 2)[HEADINGS.index(heading)]
+    return YAW[heading]
 
 
 def turn(before: str, after: str) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from msgspec import Struct, to_builtins
+from msgspec.structs import replace
 
 import safenav
 from safenav.errors import Diagnostic, InputError, UsageError
@@ -93,18 +94,16 @@ def _carried_out(
 ) -> tuple[tuple[Line, ...], MotionOutcome]:
     """Return the motion at the seconds of the trace; in lockstep, as early as its order allows."""
     if trace.header.clock is not None:
-        plan = carried_out(trace, floor, movers)
-        return plan.lines, plan.outcome
+        return carried_out(trace, floor, movers)
     done = scheduled(trace, floor, movers)
-    plan = carried_out(at_times(trace, steps_of(done), actions_of(done)), floor, movers)
+    timed = at_times(trace, steps_of(done), actions_of(done))
+    lines, outcome = carried_out(timed, floor, movers)
     waits = [*waits_of(done)]
     waiting = dict.fromkeys(movers, 0.0)
     for wait in waits:
         waiting[wait.robot] += wait.t1 - wait.t0
-    makespan = plan.outcome.makespan
-    chain = chain_of(done, makespan)
-    outcome = MotionOutcome(makespan, plan.outcome.busy, waiting, chain)
-    return tuple(sorted([*plan.lines, *waits], key=when)), outcome
+    outcome = replace(outcome, waiting=waiting, chain=chain_of(done, outcome.makespan))
+    return tuple(sorted([*lines, *waits], key=when)), outcome
 
 
 def _in_wind(

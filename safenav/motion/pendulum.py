@@ -37,6 +37,12 @@ def joined(xi: Array, eta: Array, omega: float) -> Array:
     return np.concatenate([(xi + eta) / 2, omega * (xi - eta) / 2], axis=-1)
 
 
+def state_of(state: Array) -> tuple[float, float, float, float]:
+    """A state as a file has it."""
+    x, y, vx, vy = state.tolist()
+    return x, y, vx, vy
+
+
 def advanced(state: Array, pressure: Array, seconds: float, omega: float) -> Array:
     """The state after some seconds over a constant centre of pressure. For times of a step:
     over a whole move it would lose seven digits."""

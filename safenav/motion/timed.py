@@ -5,15 +5,15 @@ In the frame of the world, as ROS has it: metres, seconds since the start, radia
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from collections.abc import Iterable
 from math import cos, hypot, remainder, sin, tau
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import asdict, astuple
 
+from safenav.lines import csv_text
 from safenav.motion.columns import sample
 from safenav.motion.file.records import GoalLine, Motion, Moving, Piece, Segment
 
@@ -73,22 +73,14 @@ def _waypoint(
     return TimedWaypoint(piece.robot, piece.tick, t, x, y, z, yaw, speed, region)
 
 
-COLUMNS = TimedWaypoint.__struct_fields__
-
-
 def as_csv(found: Iterable[TimedWaypoint]) -> str:
     """A line for each waypoint, below a line of headings."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    writer.writerows([getattr(waypoint, column) for column in COLUMNS] for waypoint in found)
-    return text.getvalue()
+    return csv_text(TimedWaypoint.__struct_fields__, map(astuple, found))
 
 
 def as_json(found: Iterable[TimedWaypoint]) -> str:
     """The waypoints of each robot."""
     robots: dict[str, list[dict[str, object]]] = {}
-    for waypoint in found:
-        entry = {name: getattr(waypoint, name) for name in COLUMNS if name != "robot"}
-        robots.setdefault(waypoint.robot, []).append(entry)
+    for waypoint in map(asdict, found):
+        robots.setdefault(waypoint.pop("robot"), []).append(waypoint)
     return json.dumps({"robots": robots}, indent=1) + "\n"

@@ -8,20 +8,19 @@ corner (docs/maps.md).
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from collections.abc import Sequence
-from math import pi, remainder, tau
+from math import remainder, tau
 
 from msgspec import Struct
 
 from safenav.errors import Diagnostic, InputError, UsageError
+from safenav.lines import csv_text
+from safenav.pace.robot import YAW
 from safenav.trace.records import Arrive, Move
 from safenav.trace.trace import Trace
 from safenav.world.frame import Frame
 
-_YAW = {"east": 0.0, "north": pi / 2, "west": pi, "south": -pi / 2}
 _DECIMALS = 6
 
 
@@ -62,41 +61,32 @@ def frame_of(
 def waypoints(trace: Trace, frame: Frame) -> list[Waypoint]:
     """The ways of all robots, one robot after the other. Raises InputError for a robot that is
     not of the team, or a region that is not on the map."""
-    header = trace.header
+    header, world = trace.header, trace.header.scenario.map
+    ways: dict[str, list[Waypoint]] = {name: [] for name in header.scenario.robots}
+
+    def add(
+        line: int, robot: str, tick: int, region: int, facing: str | None, t: float | None
+    ) -> None:
+        found = ""
+        if robot not in ways:
+            found = f"'{robot[:40]}' is not a robot of this trace"
+        elif not 0 <= region < world.rows * world.cols:
+            found = f"{robot} is in region {region}, which is not on the map"
+        if found:
+            raise InputError([Diagnostic(trace.source, line, 1, found)])
+        row, col = divmod(region, world.cols)
+        x, y = (round(value, _DECIMALS) for value in frame.centre(row, col, world.rows))
+        yaw = None if facing is None else round(remainder(YAW[facing] + frame.yaw, tau), _DECIMALS)
+        ways[robot].append(Waypoint(robot, tick, x, y, yaw, region, t))
+
     start = None if header.clock is None else 0.0
-    ways: dict[str, list[Waypoint]] = {
-        name: [_waypoint(trace, frame, name, 0, robot.start, robot.heading, header.line, start)]
-        for name, robot in header.scenario.robots.items()
-    }
+    for name, robot in header.scenario.robots.items():
+        add(header.line, name, 0, robot.start, robot.heading, start)
     for record in trace.records:
         if isinstance(record, Move | Arrive):
-            if record.robot not in ways:
-                found = f"'{record.robot[:40]}' is not a robot of this trace"
-                raise InputError([Diagnostic(trace.source, record.line, 1, found)])
             region = record.to if isinstance(record, Move) else record.at
-            at = (record.tick, region, record.heading, record.line, record.t)
-            ways[record.robot].append(_waypoint(trace, frame, record.robot, *at))
+            add(record.line, record.robot, record.tick, region, record.heading, record.t)
     return [waypoint for way in ways.values() for waypoint in way]
-
-
-def _waypoint(
-    trace: Trace,
-    frame: Frame,
-    robot: str,
-    tick: int,
-    region: int,
-    facing: str | None,
-    line: int,
-    t: float | None,
-) -> Waypoint:
-    world = trace.header.scenario.map
-    if not 0 <= region < world.rows * world.cols:
-        found = f"{robot} is in region {region}, which is not on the map"
-        raise InputError([Diagnostic(trace.source, line, 1, found)])
-    row, col = divmod(region, world.cols)
-    x, y = (round(value, _DECIMALS) for value in frame.centre(row, col, world.rows))
-    yaw = None if facing is None else round(remainder(_YAW[facing] + frame.yaw, tau), _DECIMALS)
-    return Waypoint(robot, tick, x, y, yaw, region, t)
 
 
 def _columns(found: Sequence[Waypoint]) -> tuple[str, ...]:
@@ -107,11 +97,7 @@ def _columns(found: Sequence[Waypoint]) -> tuple[str, ...]:
 def as_csv(found: Sequence[Waypoint]) -> str:
     """A line for each waypoint, below a line of headings; no yaw is an empty field."""
     columns = _columns(found)
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows([getattr(waypoint, column) for column in columns] for waypoint in found)
-    return text.getvalue()
+    return csv_text(columns, ([getattr(one, column) for column in columns] for one in found))
 
 
 def as_json(found: Sequence[Waypoint], frame: Frame) -> str:

@@ -29,7 +29,7 @@ RESERVE = 0.5
 AT_ONCE = 1e-9
 """Delays in seconds below this are rounding: sums of the same durations in another order."""
 
-_YAW = {"east": 0.0, "north": pi / 2, "west": pi, "south": -pi / 2}
+YAW: Mapping[str, float] = {"east": 0.0, "north": pi / 2, "west": pi, "south": -pi / 2}
 
 
 class Pace(ABC):
@@ -44,7 +44,7 @@ class Pace(ABC):
 
     def __init__(self, cols: int, side: float, heading: str | None, least: int = 1) -> None:
         self._cols, self._side, self._least = cols, side, least
-        self.facing = _YAW[heading] if heading else 0.0
+        self.facing = YAW[heading] if heading else 0.0
         self._since = 0.0
         self._settling = 0.0
         self._next = self.facing
@@ -71,7 +71,7 @@ class Pace(ABC):
 
     def placed(self, now: float, heading: str | None) -> None:
         """It stands somewhere, without its doing."""
-        self.facing = _YAW[heading] if heading else self.facing
+        self.facing = YAW[heading] if heading else self.facing
         self._since, self._settling, self._foot = now, 0.0, 0
 
     def ready(self, now: float, at: int, region: int) -> float:

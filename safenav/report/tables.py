@@ -4,10 +4,9 @@ Times are ticks, or seconds where the run has a clock."""
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterable
 
+from safenav.lines import csv_text
 from safenav.report.replay.timeline import Replay, StoryKind
 from safenav.trace import records
 from safenav.trace.trace import Trace
@@ -19,9 +18,11 @@ def tables(trace: Trace, replay: Replay) -> dict[str, str]:
     """Return the name of each table and its CSV text (RFC 4180, one heading line)."""
     when = "tick" if replay.times is None else "t"
     return {
-        "moves": _csv((when, "robot", "region", "row", "col", "name", "heading"), _moves(replay)),
-        "events": _csv((when, "kind", "robot", "region", "obstacle", "text"), _events(replay)),
-        "syntheses": _csv(
+        "moves": csv_text(
+            (when, "robot", "region", "row", "col", "name", "heading"), _moves(replay)
+        ),
+        "events": csv_text((when, "kind", "robot", "region", "obstacle", "text"), _events(replay)),
+        "syntheses": csv_text(
             (when, "robot", "reason", "verdict", "seconds", "states", "cached", "verified"),
             _syntheses(trace),
         ),
@@ -61,11 +62,3 @@ def _syntheses(trace: Trace) -> Iterable[Row]:
 
 def _when(replay: Replay, tick: int) -> float:
     return tick if replay.times is None else replay.times[tick]
-
-
-def _csv(headings: Row, rows: Iterable[Row]) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(headings)
-    writer.writerows(rows)
-    return text.getvalue()

@@ -10,10 +10,10 @@ from msgspec.structs import replace
 
 from motion.runs import motion, played, trace_of
 from safenav.errors import UsageError
+from safenav.motion import timed
 from safenav.motion.check.verdict import check_motion
-from safenav.motion.columns import columns_of, csv_text, npz_bytes
+from safenav.motion.columns import as_csv, columns_of, npz_bytes
 from safenav.motion.making import Disturbances, motion_of
-from safenav.motion.timed import as_csv, timed_waypoints
 from safenav.trace.reading import read_bytes
 
 NAME = "case_study_1"
@@ -63,7 +63,7 @@ def test_columns_are_in_the_world_of_the_map_s_origin() -> None:
 
 def test_tables_hold_all_columns() -> None:
     found = columns_of(motion(NAME), "quad", 10.0)
-    rows = list(csv.DictReader(io.StringIO(csv_text(found))))
+    rows = list(csv.DictReader(io.StringIO(as_csv(found))))
     assert len(rows) == len(found.times)
     assert float(rows[50]["x"]) == pytest.approx(found.columns["x"][50], rel=1e-5)
     with np.load(io.BytesIO(npz_bytes(motion(NAME), 10.0))) as archive:
@@ -85,7 +85,7 @@ def test_unknown_robot_is_told() -> None:
 
 
 def test_timed_waypoints_are_where_and_when_moves_end() -> None:
-    found = timed_waypoints(motion(NAME))
+    found = timed.timed_waypoints(motion(NAME))
     quad = [waypoint for waypoint in found if waypoint.robot == "quad"]
     assert quad[0].t == 0
     assert (quad[0].x, quad[0].y) == (4.05, 14.85)
@@ -93,7 +93,7 @@ def test_timed_waypoints_are_where_and_when_moves_end() -> None:
     assert all(waypoint.speed < 1e-9 for waypoint in quad)  # it flies from rest to rest
     walking = {round(w.speed, 3) for w in found if w.robot == "digit"}
     assert walking == {0.0, 0.45}
-    assert as_csv(found).splitlines()[0] == "robot,tick,t,x,y,z,yaw,speed,region"
+    assert timed.as_csv(found).splitlines()[0] == "robot,tick,t,x,y,z,yaw,speed,region"
 
 
 def test_a_run_in_which_nobody_moves_still_says_where_everybody_stands() -> None:

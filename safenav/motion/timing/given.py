@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from copy import copy
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError
@@ -39,16 +38,11 @@ SLACK = 1e-6
 """Seconds that are rounding."""
 
 
-class Timetable(Struct, frozen=True):
-    """The activities of all robots in the order of time, with their durations."""
-
-    lines: tuple[Line, ...]
-    outcome: MotionOutcome
-
-
-def carried_out(trace: Trace, floor: MetricFloor, movers: Mapping[str, Mover]) -> Timetable:
-    """Carries out a trace with these movers, whose time is 0. Raises InputError for what no motion
-    of theirs does: too fast, or from one place to another without a step."""
+def carried_out(
+    trace: Trace, floor: MetricFloor, movers: Mapping[str, Mover]
+) -> tuple[tuple[Line, ...], MotionOutcome]:
+    """The lines of a trace that these movers carry out, whose time is 0. Raises InputError for what
+    no motion of theirs does: too fast, or from one place to another without a step."""
     run = _Run(trace, floor, movers)
     for record in trace.records:
         run.take(record)
@@ -188,7 +182,7 @@ class _Run:
     def _refused(self, record: records.Record, found: str, hint: str = "") -> InputError:
         return InputError([Diagnostic(self._trace.source, record.line, 1, found, hint)])
 
-    def end(self) -> Timetable:
+    def end(self) -> tuple[tuple[Line, ...], MotionOutcome]:
         for depart in self._ledger.departs.values():  # under way when the run ends
             if depart.from_ == self._movers[depart.robot].region:
                 self._cross(depart, None)
@@ -200,7 +194,7 @@ class _Run:
         for mover in self._movers.values():
             if mover.time < until:
                 self._lines += mover.rest(tick, until)
-        return Timetable(tuple(sorted(self._lines, key=when)), self._ledger.outcome(until))
+        return tuple(sorted(self._lines, key=when)), self._ledger.outcome(until)
 
 
 def when(line: Line) -> tuple[float, int]:

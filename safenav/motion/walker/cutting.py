@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from msgspec.structs import replace
 
-from safenav.motion.file.records import PressurePhase, Segment, State, Swing
-from safenav.motion.pendulum import Array, advanced
+from safenav.motion.file.records import PressurePhase, Segment, Swing
+from safenav.motion.pendulum import advanced, state_of
 from safenav.motion.polynomial import between, derivative, values
 
 
@@ -39,7 +39,7 @@ def split(segment: Segment, at: float, omega: float) -> tuple[Segment, Segment]:
         phases=tuple(phases[0]),
         feet=tuple(replace(f, up=min(f.up, at)) for f in early if f.down < at),
         swings=tuple(swings[0]),
-        goal=_state(state),
+        goal=state_of(state),
     )
     second = replace(
         segment,
@@ -48,7 +48,7 @@ def split(segment: Segment, at: float, omega: float) -> tuple[Segment, Segment]:
         feet=tuple(replace(f, down=max(0.0, f.down - at), up=f.up - at) for f in late if f.up > at),
         swings=tuple(swings[1]),
         turning=(before, after, begin_turn - at, end_turn - at),
-        start=_state(state),
+        start=state_of(state),
     )
     return first, second
 
@@ -67,8 +67,3 @@ def _cut(swing: Swing, at: float) -> tuple[list[Swing], list[Swing]]:
     u = swing.u0 + (swing.u1 - swing.u0) * float(since[0]) / (swing.t1 - swing.t0)
     first = replace(swing, t1=at, u1=u, goal=state)
     return [first], [replace(later, t0=0.0, u0=u, start=state)]
-
-
-def _state(state: Array) -> State:
-    x, y, vx, vy = state.tolist()
-    return x, y, vx, vy

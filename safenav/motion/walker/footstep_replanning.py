@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from safenav.extras import missing
 from safenav.motion.file.records import Foothold
-from safenav.motion.pendulum import Array, influence
+from safenav.motion.pendulum import Array, miss
 from safenav.motion.walker.courses import WalkPlan
 
 AHEAD, ASIDE = 0.0599, 0.0299
@@ -42,7 +42,7 @@ def replaced(plan: WalkPlan, state: Array, omega: float, soft: bool) -> tuple[Ar
     """Offsets of the feet and of the centres of pressure (phases, 2 each); None if there are
     none. ``soft``: the goal may be missed, and the last foot be placed elsewhere."""
     count = len(plan.durations)
-    effect = influence(plan.durations, omega)
+    missed, effect = miss(plan.durations, plan.pressures, state, plan.goal, omega)
     last = plan.same[-1]
     moved = [
         i
@@ -75,21 +75,12 @@ def replaced(plan: WalkPlan, state: Array, omega: float, soft: bool) -> tuple[Ar
                     rows[row, places[phase] + axis] += share[phase]
                 at = leans + 2 * phase
                 rows[row, at : at + 2] += share[phase] * lean[axis]
-    xi, eta = state[:2] + state[2:] / omega, state[:2] - state[2:] / omega
-    xi_goal = plan.goal[:2] + plan.goal[2:] / omega
-    eta_goal = plan.goal[:2] - plan.goal[2:] / omega
     if soft:
         for axis in (0, 1):
             rows[axis, misses + 2 * axis] = effect.decay
             rows[2 + axis, misses + 2 * axis + 1] = -1.0
-    wanted = np.concatenate(
-        [
-            xi - effect.decay * xi_goal - effect.diverging @ plan.pressures,
-            eta_goal - effect.decay * eta - effect.converging @ plan.pressures,
-        ]
-    )
     scale = np.array([1 / max(effect.diverging.max(), 1e-9)] * 2 + [1.0, 1.0])
-    rows, wanted = rows * scale[:, None], wanted * scale
+    rows, wanted = rows * scale[:, None], missed.ravel() * scale
     sides, most = _steps(plan, places, size)
     rows_all = np.vstack([rows, sides])
     upper = np.concatenate([bound, wanted, most])

@@ -18,8 +18,8 @@ import numpy as np
 from msgspec.structs import replace
 
 from safenav.errors import UsageError
-from safenav.motion.file.records import Foothold, PressurePhase, Segment, State, Swing
-from safenav.motion.pendulum import Array, advanced
+from safenav.motion.file.records import Foothold, PressurePhase, Segment, Swing
+from safenav.motion.pendulum import Array, advanced, state_of
 from safenav.motion.polynomial import between, derivative, values
 from safenav.motion.walker.courses import Actual, PendingMove, WalkPlan, plan_of
 from safenav.motion.walker.footstep_replanning import replaced
@@ -136,14 +136,9 @@ def _carried_out(
         phases=phases,
         feet=tuple(feet),
         swings=tuple(moved),
-        start=_state(actual.state),
-        goal=_state(goal),
+        start=state_of(actual.state),
+        goal=state_of(goal),
     )
-
-
-def _state(state: Array) -> State:
-    x, y, vx, vy = state.tolist()
-    return x, y, vx, vy
 
 
 def _resent(swing: Swing, segment: Segment, feet: list[Foothold]) -> Swing:

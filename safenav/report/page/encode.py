@@ -6,8 +6,8 @@ letter for each heading: a thousand ticks of a robot take about five kilobytes.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, Protocol
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from msgspec.structs import asdict
 
@@ -32,12 +32,6 @@ from safenav.trace.wording import objective_words
 from safenav.trace.words import seconds_words
 from safenav.world.map import Region, RegionMap
 from safenav.world.poses import bits
-
-
-class RegionPlaces(Protocol):
-    """A store of sets of regions: the index of a set, or its substitute."""
-
-    def index(self, regions: Sequence[Region]) -> int | str: ...
 
 
 def encoded(replay: Replay, source: str) -> dict[str, Any]:
@@ -169,7 +163,7 @@ def _view(replay: Replay, viewer: str, index: dict[str, int], sets: RegionSets) 
         "vision": replay.track(viewer).vision,
         "sight": seen,
         "beliefs": [
-            [index[other], _changes(changes, lambda belief: belief_data(belief, sets))]
+            [index[other], _changes(changes, lambda belief: belief_data(belief, sets.index))]
             for other, changes in told.items()
         ],
     }
@@ -179,10 +173,11 @@ def steps_data(steps: Sequence[LongStep]) -> list[list[Any]]:
     return [[s.first, s.last, s.toward, round(s.begin, 3), round(s.end, 3)] for s in steps]
 
 
-def belief_data(belief: RobotBelief | None, sets: RegionPlaces) -> list[Any]:
-    if belief is None:
-        return [0, -1]
-    return [int(belief.seen), sets.index(sorted(belief.regions))]
+def belief_data(
+    belief: RobotBelief | None, placed: Callable[[Sequence[Region]], int | str]
+) -> list[Any]:
+    """Return a belief; ``placed``: how a set of regions is written."""
+    return [0, -1] if belief is None else [int(belief.seen), placed(sorted(belief.regions))]
 
 
 def frame_data(frame: StackRow, world: RegionMap) -> list[Any]:

@@ -126,7 +126,7 @@ class LiveRun:
             if viewer != name:
                 continue
             for tick, belief in self._new(told, "belief", viewer, other):
-                seen, text = belief_data(belief, _Texts())
+                seen, text = belief_data(belief, written)
                 beliefs.append([self._index[other], tick, seen, text])
         sight = self._sight_now(name, last)
         if sight is None and not beliefs:
@@ -168,10 +168,3 @@ class LiveRun:
     def _catch_up(self) -> None:
         """Count all that there is as sent."""
         self.news()
-
-
-class _Texts:
-    """Substitute for the sets of a page: a set is encoded as its text."""
-
-    def index(self, regions: Sequence[Region]) -> str:
-        return written(regions)

@@ -1,9 +1,7 @@
 """Sets of regions as short texts, each set written once.
 
 A set is a list of runs of consecutive regions; of each run the gap before it and its length are
-written as numbers in base 32, little end first, with one letter per digit: an upper half of the
-alphabet marks that the number continues (as in the base64 VLQ of source maps). A set within a
-radius of 4 takes about 20 letters. Its reader is front/src/run/sets.ts."""
+written: ``14,3,7,2``. Its reader is front/src/run/sets.ts."""
 
 from __future__ import annotations
 
@@ -12,9 +10,6 @@ from collections.abc import Iterable
 from msgspec import Struct, field
 
 from safenav.world.map import Region
-
-_DIGITS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_"
-_BASE = len(_DIGITS) // 2
 
 
 class RegionSets(Struct):
@@ -34,21 +29,12 @@ class RegionSets(Struct):
 
 def written(regions: Iterable[Region]) -> str:
     """Return regions, ascending, as gaps and lengths of runs."""
-    text, end = "", 0
-    start = None
+    numbers: list[int] = []
+    end = 0
     for region in regions:
-        if start is None:
-            start, gap = region, region - end
-        elif region != end:
-            text += _number(gap) + _number(end - start)
-            start, gap = region, region - end
+        if numbers and region == end:
+            numbers[-1] += 1
+        else:
+            numbers += [region - end, 1]
         end = region + 1
-    return text if start is None else text + _number(gap) + _number(end - start)
-
-
-def _number(value: int) -> str:
-    text = ""
-    while value >= _BASE:
-        value, digit = divmod(value, _BASE)
-        text += _DIGITS[_BASE + digit]
-    return text + _DIGITS[value]
+    return ",".join(map(str, numbers))

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 
 from msgspec import Struct, field
 
+from safenav.report.picture.floor import INK, MUTED
 from safenav.report.picture.glyphs import NOSE, STATUS_MARKS
 from safenav.report.picture.names import AREA
 from safenav.report.picture.svg import SvgWriter
@@ -19,8 +20,6 @@ from safenav.world.map import RegionMap
 WIDTH = 270.0
 GAP = 24.0
 ICON = 30.0
-INK = "#1B1F24"
-MUTED = "#5C6470"
 _QUIET = {StoryKind.SYNTHESIS, StoryKind.PUSH, StoryKind.POP, StoryKind.OUTCOME}
 
 Icon = Callable[[SvgWriter, float, float], None]

@@ -27,6 +27,7 @@ from safenav.spec.forms import asked_of
 from safenav.spec.other_robots.nearby import busy
 from safenav.spec.specification import Constraint
 from safenav.trace.labels import labels
+from safenav.trace.words import regions_words
 from safenav.world.map import Heading, Region, RegionMap
 
 _SHOWN = 12
@@ -207,18 +208,7 @@ def _regions(regions: Sequence[Region], world: RegionMap) -> str:
         return "no region"
     if len(regions) == 1:
         return f"region {world.label(regions[0])}"
-    return f"regions {_runs(regions)}"
-
-
-def _runs(regions: Sequence[Region]) -> str:
-    """Return runs of consecutive numbers: ``14-20, 27``."""
-    runs: list[list[Region]] = []
-    for region in sorted(regions):
-        if runs and region == runs[-1][1] + 1:
-            runs[-1][1] = region
-        else:
-            runs.append([region, region])
-    return ", ".join(str(a) if a == b else f"{a}-{b}" for a, b in runs)
+    return f"regions {regions_words(regions)}"
 
 
 def _moment_words(moment: PlayMoment, found: Explanation, world: RegionMap) -> str:

@@ -52,12 +52,12 @@ def encoded_motion(motion: Motion) -> dict[str, Any]:
         "samples": tracks[0]["samples"] if tracks else 0,
         "tracks": tracks,
         "reserved": [
-            [names.index(robot), region, _short(begin), _short(end)]
+            [names.index(robot), region, round(begin, 3), round(end, 3)]
             for robot, region, begin, end in _reserved(motion)
         ],
         "actions": [
-            [names.index(line.robot), line.obstacle, line.action, _short(line.t0), _short(line.t1)]
-            for line in motion.of(Action)
+            [names.index(a.robot), a.obstacle, a.action, round(a.t0, 3), round(a.t1, 3)]
+            for a in motion.of(Action)
         ],
     }
 
@@ -69,15 +69,11 @@ def _track(motion: Motion, robot: str) -> dict[str, Any]:
     found = {name: columns.columns[given] for name, given in (_WALKER if walks else _BODY).items()}
     if described["kind"] == "flyer":
         found |= _attitude(motion, robot, columns.times, columns.columns)
-    for name, column in found.items():
-        if name.endswith("yaw"):
-            found[name] = np.unwrap(column)
     return {
         "kind": described["kind"],
         "size": described["size"],
         "samples": len(columns.times),
-        "columns": list(found),
-        "data": packed(column.tolist() for column in found.values()),
+        **_packed(found),
         "feet": [list(foot) for foot in _feet(motion, robot)],
         **_ghost(motion, robot, columns.times, list(found)),
     }
@@ -101,11 +97,13 @@ def _ghost(motion: Motion, robot: str, times: Array, names: list[str]) -> dict[s
         first = times < goals[0].t0
         for name in ("x", "y", "yaw"):
             found[name][first] = found[name][0]
-    for name, column in found.items():
-        if name.endswith("yaw"):
-            found[name] = np.unwrap(column)
-    data = packed(column.tolist() for column in found.values())
-    return {"ghost": {"columns": list(found), "data": data}}
+    return {"ghost": _packed(found)}
+
+
+def _packed(found: Mapping[str, Array]) -> dict[str, Any]:
+    """Return names and values of columns; angles without jumps of a whole turn."""
+    smooth = (np.unwrap(c) if name.endswith("yaw") else c for name, c in found.items())
+    return {"columns": list(found), "data": packed(column.tolist() for column in smooth)}
 
 
 def _attitude(
@@ -161,10 +159,6 @@ def _reserved(motion: Motion) -> Iterator[tuple[str, int, float, float]]:
                 yield line.robot, line.region, begin, line.t
     for (robot, region), begin in since.items():
         yield robot, region, begin, motion.outcome.makespan + 1
-
-
-def _short(seconds: float) -> float:
-    return round(seconds, 3)
 
 
 def packed(columns: Iterable[Sequence[float]]) -> str:

@@ -2,9 +2,6 @@
 
 import type { Run } from "./run";
 
-const DIGITS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
-const BASE = 32;
-
 /** Runs of consecutive regions: where each begins, and how many there are. */
 type Runs = [start: number, count: number][];
 
@@ -25,18 +22,7 @@ export function runsOf(run: Run, set: number): Runs {
 }
 
 function decoded(text: string): Runs {
-  const numbers: number[] = [];
-  let value = 0;
-  let scale = 1;
-  for (const letter of text) {
-    const digit = DIGITS.indexOf(letter);
-    value += (digit % BASE) * scale;
-    scale *= BASE;
-    if (digit >= BASE) continue;
-    numbers.push(value);
-    value = 0;
-    scale = 1;
-  }
+  const numbers = text === "" ? [] : text.split(",").map(Number);
   const runs: Runs = [];
   let end = 0;
   for (let i = 0; i < numbers.length; i += 2) {
