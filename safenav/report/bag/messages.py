@@ -17,7 +17,7 @@ Regions are squares in the frame `map` (x east, y north, origin at the south-wes
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from math import cos, radians, sin
 from typing import Any
 
@@ -89,7 +89,7 @@ class _Telling:
 
     def all(self) -> Iterator[Stamped]:
         yield Stamped(self.replay.time(0), "/map", "nav_msgs/msg/OccupancyGrid", self._map())
-        yield Stamped(self.replay.time(0), "/places", _MARKERS, {"markers": self._places()})
+        yield Stamped(self.replay.time(0), "/places", _MARKERS, {"markers": [*self._places()]})
         yield Stamped(self.replay.time(0), "/robots", _MARKERS, {"markers": [*self._bodies()]})
         planned: list[Message] = []
         ways: dict[str, list[Message]] = {track.name: [] for track in self.replay.robots}
@@ -106,8 +106,7 @@ class _Telling:
                 path = {"header": self._header(tick), "poses": list(way)}
                 topic = f"/{self.names[track.name]}/path"
                 yield Stamped(seconds, topic, "nav_msgs/msg/Path", path)
-            changed = self._obstacles(tick, told)
-            if changed:
+            if changed := [*self._obstacles(tick, told)]:
                 yield Stamped(seconds, "/obstacles", _MARKERS, {"markers": changed})
             plan = [*self._plan(tick)]
             if _bare(plan) != _bare(planned):
@@ -115,14 +114,13 @@ class _Telling:
                 yield Stamped(seconds, "/plan", _MARKERS, {"markers": [deleted, *plan]})
             planned = plan
             if tick == 0 or self.replay.stack.at(tick) != self.replay.stack.at(tick - 1):
-                yield Stamped(seconds, "/requests", _MARKERS, {"markers": self._requests(tick)})
+                yield Stamped(seconds, "/requests", _MARKERS, {"markers": [*self._requests(tick)]})
             for event in self.replay.happened(tick):
                 log = {
                     "stamp": stamp(seconds),
                     "level": self._level(event.kind),
                     "name": self.names.get(event.robot or "", "safenav"),
                     "msg": event.text,
-                    "file": "",
                     "function": event.kind.value,
                     "line": tick,
                 }
@@ -171,74 +169,55 @@ class _Telling:
             "transform": {"translation": pose["position"], "rotation": pose["orientation"]},
         }
 
-    def _obstacles(self, tick: int, told: dict[str, ObstacleStatus]) -> list[Message]:
-        """Return markers of obstacles whose status has changed; ``told`` keeps the sent ones."""
-        markers: list[Message] = []
+    def _obstacles(self, tick: int, told: dict[str, ObstacleStatus]) -> Iterator[Message]:
+        """Yield markers of obstacles whose status has changed; ``told`` keeps the sent ones."""
         for number, hidden in enumerate(self.replay.hidden):
             status = self.replay.statuses[hidden.name].at(tick)
-            if status is told.get(hidden.name, ObstacleStatus.HIDDEN):
-                continue
-            told[hidden.name] = status
-            gone = status is ObstacleStatus.RESOLVED
-            markers.append(
-                {
-                    **self._marker(tick, "obstacles", number, _CUBE, _DELETE if gone else _ADD),
+            if status is not told.get(hidden.name, ObstacleStatus.HIDDEN):
+                told[hidden.name] = status
+                action = _DELETE if status is ObstacleStatus.RESOLVED else _ADD
+                yield self._marker(tick, "obstacles", number, _CUBE, action) | {
                     "pose": self._at(hidden.region),
                     "scale": self._size(0.9, 0.4),
                     "color": _colour(STATUS_MARKS[status].colour, 0.8),
                     "text": hidden.label(self.replay.map),
                 }
-            )
-        return markers
 
-    def _requests(self, tick: int) -> list[Message]:
-        """Return a line for each frame of the stack that requests help; others are deleted."""
+    def _requests(self, tick: int) -> Iterator[Message]:
+        """Yield a line for each frame of the stack that requests help; others are deleted."""
         regions = {hidden.name: hidden.region for hidden in self.replay.hidden}
         scene = {track.name: track.regions[tick] for track in self.replay.robots}
-        markers: list[Message] = [{**self._marker(tick, "requests", 0, _LINE, _DELETE_ALL)}]
+        yield self._marker(tick, "requests", 0, _LINE, _DELETE_ALL)
         frames = [f for f in self.replay.stack.at(tick) if f.obstacle in regions]
         helping = ((frame, helper) for frame in frames for helper in frame.helpers)
         for number, (frame, helper) in enumerate(helping):
-            ends = (scene[helper], regions[frame.obstacle or ""])
-            markers.append(
-                {
-                    **self._marker(tick, "requests", number, _LINE, _ADD),
-                    "points": [self._at(region)["position"] for region in ends],
-                    "scale": self._size(0.08, 0.0),
-                    "color": _colour(STATUS_MARKS[ObstacleStatus.REQUESTED].colour, 1.0),
-                    "text": f"{frame.about(self.replay.map.word)}: {frame.roles}",
-                }
-            )
-        return markers
+            yield self._marker(tick, "requests", number, _LINE) | {
+                "points": self._points((scene[helper], regions[frame.obstacle or ""])),
+                "scale": self._size(0.08, 0.0),
+                "color": _colour(STATUS_MARKS[ObstacleStatus.REQUESTED].colour, 1.0),
+                "text": f"{frame.about(self.replay.map.word)}: {frame.roles}",
+            }
 
-    def _places(self) -> list[Message]:
-        """Return names, flat on the map, and the borders of areas."""
+    def _places(self) -> Iterator[Message]:
+        """Yield names, flat on the map, and the borders of areas."""
         world = self.replay.map
-        markers: list[Message] = []
         named = [(name, [region]) for name, region in world.names.items()]
         named += [(name, sorted(area)) for name, area in world.areas.items()]
         for number, (name, regions) in enumerate(named):
-            places = [self._at(region)["position"] for region in regions]
+            places = self._points(regions)
             middle = {axis: sum(p[axis] for p in places) / len(places) for axis in "xyz"}
-            markers.append(
-                {
-                    **self._marker(0, "places", number, _TEXT, _ADD),
-                    "pose": {**_pose(0.0, 0.0, 0.0), "position": middle},
-                    "scale": self._size(0.4, 0.4),
-                    "color": _colour(INK, 1.0),
-                    "text": name,
-                }
-            )
+            yield self._marker(0, "places", number, _TEXT) | {
+                "pose": {**_pose(0.0, 0.0, 0.0), "position": middle},
+                "scale": self._size(0.4, 0.4),
+                "color": _colour(INK, 1.0),
+                "text": name,
+            }
         for number, area in enumerate(world.areas.values()):
-            markers.append(
-                {
-                    **self._marker(0, "areas", number, _LINES, _ADD),
-                    "scale": self._size(0.06, 0.06),
-                    "color": _colour(AREA, 1.0),
-                    "points": [*self._border(area)],
-                }
-            )
-        return markers
+            yield self._marker(0, "areas", number, _LINES) | {
+                "scale": self._size(0.06, 0.06),
+                "color": _colour(AREA, 1.0),
+                "points": [*self._border(area)],
+            }
 
     def _border(self, area: frozenset[Region]) -> Iterator[Message]:
         """Yield both ends of each side of a region where the area ends."""
@@ -267,12 +246,10 @@ class _Telling:
             name = self._size(0.35, 0.35)
             parts.append(("names", _TEXT, name, height + 0.5 * side, look.colour, track.name))
             for kind, shape, size, z, colour, text in parts:
-                pose = _pose(0.0, 0.0, 0.0)
-                yield {
-                    **self._marker(0, kind, number, shape, _ADD),
+                yield self._marker(0, kind, number, shape) | {
                     "header": {"stamp": stamp(0.0), "frame_id": self.names[track.name]},
                     "frame_locked": True,
-                    "pose": {**pose, "position": {"x": 0.0, "y": 0.0, "z": z}},
+                    "pose": {**_pose(0.0, 0.0, 0.0), "position": {"x": 0.0, "y": 0.0, "z": z}},
                     "scale": size,
                     "color": _colour(colour, 1.0),
                     "text": text,
@@ -286,25 +263,24 @@ class _Telling:
             targets = targets_of(objective) if objective is not None else ()
             regions = sorted(frozenset[Region]().union(*targets))
             if regions:
-                yield {
-                    **self._marker(tick, "targets", number, _CUBES, _ADD),
+                yield self._marker(tick, "targets", number, _CUBES) | {
                     "scale": self._size(0.8, 0.02),
                     "color": _colour(look.colour, 0.25),
-                    "points": [self._at(region)["position"] for region in regions],
+                    "points": self._points(regions),
                     "text": track.name,
                 }
             if len(plan.get(track.name, ())) > 1:
-                yield {
-                    **self._marker(tick, "ways", number, _LINE, _ADD),
+                yield self._marker(tick, "ways", number, _LINE) | {
                     "scale": self._size(0.1, 0.0),
                     "color": _colour(look.colour, 0.8),
-                    "points": [self._at(region)["position"] for region in plan[track.name]],
+                    "points": self._points(plan[track.name]),
                     "text": track.name,
                 }
 
-    def _marker(self, tick: int, kind: str, number: int, shape: int, action: int) -> Message:
-        """Return a marker without content."""
-        header = {"stamp": stamp(0.0), "frame_id": ""}
+    def _marker(
+        self, tick: int, kind: str, number: int, shape: int, action: int = _ADD
+    ) -> dict[str, Any]:
+        """Return a marker without content; the writer knows the defaults of what is left out."""
         return {
             "header": self._header(tick),
             "ns": kind,
@@ -314,18 +290,11 @@ class _Telling:
             "pose": _pose(0.0, 0.0, 0.0),
             "scale": self._size(1.0, 1.0),
             "color": _colour("#000000", 1.0),
-            "lifetime": stamp(0.0),
-            "frame_locked": False,
-            "points": [],
-            "colors": [],
-            "texture_resource": "",
-            "texture": {"header": header, "format": "", "data": b""},
-            "uv_coordinates": [],
-            "text": "",
-            "mesh_resource": "",
-            "mesh_file": {"filename": "", "data": b""},
-            "mesh_use_embedded_materials": False,
         }
+
+    def _points(self, regions: Iterable[Region]) -> list[Message]:
+        """Return the middles of regions."""
+        return [self._at(region)["position"] for region in regions]
 
     def _at(self, region: Region) -> Message:
         row, col = self.replay.map.position(region)
