@@ -17,6 +17,7 @@ from safenav.extras import missing
 
 if TYPE_CHECKING:
     from safenav.report.replay.timeline import Replay
+    from safenav.trace.trace import Trace
 
 EPILOG = """\b
 TICK is a number (of seconds in a run with a clock), 'last', or the kind of an
@@ -85,7 +86,8 @@ def command(
     from safenav.outfile import write_bytes
     from safenav.report.picture.scene import Options, svg_of
     from safenav.report.replay.perception import shading_of
-    from safenav.report.replay.reading import read_replay
+    from safenav.report.replay.reading import replay_of
+    from safenav.trace.reading import read_trace
 
     if sum((svg is not None, png is not None, gif, terminal, solid)) > 1:
         raise UsageError("choose one of --svg, --png, --gif, --terminal and --3d")
@@ -93,10 +95,11 @@ def command(
         raise UsageError("--motion goes with --3d")
     if sight is not None and svg is None and png is None and not gif:
         raise UsageError("--sight goes with --svg, --png or --gif; the page lets you choose")
+    run = read_trace(trace)
     if solid:
-        write_bytes(output or trace.with_suffix(".3d.html"), _page3d(trace, motion).encode())
+        write_bytes(output or trace.with_suffix(".3d.html"), _page3d(run, trace, motion).encode())
         return ExitCode.OK
-    replay = read_replay(trace)
+    replay = replay_of(run)
     if sight is not None:
         _check_viewer(replay, sight)
     speed = speed or (4.0 if replay.times is None else 12.0)
@@ -121,26 +124,20 @@ def command(
             content,
         )
         return ExitCode.OK
-    from safenav.report.page.html import page_of
-    from safenav.report.page.requirements import curves_of
-    from safenav.trace.reading import read_trace
+    from safenav.report.page.html import page_of_trace
 
-    page = page_of(replay, trace.name, curves_of(read_trace(trace)))
-    write_bytes(output or trace.with_suffix(".html"), page.encode())
+    write_bytes(output or trace.with_suffix(".html"), page_of_trace(run, trace.name).encode())
     return ExitCode.OK
 
 
-def _page3d(trace: Path, file: Path | None) -> str:
+def _page3d(run: Trace, trace: Path, file: Path | None) -> str:
     """The page in 3D, with the motion in a file or one that is made for the trace."""
-    from safenav.trace.reading import read_trace
-
     try:
         from safenav.motion.file.reading import read_motion
         from safenav.motion.making import motion_of
         from safenav.report.view3d.html import page3d_of
     except ModuleNotFoundError as error:
         raise missing("the 3D page", str(error.name), "motion") from error
-    run = read_trace(trace)
     if file is None:
         motion = motion_of(run)
     else:

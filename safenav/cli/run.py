@@ -317,13 +317,10 @@ def _next_steps(outcome: str, scenario: Path, trace: Path | None, html: Path | N
 
 def _write_page(trace: Path, html: Path) -> None:
     from safenav.outfile import write_bytes
-    from safenav.report.page.html import page_of
-    from safenav.report.page.requirements import curves_of
-    from safenav.report.replay.reading import replay_of
+    from safenav.report.page.html import page_of_trace
     from safenav.trace.reading import read_trace
 
-    read = read_trace(trace)
-    write_bytes(html, page_of(replay_of(read), trace.name, curves_of(read)).encode())
+    write_bytes(html, page_of_trace(read_trace(trace), trace.name).encode())
 
 
 def _write_motion(trace: Path, motion: Path) -> list[str]:

@@ -16,13 +16,10 @@ MOST_FRAMES = 1000
 
 def replay_page(trace: bytes, name: str) -> bytes:
     """The replay as one HTML page."""
-    from safenav.report.page.html import page_of
-    from safenav.report.page.requirements import curves_of
-    from safenav.report.replay.reading import replay_of
+    from safenav.report.page.html import page_of_trace
     from safenav.trace.reading import read_bytes
 
-    read = read_bytes(trace, name)
-    return page_of(replay_of(read), name, curves_of(read)).encode()
+    return page_of_trace(read_bytes(trace, name), name).encode()
 
 
 def page_3d(trace: bytes, name: str) -> bytes:

@@ -12,7 +12,10 @@ from html import escape
 from importlib.resources import files
 
 from safenav.report.page.encode import encoded
+from safenav.report.page.requirements import curves_of
+from safenav.report.replay.reading import replay_of
 from safenav.report.replay.timeline import Replay
+from safenav.trace.trace import Trace
 
 _DOCUMENT = """\
 <!doctype html>
@@ -45,6 +48,11 @@ def page_of(replay: Replay, source: str, curves: Sequence[Mapping[str, object]] 
         data_element("run", encoded(replay, source) | {"curves": list(curves)}),
         f"<script>\n{_asset('replay.js')}</script>",
     )
+
+
+def page_of_trace(trace: Trace, source: str) -> str:
+    """Return the page of a trace, with the curves of its requirements."""
+    return page_of(replay_of(trace), source, curves_of(trace))
 
 
 def document(title: str, style: str, *scripts: str) -> str:

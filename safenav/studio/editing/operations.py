@@ -266,9 +266,8 @@ def repair(data: Any, told: Operation) -> None:
 
 def _obstacle(data: Any, told: Operation) -> Any:
     obstacles, index = data.get(_list_of(told)), told.get("index")
-    if not isinstance(obstacles, list) or not isinstance(index, int):
-        raise UsageError("there is no such obstacle")
-    if not 0 <= index < len(obstacles) or not isinstance(obstacles[index], dict):
+    known = isinstance(obstacles, list) and index in range(len(obstacles))
+    if not known or not isinstance(obstacles[index], dict):
         raise UsageError("there is no such obstacle")
     return obstacles[index]
 

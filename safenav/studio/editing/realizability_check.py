@@ -6,24 +6,21 @@ text changes, so it keeps nothing but the synthesis cache.
 
 from __future__ import annotations
 
-import os
 import sys
 from typing import Any
 
 from safenav.errors import ResourceLimitError, SafenavError
-from safenav.lines import json_line
 from safenav.report.terminal.explanation_text import explanation_data
 from safenav.runtime.explanation import explain_team
 from safenav.runtime.mission import default_synthesizer, first_results
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_draft
-from safenav.studio.run.orders import RunOrder
+from safenav.studio.run.orders import RunOrder, speaker
 
 
 def main() -> None:
     """Check one text."""
-    out = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8")
-    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+    say = speaker()
     order = RunOrder.read(sys.stdin.readline())
     scenario = load_draft(order.text, order.file, order.reach, reachable=False).scenario
     if scenario is None:
@@ -32,12 +29,12 @@ def main() -> None:
     for robot in sorted(scenario.robots, key=lambda robot: robot.name not in order.first):
         verdicts[robot.name] = _verdict(scenario, robot.name)
         if verdicts[robot.name]["verdict"] != "unrealizable":
-            _say(out, verdicts[robot.name])
+            say(verdicts[robot.name])
         else:  # the word first, the reason when it is found
-            _say(out, {**verdicts[robot.name], "because": "looking for the reason ..."})
+            say({**verdicts[robot.name], "because": "looking for the reason ..."})
     for name, verdict in verdicts.items():
         if verdict["verdict"] == "unrealizable":
-            _say(out, verdict | _reason(scenario, name))
+            say(verdict | _reason(scenario, name))
 
 
 def _verdict(scenario: Scenario, name: str) -> dict[str, Any]:
@@ -68,11 +65,6 @@ def _reason(scenario: Scenario, name: str) -> dict[str, Any]:
             if repair.scenario is not None
         ],
     }
-
-
-def _say(out: Any, data: dict[str, Any]) -> None:
-    out.write(json_line(data))
-    out.flush()
 
 
 if __name__ == "__main__":

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import json
-import os
-import signal
-import sys
 from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
-from safenav.studio.run.orders import RunOrder
+from safenav.studio.run.orders import RunOrder, kill, started
 
 CALM = 0.25
 """Seconds without a change before the robots are checked."""
@@ -42,25 +39,14 @@ class RealizabilityQueue:
 
     async def _check(self, order: RunOrder) -> None:
         await asyncio.sleep(CALM)
-        process = await asyncio.create_subprocess_exec(
-            sys.executable,
-            "-m",
-            "safenav.studio.editing.realizability_check",
-            stdin=asyncio.subprocess.PIPE,
-            stdout=asyncio.subprocess.PIPE,
-            stderr=asyncio.subprocess.DEVNULL,
-            limit=2**24,
-            start_new_session=True,
-        )
-        assert process.stdin is not None and process.stdout is not None
+        process = await started("safenav.studio.editing.realizability_check", order)
+        assert process.stdout is not None
         try:
-            process.stdin.write(order.line().encode())
             async for line in process.stdout:
                 verdict = json.loads(line)
                 self.verdicts[verdict["robot"]] = verdict
                 self._tell({"is": "verdicts", "verdicts": self.verdicts})
         finally:
-            with suppress(ProcessLookupError, PermissionError):
-                os.killpg(process.pid, signal.SIGKILL)
+            kill(process)
             with suppress(asyncio.CancelledError):
                 await process.wait()

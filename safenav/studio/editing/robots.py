@@ -118,17 +118,11 @@ def rename_robot(data: Any, told: Operation) -> None:
     index = list(robots).index(old)
     robot = robots.pop(old)
     robots.insert(index, new, robot)
-    for other in robots.values():
-        for key in ("avoids", "tracks"):
-            listed = other.get(key) if isinstance(other, dict) else None
-            if isinstance(listed, list) and old in listed:
-                listed[listed.index(old)] = new
     for change in _changes_of(data, old):
         change["robot"] = new
-    for entry in _apart(data):
-        entry["robots"][:] = [new if name == old else name for name in entry["robots"]]
     for listed in _mentions(data):
-        listed[:] = [new if name == old else name for name in listed]
+        if old in listed:
+            listed[listed.index(old)] = new
     for table in _expected(data):
         for key, value in list(table.items()):
             if key == old:
@@ -146,25 +140,22 @@ def rename_robot(data: Any, told: Operation) -> None:
 
 def remove_robot(data: Any, told: Operation) -> None:
     _robot(data, told)
-    del data["robots"][told["robot"]]
+    gone = told["robot"]
+    del data["robots"][gone]
     if not data["robots"]:
         data["robots"] = CommentedMap()
-    for change in _changes_of(data, told["robot"]):
+    for change in _changes_of(data, gone):
         data["changes"].remove(change)
-    for entry in _apart(data):
-        if told["robot"] in entry["robots"]:
-            entry["robots"].remove(told["robot"])
-            if len(entry["robots"]) < 2:
-                data["never_together"].remove(entry)
+    apart = [entry for entry in _apart(data) if gone in entry["robots"]]
+    for listed in _mentions(data):
+        if gone in listed:
+            listed.remove(gone)
+    for entry in apart:
+        if len(entry["robots"]) < 2:
+            data["never_together"].remove(entry)
     for key in ("changes", "never_together"):
         if data.get(key) == []:
             del data[key]
-    gone = told["robot"]
-    others = [r for r in data["robots"].values() if isinstance(r, dict)]
-    lists = [r[key] for r in others for key in ("avoids", "tracks") if isinstance(r.get(key), list)]
-    for listed in (*lists, *_mentions(data)):
-        if gone in listed:
-            listed.remove(gone)
     for table in _expected(data):
         for key, value in list(table.items()):
             if gone in (key, value):
@@ -186,9 +177,12 @@ def _apart(data: Any) -> list[Any]:
 
 
 def _mentions(data: Any) -> list[Any]:
-    """Return the lists outside of ``robots`` in which robots may stand."""
+    """Return the lists in which robots may stand."""
     expect = data.get("expect")
-    found = [kind.get("blocks") for kind in obstacle_types(data)]
+    others = [robot for robot in data["robots"].values() if isinstance(robot, dict)]
+    found = [other.get(key) for other in others for key in ("avoids", "tracks")]
+    found += [entry["robots"] for entry in _apart(data)]
+    found += [kind.get("blocks") for kind in obstacle_types(data)]
     if isinstance(expect, dict):
         helpers = expect.get("helpers")
         found += [expect.get("late"), *(helpers.values() if isinstance(helpers, dict) else ())]

@@ -8,9 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import json
-import os
 import signal
-import sys
 import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -21,7 +19,7 @@ from typing import IO, Any
 from safenav.errors import UsageError
 from safenav.lines import json_line
 from safenav.report.page.live import LiveRun
-from safenav.studio.run.orders import DONE, FAILED, REFUSED, RunOrder
+from safenav.studio.run.orders import DONE, FAILED, REFUSED, RunOrder, kill, started
 from safenav.trace.fields import convert
 from safenav.trace.records import KINDS, End, Header, Inputs, Record
 from safenav.trace.writing import next_part
@@ -33,9 +31,6 @@ PATIENCE = 1.0
 IDLE = 0.1
 """Seconds until the next tick after one that has written nothing: the run waits for its operator,
 and no time passes."""
-
-LIMIT = 32 * 2**20
-"""Bytes of one line of a trace."""
 
 Tell = Callable[[dict[str, Any]], None]
 
@@ -102,18 +97,8 @@ class StudioRun:
 
     async def start(self) -> None:
         """Start the process; it synthesizes, and then waits."""
-        self._process = await asyncio.create_subprocess_exec(
-            sys.executable,
-            "-m",
-            "safenav.studio.run.process",
-            stdin=asyncio.subprocess.PIPE,
-            stdout=asyncio.subprocess.PIPE,
-            stderr=asyncio.subprocess.DEVNULL,
-            limit=LIMIT,
-            start_new_session=True,
-        )
+        self._process = await started("safenav.studio.run.process", self.order)
         self._busy_since = time.monotonic()
-        self._send_text(self.order.line())
         for job in (self._listen(), self._drive(), self._tell_when_busy()):
             self._tasks.append(asyncio.create_task(job))
         self._tell_state()
@@ -160,18 +145,13 @@ class StudioRun:
         try:
             await asyncio.wait_for(process.wait(), PATIENCE)
         except TimeoutError:
-            self._kill()
+            kill(process)
             await process.wait()
         await asyncio.sleep(0)
         for task in self._tasks[1:]:
             task.cancel()
         with suppress(asyncio.CancelledError, TimeoutError):
             await asyncio.wait_for(self._tasks[0], PATIENCE)
-
-    def _kill(self) -> None:
-        assert self._process is not None
-        with suppress(ProcessLookupError, PermissionError):
-            os.killpg(self._process.pid, signal.SIGKILL)
 
     def _step(self) -> None:
         self._ready.clear()
@@ -224,7 +204,7 @@ class StudioRun:
                 self._take(line)
         except ValueError:
             self.failure = "a line of the trace is too long"
-            self._kill()
+            kill(self._process)
         self._over()
 
     def _take(self, line: bytes) -> None:
@@ -301,12 +281,9 @@ class StudioRun:
         self._tell({"is": "state", "state": self.state})
 
     def _send(self, data: Mapping[str, Any]) -> None:
-        self._send_text(json_line(data))
-
-    def _send_text(self, text: str) -> None:
         assert self._process is not None and self._process.stdin is not None
         with suppress(ConnectionError, RuntimeError):
-            self._process.stdin.write(text.encode())
+            self._process.stdin.write(json_line(data).encode())
 
 
 def opened(path: Path) -> IO[bytes]:

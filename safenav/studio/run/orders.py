@@ -7,14 +7,24 @@ To the process: a ``RunOrder`` first, then ``{"do": "step"}``, ``{"do": "change"
 
 from __future__ import annotations
 
+import asyncio
 import json
+import os
+import signal
+import sys
+from asyncio.subprocess import DEVNULL, PIPE, Process
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 from msgspec import Struct, convert, to_builtins
 
 from safenav.lines import json_line
 from safenav.scenario.yaml.findings import ReadableFolder
 
+LIMIT = 32 * 2**20
+"""Bytes of one line of a process."""
 DONE, REFUSED, FAILED = "~done", "~refused", "~failed"
 ADD = "add"
 """The kind of a change by which a robot joins: ``robot``, its name; ``item``: as in ``robots`` of a
@@ -47,3 +57,36 @@ class RunOrder(Struct, frozen=True):
     @classmethod
     def read(cls, line: str) -> RunOrder:
         return convert(json.loads(line), cls)
+
+
+async def started(module: str, order: RunOrder) -> Process:
+    """A process of the studio that has its order, in a session of its own."""
+    process = await asyncio.create_subprocess_exec(
+        *(sys.executable, "-m", module),
+        stdin=PIPE,
+        stdout=PIPE,
+        stderr=DEVNULL,
+        limit=LIMIT,
+        start_new_session=True,
+    )
+    assert process.stdin is not None
+    process.stdin.write(order.line().encode())
+    return process
+
+
+def kill(process: Process) -> None:
+    """End a process and all that it has started."""
+    with suppress(ProcessLookupError, PermissionError):
+        os.killpg(process.pid, signal.SIGKILL)
+
+
+def speaker() -> Callable[[dict[str, Any]], None]:
+    """In such a process: what writes its lines. Whatever else prints does not get among them."""
+    out = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8")
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+
+    def say(data: dict[str, Any]) -> None:
+        out.write(json_line(data))
+        out.flush()
+
+    return say

@@ -17,27 +17,20 @@ from typing import IO, Any
 from msgspec.structs import replace
 
 from safenav.errors import SafenavError, UsageError
-from safenav.lines import json_line
 from safenav.runtime.analysis.resuming import joins_words, rest_with
 from safenav.runtime.intervening import intervention
 from safenav.runtime.mission import Mission
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.settings import Clock
-from safenav.studio.run.orders import ADD, DONE, FAILED, REFUSED, RunOrder
+from safenav.studio.run.orders import ADD, DONE, FAILED, REFUSED, RunOrder, speaker
 from safenav.trace.records import Record
 from safenav.trace.writing import as_data
 
 
 def main() -> None:
     """Serve one run over standard input and output."""
-    out = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8")
-    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # whatever prints: not into the protocol
-
-    def say(data: dict[str, Any]) -> None:
-        out.write(json_line(data))
-        out.flush()
-
+    say = speaker()
     try:
         _serve(sys.stdin, say)
     except SafenavError as error:
