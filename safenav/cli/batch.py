@@ -42,20 +42,7 @@ Exit codes:
 """
 
 
-class _Batch(click.Command):
-    """``--json`` with a file, as it was in former versions, is ``--results``."""
-
-    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        following = [*args, ""][1:] if args else []
-        names_file = [after == "-" or after.endswith(".json") for after in following]
-        read = [
-            "--results" if word == "--json" and named else word
-            for word, named in zip(args, names_file, strict=True)
-        ]
-        return super().parse_args(ctx, read)
-
-
-@click.command(cls=_Batch, epilog=EPILOG)
+@click.command(epilog=EPILOG)
 @click.argument("paths", metavar="PATH...", nargs=-1, required=True)
 @click.option(
     "-j",

@@ -62,7 +62,11 @@ class Pace(ABC):
         on = self._onwards(self._next) if now <= self._since + AT_ONCE else None
         if on is None:
             return at_rest * slower
-        return on if slower <= 1.0 else max(on * slower, at_rest)
+        seconds, foot = on
+        if slower > 1.0:
+            return max(seconds * slower, at_rest)
+        self._then = foot
+        return seconds
 
     def arrived(self, now: float) -> None:
         """The step has ended where it was to end."""
@@ -97,8 +101,9 @@ class Pace(ABC):
     def _fresh(self, way: float) -> float:
         """Seconds of a step in that direction from rest."""
 
-    def _onwards(self, way: float) -> float | None:
-        """Seconds of a step that continues without a halt; None if it halts after every step."""
+    def _onwards(self, way: float) -> tuple[float, int] | None:
+        """Seconds of a step that continues without a halt, and the stance foot at its end; None if
+        it halts after every step."""
         del way
         return None
 
@@ -138,20 +143,11 @@ class WalkerPace(Pace):
         self._then = stride.foot
         return stride.seconds
 
-    def _onwards(self, way: float) -> float | None:
+    def _onwards(self, way: float) -> tuple[float, int] | None:
         if not self._foot:
             return None
-        return walking(self._gait, _quarters(self.facing, way), self._foot).seconds
-
-    def step(
-        self, now: float, origin: int, to: int, ticks: int | None = None, slower: float = 1.0
-    ) -> float:
-        seconds = super().step(now, origin, to, ticks, slower)
-        if self._foot and now <= self._since + AT_ONCE:
-            stride = walking(self._gait, _quarters(self.facing, self._next), self._foot)
-            if seconds <= stride.seconds:
-                self._then = stride.foot
-        return seconds
+        stride = walking(self._gait, _quarters(self.facing, way), self._foot)
+        return stride.seconds, stride.foot
 
     def _halting(self) -> float:
         return sum(stopping(self._gait))

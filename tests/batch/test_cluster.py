@@ -54,7 +54,7 @@ def test_a_killed_dask_worker_loses_nothing(
     for number in range(10):
         write(f"suite/{number}.yaml", "slow")
     write("suite/wrong.yaml", "slow", expect="{outcome: completed}")
-    words = ["suite", "--dask", cluster.address, "--json", "-", "--out", "out"]
+    words = ["suite", "--dask", cluster.address, "--json", "--out", "out"]
     with started(*words) as batch:
         # Some are done, and one runs on each worker.
         wait_until(batch, lambda: len(slugs.pids) >= 4)
@@ -79,7 +79,7 @@ def test_a_crash_or_a_hang_costs_no_dask_worker(
     write("bad.yaml", text="safenav: 1\n")
     write("beside/catalogue.yaml", text="robots: {}\n")
     write("beside/named.yaml", text=scenario() + "catalogue: catalogue.yaml\n")
-    words = ("--dask", cluster.address, "--json", "-")
+    words = ("--dask", cluster.address, "--json")
     done = safenav(".", *words)
     assert done.returncode == 1
     # Alone: on a busy machine the others take longer than a second.

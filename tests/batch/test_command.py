@@ -131,7 +131,7 @@ def test_a_broken_scenario_a_crash_and_a_hang_do_not_take_the_batch_down(
     write("crash.yaml", "crasher")
     write("hang.yaml", "sleeper")
     write("quick.yaml")
-    done = safenav(".", "--time-limit", "1", "--json", "-", "--out", "out")
+    done = safenav(".", "--time-limit", "1", "--json", "--out", "out")
     assert done.returncode == 1
     verdicts = {r["name"]: r["verdict"] for r in json.loads(done.stdout)["results"]}
     assert verdicts == {
@@ -198,7 +198,7 @@ def test_fail_fast_and_retries(write: Write, slugs: SlugsLog) -> None:
 def test_a_baseline_tells_what_is_different(write: Write) -> None:
     write("a.yaml", expect="{outcome: completed}")
     write("b.yaml")
-    safenav("a.yaml", "b.yaml", "--json", "before.json")  # as in former versions
+    safenav("a.yaml", "b.yaml", "--results", "before.json")
     write("a.yaml")
     done = safenav("a.yaml", "--baseline", "before.json", "--results", "now.json")
     assert done.returncode == 0

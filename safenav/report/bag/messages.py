@@ -280,7 +280,7 @@ class _Telling:
     def _marker(
         self, tick: int, kind: str, number: int, shape: int, action: int = _ADD
     ) -> dict[str, Any]:
-        """Return a marker without content; the writer knows the defaults of what is left out."""
+        """Return a marker without content; the writer adds the defaults of all other fields."""
         return {
             "header": self._header(tick),
             "ns": kind,

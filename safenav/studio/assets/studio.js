@@ -1,4 +1,4 @@
-/* sources f03920f3c4ca344f57071bb7e1e5b707ccc1684a31f961f7f0b724991916a8c8 */
+/* sources 3ea3f1b903755372d1c7edc04836031cb74fa157382b3f27a04b64116f7448a3 */
 /* Contains Preact:
 The MIT License (MIT)
 

@@ -40,7 +40,6 @@ export interface Sampled {
 }
 
 const THOUSANDTHS = 1000;
-const ANGLES = new Set(["yaw", "lyaw", "ryaw"]);
 
 async function inflated(text: string): Promise<Int32Array> {
   const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
@@ -101,8 +100,4 @@ export function sampleAt(motion: Motion, robot: { columns: Map<string, Float32Ar
     found[name] = column[before]! + (column[after]! - column[before]!) * part;
   }
   return found;
-}
-
-export function isAngle(column: string): boolean {
-  return ANGLES.has(column);
 }
