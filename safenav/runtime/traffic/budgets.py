@@ -73,9 +73,9 @@ CERTIFICATE_STATES = 2_000
 CERTIFICATE_CHAIN = 1_000
 """Budget for a certificate. A move that has none is refused, and may be tried again in the next
 tick. A chain as for a plan takes 5 s in a team of 20."""
-MOST_VAIN = 3
-"""Certificates in a row that are searched without success while a robot is out of service: after
-these, moves are refused until there is a joint plan."""
+CERTIFICATE_WORK = 600_000
+"""Effort of certificates in a row without success, as of ``MOST_WORK``: after it, moves are refused
+without a search until there is a joint plan."""
 CERTIFICATES_KEPT = 10_000
 REJOIN_PLACES = 3
 """Places of the last plan to which the way back may lead: those that most robots are in."""

@@ -7,7 +7,7 @@ wherever the team can return to it.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from itertools import pairwise
 
 from safenav.runtime.resolution.problem import Floor
@@ -16,11 +16,11 @@ from safenav.runtime.traffic.budgets import (
     CERTIFICATE_CHAIN,
     CERTIFICATE_ROUNDS,
     CERTIFICATE_STATES,
+    CERTIFICATE_WORK,
     CERTIFICATES_KEPT,
-    MOST_VAIN,
     REJOIN_PLACES,
 )
-from safenav.runtime.traffic.joint import Answer, Course, Found, Joint
+from safenav.runtime.traffic.joint import Answer, Course, Effort, Found, Joint
 from safenav.runtime.traffic.remembering import StateGraph
 from safenav.runtime.traffic.searches import Searches
 from safenav.world.moves import Pose
@@ -36,7 +36,7 @@ class Certificates:
         self._last: tuple[Course, Sequence[Joint]] | None = None
         self._known: dict[tuple[Joint, int, int], bool] = {}
         self._about: Course | None = None
-        self._vain = 0
+        self._work = Effort(CERTIFICATE_WORK)
 
     @property
     def known(self) -> tuple[int, int]:
@@ -88,23 +88,18 @@ class Certificates:
         known = self._known.get(key)
         if known is None:
             answer: Answer | None = self.again(course, start)
-            if answer is None and self._vain >= MOST_VAIN and self._hindered:
+            if answer is None and self._work.done:
                 return False
             if answer is None:
-                search = self._searches.search(floor, course, start)
+                search = self._searches.search(floor, course, start, work=self._work)
                 answer = search.run(CERTIFICATE_ROUNDS, CERTIFICATE_STATES, CERTIFICATE_CHAIN)
             known = isinstance(answer, Found)
-            self._vain += not known
             if len(self._known) > CERTIFICATES_KEPT:
                 self._known.clear()
             self._known[key] = known
             if isinstance(answer, Found):
                 self.keep(course, answer.states)
         return known
-
-    @property
-    def _hindered(self) -> bool:
-        return not all(robot.active for robot in self._state.robots.values())
 
     def again(self, course: Course, start: Joint) -> Found | None:
         """The last plan for all of this mission, if the team can return to it."""
@@ -118,7 +113,7 @@ class Certificates:
 
     def keep(self, course: Course, states: Sequence[Joint]) -> None:
         """The rest of a plan is the certificate of the moves that it makes."""
-        self._last, self._vain = (course, states), 0
+        self._last, self._work = (course, states), Effort(CERTIFICATE_WORK)
         self._concern(course)
         for before, after in pairwise(states):
             for index, pose in enumerate(after.poses):
@@ -126,11 +121,15 @@ class Certificates:
                     self._known[after, index, pose] = True
 
     def _concern(self, course: Course) -> None:
-        """Forget results of another problem, or with other served obstacles."""
+        """Forget results of another problem or mission."""
         of, self._about = self._about, course
-        same = of is not None and of.problem is course.problem and of.served == course.served
-        if not (of and same and of.sent == course.sent and of.rounds == course.rounds):
+        same = of is not None and of.problem is course.problem and of.rounds == course.rounds
+        if not (of and same and _mission(of) == _mission(course)):
             self._known.clear()
+
+
+def _mission(course: Course) -> tuple[Collection[int], Mapping[int, int], Collection[int]]:
+    return course.served, course.sent, course.excused
 
 
 def rejoined(course: Course, start: Joint, plan: Sequence[Joint]) -> tuple[Joint, ...] | None:

@@ -48,7 +48,7 @@ class Stuck:
             return stuck
         course = self._course
         for robot, count in enumerate(state.counts):
-            if course.is_done(robot, count):
+            if robot in course.excused or course.is_done(robot, count):
                 continue
             if robot in stuck or not self._gets_on(robot, state, stuck):
                 return stuck | {robot}

@@ -75,6 +75,7 @@ class Course:
     ``rounds``: what each robot is to do after the last resolution. ``parked``: robots that are
     left where they are. ``served``: the obstacles that must be resolved before the mission ends.
     ``sent``: robots that are sent for an obstacle; if it is a load, they keep room for it.
+    ``excused``: robots whose rounds the mission does not need.
     """
 
     def __init__(
@@ -84,12 +85,14 @@ class Course:
         parked: frozenset[int] = frozenset(),
         served: frozenset[int] = frozenset(),
         sent: Mapping[int, int] = NOBODY,
+        excused: frozenset[int] = frozenset(),
     ) -> None:
         self.problem = problem
         self.rounds = rounds
         self.parked = parked
         self.served = served
         self.sent = sent
+        self.excused = excused
         self._steps: dict[Stages, tuple[Steps, ...]] = {}
         self._hopeful: dict[Stages, tuple[Steps, ...]] = {}
         self._alive: dict[Stages, tuple[Mask, ...]] = {}
@@ -100,7 +103,7 @@ class Course:
     def serving(self, served: frozenset[int]) -> Course:
         """The same rules where others must be resolved; robots keep room only for those."""
         sent = {robot: gate for robot, gate in self.sent.items() if gate in served}
-        return Course(self.problem, self.rounds, self.parked, served, sent)
+        return Course(self.problem, self.rounds, self.parked, served, sent, self.excused)
 
     def begun(self, poses: tuple[int, ...], counts: tuple[Count, ...], stages: Stages) -> Joint:
         """Return the start state of a search: goals that waiting meets count as met."""
@@ -158,9 +161,9 @@ class Course:
         return count[2] >= self.rounds * (len(member.targets) if member.in_turn else 1)
 
     def completed(self, state: Joint) -> bool:
-        """Whether each robot has done its rounds and can continue forever from where it is, and
-        what is served is resolved."""
-        if not all(self.is_done(i, count) for i, count in enumerate(state.counts)):
+        """Whether each robot has done its rounds, unless it is excused, and can continue forever
+        from where it is, and what is served is resolved."""
+        if not all(i in self.excused or self.is_done(i, n) for i, n in enumerate(state.counts)):
             return False
         if not all(self.problem.resolved(gate, state.stages) for gate in self.served):
             return False

@@ -50,7 +50,9 @@ def _leg(search: Search, robot: int, movable: set[int]) -> Found | None:
     """A* over the steps of a few robots, for the sake of one."""
     start, course = search.start, search.course
     still = frozenset(range(len(start.poses))) - movable
-    limited = Course(course.problem, course.rounds, still, course.served, course.sent)
+    limited = Course(
+        course.problem, course.rounds, still, course.served, course.sent, course.excused
+    )
     field = search.fields(start)[robot]
     assert field is not None
     ticket = counting()

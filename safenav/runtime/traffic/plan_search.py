@@ -101,7 +101,9 @@ class PlanSearch(Struct):
             states.append(course.moved(states[-1], poses, range(len(poses))))
         if self.turning:
             known = known or floor
-            after = self.searches.search(known, self.searches.course(known), states[-1]).run(1)
+            after = self.searches.search(
+                known, self.searches.course(known), states[-1], work=Effort(MOST_WORK - self.used)
+            ).run(1)
             if not isinstance(after, Found):
                 return None
             self.certificates.keep(course, (*states, *after.states[1:]))
@@ -143,7 +145,7 @@ class PlanSearch(Struct):
         if after is None or (before is not None and before <= after):
             return states
         if self.turning:
-            rest = self.searches.search(floor, course, found[-1]).run(*CERTIFICATE)
+            rest = self.searches.search(floor, course, found[-1], work=self.work).run(*CERTIFICATE)
             if not isinstance(rest, Found):
                 return states
             self.certificates.keep(course, (*found, *rest.states[1:]))
@@ -152,7 +154,7 @@ class PlanSearch(Struct):
     def _next_leg(self, floor: Floor, course: Course, start: Joint) -> int | None:
         """The ticks until each robot has counted once after a resolution, or there is another one;
         None if that is not found soon."""
-        search = self.searches.search(floor, course, start)
+        search = self.searches.search(floor, course, start, work=self.work)
         search.goal = lambda state: (
             state.stages != start.stages
             or all(
@@ -174,14 +176,14 @@ class PlanSearch(Struct):
         such moves, or the team could not continue after them."""
         index = floor.index(self.starved)
         goal = self.searches.goal(floor, self.starved)
-        search = self.searches.search(floor, course, start, {index: goal})
+        search = self.searches.search(floor, course, start, {index: goal}, work=self.work)
         search.goal = lambda state: (
             state.stages != start.stages or bool(goal >> state.poses[index] & 1)
         )
         answer = search.run(1)
         if not isinstance(answer, Found):
             return None
-        after = self.searches.search(floor, course, answer.states[-1])
+        after = self.searches.search(floor, course, answer.states[-1], work=self.work)
         if self.turning and not isinstance(after.run(1), Found):
             return None
         return list(answer.states)
@@ -231,10 +233,7 @@ class PlanSearch(Struct):
         self._cut_off = self.searches.cut_off(floor)
         course = self.searches.course(floor)
         start = course.begun(floor.poses, self.searches.counts(floor, course.rounds), floor.stages)
-        search = self.searches.search(floor, course, start)
-        search.work = self.work
-        if self.turning and self.searches.cut_off(floor, every=True):
-            return course, start, search, Spent(0)  # the mission cannot be completed as it is
+        search = self.searches.search(floor, course, start, work=self.work)
         if self.turning or remembering(floor.problem):
             hindered = self.hindered
             answer = search.run(1, chain=CERTIFICATE_CHAIN) if hindered else search.run(1)
@@ -262,14 +261,12 @@ class PlanSearch(Struct):
         """Search for a plan for the mission where none resolves all that is served: for as many
         obstacles as one resolves together, those that are served first before the others."""
         wanted, bare = self.state.last_settled.found.served, course.serving(frozenset())
-        search = self.searches.search(floor, bare, start)
-        search.work = self.work
+        search = self.searches.search(floor, bare, start, work=self.work)
         answer = search.run(1)
         course = bare
         for gate in wanted if isinstance(answer, Found) else ():
             more = course.serving(course.served | {gate})
-            tried = self.searches.search(floor, more, start)
-            tried.work = self.work
+            tried = self.searches.search(floor, more, start, work=self.work)
             found = tried.run(1)
             if isinstance(found, Found):
                 course, search, answer = more, tried, found

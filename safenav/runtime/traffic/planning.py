@@ -42,6 +42,7 @@ from safenav.runtime.traffic.joint import (
     Answer,
     Count,
     Course,
+    Effort,
     Exhausted,
     Found,
     Joint,
@@ -440,7 +441,7 @@ class Traffic:
             return end
         course = Course(floor.problem, wanted)
         start = course.begun(floor.poses, self._searches.counts(floor, wanted), floor.stages)
-        search = self._searches.search(floor, course, start)
+        search = self._searches.search(floor, course, start, work=Effort(MOST_WORK))
         answer: Answer = Spent(0)
         if start.stages == floor.stages and not floor.problem.sweeping:
             answer = search.singles(PROOF_BUDGET)

@@ -12,7 +12,7 @@ from safenav.runtime.duties.settlement import settle
 from safenav.runtime.resolution.problem import Floor, Problem, SpentError, Stages
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.traffic.budgets import ROUNDS_AHEAD
-from safenav.runtime.traffic.joint import Count, Course, Joint
+from safenav.runtime.traffic.joint import Count, Course, Effort, Joint
 from safenav.runtime.traffic.joint_plan import Search
 from safenav.runtime.traffic.milestone import Aims
 from safenav.runtime.traffic.remembering import (
@@ -162,7 +162,8 @@ class Searches:
         return active <= {floor.names[index] for index in self.cut_off(floor)}
 
     def course(self, floor: Floor) -> Course:
-        """The rounds that a plan from here looks ahead, and what is served by whom."""
+        """The rounds that a plan from here looks ahead, what is served by whom, and the robots
+        that cannot do their rounds before one out of service is back."""
         wanted = self._state.scenario.until.rounds
         done = max(robot.own.rounds for robot in self._state.robots.values())
         served = frozenset(self._state.last_settled.found.served)
@@ -171,7 +172,13 @@ class Searches:
             for index, robot in enumerate(self._state.robots.values())
             if robot.assignment.role is Role.HELPS and robot.assignment.obstacle in floor.gates
         }
-        return Course(floor.problem, min(wanted, done + ROUNDS_AHEAD), served=served, sent=sent)
+        return Course(
+            floor.problem,
+            min(wanted, done + ROUNDS_AHEAD),
+            served=served,
+            sent=sent,
+            excused=self.cut_off(floor, every=True),
+        )
 
     def counts(self, floor: Floor, rounds: int) -> tuple[Count, ...]:
         """Return the progress of each robot with its own objective, as joint states count it."""
@@ -190,10 +197,16 @@ class Searches:
         return tuple(found)
 
     def search(
-        self, floor: Floor, course: Course, start: Joint, goals: Mapping[int, Mask] | None = None
+        self,
+        floor: Floor,
+        course: Course,
+        start: Joint,
+        goals: Mapping[int, Mask] | None = None,
+        *,
+        work: Effort,
     ) -> Search:
         """Return a search for a plan. ``goals``: initial goal poses of robots, in place of the
-        assigned ones."""
+        assigned ones; ``work``: the effort that it may take."""
 
         def guide(stages: Stages, poses: tuple[int, ...]) -> list[Mask | None]:
             found = self._guide(floor, stages, poses)
@@ -208,6 +221,7 @@ class Searches:
             course.completed,
             seed=self._state.scenario.seed + self._state.tick,
             stopping=self._stop.check,
+            work=work,
         )
 
     def _guide(self, floor: Floor, stages: Stages, poses: tuple[int, ...]) -> list[Mask | None]:
