@@ -147,7 +147,7 @@ class Algorithm(Struct):
         raise NotImplementedError
 
     def waits_on(self, end: Conclusion) -> bool:
-        """Whether the team waits already where the run would end."""
+        """Whether the team waits, from now on or already, where the run would end."""
         raise NotImplementedError
 
     def _forget(self) -> None:

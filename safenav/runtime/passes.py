@@ -161,7 +161,11 @@ class Passes(Algorithm):
             return False
 
     def waits_on(self, end: Conclusion) -> bool:
-        return self.team.waiting is not None and self._may_be_helped(end)
+        conclusion = self._for_want_of(end)
+        if not self._may_be_helped(conclusion):
+            return False
+        self.wait(conclusion)
+        return True
 
     def _may_be_helped(self, conclusion: Conclusion) -> bool:
         """Whether an operator, or what the scenario still changes, can help."""

@@ -82,12 +82,15 @@ class Turns:
 
     def goes_on(self, robot: RobotState) -> bool:
         """Whether a robot pursues its own objective while the team waits for an operator: it can
-        undo each of its moves alone, and waits for nothing."""
+        undo each of its moves alone, waits for nothing, and has a strategy for that objective."""
         asked = (*self.state.requests, *self.state.requests.given_up)
         waits = any(robot.name in request.requesters for request in asked)
         own = robot.assignment.role is Role.OWN and not isinstance(robot.robot.objective, Ltl)
         free = own and not graph_of(robot.robot, self.state.scenario.map).one_way
-        known = robot.planner is not None and robot.planner.node is not None
+        planner = robot.planner
+        if planner is None or planner.node is None:
+            return False
+        known = relaxed(planner.task.objective) == relaxed(robot.own.objective)
         return free and known and robot.active and robot.held is None and not waits
 
     def _stand_still(self, robot: RobotState, why: HoldReason) -> Iterator[Event]:

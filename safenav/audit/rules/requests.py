@@ -255,7 +255,8 @@ class HelperRule(Rule):
             return "" if stays else f"{robot} is out of service, but gets {objective}"
         if duty is not None:
             kind = STAYING if duty.stays else ALTERNATION
-            if objective.kind == kind and objective.targets[:1] == (duty.regions,):
+            serves = objective.kind == kind and objective.targets[:1] == (duty.regions,)
+            if serves or _is_stop(robot, objective, now):
                 return ""
             where = _list(sorted(duty.regions))
             return f"{robot} is to resolve {duty.obstacle} from {where}, but gets {objective}"
@@ -286,6 +287,14 @@ class HelperRule(Rule):
         clear = team.clear(robot, *derived) - held - {region for region, _ in at.values()}
         way = f"{robot} waits at {now.show(place)} in a helper's way"
         return f"{way}, not at {now.show(min(clear))}" if clear else ""
+
+
+def _is_stop(robot: str, objective: Objective, now: Situation) -> bool:
+    """Whether a robot with a battery goes to a charger first, or to one of its targets."""
+    if now.header.robots[robot].battery is None or objective.kind != STAYING:
+        return False
+    stops = [{*(now.header.chargers or ())}, *now.own[robot].targets]
+    return any(objective.targets[0] <= stop for stop in stops)
 
 
 def _other_syntheses(lines: list[Line]) -> Iterator[Said]:

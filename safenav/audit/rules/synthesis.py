@@ -105,8 +105,10 @@ class StrategyRule(Rule):
             yield from self._moved(record.robot, record.by, now)
 
     def _moved(self, robot: str, by: str | None, now: Situation) -> Iterator[Said]:
-        if by in ("plan", "stay", "backtrack") or (now.live and by is None):
-            return  # without ``by`` it continues a step, which was judged when it set out
+        if by in ("plan", "stay", "backtrack"):
+            return
+        if by is None and (now.live or now.toward[robot] is not None):
+            return  # it continues a step, which was judged when it set out
         objective = now.objectives[robot]
         last = self._last.get((robot, objective))
         if last is None:
