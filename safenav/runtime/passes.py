@@ -29,14 +29,13 @@ SLOWEST = 20.0
 class Passes(Algorithm):
     """The passes of a team. ``attended``: live, whether an operator can intervene; then the run
     waits where it would end. Any run waits where it would end while its scenario still changes
-    something: the wait ends at ``_until``."""
+    something: the wait ends at ``team.waits_until``."""
 
     attended: bool = False
     limit: float | None = None
     _changed: bool = True
     _still: int = 0
     _come: bool = False
-    _until: float | None = None
 
     def __post_init__(self) -> None:
         self.limit = self._limit()
@@ -73,7 +72,7 @@ class Passes(Algorithm):
             team.introduce(change.obstacle, change.truth)
             self.guarded(partial(self.settle, [ObstacleChanged(change)]))
         if team.waiting is not None and not self.attended:
-            self._together |= self._until is not None and self._until <= self.world.now()
+            self._together |= team.waits_until is not None and team.waits_until <= self.world.now()
         if self._together:
             self._resume()
         self.execute_controllers()  # 6
@@ -196,8 +195,8 @@ class Passes(Algorithm):
         cause = None if conclusion.cause is None else OperatorCause(conclusion.cause)
         told = conclusion.explanation, cause, conclusion.proof
         coming = [] if self.attended else self._to_come()
-        self._until = min(coming, default=None)
-        team.emit(records.Waiting(team.tick, outcome, *told, self._until))
+        team.waits_until = min(coming, default=None)
+        team.emit(records.Waiting(team.tick, outcome, *told, team.waits_until))
 
     def _resume(self) -> None:
         """Decide once after all interventions of a pass, or since the scenario has changed: what

@@ -163,7 +163,7 @@ class TeamState(Struct):
     the trace has named last. Only ``safenav.runtime.algorithm.apply`` changes these. ``now``: the
     clock of a live run, None in lockstep; ``failures``: those of its robots; ``owed``: a decision
     waits for strategies; ``waiting``: the end of the run, if it waits instead, for an operator or
-    a change of the scenario (``changes_to_come``: whether it has any left);
+    a change of the scenario at ``waits_until`` (``changes_to_come``: whether it has any left);
     ``changes``: how often anything has changed by which robots decide. ``dues``: of the open
     obstacles, by the ledger of promises.
     ``inputs``: their values in this tick, and in the one before.
@@ -184,6 +184,7 @@ class TeamState(Struct):
     failures: Troubles = field(default_factory=Troubles)
     owed: bool = False
     waiting: Conclusion | None = None
+    waits_until: float | None = None
     changes: int = 0
     dues: Callable[[Floor], Dues | None] = lambda _: None
     changes_to_come: Callable[[], bool] = lambda: False

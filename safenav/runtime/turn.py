@@ -58,7 +58,7 @@ class Turns:
         """One turn: its events as they happen, each to be settled before the turn continues."""
         if robot.transit is not None:
             yield from self._travel(robot, robot.transit)
-        elif self.state.live and (yield from self.actions.acts(robot)):
+        elif self._may_act(robot) and (yield from self.actions.acts(robot)):
             return
         elif not robot.active:
             yield from self._stand_still(robot, HoldReason.SERVICE)
@@ -79,6 +79,13 @@ class Turns:
 
     def _violation(self, robot: RobotState, target: Region) -> ForbiddenMove | None:
         return characterize(self.world, self.state, robot.robot, robot.pose, target)
+
+    def _may_act(self, robot: RobotState) -> bool:
+        """Live: whether a robot may act where it stands; it does not while an operator is waited
+        for, who may be there."""
+        state = self.state
+        waits = state.waiting is not None and state.waits_until is None
+        return state.live and (robot.acting is not None or not waits or self.goes_on(robot))
 
     def goes_on(self, robot: RobotState) -> bool:
         """Whether a robot pursues its own objective while the team waits for an operator: it can

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 
 from safenav.audit.deriving import pose_of
+from safenav.audit.formulas import rules_of
 from safenav.audit.kinds import STAYING, shape_of
 from safenav.audit.language import Pose
 from safenav.audit.lines import Line, Objective
@@ -264,12 +265,14 @@ def need(
     now: Situation, robot: str, shut: frozenset[int] = frozenset(), turn: int = 0
 ) -> int | None:
     """The least charge with which a robot can continue forever from where it is, meeting its
-    targets in turn from number ``turn`` on outside the regions ``shut``; None if none suffices.
+    targets in turn from number ``turn`` on outside the regions ``shut`` and by the rules of its
+    objective; None if none suffices.
     By relaxation of numbers on poses, for each
     target repeatedly, until nothing changes."""
     battery, chargers = _battery(now, robot), now.header.chargers or ()
-    targets = now.own[robot].targets
-    last, settles = len(targets) - 1, shape_of(now.own[robot].kind).settles
+    own = now.own[robot]
+    targets, shut = own.targets, shut | own.avoid
+    last, settles = len(targets) - 1, shape_of(own.kind).settles
 
     def following(turn: int) -> int:
         return min(turn + 1, last) if settles else (turn + 1) % len(targets)
@@ -278,7 +281,8 @@ def need(
 
     def steps(pose: Pose) -> list[Pose]:
         mobility = now.header.robots[robot].mobility
-        return [to for to in now.grid.steps(mobility, pose) if to[0] not in shut]
+        ways = [to for to in now.grid.steps(mobility, pose) if to[0] not in shut]
+        return [to for to in ways if rules_of(own).allows(pose, to)] if own.always else ways
 
     poses, queue = {start}, [start]
     while queue:

@@ -255,11 +255,11 @@ def _goes_on(record: Line, now: Situation) -> bool:
 
 class WaitingRule(Rule):
     """While the team waits for an operator, or a change of the scenario, only robots get a command
-    that pursue their own objective, wait for nothing and can undo each step (free mobility); a wait
-    says what a run could end with, is for something to come (in lockstep), and is over with what
-    comes; what is reopened was given up, and not found untraversable, and is so by an operator, or
-    since the scenario has changed something; an operator puts robots down where nobody in conflict
-    is (T, Live runs)."""
+    that pursue their own objective, wait for nothing and can undo each step (free mobility); until
+    a change, all may act where they stand. A wait says what a run could end with, is for something
+    to come (in lockstep), and is over with what comes; what is reopened was given up, and not found
+    untraversable, and is so by an operator, or since the scenario has changed something; an
+    operator puts robots down where nobody in conflict is (T, Live runs)."""
 
     name = "waiting"
 
@@ -280,6 +280,8 @@ class WaitingRule(Rule):
                 until = record.until
                 if record.t is None if until is None else until <= moment(record):
                     yield "the team waits for nothing to come"
+            case "act" if self._waiting is not None and self._waiting.until is not None:
+                pass  # nobody comes
             case "depart" | "act" | "move" if self._waits(record, now):
                 yield f"{record.robot} gets a command while the team waits"
             case "gone":

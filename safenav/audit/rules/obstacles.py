@@ -182,6 +182,8 @@ class MissedResolutionRule(Rule):
                 need, standing = now.need(name), now.standing(name)
                 lacks = len(standing) < need.robots if need.together else robot in now.done[name]
                 tried = (robot, name) in self._tried
+                if now.live and need.robots > 1 and name not in now.discovered:
+                    continue  # nobody knows that one who has come makes an action possible
                 if not lacks and not tried and _can_act(robot, name, now):
                     yield f"{robot} departs without acting on {name}, as it could"
 

@@ -266,7 +266,7 @@ class HelperRule(Rule):
             if objective not in (own_wait, None) and objective.kind != STAYING:
                 return f"{robot} waits for {obstacle}, but gets {objective}"
             return "" if objective == own_wait else self._hinders(robot, objective, found, now)
-        if objective != own and objective.kind != STAYING:
+        if objective != own and objective.kind != STAYING and not _is_stop(robot, objective, now):
             return f"{robot} has no part in this, but gets {objective}"
         return ""
 
@@ -290,8 +290,9 @@ class HelperRule(Rule):
 
 
 def _is_stop(robot: str, objective: Objective, now: Situation) -> bool:
-    """Whether a robot with a battery goes to a charger first, or to one of its targets."""
-    if now.header.robots[robot].battery is None or objective.kind != STAYING:
+    """Whether a robot with a battery goes to a charger first, or to one of its targets; there it
+    may have to turn."""
+    if now.header.robots[robot].battery is None or len(objective.targets) != 1:
         return False
     stops = [{*(now.header.chargers or ())}, *now.own[robot].targets]
     return any(objective.targets[0] <= stop for stop in stops)

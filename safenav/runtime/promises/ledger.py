@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from safenav.outcome import Outcome
 from safenav.runtime.deadlines import bound
 from safenav.runtime.deadlines.choice import Dues
-from safenav.runtime.promises.moment import goals_left, moment_of
+from safenav.runtime.promises.moment import goals_left, moment_of, objectives_change
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded
@@ -269,7 +269,7 @@ class Deadlines(Struct):
             soonest, verdict = ends.get(of, tick), DeadlineVerdict.SET
             planned = self._planned(of)
             self.team.emit(records.Deadline(tick, of, due, verdict, soonest, cause, planned))
-        if MISSION in self._open:
+        if MISSION in self._open and not objectives_change(self.team):
             ends[MISSION] = mission_end(self.team, moment, times)
         for of, promise in self._open.items():
             if of in ends and not promise.said and _beyond(ends[of], promise.due):

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from safenav.runtime.deadlines.bound import BoundMoment, BoundRobot, bound_obstacle
 from safenav.runtime.team import RobotState, TeamState
 from safenav.scenario.objective import Ltl, targets_of
+from safenav.scenario.settings import switching
 from safenav.world.poses import Mask, plain_graph, region_mask
 
 
@@ -36,6 +37,17 @@ def moment_of(
         listed.append(obstacle.name)
     now = team.tick * len(names) + had_turn - 1
     return BoundMoment(walkers, tuple(opens), now), listed
+
+
+def objectives_change(team: TeamState) -> bool:
+    """Whether the scenario still gives a robot another objective, which changes the bound of the
+    mission."""
+    scenario, tick = team.scenario, team.tick
+    if any(change.objective is not None and change.at > tick for change in scenario.changes):
+        return True
+    drawn = any(each.probability for each in scenario.inputs)
+    listed = any(at > tick for at in switching(scenario.inputs))
+    return any(robot.when for robot in scenario.robots) and (drawn or listed)
 
 
 def goals_left(team: TeamState, robot: RobotState, rounds: int | None = None) -> list[Mask] | None:

@@ -9,7 +9,7 @@ from safenav.runtime.deadlines.bound import earliest
 from safenav.runtime.deadlines.within import Walk, least_within
 from safenav.runtime.energy.batteries import Batteries, least_charge
 from safenav.runtime.promises.ledger import MISSION, mission_end
-from safenav.runtime.promises.moment import moment_of
+from safenav.runtime.promises.moment import moment_of, objectives_change
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.termination import Conclusion
 from safenav.scenario.objective import targets_of
@@ -32,14 +32,13 @@ def refusal_of(team: TeamState, batteries: Batteries) -> Conclusion | None:
             refused[robot.name] = least
             said.append(f"{robot.name}: {_words(robot, within, least)}")
     by = team.scenario.until.by
-    if by is not None:
+    if by is not None and not objectives_change(team):
         moment, _ = moment_of(team, len(team.robots), {})
         soonest = mission_end(team, moment, earliest(moment))
         if soonest is None or soonest > by:
             refused[MISSION] = soonest
-            said.append(
-                f"the mission cannot be completed before tick {soonest}, and is due by {by}"
-            )
+            when = "at all" if soonest is None else f"before tick {soonest}"
+            said.append(f"the mission cannot be completed {when}, and is due by {by}")
     for robot in team.robots.values():
         if robot.charge is None or team.scenario.flat is not None:
             continue
