@@ -25,6 +25,7 @@ from frames import described, gaps_of
 
 from report import made_traces, team_trace
 from report.browser import Browser, Keys
+from runtime.played import play
 from safenav.report.page.html import page_of
 from safenav.report.replay.reading import read_replay
 
@@ -45,7 +46,7 @@ def main() -> None:
     options.add_argument("--vision", type=float)
     chosen = options.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        lines = made_traces.crowd(chosen.robots, chosen.ticks)
+        lines = play(made_traces.crowded(chosen.robots, chosen.ticks)).records
         if chosen.vision is not None:
             lines = team_trace.watched(lines, chosen.vision)
         trace = made_traces.write(lines, Path(folder) / "crowd.jsonl")

@@ -8,14 +8,12 @@ import argparse
 import json
 import signal
 import sys
-import time
 import traceback
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager, nullcontext
 from dataclasses import dataclass
 from itertools import zip_longest
-from pathlib import Path
 from random import Random
 from typing import Any
 
@@ -50,8 +48,6 @@ class Played:
     found: str
     walk: Walk
     injected: Mapping[str, int]
-    seconds: float
-    cpu: float
     trace: tuple[str, ...] = ()
 
 
@@ -81,7 +77,6 @@ def play(seed: int, *, faults: bool = False, wired: bool = False, patience: int 
     place = closing(Wired(data, **about)) if wired else nullcontext(Floor(data, **about))
     with place as floor:
         lines: list[str] = []
-        begun, cpu = time.monotonic(), time.process_time()
         outcome, found = "no outcome", ""
         try:
             scenario = scenario_of(data, Clock.LIVE)
@@ -100,7 +95,6 @@ def play(seed: int, *, faults: bool = False, wired: bool = False, patience: int 
         except Exception as error:
             where = traceback.extract_tb(error.__traceback__)[-1]
             found = f"crash: {type(error).__name__}: {error} ({where.name}, line {where.lineno})"
-        spent, cpu = time.monotonic() - begun, time.process_time() - cpu
         cut = wired and found.startswith("slow")  # in a call
         log, faults_so_far = ([], {}) if cut else (floor.records(), dict(floor.faults_so_far()))
         walk = Walk(Floor(data).mission, log)
@@ -110,7 +104,7 @@ def play(seed: int, *, faults: bool = False, wired: bool = False, patience: int 
         if found in ("", "?") and (findings := check_trace(lines).findings):
             found = f"audit: {findings[0]}"
         told = tuple(json.dumps(same(json.loads(line))) for line in lines)
-        return Played(outcome, found, walk, faults_so_far, spent, cpu, told)
+        return Played(outcome, found, walk, faults_so_far, told)
 
 
 def same(record: dict[str, Any]) -> dict[str, Any]:
@@ -137,7 +131,7 @@ def serially(seed: int) -> Played:
     result = Mission(scenario, world=Serial(scenario, floor)).run()
     said = {"outcome": result.outcome.value, "explanation": result.explanation}
     walk = Walk(floor.mission, floor.log)
-    return Played(said["outcome"], verdict(data, floor.log, said), walk, {}, 0.0, 0.0)
+    return Played(said["outcome"], verdict(data, floor.log, said), walk, {})
 
 
 @contextmanager
@@ -164,19 +158,15 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="live.campaign", description=__doc__)
     parser.add_argument("--seeds", default="0:50", help="first:behind")
     parser.add_argument("--faults", action="store_true", help="in every fourth run")
-    parser.add_argument("--all-faults", action="store_true", help="in every run")
     parser.add_argument("--both", action="store_true", help="compare with lockstep, without faults")
-    parser.add_argument("--again", action="store_true", help="repeat each run, over a socket")
     parser.add_argument("--patience", type=int, default=120, help="seconds for one run")
-    parser.add_argument("--trace", help="write the floor's log of a single seed there")
-    parser.add_argument("--log", help="append one line of JSON a run to this file")
     options = parser.parse_args()
     first, behind = map(int, options.seeds.split(":"))
     counts: Counter[str] = Counter()
     injected: Counter[str] = Counter()
-    found, faster = 0, list[float]()
+    found = 0
     for seed in range(first, behind):
-        faults = options.all_faults or (options.faults and seed % 4 == 3)
+        faults = options.faults and seed % 4 == 3
         one = play(seed, faults=faults, wired=seed % 10 == 7, patience=options.patience)
         counts[one.outcome] += 1
         counts["runs with faults"] += faults
@@ -184,34 +174,15 @@ def main() -> int:
         counts["moves"] += one.walk.moves
         counts["stopped by an obstacle"] += one.walk.stopped
         injected.update(one.injected)
-        problem, alike = one.found if one.found != "?" else "", None
+        problem = one.found if one.found != "?" else ""
         if options.both and not faults and not problem:
             other = serially(seed)
             same = other.outcome == one.outcome
             counts["ends alike"] += same
             problem = "" if same else f"ends as {one.outcome}, in lockstep as {other.outcome}"
-            alike = same
-            if same and one.outcome == "completed" and len(one.walk.robots) > 2:
-                faster.append(other.walk.over / max(one.walk.over, 0.1))
-        if options.again and not problem:
-            about: dict[str, Any] = {"faults": faults, "wired": seed % 10 == 7}
-            problem = repeated(seed, one, **about, patience=options.patience)
-            counts["repeated alike"] += not problem
         if problem:
             found += 1
             print(f"seed {seed}{' with faults' * faults}: {problem}", flush=True)
-        if options.log:
-            told = {"seed": seed, "faults": faults, "wired": seed % 10 == 7, "alike": alike}
-            told |= {"outcome": one.outcome, "problem": problem, "undecided": one.found == "?"}
-            told |= {"robots": len(one.walk.robots), "moves": one.walk.moves, "cpu": one.cpu}
-            with Path(options.log).open("a", encoding="utf-8") as log:
-                log.write(json.dumps({**told, "injected": one.injected}) + "\n")
-        if options.trace:
-            text = "".join(json.dumps(line) + "\n" for line in one.walk.log)
-            Path(options.trace).write_text(text, encoding="utf-8")
-    if faster:
-        half = sorted(faster)[len(faster) // 2]
-        print(f"serial over live: median {half:.2f} of {len(faster)} teams of three or more")
     print(f"{behind - first} runs, {found} findings: {dict(counts)}; faults: {dict(injected)}")
     return int(found > 0)
 

@@ -45,8 +45,13 @@ def detour() -> Lines:
     return _played("detour", DETOUR)
 
 
-def crowd(robots: int = 6, ticks: int = 1000) -> Lines:
+def crowd() -> Lines:
     """A long run of many robots on a large map: what size and speed are measured on."""
+    return _played("crowd", crowded())
+
+
+def crowded(robots: int = 6, ticks: int = 1000) -> dict[str, Any]:
+    """The scenario of that run."""
     rows, cols = 20, 32
     grid = [
         "".join(
@@ -63,18 +68,15 @@ def crowd(robots: int = 6, ticks: int = 1000) -> Lines:
         objective = {"visit": [next(places), next(places)]}
         team[f"{model['model']}{k}"] = {**model, "start": next(places), "objective": objective}
     kinds = ("door", "uncertainty")
-    return _played(
-        f"crowd of {robots}, {ticks}",
-        {
-            "safenav": 1,
-            "name": "a crowd",
-            "map": {"grid": grid},
-            "robots": team,
-            "obstacles": [{"type": kinds[k % 2], "region": next(places)} for k in range(8)],
-            "until": {"rounds": 1000},
-            "limits": {"ticks": ticks},
-        },
-    )
+    return {
+        "safenav": 1,
+        "name": "a crowd",
+        "map": {"grid": grid},
+        "robots": team,
+        "obstacles": [{"type": kinds[k % 2], "region": next(places)} for k in range(8)],
+        "until": {"rounds": 1000},
+        "limits": {"ticks": ticks},
+    }
 
 
 def _played(name: str, scenario: str | dict[str, Any]) -> Lines:

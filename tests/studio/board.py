@@ -81,7 +81,7 @@ class Board:
             found.append(self.browser.run(script, label))
             return found[-1] is not None
 
-        self.browser.wait(shown, MINUTES, f"no button {label!r}")
+        self.browser.wait(shown, lacks=f"no button {label!r}")
         assert found[-1] is not None
         found[-1].click()
 
@@ -94,7 +94,7 @@ class Board:
         return str(self.browser.run("return document.querySelector('.text textarea')?.value"))
 
     def until(self, words: str) -> None:
-        self.browser.wait(lambda: words in self.text, MINUTES)
+        self.browser.wait(lambda: words in self.text)
 
     def saved(self, name: str) -> bytes:
         with urllib.request.urlopen(self.address + "save/" + name, timeout=MINUTES) as response:
@@ -110,3 +110,86 @@ class Board:
             """,
             text,
         )
+
+
+HOUSE = """\
+safenav: 1
+name: house
+map:
+  grid: |
+    #########
+    #...#...#
+    #.......#
+    #...#...#
+    #########
+  names: {den: [1, 1], hall: [2, 4]}
+catalogue:
+  robots:
+    tug: {mobility: heading, layer: ground, capabilities: []}
+    humanoid: {mobility: heading, layer: ground, capabilities: [open_door]}
+    drone: {mobility: free, layer: air, capabilities: [look]}
+  obstacles:
+    fire_door: {action: open_door, resolve_at: neighbours, blocks: [ground]}
+    spill: {action: look, resolve_at: neighbours, has_truth: true, blocks: [ground]}
+robots:
+  hugo: {model: humanoid, start: den, heading: east, objective: {patrol: [den, [1, 7]]}}
+  eye: {model: drone, start: [3, 7], objective: {hold: [3, 7]}}
+obstacles:
+  - {type: spill, region: hall, traversable: true}
+until: {rounds: 3}
+"""
+WARD = "areas: {ward: {rows: 1-3, columns: 5-7}}\n"
+DEN, HALL, WALL = 10, 22, 13
+SIZES = [(1440, 900), (1024, 768), (380, 800)]
+
+
+def rectangles(browser: Browser, selector: str) -> dict[str, list[float]]:
+    """Where each button is, by its words."""
+    found: dict[str, list[float]] = browser.run(
+        """
+        const found = {};
+        for (const button of document.querySelectorAll(arguments[0])) {
+            const box = button.getBoundingClientRect();
+            found[button.textContent + (button.ariaLabel ?? "")] =
+                [box.left, box.top, box.right, box.bottom];
+        }
+        return found;
+        """,
+        selector,
+    )
+    return found
+
+
+def words(browser: Browser, selector: str) -> str:
+    """The text of an element, empty if there is none."""
+    return str(
+        browser.run("return document.querySelector(arguments[0])?.innerText ?? ''", selector)
+    )
+
+
+def toast(browser: Browser) -> str:
+    browser.wait(lambda: browser.all(".toast"))
+    return browser.one(".toast").text
+
+
+def start(board: Board) -> None:
+    """Run the scenario, and hold it at once."""
+    browser = board.browser
+    board.choose("▶ Run")
+    browser.wait(lambda: browser.all('button[aria-label="Pause the run"]'))
+    browser.button("Pause the run").click()
+    browser.wait(lambda: browser.one(".badge").text == "paused")
+
+
+def hover(board: Board, region: int) -> None:
+    x, y = board.at(region)
+    event = {"type": "mouseMoved", "x": x, "y": y}
+    board.browser.driver.execute_cdp_cmd("Input.dispatchMouseEvent", event)
+
+
+def readout(browser: Browser) -> str:
+    return str(browser.run("return document.querySelector('.readout').textContent"))
+
+
+def focused(browser: Browser) -> WebElement:
+    return browser.driver.switch_to.active_element

@@ -36,13 +36,13 @@ def test_case_study_1_is_drawn_run_and_undone(board: Board, tmp_path: Path) -> N
     browser.one('[data-menu="New"] summary').click()
     board.choose("Blank map of that size")
     board.until("    #############\n")
-    browser.wait(lambda: browser.one("svg.floor .numbers"), MINUTES)
+    browser.wait(lambda: browser.one("svg.floor .numbers"))
     board.rest()
     board.choose("Wall")
     for region in BLANK_WALLS:
         before = board.text
         board.click(region)
-        browser.wait(lambda before=before: board.text != before, MINUTES)  # type: ignore[misc]
+        browser.wait(lambda before=before: board.text != before)
     board.choose("quadcopter")
     board.click(14)
     board.until("quad: {model: quadcopter")
@@ -55,14 +55,14 @@ def test_case_study_1_is_drawn_run_and_undone(board: Board, tmp_path: Path) -> N
     board.choose("Select")
     for robot, start, targets in (("quad", 14, (54, 49)), ("digit", 71, (58, 28))):
         board.click(start)
-        browser.wait(lambda: browser.all(".chosen"), MINUTES)
+        browser.wait(lambda: browser.all(".chosen"))
         board.choose("Patrol")
         before = board.text
         board.click(targets[0])
-        browser.wait(lambda: browser.all("text.order"), MINUTES)
+        browser.wait(lambda: browser.all("text.order"))
         assert board.text == before, "half a patrol would be a mistake"
         board.click(targets[1])
-        browser.wait(lambda before=before: board.text != before, MINUTES)  # type: ignore[misc]
+        browser.wait(lambda before=before: board.text != before)
         board.until(robot)
         browser.press(Keys.ESCAPE)
     drawn = load_scenario_text(board.text)
@@ -73,32 +73,32 @@ def test_case_study_1_is_drawn_run_and_undone(board: Board, tmp_path: Path) -> N
     assert [(o.name, o.appears) for o in drawn.obstacles] == [("door@47", None)]
     board.choose("Select")
     board.click(47)
-    browser.wait(lambda: browser.all('[aria-label="The chosen obstacle"] select'), MINUTES)
+    browser.wait(lambda: browser.all('[aria-label="The chosen obstacle"] select'))
     before = board.text
     Select(browser.one('[aria-label="The chosen obstacle"] select')).select_by_value("neighbours")
     board.until(", sweeps: neighbours}")
     browser.button("Undo").click()
-    browser.wait(lambda: board.text == before, MINUTES)
+    browser.wait(lambda: board.text == before)
     browser.press(Keys.ESCAPE)
-    browser.wait(lambda: len(browser.all('[data-verdict="realizable"]')) == 2, MINUTES)
+    browser.wait(lambda: len(browser.all('[data-verdict="realizable"]')) == 2)
     browser.press(Keys.CONTROL, "s")
-    browser.wait(lambda: (tmp_path / "mine.yaml").exists(), MINUTES)
+    browser.wait(lambda: (tmp_path / "mine.yaml").exists())
     assert (tmp_path / "mine.yaml").read_text() == board.text
 
     board.choose("▶ Run")
-    browser.wait(lambda: browser.all(".speed select"), MINUTES)
+    browser.wait(lambda: browser.all(".speed select"))
     board.fast()
-    browser.wait(lambda: browser.all(".badge.good"), MINUTES)
+    browser.wait(lambda: browser.all(".badge.good"))
     trace = read_bytes(board.saved("trace"))
     assert audit(trace).findings == ()
     resolved = [(r.obstacle, r.robot) for r in trace.records if isinstance(r, Resolved)]
     assert resolved == [("door@47", "digit")]
 
     board.choose("✎ Draw")
-    browser.wait(lambda: browser.all(".board"), MINUTES)
+    browser.wait(lambda: browser.all(".board"))
     board.choose("Select")
     board.click(14)
-    browser.wait(lambda: browser.all(".chosen"), MINUTES)
+    browser.wait(lambda: browser.all(".chosen"))
     board.choose("Circuit")
     for target in (54, 49, 37):
         board.click(target)
@@ -106,7 +106,7 @@ def test_case_study_1_is_drawn_run_and_undone(board: Board, tmp_path: Path) -> N
     while not browser.button("Undo").get_attribute("aria-disabled"):
         before = board.text
         browser.button("Undo").click()
-        browser.wait(lambda before=before: board.text != before, MINUTES)  # type: ignore[misc]
+        browser.wait(lambda before=before: board.text != before)
     assert board.text == blank
     assert browser.errors() == []
 
@@ -116,25 +116,24 @@ def test_a_broken_scenario_shows_its_mistakes_at_their_place(board: Board) -> No
     text = (SCENARIOS / "case_study_1.yaml").read_text()
     line = next(i for i, told in enumerate(text.splitlines(), 1) if "digit: {model" in told)
     board.write(text.replace("model: digit", "modle: digit"))
-    browser.wait(lambda: any("modle" in p.text for p in browser.all(".problem")), MINUTES)
+    browser.wait(lambda: any("modle" in p.text for p in browser.all(".problem")))
     assert browser.one(".gutter .wrong").text.strip() == str(line)
     assert browser.one("button.run").get_attribute("aria-disabled")
     board.write(text)
-    browser.wait(lambda: not browser.all(".problem"), MINUTES)
+    browser.wait(lambda: not browser.all(".problem"))
     board.write(text.replace("start: 71", "start: 0"))
-    browser.wait(lambda: browser.all("g.wrong"), MINUTES)
+    browser.wait(lambda: browser.all("g.wrong"))
 
 
 def test_a_robot_that_cannot_gets_the_reason_and_a_repair_at_a_click(board: Board) -> None:
     browser = board.browser
     board.write((SCENARIOS / "unrealizable" / "separate_rooms.yaml").read_text())
-    browser.wait(lambda: browser.all('[data-verdict="unrealizable"] .repair'), MINUTES)
+    browser.wait(lambda: browser.all('[data-verdict="unrealizable"] .repair'))
     before = board.text
     browser.one(".repair").click()
-    browser.wait(lambda: board.text != before, MINUTES)
+    browser.wait(lambda: board.text != before)
     browser.wait(
-        lambda: browser.all(".verdict") and not browser.all('[data-verdict="unrealizable"]'),
-        MINUTES,
+        lambda: browser.all(".verdict") and not browser.all('[data-verdict="unrealizable"]')
     )
 
 
@@ -144,11 +143,11 @@ def test_a_door_is_closed_by_a_click_and_the_saved_scenario_plays_the_same(board
     browser = board.browser
     board.write((SCENARIOS / "case_study_1.yaml").read_text().split("expect:")[0])
     board.until("door")
-    browser.wait(lambda: not browser.one("button.run").get_attribute("aria-disabled"), MINUTES)
+    browser.wait(lambda: not browser.one("button.run").get_attribute("aria-disabled"))
     board.choose("▶ Run")
-    browser.wait(lambda: browser.all('button[aria-label="Pause the run"]'), MINUTES)
+    browser.wait(lambda: browser.all('button[aria-label="Pause the run"]'))
     browser.button("Pause the run").click()
-    browser.wait(lambda: browser.all('button[aria-label="Run"]'), MINUTES)
+    browser.wait(lambda: browser.all('button[aria-label="Run"]'))
     limit = time.monotonic() + MINUTES
     while json_tick(board) < 5:
         assert time.monotonic() < limit
@@ -158,12 +157,12 @@ def test_a_door_is_closed_by_a_click_and_the_saved_scenario_plays_the_same(board
     board.click(44)
     board.choose("Look")
     browser.driver.refresh()  # a reload in mid-run loses nothing
-    browser.wait(lambda: browser.all("header h1"), MINUTES)
+    browser.wait(lambda: browser.all("header h1"))
     board.choose("To the run")
-    browser.wait(lambda: browser.tick >= 5, MINUTES)
+    browser.wait(lambda: browser.tick >= 5)
     board.fast()
     browser.button("Run").click()
-    browser.wait(lambda: browser.all(".badge.good"), MINUTES)
+    browser.wait(lambda: browser.all(".badge.good"))
     trace = read_bytes(board.saved("trace"))
     assert audit(trace).findings == ()
     (appeared,) = (record for record in trace.records if isinstance(record, Appeared))
@@ -235,7 +234,7 @@ def test_maps_are_divided_over_their_picture(board: Board, tmp_path: Path) -> No
 
     def told(words: str) -> None:
         script = "return document.querySelector('.division')?.innerText ?? ''"
-        browser.wait(lambda: words in browser.run(script), MINUTES)
+        browser.wait(lambda: words in browser.run(script))
 
     def colour(x: int, y: int) -> list[int]:
         """The pixel of the preview over a pixel of the image."""
@@ -256,13 +255,13 @@ def test_maps_are_divided_over_their_picture(board: Board, tmp_path: Path) -> No
     slide("share", 30)
     slide("side", 6)
     told("10 x 15 regions")
-    browser.wait(lambda: "sealed" not in browser.one(".division").text, MINUTES)
+    browser.wait(lambda: "sealed" not in browser.one(".division").text)
     slide("origin x", 2)
     slide("origin y", 2)
     told("10 x 15 regions")
     field = browser.one('input[aria-label="meaning of #ffcc00"]')
     field.send_keys("ward", Keys.TAB)
-    browser.wait(lambda: colour(65, 10)[1] > colour(65, 10)[0], MINUTES)
+    browser.wait(lambda: colour(65, 10)[1] > colour(65, 10)[0])
     board.choose("Create")
     board.until("name: plan\n")
     assert "areas:\n  ward: {rows: " in board.text
@@ -292,38 +291,38 @@ def json_tick(board: Board) -> int:
 def test_a_key_is_written_with_its_errors_beside_it(board: Board) -> None:
     browser, board.cols = board.browser, 15
     board.write((SCENARIOS / "warehouse_orders.yaml").read_text(encoding="utf-8"))
-    browser.wait(lambda: browser.all('[data-robot="truck"]'), MINUTES)
+    browser.wait(lambda: browser.all('[data-robot="truck"]'))
     board.click(16)
     board.choose("Change its battery, loads, speed ...")
     board.until("forklift:\n      mobility: free")
     adding = '[aria-label="Add a key of the model ..."]'
-    browser.wait(lambda: browser.all(adding), MINUTES)
+    browser.wait(lambda: browser.all(adding))
     Select(browser.one(adding)).select_by_visible_text("battery")
     field = '[data-key="battery"]'
-    browser.wait(lambda: browser.all(field), MINUTES)
+    browser.wait(lambda: browser.all(field))
     browser.one(f"{field} textarea").send_keys("{capacity: 20}")
     browser.press(Keys.CONTROL, Keys.ENTER)
     board.until("battery: {capacity: 20}")
-    browser.wait(lambda: browser.all(f"{field} .wrong-part"), MINUTES)
+    browser.wait(lambda: browser.all(f"{field} .wrong-part"))
     assert "charge" in browser.one(f"{field} .wrong-part").text
     assert len(browser.all('[aria-label="The chosen robot"] .wrong-part')) == 1
     browser.one(f"{field} textarea").send_keys(Keys.END, Keys.BACKSPACE, ", charge: 5}")
     browser.press(Keys.CONTROL, Keys.ENTER)
-    browser.wait(lambda: not browser.all(".wrong-part"), MINUTES)
+    browser.wait(lambda: not browser.all(".wrong-part"))
     board.choose("Charger")
     board.click(17)
     board.until("chargers: [[1, 2]]")
-    browser.wait(lambda: browser.all(".charger"), MINUTES)
+    browser.wait(lambda: browser.all(".charger"))
     board.choose("Delivery")
     board.click(106)
     board.click(118)
     board.until("- {at: 5, type: parcel, region: yard}")
-    browser.wait(lambda: "Order: parcel" in browser.one(".palette").text, MINUTES)
+    browser.wait(lambda: "Order: parcel" in browser.one(".palette").text)
     board.choose("Select")
     board.click(106)
-    browser.wait(lambda: browser.all('[aria-label="The chosen robot"]'), MINUTES)
+    browser.wait(lambda: browser.all('[aria-label="The chosen robot"]'))
     board.click(106)
-    browser.wait(lambda: browser.all('[aria-label="The chosen obstacle"]'), MINUTES)
+    browser.wait(lambda: browser.all('[aria-label="The chosen obstacle"]'))
     board.drag(106, 107, 108)
     board.until("type: parcel, region: [7, 3]}")
     assert browser.errors() == []

@@ -8,7 +8,7 @@ from safenav.audit.check import audit
 from safenav.trace.reading import read_bytes
 from safenav.trace.records import Appeared, Inputs, Operator, Resolved, Waiting
 from studio.board import Board
-from studio.serving import MINUTES, Page, Served, visit
+from studio.serving import Page, Served, visit
 
 
 def test_the_page_can_help_a_run_that_waits(tmp_path: Path) -> None:
@@ -50,7 +50,7 @@ def test_a_robot_joins_on_the_page(browser: Browser, tmp_path: Path) -> None:
         board = Board(browser, served.address, cols=11)
         board.fast()
         browser.one('[aria-label="Run"]').click()
-        browser.wait(lambda: browser.all(".operator"), MINUTES)
+        browser.wait(lambda: browser.all(".operator"))
         browser.one('[aria-label="Name of the robot"]').send_keys("digit")
         for label, chosen in (("Its model", "digit"), ("It faces", "east")):
             Select(browser.one(f'[aria-label="{label}"]')).select_by_visible_text(chosen)
@@ -58,7 +58,7 @@ def test_a_robot_joins_on_the_page(browser: Browser, tmp_path: Path) -> None:
         board.click(13)
         board.click(13)
         board.choose("Hold")
-        browser.wait(lambda: browser.all(".badge.good"), MINUTES)
+        browser.wait(lambda: browser.all(".badge.good"))
         assert "digit" in browser.one(".crew").text
         rest = read_bytes(board.saved("trace"))
         assert (tmp_path / "run-2.jsonl").read_bytes() == board.saved("trace")
@@ -109,13 +109,13 @@ def test_a_user_orders_work_and_sets_an_input(browser: Browser, tmp_path: Path) 
         board = Board(browser, served.address, cols=8)
         browser.one('[role="switch"][aria-label="alarm"]').click()
         browser.one('[aria-label="Next tick"]').click()
-        browser.wait(lambda: browser.all('[role="switch"][aria-checked="true"]'), MINUTES)
+        browser.wait(lambda: browser.all('[role="switch"][aria-checked="true"]'))
         board.choose("Order: parcel")
         board.click(10)
         browser.one('[role="switch"][aria-label="alarm"]').click()
         board.fast()
         browser.one('[aria-label="Run"]').click()
-        browser.wait(lambda: browser.all(".badge.good"), MINUTES)
+        browser.wait(lambda: browser.all(".badge.good"))
         trace = read_bytes(board.saved("trace"))
     assert audit(trace).findings == ()
     assert [r.values["alarm"] for r in trace.records if isinstance(r, Inputs)] == [True, False]

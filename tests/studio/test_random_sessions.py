@@ -12,7 +12,7 @@ from report.browser import Browser
 from safenav.audit.check import audit
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.reading import read_bytes
-from studio.serving import MINUTES, SCENARIOS, Page, Served, opened
+from studio.serving import SCENARIOS, Page, Served, opened
 
 SEQUENCES = int(os.environ.get("SAFENAV_FUZZ", "0")) // 25 or 3
 FIRST = int(os.environ.get("SAFENAV_FUZZ_FIRST", "0"))
@@ -86,7 +86,7 @@ def test_random_sessions_are_survived(browser: Browser, served: Served) -> None:
     asyncio.run(main())
     assert browser.errors() == []
     browser.driver.refresh()
-    browser.wait(lambda: browser.all("header h1"), MINUTES)
+    browser.wait(lambda: browser.all("header h1"))
     assert browser.errors() == []
 
 

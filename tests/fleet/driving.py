@@ -1,0 +1,191 @@
+"""Drives of scenarios whose obstacles no file lists, with the processes of their robots."""
+
+import contextlib
+import os
+import re
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
+
+from fleet.lab import lab_at
+from safenav.fleet import ros1
+
+ROOT = Path(__file__).parents[2]
+TESTS = Path(__file__).parents[1]
+SIDE = 2.0
+FIRST, SECOND, THIRD = (f"case_study_{number}" for number in (1, 2, 3))
+FLEET = """\
+safenav-fleet: 1
+transport: {transport}
+network: {{domain: {domain}, master: "http://127.0.0.1:{port}"}}
+simulation: {{pace: {pace}, obstacles: {obstacles}}}
+defaults: {{report: obstacles, scan: {{obstacle: door}}, timeout: 6, speed: {speed}}}
+robots:
+  digit: {{act: {{push: push}}}}
+  quad: {{act: {{sense: sense}}}}
+"""
+PACE = 50.0
+STREAMED = "streamed"
+YARD = """\
+safenav: 1
+name: yard
+map:
+  grid: ["######", "#....#", "#....#", "######"]
+robots:
+  quad: {model: quadcopter, start: [1, 1], objective: {visit: [[1, 2]]}}
+  digit: {model: jackal, start: [2, 1], objective: {visit: [[2, 2]]}}
+until: {rounds: 1}
+"""
+ALARMED = "alarmed"
+HALL = """\
+safenav: 1
+name: hall
+map:
+  grid: ["######", "#....#", "#....#", "######"]
+inputs: {alarm: {}}
+robots:
+  quad: {model: quadcopter, start: [1, 1], objective: {visit: [[1, 2]]}}
+  digit:
+    model: jackal
+    start: [2, 1]
+    objective: {visit: [[2, 2], [2, 4]]}
+    when: {alarm: {hold: [2, 1]}}
+until: {rounds: 1}
+"""
+TEXTS = {STREAMED: YARD, ALARMED: HALL}
+NO_ROS1 = pytest.mark.skipif(
+    not ros1.importable(), reason=f"rospy is missing: apt install {ros1.PACKAGES}"
+)
+
+
+class Lab:
+    """A scenario without its obstacles, a fleet file that has them, and the processes of robots."""
+
+    def __init__(self, case: str, transport: str, folder: Path, faults: dict[str, str]) -> None:
+        streams = case == STREAMED
+        text = TEXTS.get(case) or (ROOT / "scenarios" / f"{case}.yaml").read_text()
+        obstacles: list[str] = []
+        if listed := re.search(r"obstacles:\n((?:  .*\n)+)", text):
+            obstacles = re.findall(r"^  - (.*)$", listed[1], re.MULTILINE)
+            text = text.replace(listed[0], "")
+        text = text.replace("map:\n", f"map:\n  resolution: {SIDE}\n")
+        text += "catalogue: {obstacles: {door: {action: push, sweeps: neighbours}}}\n"
+        text = re.sub(r"^  (resolved|blocked|helpers):.*\n", "", text, flags=re.MULTILINE)
+        self.scenario, self.fleet = folder / f"{case}.yaml", folder / "fleet.yaml"
+        self.trace, self.motion = folder / "trace.jsonl", folder / "motion.jsonl"
+        self.scenario.write_text(text)
+        self.transport = transport
+        self.port, self.domain = _free_port(), 20 + os.getpid() % 200
+        pace = 1.0 if streams else PACE
+        fast = 1.0 if transport == "simulation" else pace
+        given = {
+            "transport": transport,
+            "domain": self.domain,
+            "port": self.port,
+            "pace": pace,
+            "obstacles": f"[{', '.join(obstacles)}]",
+            "speed": 0.45 * fast,
+        }
+        follow = "follow: {}, " if transport == "simulation" or streams else ""
+        inputs = "inputs: {alarm: /building/alarm}\n" if case == ALARMED else ""
+        defaults = "defaults: {" + follow
+        self.fleet.write_text(inputs + FLEET.format(**given).replace("defaults: {", defaults))
+        self.processes: list[subprocess.Popen[str]] = []
+        self.environment = {
+            **os.environ,
+            "PYTHONPATH": str(TESTS),
+            "ROS_MASTER_URI": f"http://127.0.0.1:{self.port}",
+            "ROS_IP": "127.0.0.1",
+            "ROS_HOME": str(folder / "ros"),
+            "SAFENAV_CACHE": str(folder / "cache"),
+        }
+        self.physics: Any = None
+        if transport != "simulation":
+            port = self.started("fleet/lab.py", self.scenario, self.fleet, pace)
+            self.physics = lab_at(int(port))
+            if transport == "ros1":
+                self.master()
+            where = [port.strip()] if transport == "ros1" else [port.strip(), self.domain]
+            for name in ("quad", "digit"):
+                robot = f"{name}+{faults[name]}" if name in faults else name
+                robot += "+follow" * streams
+                self.started(f"fleet/{transport}_robots.py", *where, robot)
+
+    def started(self, program: str, *arguments: object) -> str:
+        """Start a program of the tests; the first line that it prints."""
+        process = subprocess.Popen(
+            [sys.executable, str(TESTS / program), *map(str, arguments)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env=self.environment,
+        )
+        self.processes.append(process)
+        assert process.stdout is not None
+        said = process.stdout.readline()
+        assert said, f"{program} did not start"
+        return said
+
+    def master(self) -> None:
+        """A real ROS master."""
+        run = f"import sys; sys.path.append({ros1.DEBIAN!r}); import rosmaster; "
+        run += f"rosmaster.rosmaster_main(['rosmaster', '--core', '-p', '{self.port}'])"
+        self.processes.append(
+            subprocess.Popen(
+                [sys.executable, "-c", run],
+                env=self.environment,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                text=True,
+            )
+        )
+        _wait_for(self.port)
+
+    def drive(self, *options: str, seconds: float = 600.0) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            self.command(*options),
+            capture_output=True,
+            text=True,
+            env=self.environment,
+            timeout=seconds,
+            check=False,
+        )
+
+    def command(self, *options: str) -> list[str]:
+        words = ["drive", self.scenario, "--fleet", self.fleet, "--trace", self.trace]
+        words += ["--motion", self.motion, "--patience", "300", *options]
+        return [str(Path(sys.executable).with_name("safenav")), *map(str, words)]
+
+    def close(self) -> None:
+        for process in reversed(self.processes):
+            with contextlib.suppress(OSError):
+                assert process.stdin is not None
+                process.stdin.close()
+                if process.stdout is not None:
+                    process.stdout.close()
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                process.wait(2.0)
+            process.kill()
+            process.wait()
+
+
+def _free_port() -> int:
+    with socket.socket() as found:
+        found.bind(("127.0.0.1", 0))
+        return int(found.getsockname()[1])
+
+
+def _wait_for(port: int) -> None:
+    for _ in range(100):
+        with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", port), 1.0):
+            return
+        time.sleep(0.1)
+    raise AssertionError("no ROS master")
