@@ -5,22 +5,7 @@ import json
 from collections.abc import Callable
 from typing import Any
 
-from audit.trace_script import Line, Script, obstacle, robot
-
-ROOM = """
-######
-#....#
-#....#
-######
-"""
-"""Free regions: 7 to 10 above 13 to 16."""
-
-CORRIDOR = """
-#######
-#.....#
-#######
-"""
-"""Free regions: 8 to 12."""
+from audit.trace_script import CORRIDOR, ROOM, Line, Script, closure, obstacle, robot
 
 
 def script(
@@ -165,15 +150,7 @@ def given_up() -> list[Line]:
     )
     s.next_tick().move("drone", 9).move("digit").goal("digit", 0, 1)
     s.next_tick().meet("drone", "gate@10").request("drone", "gate@10", {}, None)
-    proof = {
-        "kind": "closure",
-        "resolved": [],
-        "never": ["gate@10"],
-        "robots": {
-            "drone": {"poses": way(8, 9), "live": False},
-            "digit": {"poses": way(8, 9), "live": True},
-        },
-    }
+    proof = closure(["gate@10"], drone=([8, 9], False), digit=([8, 9], True))
     s.block("gate@10", "no_capable_robot", proof, "drone", "digit")
     rounds = {"drone": 0, "digit": 1}
     return s.end("operator_needed", rounds, cause="no_capable_robot", proof=proof)

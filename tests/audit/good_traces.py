@@ -3,15 +3,7 @@
 from collections.abc import Callable
 
 from audit.good_plans import GOOD_PLANS
-from audit.trace_script import Line, Script, closure, obstacle, robot
-
-ROOM = """
-######
-#....#
-#....#
-######
-"""
-"""Free regions: 7 to 10 above 13 to 16."""
+from audit.trace_script import CORRIDOR, ROOM, Line, Script, closure, obstacle, robot
 
 HALL = """
 #########
@@ -39,13 +31,6 @@ HOUSE = """
 #########
 """
 """Free regions: 10 to 12 and 14 to 16 above 19 to 25 above 28 to 30 and 32 to 34."""
-
-CORRIDOR = """
-#######
-#.....#
-#######
-"""
-"""Free regions: 8 to 12."""
 
 
 def door() -> list[Line]:

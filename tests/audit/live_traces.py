@@ -7,6 +7,7 @@ from audit.broken_traces import Case
 from audit.good_plans import given_up
 from audit.living import living
 from audit.trace_script import (
+    ROOM,
     Line,
     Script,
     both,
@@ -17,9 +18,6 @@ from audit.trace_script import (
     obstacle,
     robot,
 )
-
-ROOM = "######\n#....#\n#....#\n######"
-"""Free regions: 7 to 10 above 13 to 16."""
 
 
 class Live(Script):

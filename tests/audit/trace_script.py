@@ -12,6 +12,12 @@ Line = dict[str, Any]
 WAYS = {"north": (-1, 0), "east": (0, 1), "south": (1, 0), "west": (0, -1)}
 
 
+ROOM = "######\n#....#\n#....#\n######"
+"""Free regions: 7 to 10 above 13 to 16."""
+CORRIDOR = "#######\n#.....#\n#######"
+"""Free regions: 8 to 12."""
+
+
 def robot(
     layer: str, capabilities: list[str], start: int, objective: Line, heading: str | None = None
 ) -> Line:

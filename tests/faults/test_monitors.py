@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
-from safenav.audit.check import check_trace
+from runtime.played import Run
 from safenav.errors import ExitCode
 from safenav.outcome import Outcome
 from safenav.runtime.mission import Mission
@@ -19,7 +19,6 @@ from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
 from safenav.synthesis.verdict import SynthesisResult
 from safenav.trace import records
-from safenav.trace.writing import TraceWriter
 from safenav.world.moves import Pose
 
 
@@ -64,17 +63,16 @@ def test_a_robot_that_is_carried_away_breaks_what_others_assume_and_they_go_on()
     assert mission.result.outcome is Outcome.COMPLETED
 
 
-def test_the_trace_of_it_blames_only_the_robot_that_jumped(tmp_path: Path) -> None:
+def test_the_trace_of_it_blames_only_the_robot_that_jumped() -> None:
     mission, _ = _mission(HALL)
-    path = tmp_path / "trace.jsonl"
-    with TraceWriter(path) as trace:
-        mission.state.listeners += (trace,)
-        mission.start()
+    run = Run()
+    mission.state.listeners += (run,)
+    mission.start()
+    mission.step()
+    mission.state.robots["other"].pose = Pose(22)
+    while mission.result is None:
         mission.step()
-        mission.state.robots["other"].pose = Pose(22)
-        while mission.result is None:
-            mission.step()
-    found = {(finding.rule, finding.robot) for finding in check_trace(path).findings}
+    found = {(finding.rule, finding.robot) for finding in run.audit}
     assert found == {("continuity", "other"), ("mobility", "other")}
 
 

@@ -5,15 +5,13 @@ find anything; what the trace says is checked by rules that know nothing of the 
 """
 
 import json
-import tempfile
-from pathlib import Path
 from typing import Any
 
 import yaml
 from hypothesis import event, given
 
 from fuzz.campaign import campaign, scenarios
-from safenav.audit.check import check_trace
+from runtime.played import Run
 from safenav.errors import InputError, UsageError
 from safenav.explain.explanation import Explanation
 from safenav.outcome import Outcome, Verdict
@@ -27,7 +25,6 @@ from safenav.spec.specification import Specification
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace import records
-from safenav.trace.writing import TraceWriter
 from safenav.verify.verification import first_failure
 
 
@@ -39,14 +36,9 @@ def play(data: dict[str, Any]) -> tuple[Scenario, list[records.Record], Outcome]
     except InputError as error:
         assert all(diagnostic.found for diagnostic in error.diagnostics)
         return None
-    events: list[records.Record] = []
-    with tempfile.TemporaryDirectory() as folder:
-        trace = Path(folder) / "trace.jsonl"
-        with TraceWriter(trace) as writer:
-            mission = Mission(scenario, quiet(scenario), listeners=[events.append, writer])
-            result = mission.run()
-        audit = check_trace(trace)
-    assert audit.findings == (), f"{text}\n" + "\n".join(map(str, audit.findings))
+    events, run = list[records.Record](), Run()
+    result = Mission(scenario, quiet(scenario), listeners=[events.append, run]).run()
+    assert not run.findings, f"{text}\n{run.findings}"
     return scenario, events, result.outcome
 
 

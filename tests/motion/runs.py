@@ -1,23 +1,21 @@
 """Real traces to move by: every shipped scenario, run once for all tests that want it."""
 
-import tempfile
 from functools import cache
 from pathlib import Path
 
 from msgspec.structs import replace
 
 from once import SCENARIOS, made_once, trace_of_shipped
+from runtime.played import play
 from safenav.motion.file.reading import parsed
 from safenav.motion.file.records import Motion
 from safenav.motion.file.writing import text_of
 from safenav.motion.making import motion_of
-from safenav.runtime.mission import Mission
 from safenav.runtime.worlds.simulation import LiveSimulation
-from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.settings import Clock
 from safenav.trace.reading import read_bytes
 from safenav.trace.trace import Trace
-from safenav.trace.writing import TraceWriter
 
 SHIPPED = sorted(path.stem for path in SCENARIOS.glob("*.yaml"))
 
@@ -30,11 +28,7 @@ def trace_bytes(name: str) -> bytes:
 
 def played(text: str) -> bytes:
     """The trace of a scenario that is given as text."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "trace.jsonl"
-        with TraceWriter(path) as writer:
-            Mission(load_scenario_text(text, "made.yaml"), listeners=[writer]).run()
-        return path.read_bytes()
+    return play(text).text.encode()
 
 
 @cache
@@ -42,11 +36,7 @@ def live_trace(name: str, delayed: float = 0.0) -> bytes:
     """The trace of a shipped scenario with a clock; a share of its steps takes longer."""
     scenario = replace(load_scenario(SCENARIOS / f"{name}.yaml"), clock=Clock.LIVE)
     world = LiveSimulation(scenario, delayed=delayed, factor=1.7)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "trace.jsonl"
-        with TraceWriter(path) as writer:
-            Mission(scenario, world=world, listeners=[writer]).run()
-        return path.read_bytes()
+    return play(scenario, world=world).text.encode()
 
 
 @cache

@@ -14,8 +14,7 @@ from oracle import (
     to_json,
 )
 
-TOGGLE = read_slugsin(
-    """
+TEXT = """
 [INPUT]
 a
 [OUTPUT]
@@ -33,7 +32,7 @@ a
 [SYS_LIVENESS]
 x
 """
-)
+TOGGLE = read_slugsin(TEXT)
 # States are a, x.  From x = 0 the answer to a' is x' = !a'; from x = 1 anything goes.
 SOUND = (
     Node(0b00, 0, (1,)),  # ! a: only a' = 1 is allowed, so x' = 0
@@ -132,25 +131,7 @@ def test_a_counterstrategy_must_meet_the_assumptions() -> None:
 
 
 def _with_assumption(assumption: str) -> str:
-    return f"""
-[INPUT]
-a
-[OUTPUT]
-x
-[ENV_TRANS]
-| a a'
-[ENV_INIT]
-! a
-[SYS_INIT]
-! x
-[SYS_TRANS]
-| x ^ a' x'
-[ENV_LIVENESS]
-a
-{assumption}
-[SYS_LIVENESS]
-x
-"""
+    return f"{TEXT}[ENV_LIVENESS]\n{assumption}\n"
 
 
 def test_json_is_read_back() -> None:

@@ -6,13 +6,11 @@ import pytest
 
 from report.browser import Browser
 from runtime.deadlines.test_timed_runs import LATE
+from runtime.played import play
 from safenav.report.page.encode import encoded
 from safenav.report.page.html import page_of
 from safenav.report.replay.reading import read_replay
 from safenav.report.replay.timeline import Replay
-from safenav.runtime.mission import Mission
-from safenav.scenario.reading.loader import load_scenario_text
-from safenav.trace.writing import TraceWriter
 
 TIMED = LATE.replace("late: stop", "late: go_on").replace(
     "[[1, 5], [1, 1]]}", "[[1, 5], [1, 1]], within: 14}"
@@ -22,8 +20,7 @@ TIMED = LATE.replace("late: stop", "late: go_on").replace(
 @pytest.fixture(scope="module")
 def replay(tmp_path_factory: pytest.TempPathFactory) -> Replay:
     path = tmp_path_factory.mktemp("slack") / "timed.jsonl"
-    with TraceWriter(path) as trace:
-        Mission(load_scenario_text(TIMED.replace("by: 8", "by: 60")), listeners=[trace]).run()
+    path.write_text(play(TIMED.replace("by: 8", "by: 60")).text)
     return read_replay(path)
 
 

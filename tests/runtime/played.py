@@ -8,6 +8,7 @@ from typing import Any
 
 from safenav.audit.check import check_trace
 from safenav.audit.rules.rule import Finding
+from safenav.lines import json_line
 from safenav.runtime.mission import Mission
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
@@ -56,18 +57,23 @@ class Run:
         return [(r["type"], r.get("obstacle")) for r in self.records if r["type"] in kinds]
 
     @property
-    def _found(self) -> tuple[Finding, ...]:
+    def text(self) -> str:
+        """The trace as its file has it."""
+        return "".join(map(json_line, self.records))
+
+    @property
+    def audit(self) -> tuple[Finding, ...]:
         return check_trace(map(json.dumps, self.records)).findings
 
     @property
     def findings(self) -> str:
         """What the audit finds in the records as they are now, a row each; empty: nothing."""
-        return "\n".join(map(str, self._found))
+        return "\n".join(map(str, self.audit))
 
     @property
     def broken(self) -> set[str]:
         """The rules that the records break as they are now."""
-        return {finding.rule for finding in self._found}
+        return {finding.rule for finding in self.audit}
 
 
 Runner = Callable[[str], Run]

@@ -9,7 +9,6 @@ import pytest
 from runtime.played import Run, play
 from safenav import Mission
 from safenav.errors import InputError
-from safenav.lines import json_line
 from safenav.report.replay.reading import read_replay
 from safenav.report.terminal.story import Story
 from safenav.runtime.worlds.world import SimulatedWorld
@@ -97,7 +96,7 @@ def test_an_obstacle_that_no_scenario_lists_is_told_of_before_it_is_named(tmp_pa
     first = next(record for record in records if record.get("obstacle") == "door@27")
     assert first["type"] == "violation" and records.index(discovered) < records.index(first)
     trace = tmp_path / "trace.jsonl"
-    trace.write_text("".join(map(json_line, records)))
+    trace.write_text(run.text)
     (hidden,) = read_replay(trace).hidden
     assert (hidden.name, hidden.region) == ("door@27", DOOR)
 

@@ -1,23 +1,19 @@
 """Whatever somebody does to the world of a run, the run stays sound and its trace says so."""
 
-import json
 import os
 import random
 from pathlib import Path
 
 import pytest
 
-from safenav import Mission, TraceWriter, built_in, load_scenario
-from safenav.audit.check import audit
+from runtime.played import Run, play
+from safenav import Mission, built_in, load_scenario
 from safenav.errors import UsageError
 from safenav.report.replay.reading import replay_of
 from safenav.runtime.user_changes import Close, Give, Intervention, Serve, SetTruth, TakeAway
 from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.objective import Hold, Visit
-from safenav.scenario.reading.loader import load_scenario_text
-from safenav.trace.reading import read_lines, read_trace
-from safenav.trace.records import Record, Request, Resolved
-from safenav.trace.writing import as_data
+from safenav.trace.reading import read_lines
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 FIRST = int(os.environ.get("SAFENAV_FUZZ_FIRST", "0"))
@@ -48,44 +44,41 @@ def something(mission: Mission, world: SimulatedWorld, chance: random.Random) ->
 
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("name", ["case_study_1", "case_study_3", "two_digits"])
-def test_random_changes_leave_a_sound_trace(name: str, seed: int, tmp_path: Path) -> None:
+def test_random_changes_leave_a_sound_trace(name: str, seed: int) -> None:
     scenario = load_scenario(SCENARIOS / f"{name}.yaml")
     world, chance = SimulatedWorld(scenario), random.Random(f"{name}/{seed}")
-    file = tmp_path / "run.jsonl"
-    with TraceWriter(file) as writer:
-        mission = Mission(scenario, world=world, listeners=[writer])
-        mission.start()
-        while mission.result is None:
-            for _ in range(chance.choice([0, 0, 0, 1, 2])):
-                try:
-                    mission.intervene(something(mission, world, chance))
-                except UsageError as refused:
-                    assert str(refused)
-            mission.step()
-            if mission.state.tick >= LAST:
-                mission.give_up()
-    trace = read_trace(file)
-    assert audit(trace).findings == ()
-    assert replay_of(trace).ending is not None
-
-
-def test_a_robot_out_of_service_stands_still_and_goes_on_later(tmp_path: Path) -> None:
-    scenario = load_scenario(SCENARIOS / "case_study_1.yaml")
-    file = tmp_path / "run.jsonl"
-    with TraceWriter(file) as writer:
-        mission = Mission(scenario, listeners=[writer])
-        mission.start()
+    run = Run()
+    mission = Mission(scenario, world=world, listeners=[run])
+    mission.start()
+    while mission.result is None:
+        for _ in range(chance.choice([0, 0, 0, 1, 2])):
+            try:
+                mission.intervene(something(mission, world, chance))
+            except UsageError as refused:
+                assert str(refused)
         mission.step()
-        mission.intervene(Serve("quad", False))
-        here = mission.state.robots["quad"].pose
-        for _ in range(5):
-            mission.step()
-            assert mission.state.robots["quad"].pose == here
-        mission.intervene(Serve("quad", True))
-        while mission.result is None:
-            mission.step()
+        if mission.state.tick >= LAST:
+            mission.give_up()
+    assert not run.findings, run.findings
+    assert replay_of(read_lines(run.text.splitlines())).ending is not None
+
+
+def test_a_robot_out_of_service_stands_still_and_goes_on_later() -> None:
+    scenario = load_scenario(SCENARIOS / "case_study_1.yaml")
+    trace = Run()
+    mission = Mission(scenario, listeners=[trace])
+    mission.start()
+    mission.step()
+    mission.intervene(Serve("quad", False))
+    here = mission.state.robots["quad"].pose
+    for _ in range(5):
+        mission.step()
+        assert mission.state.robots["quad"].pose == here
+    mission.intervene(Serve("quad", True))
+    while mission.result is None:
+        mission.step()
     assert mission.result.outcome == "completed"
-    assert audit(read_trace(file)).findings == ()
+    assert not trace.findings
 
 
 def test_another_objective_is_met_instead_of_the_old_one() -> None:
@@ -108,15 +101,6 @@ TWO_DIGITS = ONE_DIGIT.replace(
 ).replace(
     "heading: east, objective: {patrol: [58", "heading: east, avoids: [], objective: {patrol: [58"
 )
-
-
-def played(text: str) -> tuple[Mission, list[Record]]:
-    """A run of a text, audited."""
-    records: list[Record] = []
-    mission = Mission(load_scenario_text(text), listeners=[records.append])
-    mission.run()
-    assert audit(read_lines(json.dumps(as_data(record)) for record in records)).findings == ()
-    return mission, records
 
 
 @pytest.mark.parametrize(
@@ -163,10 +147,9 @@ def test_who_is_out_of_service_is_replaced_or_missed(
     text: str, changes: str, outcome: str, says: str, helpers: int
 ) -> None:
     limits = text.replace("{ticks: 500}", "{ticks: 120}")
-    mission, records = played(f"{limits}\nchanges: [{changes}]\n")
-    assert mission.result is not None
-    assert (mission.result.outcome, says in mission.result.explanation) == (outcome, True)
-    asked = {r.helper for r in records if isinstance(r, Request)} - {None}
+    run = play(f"{limits}\nchanges: [{changes}]\n")
+    assert (run.outcome["outcome"], says in run.outcome["explanation"]) == (outcome, True)
+    asked = {line["helper"] for line in run.all("request")} - {None}
     assert len(asked) == helpers
 
 
@@ -175,6 +158,5 @@ def test_an_obstacle_that_comes_again_has_the_truth_of_its_entry() -> None:
     first, second = "{type: uncertainty, region: 43", "{type: uncertainty, region: 43, from: 15"
     entries = f"[{first}, until: 15, traversable: true}}, {second}, traversable: false}}]"
     text = (SCENARIOS / "case_study_3.yaml").read_text().split("obstacles:")[0]
-    _, records = played(f"{text}obstacles: {entries}\n")
-    found = [r.traversable for r in records if isinstance(r, Resolved)]
+    found = [r["traversable"] for r in play(f"{text}obstacles: {entries}\n").all("resolved")]
     assert found == [True, False]

@@ -15,7 +15,6 @@ from safenav.certify.checker.check import open_bundle
 from safenav.certify.checker.check_run import Evidence
 from safenav.certify.record import bundle_of_trace
 from safenav.cli.check_trace import command
-from safenav.lines import json_line
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
@@ -209,7 +208,7 @@ def test_a_request_that_is_too_large_to_judge_is_noted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "trace.jsonl"
-    path.write_text("".join(map(json_line, play(CORRIDOR).records)))
+    path.write_text(play(CORRIDOR).text)
     assert check_trace(path).notes == ()
     monkeypatch.setattr(proofs, "MOST_SERVED", 5)
     found = check_trace(path)

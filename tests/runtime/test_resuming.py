@@ -10,7 +10,6 @@ import warm
 from runtime.counting import COUNTING
 from runtime.played import play
 from safenav.errors import UsageError
-from safenav.lines import json_line
 from safenav.runtime.analysis.resuming import resumed
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import targets_of
@@ -23,7 +22,7 @@ SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
 def written(scenario: Scenario, path: Path) -> str:
     run = play(scenario)
-    path.write_text("".join(map(json_line, run.records)))
+    path.write_text(run.text)
     return str(run.outcome["outcome"])
 
 

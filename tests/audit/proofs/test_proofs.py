@@ -84,6 +84,10 @@ def table(regions: range, live: bool, heading: str | None = None) -> dict[str, A
     return {"poses": [[region, heading] for region in regions], "live": live}
 
 
+def closure(never: str, **robots: dict[str, Any]) -> dict[str, Any]:
+    return {"kind": "closure", "resolved": [], "never": never.split(), "robots": robots}
+
+
 def reasons(proof: dict[str, Any], about: Case) -> list[str]:
     try:
         return list(problems_of(proof, about))
@@ -97,12 +101,7 @@ NOBODY = moment(
     [robot("a", 1, 5, 1), robot("b", 2, 1, 2, can="sense")],
     obstacle("door@4", 4, need("push", 4), blocks="a b"),
 )
-NO_PUSHER = {
-    "kind": "closure",
-    "resolved": [],
-    "never": ["door@4"],
-    "robots": {"a": table(range(1, 4), False), "b": table(range(1, 4), True)},
-}
+NO_PUSHER = closure("door@4", a=table(range(1, 4), False), b=table(range(1, 4), True))
 
 
 def changed(proof: dict[str, Any], *path: Any, to: Any) -> dict[str, Any]:
@@ -152,12 +151,8 @@ def test_a_pusher_behind_the_door_does_not_help_where_it_cannot_get() -> None:
         obstacle("door@3", 3, need("push", 2), blocks="a b"),
         obstacle("fog@4", 4, need("sense", 2), blocks="b"),
     )
-    proof = {
-        "kind": "closure",
-        "resolved": [],
-        "never": ["door@3", "fog@4"],
-        "robots": {"a": table(range(1, 3), False), "b": table(range(5, 6), True)},
-    }
+    robots = {"a": table(range(1, 3), False), "b": table(range(5, 6), True)}
+    proof = closure("door@3 fog@4", **robots)
     assert reasons(proof, far) == []
 
 
@@ -166,12 +161,7 @@ def test_a_second_need_that_nobody_can_meet_is_enough() -> None:
         [robot("a", 1, 5, 1, can="sense")],
         obstacle("vault@3", 3, need("sense", 2), need("lift", 2), blocks="a"),
     )
-    proof = {
-        "kind": "closure",
-        "resolved": [],
-        "never": ["vault@3"],
-        "robots": {"a": table(range(1, 3), False)},
-    }
+    proof = closure("vault@3", a=table(range(1, 3), False))
     assert reasons(proof, vault) == []
 
 
@@ -188,16 +178,12 @@ def test_robots_that_keep_apart_do_not_lift_together_on_one_region(
         obstacle("beam@4", 4, need("lift", 3, robots=2, together=True), blocks="a b c"),
         together=apart,
     )
-    proof = {
-        "kind": "closure",
-        "resolved": [],
-        "never": ["beam@4"],
-        "robots": {
-            "a": table(range(1, 4), False),
-            "b": table(range(1, 6), True),
-            "c": table(range(1, 6), True),
-        },
-    }
+    proof = closure(
+        "beam@4",
+        a=table(range(1, 4), False),
+        b=table(range(1, 6), True),
+        c=table(range(1, 6), True),
+    )
     assert (reasons(proof, beam) == []) is accepted
 
 
@@ -213,15 +199,11 @@ ONE_WAY = moment(
 
 def one_way_proof() -> dict[str, Any]:
     """It faces east, so that only the one at 2 can be resolved, from 4."""
-    after = {
-        "kind": "closure",
-        "resolved": [],
-        "never": ["east@4"],
-        "robots": {
-            "a": {"poses": [[4, "east"], [5, "east"]], "live": False},
-            "b": table(range(1, 4), False),
-        },
-    }
+    after = closure(
+        "east@4",
+        a={"poses": [[4, "east"], [5, "east"]], "live": False},
+        b=table(range(1, 4), False),
+    )
     option = {"obstacle": "west@2", "need": 0, "robots": ["a"]}
     return {"kind": "tree", "choices": [{"option": option, "proof": after}]}
 
@@ -247,16 +229,12 @@ def test_one_lossless_choice_stands_for_all() -> None:
         obstacle("door@4", 4, need("push", 3), blocks="a b c"),
         obstacle("wall@5", 5, need("lift", 4), blocks="a b c"),
     )
-    after = {
-        "kind": "closure",
-        "resolved": [],
-        "never": ["wall@5"],
-        "robots": {
-            "a": table(range(1, 5), True),
-            "b": table(range(1, 5), True),
-            "c": table(range(1, 5), False),
-        },
-    }
+    after = closure(
+        "wall@5",
+        a=table(range(1, 5), True),
+        b=table(range(1, 5), True),
+        c=table(range(1, 5), False),
+    )
     option = {"obstacle": "door@4", "need": 0, "robots": ["b"]}
     proof = {"kind": "tree", "choices": [{"option": option, "proof": after}]}
     assert reasons(proof, about) == []

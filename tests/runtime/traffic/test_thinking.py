@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
-from safenav.audit.check import check_trace
+from runtime.played import Run
 from safenav.outcome import Outcome
 from safenav.runtime.mission import Mission
 from safenav.runtime.termination import RunEnded, Stop
@@ -21,7 +21,6 @@ from safenav.scenario.settings import Clock
 from safenav.spec.specification import Specification
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace import records
-from safenav.trace.writing import TraceWriter
 from safenav.world.map import Region
 from safenav.world.moves import Pose
 
@@ -112,69 +111,60 @@ def slow(patch: pytest.MonkeyPatch, over: threading.Event) -> list[str]:
     return searched
 
 
-def mission(path: Path) -> tuple[Mission, TraceWriter]:
-    scenario = replace(load_scenario(SCENARIO), clock=Clock.LIVE)
-    writer = TraceWriter(path)
-    return Mission(scenario, world=Wall(), listeners=[writer]), writer
+def mission() -> tuple[Mission, Run]:
+    scenario, trace = replace(load_scenario(SCENARIO), clock=Clock.LIVE), Run()
+    return Mission(scenario, world=Wall(), listeners=[trace]), trace
 
 
-def test_the_world_is_heard_while_a_plan_is_searched(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    over, path = threading.Event(), tmp_path / "trace.jsonl"
+def test_the_world_is_heard_while_a_plan_is_searched(monkeypatch: pytest.MonkeyPatch) -> None:
+    over = threading.Event()
     searched = slow(monkeypatch, over)
-    run, writer = mission(path)
+    run, trace = mission()
     heard = 0
-    with writer:
-        run.start()
-        while run.result is None:
-            run.step()
-            heard += run._traffic.wanted is not None
-            if heard == 2:
-                over.set()
+    run.start()
+    while run.result is None:
+        run.step()
+        heard += run._traffic.wanted is not None
+        if heard == 2:
+            over.set()
     assert run.result.outcome is Outcome.COMPLETED
     assert searched and threading.main_thread().name not in searched
-    assert check_trace(path).findings == ()
+    assert not trace.findings
 
 
 def test_robots_that_can_undo_their_steps_go_on_while_a_plan_is_searched(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """The plan begins where they were: they go back, or it is shortened to a way from where they
     are."""
-    over, path = threading.Event(), tmp_path / "trace.jsonl"
+    over, trace, meanwhile = threading.Event(), Run(), list[str]()
     searched = slow(monkeypatch, over)
-    meanwhile: list[str] = []
-    with TraceWriter(path) as writer:
-        run = Mission(load_scenario_text(BESIDE), world=Wall(), listeners=[writer])
+    run = Mission(load_scenario_text(BESIDE), world=Wall(), listeners=[trace])
 
-        def note(record: records.Record) -> None:
-            if isinstance(record, records.Depart) and run._traffic.wanted is not None:
-                meanwhile.append(record.robot)
-                if meanwhile.count("c") == 2:
-                    over.set()
+    def note(record: records.Record) -> None:
+        if isinstance(record, records.Depart) and run._traffic.wanted is not None:
+            meanwhile.append(record.robot)
+            if meanwhile.count("c") == 2:
+                over.set()
 
-        run.state.listeners = (*run.state.listeners, note)
-        assert run.run().outcome is Outcome.COMPLETED
+    run.state.listeners = (*run.state.listeners, note)
+    assert run.run().outcome is Outcome.COMPLETED
     assert searched and over.is_set()
-    assert check_trace(path).findings == ()
+    assert not trace.findings
 
 
-def test_a_run_that_is_stopped_abandons_its_search(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_run_that_is_stopped_abandons_its_search(monkeypatch: pytest.MonkeyPatch) -> None:
     searched = slow(monkeypatch, threading.Event())
-    run, writer = mission(tmp_path / "trace.jsonl")
-    with writer:
-        run.start()
-        while not searched:
-            run.step()
-        run.give_up()  # returns although the search has no end
+    run, _ = mission()
+    run.start()
+    while not searched:
+        run.step()
+    run.give_up()  # returns although the search has no end
     assert run.result is not None and run.result.outcome is Outcome.INTERRUPTED
 
 
 def test_robots_off_their_strategies_get_those_that_come_later(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A strategy that was waited for is used, not forgotten and asked for again."""
     usual, asked = Synthesizer.synthesize_all, list[str]()
@@ -186,14 +176,13 @@ def test_robots_off_their_strategies_get_those_that_come_later(
         return usual(synthesizer, specs, **options)  # type: ignore[arg-type]
 
     monkeypatch.setattr(Synthesizer, "synthesize_all", late)
-    path = tmp_path / "trace.jsonl"
-    with TraceWriter(path) as writer:
-        run = Mission(load_scenario_text(CROWDED), world=Wall(), listeners=[writer])
-        run.start()
-        while run.result is None and len(asked) < 100:
-            run.step()
+    trace = Run()
+    run = Mission(load_scenario_text(CROWDED), world=Wall(), listeners=[trace])
+    run.start()
+    while run.result is None and len(asked) < 100:
+        run.step()
     assert run.result is not None and run.result.outcome is Outcome.COMPLETED
-    assert asked and check_trace(path).findings == ()
+    assert asked and not trace.findings
 
 
 def asked(thinking: Thinking, moment: object, search: Callable[[], object]) -> object:
