@@ -2,13 +2,12 @@
 
 import math
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
 
+from runtime.played import Run
 from safenav import Mission
-from safenav.audit.check import check_trace
 from safenav.fleet import steps
 from safenav.fleet import world as fleet
 from safenav.fleet.fleet_file import ScanUse, Station
@@ -27,11 +26,10 @@ from safenav.fleet.transport import (
 from safenav.fleet.world import FleetWorld
 from safenav.outcome import Outcome
 from safenav.runtime.worlds.protocol import Acted, WorldEvent
-from safenav.scenario.model import Scenario
+from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.records import Depart
 from safenav.trace.vocabulary import ActResult, MovedBy
-from safenav.trace.writing import TraceWriter
 from safenav.world.map import Heading
 from safenav.world.moves import Pose
 
@@ -116,12 +114,7 @@ GIVEN: dict[str, Any] = {"speed": 10.0, "retries": 1, "act": {"push": "push"}}
 def started(side: float = 1.0, **station: Any) -> tuple[FleetWorld, Robots, Any]:
     scenario = load_scenario_text(SCENARIO.format(resolution=side), "hall.yaml")
     robots = Robots(side)
-    stations = {
-        name: Station(
-            f"/{name}", **{"speed": 10.0, "retries": 1, "act": {"push": "push"}, **station}
-        )
-        for name in ("digit", "quad")
-    }
+    stations = {name: Station(f"/{name}", **GIVEN | station) for name in ("digit", "quad")}
     world = FleetWorld(scenario, stations, robots, robots.clock)
     world.open()
     return world, robots, scenario
@@ -216,6 +209,15 @@ def test_old_and_doubled_answers_end_nothing() -> None:
     assert world.wait(0.02) == [] and not world.idle
 
 
+def seen(world: FleetWorld, robots: Robots, scenario: Scenario) -> Obstacle:
+    """A door in region 9, which the quadcopter has reported."""
+    robots.post(Reported("quad", "door@9"))
+    world.wait(0.05)
+    door = world.sense(scenario.robots[0], 9)
+    assert door is not None
+    return door
+
+
 def rays(metres: float, ahead: int) -> list[float]:
     """A lidar of four rays, forward, left, back, right: one of them hits something."""
     return [metres if index == ahead else math.inf for index in range(4)]
@@ -269,10 +271,7 @@ def test_who_is_stopped_by_a_door_that_it_has_seen_is_blocked() -> None:
 @pytest.mark.parametrize("result", list(ActResult), ids=str)
 def test_an_action_is_always_answered(result: ActResult) -> None:
     world, robots, scenario = started()
-    robots.post(Reported("quad", "door@9"))
-    world.wait(0.05)
-    door = world.sense(scenario.robots[0], 9)
-    assert door is not None
+    door = seen(world, robots, scenario)
     robots.results = [(result, "so it is")]
     world.act(scenario.robots[0], [door], 9)
     (event,) = world.wait(5.0)
@@ -284,10 +283,7 @@ def test_an_action_is_always_answered(result: ActResult) -> None:
 
 def test_a_reading_from_before_a_resolution_is_of_the_past() -> None:
     world, robots, scenario = started(scan=ScanUse("scan", "door"))
-    robots.post(Reported("quad", "door@9"))
-    world.wait(0.05)
-    door = world.sense(scenario.robots[0], 9)
-    assert door is not None
+    door = seen(world, robots, scenario)
     stamp = robots.stamp + 0.5
     robots.stamp += 1.0
     robots.locate("digit")
@@ -301,10 +297,7 @@ def test_a_reading_from_before_a_resolution_is_of_the_past() -> None:
 def test_what_an_operator_does_is_heeded() -> None:
     """A resolved obstacle is forgotten; a robot that is not where it was put is lost in both."""
     world, robots, scenario = started()
-    robots.post(Reported("quad", "door@9"))
-    world.wait(0.05)
-    door = world.sense(scenario.robots[0], 9)
-    assert door is not None
+    door = seen(world, robots, scenario)
     world.cleared(door)
     assert world.sense(scenario.robots[0], 9) is None
     world.placed(scenario.robots[0], Pose(11, Heading.EAST))
@@ -353,10 +346,7 @@ def test_who_comes_back_looks_before_it_says_that_it_failed() -> None:
 def test_what_is_gone_while_somebody_acts_on_it_is_told_by_the_result() -> None:
     """A robot beside it sees the door open before the one that pushes it has answered."""
     world, robots, scenario = started(report="obstacles")
-    robots.post(Reported("quad", "door@9"))
-    world.wait(0.05)
-    door = world.sense(scenario.robots[0], 9)
-    assert door is not None
+    door = seen(world, robots, scenario)
     robots.perform = lambda *_: None  # type: ignore[method-assign]
     world.act(scenario.robots[0], [door], 1)
     robots.post(Reported("quad", "-door@9"))
@@ -421,25 +411,24 @@ class Obedient:
     def close(self) -> None: ...
 
 
-def test_nobody_enters_a_region_into_which_somebody_has_moved_a_robot(tmp_path: Path) -> None:
+def test_nobody_enters_a_region_into_which_somebody_has_moved_a_robot() -> None:
     scenario = load_scenario_text(CORRIDOR, "corridor.yaml")
     robots = Obedient(Places(scenario.map, scenario.map.frame), scenario)  # type: ignore[arg-type]
     stations = {name: Station(f"/{name}") for name in ("digit", "cart")}
     world = FleetWorld(scenario, stations, robots)  # type: ignore[arg-type]
     world.open()
-    trace = tmp_path / "trace.jsonl"
-    with TraceWriter(trace) as writer:
-        mission = Mission(scenario, world=world, listeners=[writer, world.told], attended=True)
-        mission.start()
-        for _ in range(500):
-            if mission.waiting is not None:
-                break
-            mission.step()
-        assert "lost_cart@10" in mission.waiting.explanation and 10 not in robots.entered
-        robots.locate("cart", *robots.places.centre(17))  # it is carried back
-        for _ in range(500):
-            if mission.result is not None:
-                break
-            mission.step()
+    run = Run()
+    mission = Mission(scenario, world=world, listeners=[run, world.told], attended=True)
+    mission.start()
+    for _ in range(500):
+        if mission.waiting is not None:
+            break
+        mission.step()
+    assert "lost_cart@10" in mission.waiting.explanation and 10 not in robots.entered
+    robots.locate("cart", *robots.places.centre(17))  # it is carried back
+    for _ in range(500):
+        if mission.result is not None:
+            break
+        mission.step()
     assert mission.result.outcome is Outcome.COMPLETED and 10 in robots.entered
-    assert check_trace(trace).findings == ()
+    assert not run.findings
