@@ -24,7 +24,7 @@ from safenav.certify.check import Acceptance, BundleVerdict, check_bundle
 from safenav.certify.evidence import RulesEvidence, counter_evidence, strategy_measures
 from safenav.certify.measures import NoMeasureError
 from safenav.certify.page import page_of
-from safenav.certify.proved import Proof, prove, refusals
+from safenav.certify.proved import prove, refusals
 from safenav.certify.run import Kept, read_lines
 from safenav.errors import NotCertifiedError, ResourceLimitError, UsageError
 from safenav.lines import json_line
@@ -81,7 +81,9 @@ def make_bundle(
             raise ResourceLimitError(f"no bundle: {verdict.reason}")
         if not verdict.accepted:
             raise NotCertifiedError(f"the checker refuses this run: {verdict.reason}")
-        proofs = _proofs(folder) if proved else ()
+        proofs = prove(folder) if proved else ()
+        if refused := refusals(proofs):
+            raise NotCertifiedError(f"the verified checker refuses this run: {refused[0]}")
         page, facts = page_of(read_lines(trace, "trace.jsonl"), verdict.claims, files, proofs)
         for name, data in (("index.html", page.encode()), ("assurance.json", facts)):
             files[name] = data
@@ -104,13 +106,6 @@ def _disk(target: Path) -> Iterator[None]:
         if error.errno not in (ENOSPC, EDQUOT, EFBIG):
             raise
         raise UsageError(f"cannot write {target}: {error.strerror}") from error
-
-
-def _proofs(folder: Path) -> tuple[Proof, ...]:
-    proofs = prove(folder)
-    if refused := refusals(proofs):
-        raise NotCertifiedError(f"the verified checker refuses this run: {refused[0]}")
-    return proofs
 
 
 def _parent(target: Path) -> Path:
@@ -154,13 +149,14 @@ def files_of_run(
             name = f"counterstrategies/{spec}.json"
             if name in files or spec not in kept.texts:
                 continue
-            proof = _counterstrategy(kept.texts[spec], line["robot"], synthesizer)
-            if proof is not None:
+            beaten = _counterstrategy(kept.texts[spec], line["robot"], synthesizer)
+            if beaten is not None:
                 files[f"specs/{spec}.structuredslugs"] = kept.texts[spec].encode()
-                files[name] = proof
+                files[name] = beaten
         name = f"counterstrategies/{line['spec']}.json"
         if line["verdict"] == "unrealizable" and name in files:
-            found = rules.measures(line, text, *_proof_of(files[name]))
+            proof = json.loads(files[name])
+            found = rules.measures(line, text, json.dumps(proof["automaton"]).encode(), proof)
             files |= {rules.name(line): _json(found)} if found is not None else {}
     return files
 
@@ -180,12 +176,6 @@ def programs() -> dict[str, bytes]:
     return {name: text.encode() for name, text in texts.items()}
 
 
-def _proof_of(data: bytes) -> tuple[bytes, Any]:
-    """Return the automaton of a counterstrategy, and its statement."""
-    proof = json.loads(data)
-    return json.dumps(proof["automaton"]).encode(), proof
-
-
 def _counterstrategy(text: str, robot: str, synthesizer: Synthesizer) -> bytes | None:
     """Return the proof that a specification is unrealizable; None if the limits do not allow
     one."""
@@ -196,7 +186,7 @@ def _counterstrategy(text: str, robot: str, synthesizer: Synthesizer) -> bytes |
         evidence = counter_evidence(text, answer.strategy_json)
     except (NoMeasureError, LookupError, ResourceLimitError):
         return None
-    return _json({"automaton": json.loads(answer.strategy_json), **evidence.to_data()})
+    return _json({"automaton": json.loads(answer.strategy_json), **evidence})
 
 
 def _json(data: Any) -> bytes:

@@ -10,8 +10,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache
 from typing import Any
 
-from msgspec import Struct
-
 from safenav.audit.language import RefusedError, Row, TooLargeError
 from safenav.audit.world import World
 from safenav.certify.checker.check_strategies import Edges, Met, Strategy
@@ -20,43 +18,33 @@ from safenav.certify.measures import Measure, NoMeasureError, measure
 from safenav.errors import ResourceLimitError
 
 
-class CounterEvidence(Struct, frozen=True):
-    """The environment's initial input and choices, and the measures that prove that it wins."""
-
-    start: list[int]
-    chosen: list[list[int]]
-    measures: list[dict[str, Any]]
-
-    def to_data(self) -> dict[str, Any]:
-        return {"start": self.start, "chosen": self.chosen, "measures": self.measures}
-
-
-def strategy_measures(text: str, strategy_json: bytes) -> list[dict[str, Any]]:
+def strategy_measures(text: str, strategy_json: bytes) -> list[Measure]:
     """Return a measure for each goal of a specification's text under its strategy.
 
     Raises NoMeasureError if the strategy starves a goal."""
     strategy = _read(strategy_json, text)
     edges = strategy.edges([*dict.fromkeys(strategy.first)])
     goals, fair = strategy.met(edges)
-    return [_measure(strategy, edges, met, fair).to_data() for met in goals]
+    return [_measure(strategy, edges, met, fair) for met in goals]
 
 
-def counter_evidence(text: str, strategy_json: bytes) -> CounterEvidence:
-    """Return the evidence that the synthesizer's counterstrategy omits.
+def counter_evidence(text: str, strategy_json: bytes) -> dict[str, Any]:
+    """Return the evidence that the synthesizer's counterstrategy omits: the environment's initial
+    input (``start``) and choices (``chosen``), and the ``measures`` that prove that it wins.
 
     Raises NoMeasureError if it does not beat the robot, LookupError if no input begins it."""
     strategy = _read(strategy_json, text)
     edges = strategy.edges([*dict.fromkeys(strategy.first)])
     goals, fair = strategy.met(edges)
     never = [False] * len(edges[0])
-    measures = [_measure(strategy, edges, met, ()).to_data() for met in fair]
-    measures.append(_measure(strategy, edges, never, goals).to_data())
+    measures = [_measure(strategy, edges, met, ()) for met in fair]
+    measures.append(_measure(strategy, edges, never, goals))
     chosen = [
         strategy.inputs[targets[0]] if targets else _killing(strategy, node)
         for node, targets in enumerate(strategy.next)
     ]
     start = strategy.inputs[0] if strategy.count else _opening(strategy)
-    return CounterEvidence(list(start), [list(row) for row in chosen], measures)
+    return {"start": start, "chosen": chosen, "measures": measures}
 
 
 class RulesEvidence:
@@ -73,7 +61,7 @@ class RulesEvidence:
 
     def measures(
         self, line: Mapping[str, Any], text: str, strategy_json: bytes, counter: Any = None
-    ) -> list[dict[str, Any]] | None:
+    ) -> list[Measure] | None:
         """Return a measure for each goal of the robot; with the evidence of a counterstrategy
         (``counter``) one for each assumption, and one that a goal is missed forever from some point
         on.
@@ -106,11 +94,11 @@ def _measure(strategy: Strategy, edges: Edges, met: Met, excuses: Sequence[Met])
     return measure(strategy.count, (edges[0], targets), met, excuses)
 
 
-def _best(strategy: Strategy, edges: Edges, met: Met, excuses: Sequence[Met]) -> dict[str, Any]:
+def _best(strategy: Strategy, edges: Edges, met: Met, excuses: Sequence[Met]) -> Measure:
     try:
-        return _measure(strategy, edges, met, excuses).to_data()
+        return _measure(strategy, edges, met, excuses)
     except NoMeasureError:
-        return Measure([0] * strategy.count, [None] * strategy.count).to_data()
+        return {"n": [0] * strategy.count, "a": [None] * strategy.count}
 
 
 @lru_cache(maxsize=2)
@@ -126,16 +114,16 @@ def _read(strategy_json: bytes, text: str) -> Strategy:
 
 def _killing(strategy: Strategy, node: int) -> Row:
     """Return a next input to which the robot has no reply."""
-    rows = sorted(strategy.expected(strategy.asked[node]))
+    rows = strategy.expected(strategy.asked[node])
     return _first(row for row in rows if not strategy.replies(node, row))
 
 
 def _opening(strategy: Strategy) -> Row:
     """Return an initial input to which the robot has no reply."""
-    return _first(row for row in sorted(strategy.starts()) if not strategy.openings(row))
+    return _first(row for row in strategy.starts() if not strategy.openings(row))
 
 
 def _first(rows: Iterable[Row]) -> Row:
-    for row in rows:
+    for row in sorted(rows):
         return row
     raise LookupError("the robot has an answer to each input")

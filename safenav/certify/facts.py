@@ -34,19 +34,8 @@ NOT_COVERED = (
 """Limits of a bundle's proof."""
 
 _EVENTS = (
-    "violation",
-    "request",
-    "met",
-    "resolved",
-    "blocked",
-    "appeared",
-    "gone",
-    "truth",
-    "objective",
-    "service",
-    "told",
-    "assumption",
-    "plan",
+    *("violation", "request", "met", "resolved", "blocked", "appeared", "gone", "truth"),
+    *("objective", "service", "told", "assumption", "plan"),
 )
 
 
@@ -79,12 +68,8 @@ def facts_of(
             for name, robot in scenario["robots"].items()
         ],
         "obstacles": [
-            {
-                "name": o["name"],
-                "label": wording.obstacle(o["name"]),
-                "region": o["region"],
-                "action": o["action"],
-            }
+            {"name": o["name"], "label": wording.obstacle(o["name"])}
+            | {key: o[key] for key in ("region", "action")}
             for o in scenario["obstacles"]
         ],
         "outcome": outcome.get("outcome", "unfinished"),

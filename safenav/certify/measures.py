@@ -11,8 +11,7 @@ goal."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-
-from msgspec import Struct
+from typing import Any
 
 from safenav.components import components
 
@@ -21,14 +20,8 @@ class NoMeasureError(ValueError):
     """There is none: a run starves the goal although it meets every assumption."""
 
 
-class Measure(Struct, frozen=True):
-    """Number and assumption of each node."""
-
-    numbers: list[int]
-    assumptions: list[int | None]
-
-    def to_data(self) -> dict[str, list[int] | list[int | None]]:
-        return {"n": self.numbers, "a": self.assumptions}
+Measure = dict[str, list[Any]]
+"""Number (``n``) and assumption (``a``) of each node."""
 
 
 def measure(
@@ -69,4 +62,4 @@ def measure(
         for node in members:
             numbers[node] = depth
             assumptions[node] = excuse
-    return Measure(numbers, assumptions)
+    return {"n": numbers, "a": assumptions}

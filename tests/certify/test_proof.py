@@ -138,7 +138,7 @@ def random_cases(seed: int) -> list[Case]:
             cases.append(with_measures(name, text, document))
             continue
         try:
-            proof = counter_evidence(text, json.dumps(document).encode()).to_data()
+            proof = counter_evidence(text, json.dumps(document).encode())
         except (checker.RefusedError, NoMeasureError, LookupError):
             continue  # nothing to be shown, and nothing to be judged
         cases.append(Case(name, text, {"automaton": document, **proof}))

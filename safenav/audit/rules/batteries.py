@@ -7,11 +7,11 @@ from collections.abc import Iterable, Iterator, Mapping
 from safenav.audit.deriving import pose_of
 from safenav.audit.formulas import rules_of
 from safenav.audit.kinds import STAYING, shape_of
-from safenav.audit.language import Pose
+from safenav.audit.language import Pose, closure
 from safenav.audit.lines import Line, Objective
 from safenav.audit.rules.rule import Rule, Said
 from safenav.audit.situation import Situation
-from safenav.audit.turn import Status
+from safenav.audit.turn import Status, taken
 
 BATTERY = ".battery"
 DECIMALS = 6
@@ -107,9 +107,8 @@ class ChargeRule(Rule):
             return
         if now.live and tick >= turn.tick:
             return  # no line tells where in the pass a robot stays
-        rivals = [o for o in now.header.robots if o != move.robot and now.conflict(move.robot, o)]
-        stays = move.to == move.from_ and move.toward is None
-        if not rivals and stays and move.to not in stop.targets[0]:
+        alone = not any(now.conflict(move.robot, o) for o in now.region if o != move.robot)
+        if alone and taken(move) == {move.from_} and move.to not in stop.targets[0]:
             yield move.robot, f"{move.robot} is to {stop}, and stays at {now.show(move.to)}", move
 
     def _stop(self, record: Line, now: Situation) -> Iterator[str]:
@@ -212,9 +211,7 @@ class ChargeRule(Rule):
 
 
 def _battery(now: Situation, robot: str) -> Line:
-    battery = now.header.robots[robot].battery
-    assert battery is not None
-    return battery
+    return now.header.robots[robot].battery
 
 
 def _kept_from(robot: str, regions: frozenset[int], now: Situation) -> bool:
@@ -270,54 +267,45 @@ def need(
     By relaxation of numbers on poses, for each
     target repeatedly, until nothing changes."""
     battery, chargers = _battery(now, robot), now.header.chargers or ()
-    own = now.own[robot]
+    own, start = now.own[robot], pose_of(robot, now)
     targets, shut = own.targets, shut | own.avoid
     last, settles = len(targets) - 1, shape_of(own.kind).settles
 
-    def following(turn: int) -> int:
-        return min(turn + 1, last) if settles else (turn + 1) % len(targets)
-
-    start = pose_of(robot, now)
+    def in_turn(turn: int) -> int:
+        return min(turn, last) if settles else turn % len(targets)
 
     def steps(pose: Pose) -> list[Pose]:
         mobility = now.header.robots[robot].mobility
         ways = [to for to in now.grid.steps(mobility, pose) if to[0] not in shut]
         return [to for to in ways if rules_of(own).allows(pose, to)] if own.always else ways
 
-    poses, queue = {start}, [start]
-    while queue:
-        for pose in steps(queue.pop()):
-            if pose not in poses:
-                poses.add(pose)
-                queue.append(pose)
-    after = {pose: steps(pose) for pose in poses}
-    needs: list[dict[Pose, int]] = [dict.fromkeys(poses, 0) for _ in targets]
+    after = {pose: steps(pose) for pose in closure([start], steps)}
+    needs: list[dict[Pose, int]] = [dict.fromkeys(after, 0) for _ in targets]
 
     def leg(target: frozenset[int], then: Mapping[Pose, int]) -> dict[Pose, int]:
         found: dict[Pose, int] = {}
         changed = True
         while changed:
             changed = False
-            for pose in poses:
+            for pose in after:
                 stay, least = (0, 0) if pose[0] in chargers else (battery.stay, battery.move)
                 ways = [then[q] + battery.move for q in after[pose] if q[0] in target and q in then]
                 ways += [found[q] + battery.move for q in after[pose] if q in found]
                 if pose[0] in target and pose in then:  # below ``least`` it is out of service
                     ways.append(max(then[pose] + stay, least))
-                ways = [
-                    0 if pose[0] in chargers else way for way in ways if way <= battery.capacity
-                ]
-                if ways and min(ways) < found.get(pose, battery.capacity + 1):
-                    found[pose] = min(ways)
-                    changed = True
+                way = min(ways, default=battery.capacity + 1)
+                if way <= battery.capacity and pose[0] in chargers:
+                    way = 0
+                if way < found.get(pose, battery.capacity + 1):
+                    found[pose], changed = way, True
         return found
 
     while True:
-        found = [leg(t, needs[following(k)]) for k, t in enumerate(targets)]
+        found = [leg(t, needs[in_turn(k + 1)]) for k, t in enumerate(targets)]
         grown = [
             {p: max(n, old[p]) for p, n in new.items() if p in old}
             for new, old in zip(found, needs, strict=True)
         ]
         if grown == needs:
-            return needs[min(turn, last) if settles else turn % len(needs)].get(start)
+            return needs[in_turn(turn)].get(start)
         needs = grown

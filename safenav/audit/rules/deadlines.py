@@ -34,9 +34,10 @@ class _Clock:
     met: int = 0
     turn: int | None = None
 
-    def restart(self, tick: int) -> None:
+    def restart(self, tick: int, *, met: int = 0) -> None:
+        """``met``: targets that it has met in this round, and that count."""
         self.before, self.away = self.away, False
-        self.begun, self.over, self.lost, self.met = tick, False, False, 0
+        self.begun, self.over, self.lost, self.met = tick, False, False, met
 
 
 def _promised(outcome: Line) -> list[str]:
@@ -59,12 +60,10 @@ class DeadlineRule(Rule):
         self._open: dict[str, int] = {}
         self._lost: set[str] = set()
         self._past: set[str] = set()
-        self._charge: dict[str, int] = {}
         self._by_charge: set[str] = set()
         self._late: list[str] = []
         self._owed: list[tuple[str, int, str]] = []
         self._turn_owes: list[tuple[str, int, str]] = []
-        self._clocks: dict[str, _Clock] = {}
         self._within: dict[str, int] = {}
         self._begun: dict[str, int] = {}
         self._first: dict[str, int] = {}  # the target with which a strict strategy begins
@@ -77,13 +76,10 @@ class DeadlineRule(Rule):
         self._since = (0, 0)
 
     def opening(self, now: Situation) -> Iterable[Said]:
-        promises = now.header.promises
+        promises, robots = now.header.promises, now.header.robots
         self._active = promises is not None
-        for name in now.header.robots:
-            self._clocks[name] = _Clock()
-            battery = now.header.robots[name].battery
-            if battery is not None:
-                self._charge[name] = battery.start
+        self._clocks = {name: _Clock() for name in robots}
+        self._charge = {name: one.battery.start for name, one in robots.items() if one.battery}
         if promises is not None:
             self._within = dict(promises.within)
             if promises.by is not None:
@@ -204,11 +200,10 @@ class DeadlineRule(Rule):
                 dues = [tick + limit] if limit is not None else []
                 dues += [lasts] if lasts is not None else []
                 if dues and not past:
-                    owed = (record.obstacle, min(dues), "set")
+                    name, owed = record.obstacle, (record.obstacle, min(dues), "set")
                     by_charge = limit is None or (lasts is not None and lasts < dues[0])
-                    (self._by_charge.add if by_charge else self._by_charge.discard)(record.obstacle)
-                    if owed not in self._turn_owes:
-                        self._turn_owes.append(owed)
+                    (self._by_charge.add if by_charge else self._by_charge.discard)(name)
+                    self._turn_owes += [owed] if owed not in self._turn_owes else []
             case "resolved":
                 self._ends(record.obstacle, "kept")
                 for clock in self._clocks.values():
@@ -234,10 +229,7 @@ class DeadlineRule(Rule):
                 battery = now.header.robots[record.robot].battery
                 if record.cause == "battery" and battery is not None:
                     self._charge[record.robot] = battery.capacity
-                clock = self._clocks[record.robot]
-                met = clock.met
-                clock.restart(tick)
-                clock.met = met  # what it has met in this round counts
+                self._clocks[record.robot].restart(tick, met=self._clocks[record.robot].met)
             case "goal":
                 self._goal(record, now)
 
@@ -261,8 +253,7 @@ class DeadlineRule(Rule):
         clock.rounds = record.round
         within = self._within.get(record.robot)
         if within is not None and not clock.over:
-            owed = (record.robot, clock.begun + within, "kept")
-            self._turn_owes.append(owed)
+            self._turn_owes.append((record.robot, clock.begun + within, "kept"))
         clock.restart(record.tick)
 
     def _ends(self, of: str, verdict: str) -> None:

@@ -29,19 +29,10 @@ from safenav.certify.checker.check_strategies import (
 from safenav.certify.checker.check_tasks import ASSUMED, Task, circumstances
 
 SOMEBODY = "any robot"
-
-
 STRAYING = (
     *("always", "backtrack", "belief", "collision", "continuity", "follows-plan", "hold"),
-    *(
-        "known-obstacle",
-        "missed-belief",
-        "missed-goal",
-        "mobility",
-        "never-together",
-        "out-of-turn",
-    ),
-    *("service", "swap", "transit"),
+    *("known-obstacle", "missed-belief", "missed-goal", "mobility", "never-together"),
+    *("out-of-turn", "service", "swap", "transit"),
 )
 """Rules on moves and sightings. In an external world a robot may end up elsewhere than
 commanded."""
@@ -301,13 +292,9 @@ class Evidence(Rule):
         if not tried and (task.places is None or not task.objective.serves(robot.own)):
             self.tell(robot, task.objective, now, entries=len(now.stack))
         stays = (Status.UNTRAVERSABLE, Status.GIVEN_UP)
-        standing = [
-            o
-            for name, o in now.obstacles.items()
-            if now.status[name] in stays
-            or (name in now.discovered and now.status[name] is Status.UNRESOLVED)
-            if robot.name in now.blocked_by(name)
-        ]
+        known = {n for n in now.discovered if now.status[n] is Status.UNRESOLVED}
+        known |= {name for name, status in now.status.items() if status in stays}
+        standing = [now.obstacles[n] for n in known if robot.name in now.blocked_by(n)]
         at = {f"robots.{name}": now.taken_by(name) for name in self.robots}
         at |= {o.name: {o.region} for o in standing}
         at[f"robots.{robot.name}.objective.avoid"] = {*robot.own.avoid}
