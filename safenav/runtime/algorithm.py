@@ -28,6 +28,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from functools import partial
 
 from msgspec import Struct, field
+from msgspec.structs import replace
 
 from safenav.runtime.coordination.decision import Decision, coordinate, reconsider
 from safenav.runtime.coordination.events import Astray, Event, Started, Unsettled
@@ -124,7 +125,9 @@ class Algorithm(Struct):
         for record in decision.records:
             team.emit(record)
         if decision.end is not None:
-            if self.waits_on(decision.end):
+            if team.waiting is not None and self.waits_on(decision.end):
+                lost = {**(team.waiting.unrealizable or {}), **(decision.end.unrealizable or {})}
+                team.waiting = replace(team.waiting, unrealizable=lost)
                 return None  # and the turn continues
             raise RunEnded(decision.end)
         if decision.recount:

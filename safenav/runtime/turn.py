@@ -94,11 +94,12 @@ class Turns:
         waits = any(robot.name in request.requesters for request in asked)
         own = robot.assignment.role is Role.OWN and not isinstance(robot.robot.objective, Ltl)
         free = own and not graph_of(robot.robot, self.state.scenario.map).one_way
-        planner = robot.planner
+        planner, waiting = robot.planner, self.state.waiting
         if planner is None or planner.node is None:
             return False
         known = relaxed(planner.task.objective) == relaxed(robot.own.objective)
-        return free and known and robot.active and robot.held is None and not waits
+        lost = waiting is not None and robot.name in (waiting.unrealizable or ())
+        return free and known and robot.active and robot.held is None and not (waits or lost)
 
     def _stand_still(self, robot: RobotState, why: HoldReason) -> Iterator[Event]:
         """The turn of a robot that makes no decisions: it looks around, and stays."""

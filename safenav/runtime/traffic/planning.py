@@ -450,7 +450,9 @@ class Traffic:
             return Conclusion(Outcome.SEARCH_LIMIT, said)
         found = deadlocked(state, floor, course, answer).conclusion
         links = (*end.links, found.explanation)
-        return replace(found, explanation="; ".join(links), links=links, stuck=end.stuck)
+        told = "; ".join(links)
+        specs = end.unrealizable
+        return replace(found, explanation=told, links=links, stuck=end.stuck, unrealizable=specs)
 
     def _search_from(self, here: Floor) -> Pending:
         """The search that is under way, if it is of use from here; else one that begins here."""
