@@ -11,11 +11,17 @@ from functools import partial
 
 from safenav.outcome import Outcome
 from safenav.runtime.algorithm import Algorithm
-from safenav.runtime.coordination.events import HopeReturned, ObstacleChanged, RequestsSetAside
+from safenav.runtime.coordination.events import (
+    Astray,
+    HopeReturned,
+    ObstacleChanged,
+    RequestsSetAside,
+)
+from safenav.runtime.team import Role
 from safenav.runtime.termination import Conclusion, RunEnded
 from safenav.scenario.settings import switching
 from safenav.trace import records
-from safenav.trace.vocabulary import OperatorCause, PlanEndReason
+from safenav.trace.vocabulary import OperatorCause, PlanEndReason, Reason
 from safenav.trace.words import seconds_words
 
 WAITS = (Outcome.OPERATOR_NEEDED, Outcome.ASSUMPTION_VIOLATED, Outcome.SEARCH_LIMIT)
@@ -93,6 +99,11 @@ class Passes(Algorithm):
         if self.traffic.hopeless:
             names, self.traffic.hopeless = self.traffic.hopeless, frozenset()
             self.settle([RequestsSetAside(names)])
+        turned, self.traffic.turned = self.traffic.turned, {}
+        for name, target in turned.items():
+            robot = self.team.robots[name]
+            robot.own.begin_with(target)
+            self.settle([Astray(name, Reason.PLAN)] if robot.assignment.role is Role.OWN else [])
 
     def _unless_still(self) -> None:
         """Live: where robots wait only for robots that wait, they plan. Where nothing can change,

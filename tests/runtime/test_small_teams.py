@@ -1,6 +1,8 @@
 """Orders, inputs and services of small teams. An exhaustive search over joint states, which shares
 no code with safenav, has decided what each team can do; the audit judges each trace."""
 
+import re
+
 import pytest
 
 from runtime.played import play
@@ -360,3 +362,45 @@ def test_an_own_objective_may_read_as_a_duty(clock: Clock) -> None:
     trace = play(f"{OWN_AS_DUTY}clock: {clock.value}\n")
     assert trace.outcome["outcome"] == "completed"
     assert "not done" not in trace.outcome["explanation"]
+
+
+# A joint plan exists only if r0 begins its patrol with the target whose turn it is not.
+ACROSS = """\
+safenav: 1
+map: {grid: ["#####", "#...#", "#.#.#", "#...#", "#####"], resolution: 1}
+catalogue:
+  robots:
+    m0: {mobility: heading, layer: ground, motion: disc, speed: 1}
+    m1: {mobility: free, layer: ground, motion: disc, speed: 1}
+robots:
+  r0: {model: m0, start: 13, heading: east, objective: {patrol: [11, 18]}}
+  r1: {model: m1, start: 7, objective: {visit: [13]}}
+  r2: {model: m1, start: 6, objective: {once: [6], avoid: [8]}}
+until: {rounds: 1}
+"""
+RESOLVED_BEFORE = """\
+safenav: 1
+map: {grid: ["#####", "#...#", "#.#.#", "#####"], resolution: 1}
+catalogue:
+  robots:
+    m0: {mobility: free, layer: ground, capabilities: [push], motion: disc, speed: 1}
+    m1: {mobility: heading, layer: ground, motion: disc, speed: 1}
+  obstacles: {t0: {action: push}}
+robots:
+  r0: {model: m0, start: 6, objective: {patrol: [6, 13]}}
+  r1: {model: m1, start: 11, heading: east, objective: {hold: 7}}
+never_together: [{robots: [r0, r1], in: [8, 11]}]
+obstacles: [{type: t0, region: 7}]
+until: {rounds: 1}
+"""
+
+
+@pytest.mark.parametrize("text", [ACROSS, RESOLVED_BEFORE], ids=["across", "resolved before"])
+def test_a_patrol_begins_with_the_target_that_a_joint_plan_reaches(text: str) -> None:
+    trace = play(text)
+    assert trace.outcome["outcome"] == "completed"
+    again = trace.one("synthesis", robot="r0", reason="plan")
+    first = trace.all("goal", robot="r0")[-2]
+    assert first["tick"] > again["tick"]
+    literal = re.sub(r"(patrol: .*?\])", r"\1, form: literal", text)
+    assert play(literal).outcome["outcome"] != "completed"

@@ -20,7 +20,8 @@ from safenav.audit.turn import Status
 class Wish:
     """The goals that a robot has still to meet. ``targets``: the poses where each is met,
     ``in_order`` or not; ``ends``: once, and it stays at the last one. ``awaited``: those that may
-    be next; ``covered``: those met in this round, ``met`` as a number."""
+    be next; ``covered``: those met in this round, ``met`` as a number. ``either``: it has two, of
+    which either may come first after a resolution."""
 
     targets: tuple[Poses, ...]
     in_order: bool = True
@@ -29,6 +30,7 @@ class Wish:
     covered: frozenset[int] = frozenset()
     met: int = 0
     rounds_left: int = 1
+    either: bool = False
 
 
 @dataclass(frozen=True)
@@ -98,13 +100,16 @@ def _wish(name: str, now: Situation, goals: list[Line], team: Team) -> Wish:
         frozenset(goal for goal in covered if goal < len(targets)),
         len(covered),
         max(rounds - done, 0),
+        shape_of(objective.kind).strict and not objective.literal and len(targets) == 2,
     )
 
 
 def _awaited(name: str, objective: Objective, goals: list[Line], now: Situation) -> tuple[int, ...]:
     """Return the targets that may be next: a strict objective of which no target is met may begin
-    with any, as may an objective that is resumed."""
-    count = len(objective.targets)
+    with any, unless it is literal, as may an objective that is resumed."""
+    count, known = len(objective.targets), now.progress[name].awaited
+    if objective.literal and now.objectives[name] == objective and known is not None:
+        return (known,)
     if goals and goals[-1].goal < count:
         return ((goals[-1].goal + 1) % count,)
     resumed: Any = now.header.robots[name].when

@@ -22,8 +22,9 @@ from safenav.audit.team import TooManyError
 MOST_STATES = 200_000
 
 Left = tuple[int, int]
-"""Remaining work of a robot: in order, the goals left and which is next; otherwise the rounds left
-and the targets covered in this one, bit by bit."""
+"""Remaining work of a robot: in order, the goals left and which is next (``EITHER``: the one that
+it meets first); otherwise the rounds left and the targets covered in this one, bit by bit."""
+EITHER = -1
 
 
 class _State(NamedTuple):
@@ -145,7 +146,8 @@ class _Enumeration:
                 choices.append([((count - first) * (wish.rounds_left > 0), first)])
             elif wish.in_order:
                 goals = max(wish.rounds_left * count - wish.met, 0)
-                choices.append([(goals, k) for k in wish.awaited])
+                either = wish.either and len(wish.awaited) == count  # to begin sooner loses nothing
+                choices.append([(goals, k) for k in ((EITHER,) if either else wish.awaited)])
             else:
                 choices.append([(wish.rounds_left, sum(1 << k for k in wish.covered))])
         poses = tuple(self._case.at[name] for name in self._robots)
@@ -192,11 +194,14 @@ class _Enumeration:
         return tuple(after)
 
     def _anew(self, wish: Wish, left: Left) -> Left:
-        """Rounds count from the last resolution; the order of the targets is kept."""
+        """Rounds count from the last resolution; the order of the targets is kept, but of two of a
+        strict objective either may come first."""
         rounds, count = self._case.rounds, len(wish.targets)
         if wish.ends:
             return count - left[1], left[1]
-        return (rounds * count, left[1]) if wish.in_order else (rounds, 0)
+        if not wish.in_order:
+            return rounds, 0
+        return rounds * count, EITHER if wish.either else left[1]
 
 
 def _performed(
@@ -226,7 +231,9 @@ def _met(wish: Wish, pose: Pose, left: Left) -> Left:
     goals, covered = left  # in order: which is next
     count = len(wish.targets)
     if wish.in_order:
-        while goals and pose in wish.targets[covered]:
+        if covered == EITHER:
+            covered = next((k for k, t in enumerate(wish.targets) if pose in t), EITHER)
+        while goals and covered != EITHER and pose in wish.targets[covered]:
             last = wish.ends and covered == count - 1
             goals, covered = goals - 1, covered if last else (covered + 1) % count
         return goals, covered

@@ -20,7 +20,7 @@ from safenav.runtime.resolution.problem import (
 )
 from safenav.runtime.team import RobotState, TeamState
 from safenav.scenario.model import Robot, Scenario
-from safenav.scenario.objective import Ltl, targets_of
+from safenav.scenario.objective import Ltl, Objective, targets_of
 from safenav.scenario.settings import RequestOrder
 from safenav.trace.header import heading_in_trace
 from safenav.trace.vocabulary import Place
@@ -115,7 +115,14 @@ def _member(robot: Robot, state: TeamState) -> Member:
         robot.capabilities,
         robot.model.timing.most,
         robot.model.carries - state.knowledge.burden(robot.name),
+        _any_first(robot.objective),
     )
+
+
+def _any_first(objective: Objective) -> bool:
+    """Whether a robot that has met none of its targets in turn may begin with any: a strict
+    objective may, unless it is to be literal (``spec.forms``)."""
+    return not isinstance(objective, Ltl) and objective.strict and not objective.literal
 
 
 def _out_of_service(robot: RobotState, state: TeamState) -> Member:
@@ -123,7 +130,8 @@ def _out_of_service(robot: RobotState, state: TeamState) -> Member:
     other objective."""
     member = _member(robot.robot, state)
     here = 1 << member.graph.number(robot.next_pose)
-    return replace(member, floor=here, targets=(here,), in_turn=False, settles=True)
+    alone = replace(member, floor=here, targets=(here,), in_turn=False, settles=True)
+    return replace(alone, any_first=False)
 
 
 @lru_cache(maxsize=64)

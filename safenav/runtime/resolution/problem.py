@@ -58,7 +58,8 @@ class Member(Struct, frozen=True, eq=False):
     """A robot as coordination sees it. ``floor``: the poses that it may be in as far as walls,
     obstacles that stay and its own safety lines go. ``targets``: pose masks, in order; ``in_turn``:
     they count in this order only; ``settles``: it stays at the last one. ``ticks``: of its slowest
-    step. ``room``: the most loads that it can carry."""
+    step. ``room``: the most loads that it can carry. ``any_first``: as long as it has met none
+    of its targets, any of them may come first."""
 
     name: str
     graph: PoseGraph
@@ -69,6 +70,7 @@ class Member(Struct, frozen=True, eq=False):
     capabilities: frozenset[str]
     ticks: int = 1
     room: int = 1
+    any_first: bool = False
 
     def live(self, allowed: Mask) -> Mask:
         """Return the ``allowed`` poses from which it can continue forever inside them. Only the

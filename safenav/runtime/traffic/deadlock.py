@@ -47,7 +47,7 @@ def deadlock_of_few(
     for group in chain(groups, *by_size):
         stopping()
         few = _only(floor, group)
-        course = Course(few.problem, rounds)
+        course = Course(few.problem, rounds, any_first=True)
         start = course.begun(few.poses, tuple(counts[i] for i in group), ())
         wishes = [None] * len(group)
         search = Search(

@@ -10,13 +10,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Mapping
+from functools import reduce
+from operator import or_
 
 from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.runtime.resolution.problem import Problem, Stages
 from safenav.scenario.needs import group_of
-from safenav.world.poses import Mask, PoseGraph
+from safenav.world.poses import Mask, PoseGraph, bits
 
 Count = tuple[int, int, int]
 """Progress of a robot since the last resolution: the memory of its ``Pursuit``, as the target whose
@@ -76,6 +78,8 @@ class Course:
     left where they are. ``served``: the obstacles that must be resolved before the mission ends.
     ``sent``: robots that are sent for an obstacle; if it is a load, they keep room for it.
     ``excused``: robots whose rounds the mission does not need.
+    ``any_first``: robots begin with any of their targets where they may (of more than two with the
+    first that they reach, which may miss a plan).
     """
 
     def __init__(
@@ -86,6 +90,8 @@ class Course:
         served: frozenset[int] = frozenset(),
         sent: Mapping[int, int] = NOBODY,
         excused: frozenset[int] = frozenset(),
+        *,
+        any_first: bool = False,
     ) -> None:
         self.problem = problem
         self.rounds = rounds
@@ -93,6 +99,7 @@ class Course:
         self.served = served
         self.sent = sent
         self.excused = excused
+        self.any_first = any_first
         self._steps: dict[Stages, tuple[Steps, ...]] = {}
         self._hopeful: dict[Stages, tuple[Steps, ...]] = {}
         self._alive: dict[Stages, tuple[Mask, ...]] = {}
@@ -103,7 +110,13 @@ class Course:
     def serving(self, served: frozenset[int]) -> Course:
         """The same rules where others must be resolved; robots keep room only for those."""
         sent = {robot: gate for robot, gate in self.sent.items() if gate in served}
-        return Course(self.problem, self.rounds, self.parked, served, sent, self.excused)
+        told = self.problem, self.rounds, self.parked, served, sent, self.excused
+        return Course(*told, any_first=self.any_first)
+
+    def beginning_with_any(self) -> Course:
+        """The same rules where robots begin with any of their targets where they may."""
+        told = self.problem, self.rounds, self.parked, self.served, self.sent, self.excused
+        return Course(*told, any_first=True)
 
     def begun(self, poses: tuple[int, ...], counts: tuple[Count, ...], stages: Stages) -> Joint:
         """Return the start state of a search: goals that waiting meets count as met."""
@@ -174,7 +187,14 @@ class Course:
         """The poses of which a robot must reach one next; none if it has done its rounds."""
         if self.is_done(robot, count):
             return 0
-        return self.problem.members[robot].awaited(count[0] | count[1])
+        member = self.problem.members[robot]
+        if self._is_open(robot, count):
+            return reduce(or_, member.targets)
+        return member.awaited(count[0] | count[1])
+
+    def _is_open(self, robot: int, count: Count) -> bool:
+        """Whether any of its targets may be the first that a robot meets."""
+        return self.any_first and count[2] == 0 and self.problem.members[robot].any_first
 
     def places(self, states: Iterable[Joint]) -> list[str]:
         """The joint poses of some states, each once, as text: a JSON list of [region, heading]
@@ -239,6 +259,8 @@ class Course:
 
     def _counted(self, robot: int, pose: int, count: Count) -> Count:
         pursuit, here = self._pursuits[robot], self._reached[robot][pose]
+        if here and self._is_open(robot, count) and not here >> count[0] & 1:
+            count = (next(bits(here)), 0, 0)
         while here and not self.is_done(robot, count):
             memory, counted = pursuit.step(count[0] | count[1], here)
             met = count[2] + counted

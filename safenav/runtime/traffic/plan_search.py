@@ -80,6 +80,19 @@ class PlanSearch(Struct):
                 self.searches.give_up(plain)
             floor = plain  # the strategies' own ways are not all that there are
             course, start, search, answer = self._searched(floor, helping)
+        exhausted = isinstance(answer, Exhausted)
+        if (exhausted or self.hopeless) and any(m.any_first for m in floor.problem.members):
+            for rules in (self.searches.course(floor), *([course] if exhausted else ())):
+                other = rules.beginning_with_any()
+                begun = self._begun(floor, other)
+                search = self.searches.search(floor, other, begun, work=self.work)
+                found = search.run(1)
+                if isinstance(found, Found) and rules is not course:
+                    self.hopeless = frozenset()
+                if exhausted or isinstance(found, Found):
+                    course, start, answer = other, begun, found
+                if isinstance(found, Found):
+                    break
         if isinstance(answer, Spent):
             self._look_for_few(plain, course)
             answer = (None if self.turning else local_plan(search)) or answer
@@ -232,7 +245,7 @@ class PlanSearch(Struct):
         self.hopeless = frozenset()
         self._cut_off = self.searches.cut_off(floor)
         course = self.searches.course(floor)
-        start = course.begun(floor.poses, self.searches.counts(floor, course.rounds), floor.stages)
+        start = self._begun(floor, course)
         search = self.searches.search(floor, course, start, work=self.work)
         if self.turning or remembering(floor.problem):
             hindered = self.hindered
@@ -254,6 +267,28 @@ class PlanSearch(Struct):
             search.goal = course.completed
             answer = search.run(ROUNDS_FIRST)
         return course, start, search, answer
+
+    def _begun(self, floor: Floor, course: Course) -> Joint:
+        """The joint state in which the team stands."""
+        counts = self.searches.counts(floor, course.rounds)
+        return course.begun(floor.poses, counts, floor.stages)
+
+    def turned(self, floor: Floor, course: Course, states: Sequence[Joint]) -> dict[str, int]:
+        """The robots that begin with another target than the one whose turn it is in a plan, up to
+        its first resolution, each with the number of that target."""
+        found = dict[str, int]()
+        if not course.any_first:
+            return found
+        before = self.searches.counts(floor, course.rounds)
+        for state in states:
+            if state.stages != states[0].stages:
+                break
+            for index, (name, count) in enumerate(zip(floor.names, state.counts, strict=True)):
+                member = floor.problem.members[index]
+                if not member.any_first or before[index][2] or not count[2] or name in found:
+                    continue
+                found[name] = (count[0] - count[2]) % len(member.targets)
+        return {n: k for n, k in found.items() if k != before[floor.index(n)][0]}
 
     def _without_hopeless(
         self, floor: Floor, course: Course, start: Joint

@@ -75,6 +75,9 @@ class Traffic:
         self.wanted: str | None = None
         self.hopeless: frozenset[str] = frozenset()
         """Obstacles that no joint state serves, as the last search has shown."""
+        self.turned: Mapping[str, int] = {}
+        """Robots that must begin with another of their targets, as the last search has shown."""
+        self._turned: Settlement | None = None
         self._looked = -1.0
         self._cleared: Settlement | None = None
         self._hurried: Settlement | None = None
@@ -411,6 +414,11 @@ class Traffic:
                 raise RunEnded(Conclusion(Outcome.SEARCH_LIMIT, said))
             return
         self.search.failures = self.search.used = 0
+        turned = self.search.turned(floor, course, answer.states)
+        if turned and self._turned is not self.state.last_settled.found:
+            self.turned, self._turned = turned, self.state.last_settled.found
+            self._watch.begin_anew()
+            return  # their strategies begin with those, and another plan is made
         if self.search.turning:
             self._certificates.keep(course, answer.states)
         counts = self._searches.counts(floor, course.rounds)
@@ -439,7 +447,7 @@ class Traffic:
         returns = state.scenario.coordination is Coordination.ASSIGNABLE
         if not all(meets_the_rest_alone(floor, robot, returns=returns) for robot in robots):
             return end
-        course = Course(floor.problem, wanted)
+        course = Course(floor.problem, wanted, any_first=True)
         start = course.begun(floor.poses, self._searches.counts(floor, wanted), floor.stages)
         search = self._searches.search(floor, course, start, work=Effort(MOST_WORK))
         answer: Answer = Spent(0)
