@@ -58,9 +58,9 @@ def tell(path: Path) -> None:
     click.echo(f"{path}  {path.stat().st_size / 1024:.0f} KiB", err=True)
 
 
-def write_whole(path: Path, write: Callable[[Path], object]) -> None:
+def write_whole(path: Path, write: Callable[[Path], object], *, replace: bool = True) -> None:
     """Let ``write`` fill a file beside ``path`` and rename it: no half file is ever left. A device
-    or a pipe is written as it is.
+    or a pipe is written as it is. ``replace``: a file that exists.
 
     Raises UsageError if that cannot be done.
     """
@@ -74,8 +74,14 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
         try:
             write(part)
             part.chmod(0o644)
-            part.replace(path)
+            if replace:
+                part.replace(path)
+            else:
+                os.link(part, path)  # unlike a renaming it fails if the name is taken
         finally:
             part.unlink(missing_ok=True)
+    except FileExistsError:
+        hint = "choose another name, or replace it with --force"
+        raise UsageError(f"{path} exists already\n    {hint}") from None
     except OSError as error:
         raise _failure(path, error) from error

@@ -10,7 +10,8 @@ import click
 
 from safenav.cli.division import division_options
 from safenav.errors import ExitCode, UsageError
-from safenav.scenario.template import DEFAULT, TEMPLATES, template_text, write_text
+from safenav.outfile import write_whole
+from safenav.scenario.template import DEFAULT, TEMPLATES, template_text
 
 if TYPE_CHECKING:
     from safenav.scenario.reading.maps.bare_map import Division
@@ -87,10 +88,8 @@ def command(
         raise UsageError("--rows, --cols, --side and --share go with --map")
     else:
         text, about = template_text(template), TEMPLATES[template]
-    if str(file) == "-":
-        click.echo(text, nl=False)
+    if not _written(text, file, force):
         return ExitCode.OK
-    write_text(text, file, force)
     click.echo(f"{file}: {about}", err=True)
     click.echo(f"    draw it:    safenav draw {quote(str(file))}", err=True)
     click.echo(f"    run it:     safenav run {quote(str(file))}", err=True)
@@ -100,15 +99,22 @@ def command(
     return ExitCode.OK
 
 
+def _written(text: str, file: Path, force: bool) -> bool:
+    """Write a text; whether it is in a file now, not on standard output."""
+    if str(file) == "-":
+        click.echo(text, nl=False)
+        return False
+    write_whole(file, lambda part: part.write_text(text, encoding="utf-8"), replace=force)
+    return True
+
+
 def _new_fleet(file: Path, scenario: Path, force: bool) -> int:
     from safenav.fleet.fleet_file import template_text as fleet_text
     from safenav.scenario.reading.loader import load_scenario
 
     text = fleet_text(load_scenario(scenario))
-    if str(file) == "-":
-        click.echo(text, nl=False)
+    if not _written(text, file, force):
         return ExitCode.OK
-    write_text(text, file, force)
     click.echo(f"{file}: how to reach the robots of {scenario}", err=True)
     names = f"{quote(str(scenario))} --fleet {quote(str(file))}"
     click.echo(f"    rehearse:   safenav drive {names} --rehearse", err=True)

@@ -35,7 +35,7 @@ def command(output: Path | None, of_trace: bool, of_fleet: bool) -> int:
     elif of_fleet:
         from safenav.fleet.fleet_file import schema_text
     else:
-        from safenav.scenario.schema import schema_text
+        from safenav.scenario.reading.loader import schema_text
 
     if output is None or str(output) == "-":
         click.echo(schema_text(), nl=False)

@@ -21,10 +21,7 @@ def minimal_subset(items: Sequence[Item], fails: Callable[[Sequence[Item]], bool
 
 
 def _explain(
-    background: list[Item],
-    grown: bool,
-    items: list[Item],
-    fails: Callable[[Sequence[Item]], bool],
+    background: list[Item], grown: bool, items: list[Item], fails: Callable[[Sequence[Item]], bool]
 ) -> list[Item]:
     """Return the items that are needed to fail together with ``background``; ``grown``: whether the
     background has members that were not there at its last query."""

@@ -51,10 +51,7 @@ Step = tuple[records.Depart, records.Arrive | None]
 
 
 def driven_motion(
-    trace: Trace,
-    world: FleetWorld,
-    stations: Mapping[str, Station],
-    began: float,
+    trace: Trace, world: FleetWorld, stations: Mapping[str, Station], began: float
 ) -> Motion:
     """The motion of a drive that is over. ``began``: when the run began, on the clock of the world,
     which has a recording.

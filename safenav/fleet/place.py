@@ -14,12 +14,7 @@ from safenav.world.frame import Frame
 from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.moves import Pose
 
-_YAW = {
-    Heading.EAST: 0.0,
-    Heading.NORTH: pi / 2,
-    Heading.WEST: pi,
-    Heading.SOUTH: -pi / 2,
-}
+_YAW = {Heading.EAST: 0.0, Heading.NORTH: pi / 2, Heading.WEST: pi, Heading.SOUTH: -pi / 2}
 
 
 class Places(Struct, frozen=True):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from math import tau
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from msgspec.structs import replace
 
@@ -16,9 +16,6 @@ from safenav.fleet.place import Places
 from safenav.runtime.worlds.world import draw_truths
 from safenav.scenario.model import Scenario
 from safenav.trace.vocabulary import ActResult
-
-if TYPE_CHECKING:
-    from safenav.fleet.setpoints import Setpoints
 
 RATE = 50.0
 """Odometry per second of simulated time."""
@@ -68,7 +65,7 @@ class SimulationTransport:
             self._goals[robot] = goal.number
             self.physics.send(robot, goal.x, goal.y, goal.yaw)
 
-    def follow(self, robot: str, reference: Setpoints) -> None:
+    def follow(self, robot: str, reference: transport.Setpoints) -> None:
         self.physics.follow(robot, reference)
 
     def cancel(self, robot: str) -> None:

@@ -16,7 +16,7 @@ from msgspec import Struct
 from safenav.trace.vocabulary import ActResult
 
 if TYPE_CHECKING:
-    from safenav.fleet.setpoints import Setpoints
+    from safenav.fleet.setpoints import Setpoints as Setpoints
 
 
 class GoalEnd(StrEnum):

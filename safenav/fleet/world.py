@@ -15,19 +15,11 @@ from contextlib import suppress
 from functools import partial
 from math import hypot, inf
 
+from safenav.fleet import transport
 from safenav.fleet.acting import TeamAction
 from safenav.fleet.sensing import Sighting
 from safenav.fleet.steps import FRESH, SETTLING, FleetError, FleetSteps
 from safenav.fleet.task import DrivenRobot, FleetTask, Phase
-from safenav.fleet.transport import (
-    GoalEnded,
-    InputHeard,
-    Located,
-    Message,
-    Performed,
-    Reported,
-    Scanned,
-)
 from safenav.runtime.failures import lost
 from safenav.runtime.worlds.protocol import Acted, Lost, Sensed, WorldEvent
 from safenav.scenario.model import Obstacle, Robot
@@ -185,7 +177,7 @@ class FleetWorld(FleetSteps):
 
     # Messages
 
-    def _heard(self, message: Message) -> None:
+    def _heard(self, message: transport.Message) -> None:
         if self.recording is not None:
             self.recording.heard(message, self._clock.now())
         self._messages.put(message)
@@ -203,26 +195,26 @@ class FleetWorld(FleetSteps):
             while True:
                 self._take(self._messages.get_nowait())
 
-    def _take(self, message: Message) -> None:
-        if isinstance(message, InputHeard):
+    def _take(self, message: transport.Message) -> None:
+        if isinstance(message, transport.InputHeard):
             self._inputs[message.name] = message.on
             return
         body = self._bodies.get(message.robot)
         if body is None:
             return
         match message:
-            case Located():
+            case transport.Located():
                 if body.place is None or message.stamp >= body.place.stamp:
                     body.place, body.heard = message, self.now()
                     self._watch(body)
                     self._stray_moved(body)
-            case Scanned():
+            case transport.Scanned():
                 self._scan(body, message)
-            case Reported() if body.place is not None:
+            case transport.Reported() if body.place is not None:
                 self._sighted(body, self._sensing.report(message, body.place.stamp))
-            case GoalEnded():
+            case transport.GoalEnded():
                 self._goal_ended(body, message)
-            case Performed():
+            case transport.Performed():
                 self._performed(message)
 
     # Steps
@@ -244,7 +236,9 @@ class FleetWorld(FleetSteps):
                 self._lose(body, task)
             else:
                 for name in task.team_action.silent if task.team_action is not None else ():
-                    self._performed(Performed(name, task.goal, ActResult.FAILED, "too late"))
+                    self._performed(
+                        transport.Performed(name, task.goal, ActResult.FAILED, "too late")
+                    )
 
     # Actions
 
@@ -271,7 +265,7 @@ class FleetWorld(FleetSteps):
         bodies = self._bodies.values()
         return {b.robot.name: b.pose.region for b in bodies if b.task in (None, task)}
 
-    def _performed(self, message: Performed) -> None:
+    def _performed(self, message: transport.Performed) -> None:
         """Take the answer of one of those who act."""
         for leader in self._bodies.values():
             task = leader.task
@@ -296,7 +290,7 @@ class FleetWorld(FleetSteps):
         now, name = self.now(), body.robot.name
         self._events += [Sensed(now, one.obstacle, name, there=one.there) for one in found]
 
-    def _scan(self, body: DrivenRobot, scan: Scanned) -> None:
+    def _scan(self, body: DrivenRobot, scan: transport.Scanned) -> None:
         """Look into the regions beside the robot, while it stands still."""
         use, task, at = body.station.scan, body.task, body.place
         moving = task is not None and task.phase not in (Phase.LOOKING, Phase.ACTING)

@@ -6,18 +6,7 @@ from collections.abc import Iterator, Mapping
 
 from msgspec import Struct
 
-from safenav.formula.syntax import (
-    Comparison,
-    Formula,
-    Name,
-    Next,
-    Number,
-    Relation,
-    Term,
-    atoms_of,
-    names_of,
-    operands_of,
-)
+from safenav.formula import syntax
 
 Bounds = tuple[int, int] | None
 """Range of an integer variable, None for a Boolean."""
@@ -34,7 +23,7 @@ class FormulaFlaw(Struct, frozen=True):
 
 
 def check(
-    formula: Formula, declared: Mapping[str, Bounds], *, next_allowed: bool = True
+    formula: syntax.Formula, declared: Mapping[str, Bounds], *, next_allowed: bool = True
 ) -> tuple[FormulaFlaw, ...]:
     """All problems of the formula, by column; none means that it can be used.
 
@@ -46,31 +35,31 @@ def check(
 
 
 def _formula(
-    formula: Formula, declared: Mapping[str, Bounds], primes: bool
+    formula: syntax.Formula, declared: Mapping[str, Bounds], primes: bool
 ) -> Iterator[FormulaFlaw]:
     match formula:
-        case Name(name, _, column):
+        case syntax.Name(name, _, column):
             yield from _name(formula, declared, primes)
             if declared.get(name) is not None:
                 yield FormulaFlaw(column, f"the number {name} stands alone", f"write {name} = ...")
-        case Comparison(relation, left, right):
+        case syntax.Comparison(relation, left, right):
             yield from _term(left, declared, primes)
             yield from _term(right, declared, primes)
-            if relation in (Relation.EQUAL, Relation.UNEQUAL):
+            if relation in (syntax.Relation.EQUAL, syntax.Relation.UNEQUAL):
                 yield from _range(left, right, declared)
                 yield from _range(right, left, declared)
-        case Next(operand) if not primes:
+        case syntax.Next(operand) if not primes:
             # Where it begins, as far as its names tell.
-            column = next((name.column for name in names_of(operand)), 1)
+            column = next((name.column for name in syntax.names_of(operand)), 1)
             yield FormulaFlaw(column, "next(...) in an initial condition", _NO_NEXT)
-    for operand in operands_of(formula):
-        yield from _formula(operand, declared, primes or isinstance(formula, Next))
+    for operand in syntax.operands_of(formula):
+        yield from _formula(operand, declared, primes or isinstance(formula, syntax.Next))
 
 
 _NO_NEXT = "an initial condition refers to the first state only"
 
 
-def _name(name: Name, declared: Mapping[str, Bounds], primes: bool) -> Iterator[FormulaFlaw]:
+def _name(name: syntax.Name, declared: Mapping[str, Bounds], primes: bool) -> Iterator[FormulaFlaw]:
     if name.name not in declared:
         found = f"unknown variable {name.name!r}"
         yield FormulaFlaw(name.column, found, unknown=name.name)
@@ -78,17 +67,19 @@ def _name(name: Name, declared: Mapping[str, Bounds], primes: bool) -> Iterator[
         yield FormulaFlaw(name.column, f"the next value {name.name}' here", _NO_NEXT)
 
 
-def _term(term: Term, declared: Mapping[str, Bounds], primes: bool) -> Iterator[FormulaFlaw]:
-    for part in atoms_of(term):
-        if isinstance(part, Name):
+def _term(term: syntax.Term, declared: Mapping[str, Bounds], primes: bool) -> Iterator[FormulaFlaw]:
+    for part in syntax.atoms_of(term):
+        if isinstance(part, syntax.Name):
             yield from _name(part, declared, primes)
             if part.name in declared and declared[part.name] is None:
                 found = f"{part.name} is Boolean and cannot be compared"
                 yield FormulaFlaw(part.column, found, f"write {part.name} or !{part.name}")
 
 
-def _range(term: Term, other: Term, declared: Mapping[str, Bounds]) -> Iterator[FormulaFlaw]:
-    if not (isinstance(term, Name) and isinstance(other, Number)):
+def _range(
+    term: syntax.Term, other: syntax.Term, declared: Mapping[str, Bounds]
+) -> Iterator[FormulaFlaw]:
+    if not (isinstance(term, syntax.Name) and isinstance(other, syntax.Number)):
         return
     bounds = declared.get(term.name)
     if bounds is not None and not bounds[0] <= other.value <= bounds[1]:

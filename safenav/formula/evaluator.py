@@ -5,38 +5,22 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable, Mapping
 
-from safenav.formula.syntax import (
-    And,
-    Comparison,
-    Constant,
-    Formula,
-    Iff,
-    Implies,
-    Name,
-    Next,
-    Not,
-    Number,
-    Or,
-    Relation,
-    Sum,
-    Term,
-    Xor,
-)
+from safenav.formula import syntax
 
 State = Mapping[str, int | bool]
 Predicate = Callable[[State, State | None], bool]
 
 _RELATIONS = {
-    Relation.EQUAL: operator.eq,
-    Relation.UNEQUAL: operator.ne,
-    Relation.LESS: operator.lt,
-    Relation.AT_MOST: operator.le,
-    Relation.GREATER: operator.gt,
-    Relation.AT_LEAST: operator.ge,
+    syntax.Relation.EQUAL: operator.eq,
+    syntax.Relation.UNEQUAL: operator.ne,
+    syntax.Relation.LESS: operator.lt,
+    syntax.Relation.AT_MOST: operator.le,
+    syntax.Relation.GREATER: operator.gt,
+    syntax.Relation.AT_LEAST: operator.ge,
 }
 
 
-def evaluate(formula: Formula, current: State, following: State | None = None) -> bool:
+def evaluate(formula: syntax.Formula, current: State, following: State | None = None) -> bool:
     """Whether the formula holds where ``current`` is the state and ``following`` the next one.
 
     Raises KeyError for a variable without a value, and ValueError for a next value without a
@@ -45,47 +29,47 @@ def evaluate(formula: Formula, current: State, following: State | None = None) -
     return predicate(formula)(current, following)
 
 
-def predicate(formula: Formula) -> Predicate:
+def predicate(formula: syntax.Formula) -> Predicate:
     """The formula as a function of a state and the next one, for many of them; see ``evaluate``."""
     match formula:
-        case Constant(value):
+        case syntax.Constant(value):
             return lambda _, __: value
-        case Name():
+        case syntax.Name():
             term = _term(formula)
             return lambda now, then: bool(term(now, then))
-        case Comparison(relation, left, right):
+        case syntax.Comparison(relation, left, right):
             compare, low, high = _RELATIONS[relation], _term(left), _term(right)
             return lambda now, then: compare(low(now, then), high(now, then))
-        case Not(operand):
+        case syntax.Not(operand):
             part = predicate(operand)
             return lambda now, then: not part(now, then)
-        case Next(operand):
+        case syntax.Next(operand):
             part = predicate(operand)
             return lambda _, then: part(_next_state(then), then)
-        case And(operands):
+        case syntax.And(operands):
             parts = [predicate(operand) for operand in operands]
             return lambda now, then: all(part(now, then) for part in parts)
-        case Or(operands):
+        case syntax.Or(operands):
             return _some_of(operands)
-        case Xor(operands):
+        case syntax.Xor(operands):
             parts = [predicate(operand) for operand in operands]
             return lambda now, then: sum(part(now, then) for part in parts) % 2 == 1
-        case Implies(left, right):
+        case syntax.Implies(left, right):
             one, other = predicate(left), predicate(right)
             return lambda now, then: not one(now, then) or other(now, then)
-        case Iff(left, right):
+        case syntax.Iff(left, right):
             one, other = predicate(left), predicate(right)
             return lambda now, then: one(now, then) == other(now, then)
 
 
-def _some_of(operands: tuple[Formula, ...]) -> Predicate:
+def _some_of(operands: tuple[syntax.Formula, ...]) -> Predicate:
     """A disjunction. One that lists values of a variable looks its value up."""
     name, values = None, set[int]()
     for operand in operands:
         match operand:
-            case Comparison(Relation.EQUAL, Name() as left, Number(value)) if left == (
-                name or left
-            ):
+            case syntax.Comparison(
+                syntax.Relation.EQUAL, syntax.Name() as left, syntax.Number(value)
+            ) if left == (name or left):
                 name = left
                 values.add(value)
             case _:
@@ -96,15 +80,15 @@ def _some_of(operands: tuple[Formula, ...]) -> Predicate:
     return lambda now, then: term(now, then) in values
 
 
-def _term(term: Term) -> Callable[[State, State | None], int]:
+def _term(term: syntax.Term) -> Callable[[State, State | None], int]:
     match term:
-        case Number(value):
+        case syntax.Number(value):
             return lambda _, __: value
-        case Name(name, True):
+        case syntax.Name(name, True):
             return lambda _, then: int(_next_state(then)[name])
-        case Name(name):
+        case syntax.Name(name):
             return lambda now, _: int(now[name])
-        case Sum(terms):
+        case syntax.Sum(terms):
             parts = [_term(part) for part in terms]
             return lambda now, then: sum(part(now, then) for part in parts)
 

@@ -12,24 +12,7 @@ import re
 from msgspec import Struct
 
 from safenav.errors import ExitCode, SafenavError
-from safenav.formula.syntax import (
-    And,
-    Comparison,
-    Constant,
-    Formula,
-    Iff,
-    Implies,
-    Name,
-    Next,
-    Not,
-    Number,
-    Or,
-    Relation,
-    Sum,
-    Term,
-    Xor,
-    names_of,
-)
+from safenav.formula import syntax
 
 MAX_DEPTH = 100
 """Deepest nesting of parentheses, negations and implication chains."""
@@ -49,7 +32,7 @@ class FormulaError(SafenavError):
         super().__init__(f"column {column}: {found}" + (f" ({hint})" if hint else ""))
 
 
-def parse(text: str) -> Formula:
+def parse(text: str) -> syntax.Formula:
     """The formula that ``text`` holds. Raises FormulaError."""
     return _Parser(_tokens(text)).whole()
 
@@ -131,7 +114,7 @@ class _Parser:
         self._height = 0
         self._inside_next = False
 
-    def whole(self) -> Formula:
+    def whole(self) -> syntax.Formula:
         if self._peek().kind == "end":
             raise FormulaError(1, "the formula is empty", "write TRUE for no condition")
         formula = self._binary(1)
@@ -147,7 +130,7 @@ class _Parser:
         self._next += 1
         return token
 
-    def _binary(self, lowest: int) -> Formula:
+    def _binary(self, lowest: int) -> syntax.Formula:
         """Operators of precedence ``lowest`` and higher, with all that binds tighter."""
         left = self._unary()
         while lowest <= (rank := _PRECEDENCE.get(self._peek().kind, 0)):
@@ -165,7 +148,7 @@ class _Parser:
             self._bounded(self._height, self._peek())
         return left
 
-    def _unary(self) -> Formula:
+    def _unary(self) -> syntax.Formula:
         token = self._peek()
         if token.kind == "not":
             self._take()
@@ -173,7 +156,7 @@ class _Parser:
             operand = self._unary()
             self._depth -= 1
             self._height = self._bounded(self._height + 1, token)
-            return Not(operand)
+            return syntax.Not(operand)
         if token.kind == "name" and token.text in ("next", "X") and self._opens_next():
             return self._next_formula()
         return self._comparison()
@@ -181,7 +164,7 @@ class _Parser:
     def _opens_next(self) -> bool:
         return self._tokens[self._next + 1].kind == "open"
 
-    def _next_formula(self) -> Formula:
+    def _next_formula(self) -> syntax.Formula:
         word = self._take()
         if self._inside_next:
             raise FormulaError(word.column, f"{word.text} inside {word.text}", _ONE_STEP)
@@ -191,14 +174,14 @@ class _Parser:
         if self._peek().kind in ("relation", "plus"):
             hint = "next(...) takes a formula; the next value of a number is written x'"
             raise FormulaError(self._peek().column, f"unexpected {self._shown()}", hint)
-        for name in names_of(operand):
+        for name in syntax.names_of(operand):
             if name.primed:
                 found = f"the primed variable {name.name}' inside {word.text}(...)"
                 raise FormulaError(name.column, found, _ONE_STEP)
         self._height = self._bounded(self._height + 1, word)
-        return Next(operand)
+        return syntax.Next(operand)
 
-    def _parenthesized(self) -> Formula:
+    def _parenthesized(self) -> syntax.Formula:
         opening = self._take()
         self._descend(opening)
         formula = self._binary(1)
@@ -211,7 +194,7 @@ class _Parser:
             raise FormulaError(self._peek().column, 'unexpected "\'"', hint)
         return formula
 
-    def _comparison(self) -> Formula:
+    def _comparison(self) -> syntax.Formula:
         """A comparison, a Boolean variable, a constant, or a formula in parentheses."""
         token = self._peek()
         self._height = 0
@@ -219,7 +202,7 @@ class _Parser:
             inner = self._parenthesized()
             if self._peek().kind not in ("relation", "plus"):
                 return inner
-            if not isinstance(inner, Name):
+            if not isinstance(inner, syntax.Name):
                 raise FormulaError(
                     self._peek().column,
                     f"unexpected {self._shown()}",
@@ -231,38 +214,38 @@ class _Parser:
             if self._peek().kind in ("relation", "plus"):
                 hint = f"{token.text} is not a number"
                 raise FormulaError(self._peek().column, f"unexpected {self._shown()}", hint)
-            return Constant(token.text == "TRUE")
+            return syntax.Constant(token.text == "TRUE")
         term = self._sum(self._atom())
-        if isinstance(term, Name) and self._peek().kind != "relation":
+        if isinstance(term, syntax.Name) and self._peek().kind != "relation":
             return term
         return self._related(term)
 
-    def _related(self, left: Term) -> Formula:
+    def _related(self, left: syntax.Term) -> syntax.Formula:
         """``left`` compared with the term that follows."""
         if self._peek().kind != "relation":
             raise self._unexpected("a comparison such as '=' after a number")
-        relation = Relation(self._take().text)
+        relation = syntax.Relation(self._take().text)
         right = self._sum(self._atom())
         if self._peek().kind == "relation":
             hint = "comparisons do not chain: join two with '&'"
             raise FormulaError(self._peek().column, f"unexpected {self._shown()}", hint)
-        return Comparison(relation, left, right)
+        return syntax.Comparison(relation, left, right)
 
-    def _sum(self, first: Name | Number) -> Term:
+    def _sum(self, first: syntax.Name | syntax.Number) -> syntax.Term:
         terms = [first]
         while self._peek().kind == "plus":
             self._take()
             terms.append(self._atom())
-        return Sum(tuple(terms)) if len(terms) > 1 else first
+        return syntax.Sum(tuple(terms)) if len(terms) > 1 else first
 
-    def _atom(self) -> Name | Number:
+    def _atom(self) -> syntax.Name | syntax.Number:
         token = self._peek()
         if token.kind == "number":
             self._take()
             if len(token.text) > 10 or int(token.text) > MAX_NUMBER:
                 hint = f"the largest number is {MAX_NUMBER}"
                 raise FormulaError(token.column, "a number that is too large", hint)
-            return Number(int(token.text), token.column)
+            return syntax.Number(int(token.text), token.column)
         if token.kind != "name" or token.text in ("TRUE", "FALSE"):
             raise self._unexpected("a variable, a number or '('")
         self._take()
@@ -277,7 +260,7 @@ class _Parser:
             self._take()
             if self._peek().kind == "prime":
                 raise FormulaError(self._peek().column, "a second prime", _ONE_STEP)
-        return Name(token.text, primed, token.column)
+        return syntax.Name(token.text, primed, token.column)
 
     def _descend(self, token: _Token) -> None:
         """One level down in the text: bounds the parser's own recursion."""
@@ -305,15 +288,15 @@ class _Parser:
 _ONE_STEP = "a GR(1) formula refers to this state and the next one only"
 
 
-def _joined(kind: str, operands: list[Formula]) -> Formula:
+def _joined(kind: str, operands: list[syntax.Formula]) -> syntax.Formula:
     match kind:
         case "and":
-            return And(tuple(operands))
+            return syntax.And(tuple(operands))
         case "or":
-            return Or(tuple(operands))
+            return syntax.Or(tuple(operands))
         case "xor":
-            return Xor(tuple(operands))
+            return syntax.Xor(tuple(operands))
     left = operands[0]
     for right in operands[1:]:
-        left = Implies(left, right) if kind == "implies" else Iff(left, right)
+        left = syntax.Implies(left, right) if kind == "implies" else syntax.Iff(left, right)
     return left

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property, lru_cache
 from itertools import product
+from math import prod
 
 from msgspec import Struct, field
 
@@ -84,9 +85,9 @@ class Guarantees:
         one, other = values_of(before), values_of(after)
         if not all(rule.holds(one, other) for rule in self._plain):
             return False
-        return not (self._rest and self._memories) or any(
+        return not (self._rest and self.memories) or any(
             all(rule.holds(one | old, other | new) for rule in self._rest)
-            for old, new in product(self._memories, repeat=2)
+            for old, new in product(self.memories, repeat=2)
         )
 
     def meets(self, goal: int, before: Pose, after: Pose) -> bool:
@@ -94,8 +95,8 @@ class Guarantees:
         one, other, rule = values_of(before), values_of(after), self._liveness[goal]
         if not self._speaks_of_memory(rule):
             return rule.holds(one, other)
-        return not self._memories or any(
-            rule.holds(one | old, other | new) for old, new in product(self._memories, repeat=2)
+        return not self.memories or any(
+            rule.holds(one | old, other | new) for old, new in product(self.memories, repeat=2)
         )
 
     def remembered(
@@ -112,11 +113,6 @@ class Guarantees:
                 if all(rule.holds(one | old, other | new) for rule in (*self._plain, *self._rest)):
                     return new
         return None
-
-    @property
-    def memories(self) -> tuple[Values, ...]:
-        """All values of the memory; none if there are too many to look at."""
-        return self._memories
 
     def begins(self, memory: Values, pose: Pose) -> bool:
         """Whether the robot may begin in a pose with a memory."""
@@ -145,11 +141,9 @@ class Guarantees:
         return any(name in self._ranges for name in rule.names)
 
     @cached_property
-    def _memories(self) -> tuple[dict[str, int], ...]:
+    def memories(self) -> tuple[dict[str, int], ...]:
         """All values of the memory; none if there are too many to look at."""
-        count = 1
-        for values in self._ranges.values():
-            count *= len(values)
+        count = prod(map(len, self._ranges.values()))
         return tuple(_valuations(self._ranges)) if count <= MOST_VALUATIONS else ()
 
 

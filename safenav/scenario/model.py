@@ -12,24 +12,9 @@ from enum import StrEnum
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from safenav.scenario import needs
+from safenav.scenario import needs, settings
 from safenav.scenario.motion import MotionModel
 from safenav.scenario.objective import Objective
-from safenav.scenario.settings import (
-    DEFAULT_CLOCK,
-    Clock,
-    Controllers,
-    Coordination,
-    Exclusion,
-    Expect,
-    Failures,
-    Input,
-    LatePolicy,
-    Limits,
-    RequestOrder,
-    RobotChange,
-    Until,
-)
 from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Mobility, Pose
 
@@ -291,28 +276,28 @@ class Scenario(Struct, frozen=True):
     map: RegionMap
     robots: tuple[Robot, ...]
     obstacles: tuple[Obstacle, ...] = ()
-    until: Until = Until()
-    limits: Limits = Limits()
+    until: settings.Until = settings.Until()
+    limits: settings.Limits = settings.Limits()
     seed: int = 0
-    coordination: Coordination = Coordination.RESYNTHESIS
-    expect: Expect = Expect()
+    coordination: settings.Coordination = settings.Coordination.RESYNTHESIS
+    expect: settings.Expect = settings.Expect()
     source: str = ""
     deadlock: bool = True
     partition: tuple[frozenset[Region], ...] | None = None
-    controllers: Controllers = Controllers.AUTO
-    changes: tuple[RobotChange, ...] = ()
+    controllers: settings.Controllers = settings.Controllers.AUTO
+    changes: tuple[settings.RobotChange, ...] = ()
     requirements: Mapping[str, str] = field(default_factory=dict)
     catalogue: Catalogue = Catalogue()
-    clock: Clock = DEFAULT_CLOCK
-    failures: Failures = Failures()
-    never_together: tuple[Exclusion, ...] = ()
-    order: RequestOrder = RequestOrder.NEWEST
+    clock: settings.Clock = settings.DEFAULT_CLOCK
+    failures: settings.Failures = settings.Failures()
+    never_together: tuple[settings.Exclusion, ...] = ()
+    order: settings.RequestOrder = settings.RequestOrder.NEWEST
     resolve_within: int | None = None
     suspects: tuple[Obstacle, ...] | None = None
-    late: LatePolicy = LatePolicy.GO_ON
+    late: settings.LatePolicy = settings.LatePolicy.GO_ON
     chargers: frozenset[Region] = frozenset()
     flat: ObstacleType | None = None
-    inputs: tuple[Input, ...] = ()
+    inputs: tuple[settings.Input, ...] = ()
 
     def __hash__(self) -> int:
         return hash((self.name, self.map, self.robots, self.obstacles))

@@ -13,14 +13,7 @@ from safenav.spec import assignable
 from safenav.spec.movement import heading_rules, stepping, walls
 from safenav.spec.objective import encode, next_is
 from safenav.spec.other_robots.tracking import OthersEncoding, encode_others
-from safenav.spec.specification import (
-    Constraint,
-    Origin,
-    Owner,
-    Section,
-    Specification,
-    Variable,
-)
+from safenav.spec.specification import Constraint, Origin, Owner, Section, Specification, Variable
 from safenav.spec.task import Task
 from safenav.world.map import Heading, RegionMap
 from safenav.world.moves import Mobility, Pose

@@ -108,7 +108,8 @@ def concession(
     why = _WHY[rung.weakening]
     if others and rung.weakening is Weakening.SHARED:
         why = f"it shares its floor with {', '.join(others)}"
-    return f"{_MAY[rung.weakening]}: {why}"
+    waits = rung.weakening in (Weakening.SHARED, Weakening.ASSIGNED)
+    return f"may cross a target on the way{' and wait at one' * waits}: {why}"
 
 
 def asked_of(task: Task) -> Objective:
@@ -121,17 +122,6 @@ def _from(turn: int, targets: Sequence[Target]) -> Sequence[Target]:
     return (*targets[turn:], *targets[:turn])
 
 
-_CROSS = "may cross a target on the way"
-_WAIT = "may cross a target on the way and wait at one"
-_MAY = {
-    Weakening.CORRIDOR: _CROSS,
-    Weakening.MOBILITY: _CROSS,
-    Weakening.RULES: _CROSS,
-    Weakening.OBSTACLES: _CROSS,
-    Weakening.KEPT: _CROSS,
-    Weakening.SHARED: _WAIT,
-    Weakening.ASSIGNED: _WAIT,
-}
 _WHY = {
     Weakening.CORRIDOR: "the corridor leaves no other path",
     Weakening.MOBILITY: "its mobility leaves no other path",

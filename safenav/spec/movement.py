@@ -65,10 +65,8 @@ def stepping(variable: str, section: Section, world: RegionMap, item: str) -> It
     yield Constraint(section, " | ".join(atoms), origin)
     if world.cols == 1:
         return
-    for column, heading in ((world.cols - 1, Heading.EAST), (0, Heading.WEST)):
-        edge = [world.region(row, column) for row in range(world.rows)]
-        open_edge = [region for region in edge if _wraps(region, heading, world)]
-        if open_edge:
+    for heading in (Heading.EAST, Heading.WEST):
+        if open_edge := wrapping(heading, world):
             origin = Origin(item, f"no step {heading.label} from the map's edge", SOURCE_MOBILITY)
             step = step_formula(variable, heading, world)
             yield Constraint(section, f"{one_of(variable, open_edge)} -> !({step})", origin)
@@ -84,17 +82,17 @@ def on_side(variable: str, heading: Heading, world: RegionMap) -> str:
     else:
         parts = [f"{variable}' < {world.size}", f"{variable}' = region + {offset}"]
     if not vertical:
-        column = world.cols - 1 if heading is Heading.EAST else 0
-        edge = [world.region(row, column) for row in range(world.rows)]
-        wrapping = [region for region in edge if _wraps(region, heading, world)]
-        parts += [f"!({one_of('region', wrapping)})"] if wrapping else []
+        edge = wrapping(heading, world)
+        parts += [f"!({one_of('region', edge)})"] if edge else []
     return "(" + " & ".join(parts) + ")"
 
 
-def _wraps(region: Region, heading: Heading, world: RegionMap) -> bool:
-    """Whether counting on in reading order would lead over the edge to a free region."""
-    beyond = region + (1 if heading is Heading.EAST else -1)
-    return world.is_free(region) and world.is_free(beyond)
+def wrapping(heading: Heading, world: RegionMap) -> list[Region]:
+    """The regions at the eastern or western edge from which counting on in reading order would lead
+    over the edge to a free region."""
+    column, on = (world.cols - 1, 1) if heading is Heading.EAST else (0, -1)
+    edge = (world.region(row, column) for row in range(world.rows))
+    return [region for region in edge if world.is_free(region) and world.is_free(region + on)]
 
 
 def walls(variable: str, section: Section, world: RegionMap, item: str) -> Iterator[Constraint]:

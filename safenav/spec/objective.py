@@ -81,40 +81,28 @@ def next_is(objective: TargetObjective, index: int) -> str:
 
 
 def _patrol(patrol: Patrol, item: str, region: Region, memory: Memory) -> Iterator[Constraint]:
-    first, second = one_of("region", patrol.first), one_of("region", patrol.second)
-    first_next = one_of("region", patrol.first, "'")
-    second_next = one_of("region", patrol.second, "'")
-    about_first, about_second = tuple(sorted(patrol.first)), tuple(sorted(patrol.second))
-    scout = patrol.begin(region, memory.index) == 1
-    what = describe(patrol)
+    what, places = describe(patrol), [one_of("region", target) for target in patrol.listed()]
+    scout = "scout" if patrol.begin(region, memory.index) == 1 else "!scout"
 
     def origin(rule: str) -> Origin:
         return Origin(item, f"{what}: {rule}", SOURCE_PATROL)
 
-    yield Constraint(
-        Section.SYS_INIT, "scout" if scout else "!scout", origin("which target comes first")
-    )
+    yield Constraint(Section.SYS_INIT, scout, origin("which target comes first"))
     turn = origin("at a target, turn to the other one and leave")
-    yield Constraint(
-        Section.SYS_TRANS,
-        f"{first} & !scout -> scout' & !({first_next})",
-        turn,
-        about_first,
-    )
-    yield Constraint(
-        Section.SYS_TRANS,
-        f"{second} & scout -> !scout' & !({second_next})",
-        turn,
-        about_second,
-    )
-    frame = f"!({first} & !scout) & !({second} & scout) -> (scout' <-> scout)"
-    yield Constraint(Section.SYS_TRANS, frame, origin("it turns round at a target only"))
     apart = origin("never at the target whose turn it is not")
-    yield Constraint(Section.SYS_TRANS, f"!({first_next} & scout')", apart, about_first)
-    yield Constraint(Section.SYS_TRANS, f"!({second_next} & !scout')", apart, about_second)
     recur = origin("infinitely often at each target in its turn")
-    yield Constraint(Section.SYS_LIVENESS, f"{first_next} & !scout'", recur, about_first)
-    yield Constraint(Section.SYS_LIVENESS, f"{second_next} & scout'", recur, about_second)
+    away, goals = [], []
+    for target, here, own, other in zip(
+        patrol.listed(), places, ("!scout", "scout"), ("scout'", "!scout'"), strict=True
+    ):
+        there, about = one_of("region", target, "'"), tuple(sorted(target))
+        leave = f"{here} & {own} -> {other} & !({there})"
+        yield Constraint(Section.SYS_TRANS, leave, turn, about)
+        away.append(Constraint(Section.SYS_TRANS, f"!({there} & {other})", apart, about))
+        goals.append(Constraint(Section.SYS_LIVENESS, f"{there} & {own}'", recur, about))
+    frame = f"!({places[0]} & !scout) & !({places[1]} & scout) -> (scout' <-> scout)"
+    yield Constraint(Section.SYS_TRANS, frame, origin("it turns round at a target only"))
+    yield from (*away, *goals)
 
 
 def _in_turn(

@@ -11,14 +11,7 @@ import re
 from safenav.errors import Diagnostic, InputError
 from safenav.formula.prefix import to_infix
 from safenav.lines import HINT, foreign_character
-from safenav.spec.specification import (
-    Constraint,
-    Origin,
-    Owner,
-    Section,
-    Specification,
-    Variable,
-)
+from safenav.spec.specification import Constraint, Origin, Owner, Section, Specification, Variable
 
 _INTEGER = re.compile(r"([^\s:]+)\s*:\s*(\d+)\s*\.\.\.\s*(\d+)\Z")
 _BOOLEAN = re.compile(r"[A-Za-z_][\w.@]*\Z")

@@ -13,23 +13,7 @@ from math import inf
 from msgspec import Struct
 
 from safenav.errors import ExitCode, SafenavError
-from safenav.stl.syntax import (
-    ARGUMENTS,
-    EVENTS,
-    Arithmetic,
-    Happens,
-    Junction,
-    Literal,
-    Margin,
-    Negation,
-    Node,
-    Requirement,
-    RobotSignal,
-    SignalTerm,
-    UntilSince,
-    Window,
-    Within,
-)
+from safenav.stl import syntax
 
 MOST_DEPTH = 50
 """Deepest nesting: the parser and the evaluator recurse."""
@@ -40,7 +24,7 @@ MOST_LENGTH = 2000
 _TOKEN = re.compile(
     r"(?P<space>\s+)"
     r"|(?P<number>\d+(?:\.\d*)?(?:[eE][+-]?\d+)?)"
-    rf"|(?P<event>(?:{'|'.join(EVENTS)})_[A-Za-z_][\w-]*@[A-Za-z0-9_][\w-]*(?:#\d+)?)"
+    rf"|(?P<event>(?:{'|'.join(syntax.EVENTS)})_[A-Za-z_][\w-]*@[A-Za-z0-9_][\w-]*(?:#\d+)?)"
     r"|(?P<word>[A-Za-z_]\w*)"
     r"|(?P<implies>->)"
     r"|(?P<relation>>=|<=|>|<)"
@@ -80,7 +64,7 @@ class RequirementError(SafenavError):
         super().__init__(f"column {column}: {found}" + (f"\n    {hint}" if hint else ""))
 
 
-def parse_requirement(text: str) -> Requirement:
+def parse_requirement(text: str) -> syntax.Requirement:
     """The formula that ``text`` holds. Raises RequirementError."""
     if len(text) > MOST_LENGTH:
         raise RequirementError(1, f"a formula of {len(text)} characters", "split it into several")
@@ -116,7 +100,7 @@ class _Parser:
         self._at = 0
         self._depth = 0
 
-    def whole(self) -> Requirement:
+    def whole(self) -> syntax.Requirement:
         if self._peek().kind == "end":
             raise RequirementError(1, "the formula is empty", "e.g. always(distance(a, b) >= 1)")
         begin = self._peek()
@@ -148,26 +132,26 @@ class _Parser:
             hint = f"write '{_WORDS[found.text]}'"
         return RequirementError(found.column, f"unexpected {shown}", hint)
 
-    def _requirement(self, tree: Node, begin: _Lexeme) -> Requirement:
-        if isinstance(tree, RobotSignal | Literal | Arithmetic):
+    def _requirement(self, tree: syntax.Node, begin: _Lexeme) -> syntax.Requirement:
+        if isinstance(tree, syntax.RobotSignal | syntax.Literal | syntax.Arithmetic):
             hint = "compare it: distance(a, b) >= 1"
             raise RequirementError(begin.column, "a number where a condition is expected", hint)
         return tree
 
-    def _number(self, tree: Node, begin: _Lexeme) -> SignalTerm:
-        if isinstance(tree, RobotSignal | Literal | Arithmetic):
+    def _number(self, tree: syntax.Node, begin: _Lexeme) -> syntax.SignalTerm:
+        if isinstance(tree, syntax.RobotSignal | syntax.Literal | syntax.Arithmetic):
             return tree
         hint = "only numbers are compared, added and multiplied"
         raise RequirementError(begin.column, "a condition where a number is expected", hint)
 
-    def _implication(self) -> Node:
+    def _implication(self) -> syntax.Node:
         begin = self._peek()
         self._descend(begin)
         left = self._until()
         if self._take("->"):
             held, after = self._requirement(left, begin), self._peek()
             then = self._requirement(self._implication(), after)
-            left = Junction("or", Negation(held), then)
+            left = syntax.Junction("or", syntax.Negation(held), then)
         self._depth -= 1
         return left
 
@@ -177,41 +161,43 @@ class _Parser:
             found = f"nested more than {MOST_DEPTH} deep"
             raise RequirementError(begin.column, found, "split it into several formulas")
 
-    def _until(self) -> Node:
+    def _until(self) -> syntax.Node:
         begin = self._peek()
         left = self._junction("or")
         while operator := self._take("until", "since"):
             held, window, after = self._requirement(left, begin), self._window(), self._peek()
             right = self._requirement(self._junction("or"), after)
-            left = UntilSince(operator.text, window, held, right)
+            left = syntax.UntilSince(operator.text, window, held, right)
         return left
 
-    def _junction(self, word: str) -> Node:
+    def _junction(self, word: str) -> syntax.Node:
         begin = self._peek()
         left = self._junction("and") if word == "or" else self._unary()
         while self._take(word):
             held, after = self._requirement(left, begin), self._peek()
             right = self._junction("and") if word == "or" else self._unary()
-            left = Junction(word, held, self._requirement(right, after))
+            left = syntax.Junction(word, held, self._requirement(right, after))
         return left
 
-    def _unary(self) -> Node:
+    def _unary(self) -> syntax.Node:
         operator = self._take("not", *_UNARY)
         if operator is None:
             return self._comparison()
         self._descend(operator)
-        window = Window() if operator.text == "not" else self._window()
+        window = syntax.Window() if operator.text == "not" else self._window()
         begin = self._peek()
         operand = self._requirement(self._unary(), begin)
         self._depth -= 1
         return (
-            Negation(operand) if operator.text == "not" else Within(operator.text, window, operand)
+            syntax.Negation(operand)
+            if operator.text == "not"
+            else syntax.Within(operator.text, window, operand)
         )
 
-    def _window(self) -> Window:
+    def _window(self) -> syntax.Window:
         opening = self._take("[")
         if opening is None:
-            return Window()
+            return syntax.Window()
         begin = self._seconds()
         self._need(",", " between the ends of a window: [0,45]")
         end = self._seconds()
@@ -219,7 +205,7 @@ class _Parser:
         if begin > end or begin == inf:
             found = f"the window [{begin:g},{end:g}] ends before it begins"
             raise RequirementError(opening.column, found)
-        return Window(begin, end)
+        return syntax.Window(begin, end)
 
     def _seconds(self) -> float:
         if self._take("inf"):
@@ -236,7 +222,7 @@ class _Parser:
             raise RequirementError(found.column, f"the number {found.text[:20]} is too large")
         return value
 
-    def _comparison(self) -> Node:
+    def _comparison(self) -> syntax.Node:
         begin = self._peek()
         left = self._sum()
         relation = self._peek()
@@ -249,44 +235,47 @@ class _Parser:
             hint = "comparisons do not chain: join two with 'and'"
             raise RequirementError(self._peek().column, f"unexpected '{self._peek().text}'", hint)
         more, less = (first, second) if relation.text[0] == ">" else (second, first)
-        return Margin(Arithmetic("-", more, less))
+        return syntax.Margin(syntax.Arithmetic("-", more, less))
 
-    def _sum(self) -> Node:
+    def _sum(self) -> syntax.Node:
         return self._chain(("+", "-"), lambda: self._chain(("*",), self._factor))
 
-    def _chain(self, operators: tuple[str, ...], operand: Callable[[], Node]) -> Node:
+    def _chain(self, operators: tuple[str, ...], operand: Callable[[], syntax.Node]) -> syntax.Node:
         begin = self._peek()
         left = operand()
         while operator := self._take(*operators):
             first, after = self._number(left, begin), self._peek()
-            left = Arithmetic(operator.text, first, self._number(operand(), after))
+            left = syntax.Arithmetic(operator.text, first, self._number(operand(), after))
         return left
 
-    def _factor(self) -> Node:
+    def _factor(self) -> syntax.Node:
         found = self._peek()
         if opening := self._take("("):
             inner = self._implication()
             self._need(")", f" for the '(' in column {opening.column}")
             return inner
         if self._take("-"):
-            return Arithmetic("-", Literal(0.0), self._number(self._factor(), self._peek()))
+            return syntax.Arithmetic(
+                "-", syntax.Literal(0.0), self._number(self._factor(), self._peek())
+            )
         if found.kind == "number":
             self._at += 1
-            return Literal(self._value(found))
+            return syntax.Literal(self._value(found))
         if found.kind == "event":
             self._at += 1
             kind, _, obstacle = found.text.partition("_")
-            return Happens(kind, obstacle, found.column)
+            return syntax.Happens(kind, obstacle, found.column)
         if found.kind == "word" and found.text not in _RESERVED:
             return self._signal()
         raise self._unexpected("a formula")
 
-    def _signal(self) -> RobotSignal:
+    def _signal(self) -> syntax.RobotSignal:
         name = self._peek()
-        if name.text not in ARGUMENTS:
+        if name.text not in syntax.ARGUMENTS:
             if name.text in _WORDS:
                 raise self._unexpected("")
-            hint = f"signals: {', '.join(ARGUMENTS)}; events: requested_door@47, resolved_door@47"
+            known = ", ".join(syntax.ARGUMENTS)
+            hint = f"signals: {known}; events: requested_door@47, resolved_door@47"
             raise RequirementError(name.column, f"'{name.text}' is not a signal", hint)
         self._at += 1
         self._need("(", f" and the robots of {name.text}")
@@ -294,12 +283,12 @@ class _Parser:
         while self._take(","):
             robots.append(self._robot())
         self._need(")", f" after the robots of {name.text}")
-        wanted = ARGUMENTS[name.text]
+        wanted = syntax.ARGUMENTS[name.text]
         if len(robots) != wanted:
             found = f"{name.text} takes {wanted} robot{'s' * (wanted > 1)}, not {len(robots)}"
             raise RequirementError(name.column, found)
         names = tuple(robot.text for robot in robots)
-        return RobotSignal(name.text, names, tuple(robot.column for robot in robots))
+        return syntax.RobotSignal(name.text, names, tuple(robot.column for robot in robots))
 
     def _robot(self) -> _Lexeme:
         found = self._peek()

@@ -15,24 +15,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from safenav.stl.syntax import (
-    PAST,
-    UNIVERSAL,
-    Arithmetic,
-    Happens,
-    Junction,
-    Literal,
-    Margin,
-    Negation,
-    Node,
-    Requirement,
-    RobotSignal,
-    UntilSince,
-    Window,
-    Within,
-    children,
-    nodes,
-)
+from safenav.stl import syntax
 
 Array = NDArray[np.float64]
 
@@ -51,15 +34,15 @@ class Recording(Protocol):
     rate: float
     finished: bool
 
-    def signal(self, which: RobotSignal, times: Array) -> tuple[Array, float]:
+    def signal(self, which: syntax.RobotSignal, times: Array) -> tuple[Array, float]:
         """Values at the times, and a bound of their change per second."""
         ...
 
-    def jumps(self, which: RobotSignal) -> tuple[float, ...]:
+    def jumps(self, which: syntax.RobotSignal) -> tuple[float, ...]:
         """Instants at which the signal is not continuous."""
         ...
 
-    def instants(self, event: Happens) -> tuple[float, ...]:
+    def instants(self, event: syntax.Happens) -> tuple[float, ...]:
         """When the event happens."""
         ...
 
@@ -83,13 +66,13 @@ class _Values(Struct, frozen=True):
     slope: float
 
 
-def robustness(formula: Requirement, recording: Recording) -> Robustness:
+def robustness(formula: syntax.Requirement, recording: Recording) -> Robustness:
     """The robustness of a formula at all samples of a recording. Raises MemoryError if its events
     and windows need more than MOST_SAMPLES."""
     count = int(np.floor(recording.end * recording.rate + _NEAR)) + 1
     grid = np.append(np.arange(count) / recording.rate, recording.end)
     # Each part is evaluated at samples, so the jumps of all parts are samples.
-    jumps = np.array(sorted({t for part in nodes(formula) for t in _jumps(part, recording)}))
+    jumps = np.array(sorted({t for part in syntax.nodes(formula) for t in _jumps(part, recording)}))
     around = np.concatenate([jumps - SPIKE, jumps, jumps + SPIKE])
     inside = around[(around >= 0) & (around <= recording.end)]
     if len(grid) + len(inside) > MOST_SAMPLES:
@@ -99,23 +82,28 @@ def robustness(formula: Requirement, recording: Recording) -> Robustness:
     return Robustness(times, found.low, found.high, found.error)
 
 
-def _jumps(tree: Node, recording: Recording) -> set[float]:
+def _jumps(tree: syntax.Node, recording: Recording) -> set[float]:
     """The instants at which the value of a formula can jump: those of its events, moved by the
     windows around them, and where windows reach the ends of the record."""
     match tree:
-        case Happens():
+        case syntax.Happens():
             return set(recording.instants(tree))
-        case Within(operator, window, _) | UntilSince(operator, window, _, _):
-            inner = {moment for child in children(tree) for moment in _jumps(child, recording)}
-            sign = 1 if operator in PAST else -1
+        case syntax.Within(operator, window, _) | syntax.UntilSince(operator, window, _, _):
+            inner = {
+                moment for child in syntax.children(tree) for moment in _jumps(child, recording)
+            }
+            sign = 1 if operator in syntax.PAST else -1
             ends = [end for end in (window.begin, window.end) if end < np.inf]
-            edge = 0.0 if operator in PAST else recording.end
+            edge = 0.0 if operator in syntax.PAST else recording.end
             moved = {moment + sign * end for moment in {*inner, edge} for end in ends}
             kept = {t for t in moved if -SPIKE <= t <= recording.end + SPIKE}
-            return kept | inner if isinstance(tree, UntilSince) else kept
+            return kept | inner if isinstance(tree, syntax.UntilSince) else kept
         case _:
-            here = recording.jumps(tree) if isinstance(tree, RobotSignal) else ()
-            return {*here, *(t for child in children(tree) for t in _jumps(child, recording))}
+            here = recording.jumps(tree) if isinstance(tree, syntax.RobotSignal) else ()
+            return {
+                *here,
+                *(t for child in syntax.children(tree) for t in _jumps(child, recording)),
+            }
 
 
 class _Evaluation:
@@ -124,33 +112,33 @@ class _Evaluation:
         self._times = times
         self._gap = float(np.max(np.diff(times), initial=0.0))
 
-    def of(self, tree: Requirement) -> _Values:
+    def of(self, tree: syntax.Requirement) -> _Values:
         match tree:
-            case Margin(term):
+            case syntax.Margin(term):
                 values, slope = self._term(term)
                 return _Values(values, values, 0.0, slope)
-            case Happens():
+            case syntax.Happens():
                 values = np.full(len(self._times), -1.0)
                 for instant in self._recording.instants(tree):
                     values[np.abs(self._times - instant) < SPIKE / 2] = 1.0
                 return _Values(values, values, 0.0, 0.0)
-            case Negation(operand):
+            case syntax.Negation(operand):
                 inner = self.of(operand)
                 return _Values(-inner.high, -inner.low, inner.error, inner.slope)
-            case Junction(operator, left, right):
+            case syntax.Junction(operator, left, right):
                 return self._joined(operator, self.of(left), self.of(right))
-            case Within(operator, window, operand):
+            case syntax.Within(operator, window, operand):
                 return self._windowed(operator, window, self.of(operand))
-            case UntilSince(operator, window, left, right):
+            case syntax.UntilSince(operator, window, left, right):
                 return self._until(operator, window, self.of(left), self.of(right))
 
-    def _term(self, tree: Node) -> tuple[Array, float]:
+    def _term(self, tree: syntax.Node) -> tuple[Array, float]:
         match tree:
-            case Literal(value):
+            case syntax.Literal(value):
                 return np.full(len(self._times), value), 0.0
-            case RobotSignal():
+            case syntax.RobotSignal():
                 return self._recording.signal(tree, self._times)
-            case Arithmetic(operator, left, right):
+            case syntax.Arithmetic(operator, left, right):
                 (a, slope), (b, other) = self._term(left), self._term(right)
                 if operator == "*":
                     most = [float(np.max(np.abs(values), initial=0.0)) for values in (a, b)]
@@ -164,25 +152,25 @@ class _Evaluation:
         low, high = pick(left.low, right.low), pick(left.high, right.high)
         return _Values(low, high, max(left.error, right.error), max(left.slope, right.slope))
 
-    def _windowed(self, operator: str, window: Window, inner: _Values) -> _Values:
+    def _windowed(self, operator: str, window: syntax.Window, inner: _Values) -> _Values:
         low, high = inner.low, inner.high
-        if operator not in UNIVERSAL:
+        if operator not in syntax.UNIVERSAL:
             low, high = -high, -low
-        low, high = (self._least(values, window, operator in PAST) for values in (low, high))
-        if operator not in PAST:
+        low, high = (self._least(values, window, operator in syntax.PAST) for values in (low, high))
+        if operator not in syntax.PAST:
             low[self._behind(window)] = -np.inf
-        if operator not in UNIVERSAL:
+        if operator not in syntax.UNIVERSAL:
             low, high = -high, -low
         return _Values(low, high, inner.error + inner.slope * self._gap / 2, inner.slope)
 
-    def _behind(self, window: Window) -> NDArray[np.bool_]:
+    def _behind(self, window: syntax.Window) -> NDArray[np.bool_]:
         """The samples whose window reaches behind the record."""
         if window.end == np.inf:
             return np.full(len(self._times), not self._recording.finished)
         behind: NDArray[np.bool_] = self._times + window.end > self._times[-1] + _NEAR
         return behind
 
-    def _least(self, values: Array, window: Window, past: bool) -> Array:
+    def _least(self, values: Array, window: syntax.Window, past: bool) -> Array:
         """The minimum over the window of each sample that the record holds; +inf for none."""
         times = self._times
         if past:
@@ -195,8 +183,10 @@ class _Evaluation:
             found[inside] = np.minimum(found[inside], at)
         return found[::-1] if past else found
 
-    def _until(self, operator: str, window: Window, left: _Values, right: _Values) -> _Values:
-        past = operator in PAST
+    def _until(
+        self, operator: str, window: syntax.Window, left: _Values, right: _Values
+    ) -> _Values:
+        past = operator in syntax.PAST
         low = self._reached(left.low, right.low, window, past)
         high = self._reached(left.high, right.high, window, past)
         if not past:  # behind the record `right` may hold, if `left` does up to its end
@@ -207,7 +197,7 @@ class _Evaluation:
         error = max(left.error, right.error) + slope * self._gap
         return _Values(low, high, error, slope)
 
-    def _reached(self, holds: Array, then: Array, window: Window, past: bool) -> Array:
+    def _reached(self, holds: Array, then: Array, window: syntax.Window, past: bool) -> Array:
         """The maximum, over the instants t' of each window, of ``then`` at t' and the minimum of
         ``holds`` before t'. Quadratic in the window."""
         times = self._times
@@ -233,7 +223,7 @@ class _Evaluation:
 
 
 def _bounds(
-    times: Array, window: Window
+    times: Array, window: syntax.Window
 ) -> tuple[Array, Array, NDArray[np.intp], NDArray[np.intp]]:
     """Begin and end of the window of each sample, as far as the record goes, and the first and the
     last sample in it. The start is later than the end where the record holds nothing of it."""

@@ -71,10 +71,7 @@ def work_off(
 
 
 def _labour(
-    program: Program,
-    crew: Crew,
-    todo: queue.SimpleQueue[Job],
-    news: queue.SimpleQueue[_News],
+    program: Program, crew: Crew, todo: queue.SimpleQueue[Job], news: queue.SimpleQueue[_News]
 ) -> None:
     """The loop of a thread: take a job, run the binary, bring what it printed."""
     while True:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from safenav.scenario.model import Battery, Obstacle, Robot, Scenario, Tracking
+from msgspec import convert
+
+from safenav.scenario.model import Obstacle, Robot, Scenario, Tracking
 from safenav.scenario.motion import resolved
 from safenav.scenario.objective import Objective as ScenarioObjective
 from safenav.scenario.objective import to_data
@@ -51,10 +53,7 @@ def scenario_header(
         promises=None if live else _promises(scenario),
         suspects=None if scenario.suspects is None else tuple(o.name for o in scenario.suspects),
         chargers=tuple(sorted(scenario.chargers)) or None,
-        inputs=tuple(
-            setting.InputHeader(each.name, each.spans, each.probability, each.again)
-            for each in scenario.inputs
-        )
+        inputs=convert(scenario.inputs, tuple[setting.InputHeader, ...], from_attributes=True)
         or None,
         flat=None if scenario.flat is None else scenario.flat.name,
     )
@@ -150,7 +149,7 @@ def _robot(robot: Robot, scenario: Scenario) -> setting.RobotHeader:
         while_waiting=None
         if robot.while_waiting is None
         else objective_in_trace(robot.while_waiting),
-        battery=_battery(model.battery),
+        battery=convert(model.battery, setting.BatteryHeader | None, from_attributes=True),
         when=tuple(setting.WhenHeader(n, objective_in_trace(o)) for n, o in robot.when) or None,
         carries=model.carries if _can_carry(robot, scenario) else None,
     )
@@ -163,13 +162,6 @@ def _can_carry(robot: Robot, scenario: Scenario) -> bool:
         for kind in scenario.catalogue.obstacles.values()
         for number in range(len(kind.needs))
     )
-
-
-def _battery(battery: Battery | None) -> setting.BatteryHeader | None:
-    if battery is None:
-        return None
-    took = battery.move, battery.stay, battery.charge
-    return setting.BatteryHeader(battery.capacity, battery.start, *took)
 
 
 def _changes(scenario: Scenario) -> tuple[setting.ChangeHeader, ...] | None:

@@ -10,8 +10,7 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from cli.conftest import Command
-from safenav.scenario.reading.loader import load_scenario
-from safenav.scenario.schema import schema_text
+from safenav.scenario.reading.loader import load_scenario, schema_text
 from safenav.scenario.template import DEFAULT, TEMPLATES, template_text
 from safenav.scenario.yaml.document import plain, read_document
 

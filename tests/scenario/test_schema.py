@@ -15,8 +15,7 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from safenav.errors import Diagnostic, InputError
-from safenav.scenario.reading.loader import load_scenario_text
-from safenav.scenario.schema import schema_text
+from safenav.scenario.reading.loader import load_scenario_text, schema_text
 from safenav.scenario.yaml.document import DocumentError, plain, read_document
 from scenario.mistakes import disagreement, keys_of, mistakes, places
 

@@ -13,19 +13,12 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import replace
 
+from safenav import errors
 from safenav.batch.cases.case import Case, CaseVerdict, Conditions, Result, without_a_run
 from safenav.batch.cases.variation import varied
 from safenav.certify.bundle import make_bundle
 from safenav.certify.record import sources_of, syntheses_of
 from safenav.certify.run import Kept
-from safenav.errors import (
-    Diagnostic,
-    InputError,
-    NotCertifiedError,
-    ResourceLimitError,
-    SafenavError,
-    UsageError,
-)
 from safenav.extras import missing
 from safenav.outcome import Outcome
 from safenav.runtime.analysis.expectation import Ledger, differences
@@ -47,11 +40,11 @@ def execute(case: Case, conditions: Conditions, trace: Path | None = None) -> Re
     try:
         scenario = load(case)
         result = _run(case, scenario, conditions, trace)
-    except InputError as error:
+    except errors.InputError as error:
         result = without_a_run(case, CaseVerdict.INVALID, [_told(d) for d in error.diagnostics])
-    except ResourceLimitError as error:
+    except errors.ResourceLimitError as error:
         result = without_a_run(case, CaseVerdict.LIMIT, [str(error)])
-    except SafenavError as error:
+    except errors.SafenavError as error:
         result = without_a_run(case, CaseVerdict.ERROR, [str(error)])
     except Exception as error:
         reason = f"internal error: {type(error).__name__}: {error}"
@@ -137,7 +130,7 @@ def _certify(
     try:
         kept.complete(syntheses_of(data, case.name), synthesizer.cache, synthesizer)
         make_bundle(target, data, sources_of(Path(case.file), case.text), kept, synthesizer)
-    except (NotCertifiedError, UsageError) as error:
+    except (errors.NotCertifiedError, errors.UsageError) as error:
         return [f"not certified: {error}"]
     return []
 
@@ -148,6 +141,6 @@ def _binary() -> Binary:
     return find_binary()
 
 
-def _told(diagnostic: Diagnostic) -> str:
+def _told(diagnostic: errors.Diagnostic) -> str:
     """A diagnostic in one line."""
     return "; ".join(part.strip() for part in str(replace(diagnostic, source="")).splitlines())

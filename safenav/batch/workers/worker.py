@@ -81,11 +81,7 @@ class Worker:
         return (self._limit if self._ready else _START_SECONDS) - self.elapsed
 
     def give(
-        self,
-        case: Case,
-        conditions: Conditions,
-        trace: Path | None,
-        directory: str | None = None,
+        self, case: Case, conditions: Conditions, trace: Path | None, directory: str | None = None
     ) -> None:
         """Let it run a case; it must not have one. ``directory``: what paths in the case are
         relative to, if it is not the one where the worker was started."""

@@ -15,7 +15,7 @@ from collections.abc import Callable, Mapping
 from importlib.util import find_spec
 from math import inf
 from threading import Lock, Thread
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from safenav.errors import UsageError
 from safenav.extras import missing
@@ -24,9 +24,6 @@ from safenav.fleet.fleet_file import PyrobosimUse, Station
 from safenav.fleet.place import Places
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
-
-if TYPE_CHECKING:
-    from safenav.fleet.setpoints import Setpoints
 
 GOALS_ONLY = "robot '{}': pyrobosim's robots find their own way to goals\n    leave out 'follow'"
 
@@ -112,7 +109,7 @@ class PyrobosimTransport:
             within=within,
         )
 
-    def follow(self, robot: str, reference: Setpoints) -> None:
+    def follow(self, robot: str, reference: transport.Setpoints) -> None:
         del reference
         raise UsageError(GOALS_ONLY.format(robot))
 

@@ -30,10 +30,7 @@ M = TypeVar("M", bound=IdlStruct)
 _CDR = Policy.DataRepresentation(use_cdrv0_representation=True)
 _SECOND = duration(seconds=1)
 SERVICE = Qos(
-    Policy.Reliability.Reliable(_SECOND),
-    Policy.Durability.Volatile,
-    Policy.History.KeepAll,
-    _CDR,
+    Policy.Reliability.Reliable(_SECOND), Policy.Durability.Volatile, Policy.History.KeepAll, _CDR
 )
 RELIABLE = Qos(
     Policy.Reliability.Reliable(_SECOND),
@@ -42,10 +39,7 @@ RELIABLE = Qos(
     _CDR,
 )
 SENSOR = Qos(
-    Policy.Reliability.BestEffort,
-    Policy.Durability.Volatile,
-    Policy.History.KeepLast(5),
-    _CDR,
+    Policy.Reliability.BestEffort, Policy.Durability.Volatile, Policy.History.KeepLast(5), _CDR
 )
 """A reader of best effort also hears reliable writers; one that is reliable hears only those."""
 

@@ -11,26 +11,16 @@ from safenav.scenario.reading.obstacles import MOST_TICKS, TICK
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.settings import Input
 from safenav.scenario.yaml import fields as read
+from safenav.scenario.yaml import shapes
 from safenav.scenario.yaml.document import Node, Scalar, Sequence, clipped
 from safenav.scenario.yaml.findings import Findings
-from safenav.scenario.yaml.shapes import (
-    PROBABILITY,
-    Key,
-    Shape,
-    Table,
-    either,
-    form,
-    many,
-    matching,
-    named,
-)
 
 TAKEN = {"move", "scout", "goal", "request", "wait", "assigned"}
 """Variables that specifications have by themselves; also those with these prefixes:"""
 _PREFIXES = ("busy_", "at_")
 _SPAN = re.compile(r"(\d{1,9})(?:\s*-\s*(\d{1,9}))?")
 _AGAIN = {"off": (False,), "on": (True,), "both": (False, True)}
-_TICKS = either(TICK, matching(_SPAN))
+_TICKS = shapes.either(TICK, shapes.matching(_SPAN))
 
 
 def _chance(node: Node | None, what: str, findings: Findings) -> float | None:
@@ -43,22 +33,22 @@ def _chance(node: Node | None, what: str, findings: Findings) -> float | None:
     return float(value)
 
 
-class InputKeys(Table):
-    at = Key(
-        form(either(_TICKS, many(_TICKS))),
+class InputKeys(shapes.Table):
+    at = shapes.Key(
+        shapes.form(shapes.either(_TICKS, shapes.many(_TICKS))),
         "Ticks when a simulation has it on: 12, 20-30 or a list.",
     )
-    probability = Key(
-        Shape(PROBABILITY.schema, _chance),
+    probability = shapes.Key(
+        shapes.Shape(shapes.PROBABILITY.schema, _chance),
         "Of being on in each other tick of a simulation. Default: 0.",
     )
-    always_eventually = Key(
-        form({"enum": [*_AGAIN, True, False]}), "Assumed infinitely often: off, on or both."
+    always_eventually = shapes.Key(
+        shapes.form({"enum": [*_AGAIN, True, False]}), "Assumed infinitely often: off, on or both."
     )
 
 
-_RESERVED = either({"enum": sorted(TAKEN)}, {"pattern": f"^({'|'.join(_PREFIXES)})"})
-INPUTS = form(named(InputKeys, {"allOf": [VARIABLE, {"not": _RESERVED}]}))
+_RESERVED = shapes.either({"enum": sorted(TAKEN)}, {"pattern": f"^({'|'.join(_PREFIXES)})"})
+INPUTS = shapes.form(shapes.named(InputKeys, {"allOf": [VARIABLE, {"not": _RESERVED}]}))
 
 
 def read_inputs(node: Node | None, reading: Reading) -> tuple[Input, ...]:

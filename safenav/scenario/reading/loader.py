@@ -12,6 +12,7 @@ from pathlib import Path
 from msgspec import Struct
 
 from safenav.errors import Diagnostic, InputError
+from safenav.scenario import settings
 from safenav.scenario.model import Catalogue, ObstacleType, Scenario
 from safenav.scenario.objective import Ltl
 from safenav.scenario.reading.areas import AREAS, read_areas
@@ -40,18 +41,6 @@ from safenav.scenario.reading.promises import check_promises
 from safenav.scenario.reading.regions import REGION, Reading
 from safenav.scenario.reading.requirements import REQUIREMENTS, read_requirements
 from safenav.scenario.reading.robots import ROBOTS, read_robots
-from safenav.scenario.settings import (
-    Clock,
-    Controllers,
-    Coordination,
-    FailedMoves,
-    Failures,
-    LatePolicy,
-    Limits,
-    RequestOrder,
-    RobotChange,
-    Until,
-)
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar
 from safenav.scenario.yaml.findings import Findings, ReadableFolder
@@ -78,14 +67,14 @@ Change = Callable[[Node, Findings], Node]
 
 class UntilKeys(Table):
     about = "When a run is completed."
-    made = Until
+    made = settings.Until
     rounds = Key(whole(1), "Rounds of each robot after the last resolution.")
     by = Key(whole(1), "The tick at which the mission is completed at the latest.")
 
 
 class LimitKeys(Table):
     about = "When to give up."
-    made = Limits
+    made = settings.Limits
     ticks = Key(whole(1), "Ticks of a run.")
     seconds = Key(POSITIVE, "Seconds of a run (live: on its clock). Default: none.")
     synthesis_seconds = Key(POSITIVE, "Seconds of a single synthesis.")
@@ -95,10 +84,11 @@ class LimitKeys(Table):
 
 class FailureKeys(Table):
     about = "What follows when robots fail in a live run."
-    made = Failures
+    made = settings.Failures
     retries = Key(whole(), "How often a failed move into a region is repeated.")
     then = Key(
-        choice(FailedMoves), "What follows: the region is an obstacle, or the robot out of service."
+        choice(settings.FailedMoves),
+        "What follows: the region is an obstacle, or the robot out of service.",
     )
     most = Key(whole(1), "Failed moves in a row after which a robot is out of service.")
     actions = Key(whole(1), "Failed actions after which another robot helps.")
@@ -135,21 +125,21 @@ class ScenarioKeys(Table):
     changes = Key(CHANGES, "Objectives and service of robots during the run.")
     until = Key(form(UntilKeys))
     limits = Key(form(LimitKeys))
-    clock = Key(choice(Clock), "Time passes in ticks, or in seconds (live).")
+    clock = Key(choice(settings.Clock), "Time passes in ticks, or in seconds (live).")
     failures = Key(form(FailureKeys))
     resolve_within = Key(
         whole(),
         "The most ticks from a request to a resolution, unless the obstacle says otherwise.",
     )
     suspects = Key(SUSPECTS, "Obstacles that the team knows may be there.")
-    late = Key(choice(LatePolicy), "After a broken promise: go_on, or stop.")
+    late = Key(choice(settings.LatePolicy), "After a broken promise: go_on, or stop.")
     chargers = Key(form(many(REGION)), "Regions where batteries are charged.")
     flat = Key(TEXT, "The obstacle type (with 'blocks: []') of a robot without charge.")
     seed = Key(whole(most=2**63 - 1), "Seed of everything random in a run.")
-    coordination = Key(choice(Coordination), "How robots are reassigned.")
-    order = Key(choice(RequestOrder), "Which open request is served first.")
+    coordination = Key(choice(settings.Coordination), "How robots are reassigned.")
+    order = Key(choice(settings.RequestOrder), "Which open request is served first.")
     controllers = Key(
-        choice(Controllers),
+        choice(settings.Controllers),
         "Whether strategies are listed or give moves on demand; auto: by limits.states.",
     )
     deadlock = Key(SWITCH, "Whether joint plans move robots that wait for each other.")
@@ -253,6 +243,14 @@ def load_catalogue(path: Path) -> Catalogue:
     return reading.catalogue
 
 
+def schema_text() -> str:
+    """The JSON Schema (draft 2020-12) of scenario files, for editors and other tools. It describes
+    their shape; a region in a wall or an unknown robot model, only a reader finds."""
+    from safenav.scenario.yaml import json_schema
+
+    return json_schema.schema_text(ScenarioKeys, "safenav scenario")
+
+
 def _scenario(root: Node, reading: Reading) -> Scenario | None:
     """The scenario; only to be used if nothing was reported."""
     reading.catalogue = built_in()
@@ -281,14 +279,14 @@ def _scenario(root: Node, reading: Reading) -> Scenario | None:
     reading.flat = _flat(item, reading)
     expect = read_expectation(item.expect, reading)
     requirements = read_requirements(item.requirements, reading)
-    if item.coordination is Coordination.ASSIGNABLE:
+    if item.coordination is settings.Coordination.ASSIGNABLE:
         _check_assignable(item.where(ScenarioKeys.coordination), changes, reading)
     partition = read_partition(item.partition, reading)
     suspects = read_suspects(item.suspects, reading)
     chargers = _chargers(item.chargers, reading)
-    until = UntilKeys.fill(item.until, "until", reading, Until())
-    limits = LimitKeys.fill(item.limits, "limits", reading, Limits())
-    failures = FailureKeys.fill(item.failures, "failures", reading, Failures())
+    until = UntilKeys.fill(item.until, "until", reading, settings.Until())
+    limits = LimitKeys.fill(item.limits, "limits", reading, settings.Limits())
+    failures = FailureKeys.fill(item.failures, "failures", reading, settings.Failures())
     given = {"name": Path(reading.file).stem, **item.given(*AS_WRITTEN)}
     if reading.world is None:
         return None
@@ -349,7 +347,9 @@ def _flat(item: ScenarioKeys, reading: Reading) -> ObstacleType | None:
     return kind
 
 
-def _check_assignable(node: Node | None, changes: Sequence[RobotChange], reading: Reading) -> None:
+def _check_assignable(
+    node: Node | None, changes: Sequence[settings.RobotChange], reading: Reading
+) -> None:
     """A goal that is assigned at runtime may lie beyond a target, or be one."""
     for robot in reading.team:
         if robot.while_waiting is not None:

@@ -2,17 +2,7 @@
 
 from __future__ import annotations
 
-from safenav.scenario.motion import (
-    FOOTPRINT,
-    KINDS,
-    ONLY_WITH_HEADING,
-    WITH_FOOTPRINT,
-    MotionModel,
-    Parameter,
-    Value,
-    known_kinds,
-    parameters,
-)
+from safenav.scenario import motion
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, clipped
 from safenav.scenario.yaml.findings import Findings, suggestion
@@ -23,7 +13,7 @@ _MODEL_KEYS = ("size", "speed")
 KIND = "kind"
 
 
-def _described(parameter: Parameter) -> Schema:
+def _described(parameter: motion.Parameter) -> Schema:
     """The JSON Schema of a number that a kind of motion takes."""
     about = (
         f"{parameter.meaning[0].upper()}{parameter.meaning[1:]}. Default: {parameter.default:g}."
@@ -34,10 +24,10 @@ def _described(parameter: Parameter) -> Schema:
 
 def _schema(kind: str) -> Schema:
     keys: dict[str, object] = {
-        k: _described(p) for k, p in KINDS[kind].items() if k not in _MODEL_KEYS
+        k: _described(p) for k, p in motion.KINDS[kind].items() if k not in _MODEL_KEYS
     }
-    if kind in WITH_FOOTPRINT:
-        keys[FOOTPRINT] = _FOOTPRINT
+    if kind in motion.WITH_FOOTPRINT:
+        keys[motion.FOOTPRINT] = _FOOTPRINT
     known = {KIND: {"const": kind}, **keys}
     rules = {"required": [KIND], "additionalProperties": False}
     return {"type": "object", "properties": known, **rules}
@@ -48,11 +38,11 @@ _FOOTPRINT = {
     "description": "Corners in metres, x ahead and y to the left, counter-clockwise.",
     **many(_POINT, 3),
 }
-_OF_A_PACKAGE = {"allOf": [TEXT, {"not": {"enum": list(KINDS)}}]}
+_OF_A_PACKAGE = {"allOf": [TEXT, {"not": {"enum": list(motion.KINDS)}}]}
 MOTION = form(
     either(
-        {"anyOf": [{"enum": list(KINDS)}, TEXT]},
-        *map(_schema, KINDS),
+        {"anyOf": [{"enum": list(motion.KINDS)}, TEXT]},
+        *map(_schema, motion.KINDS),
         {"type": "object", "properties": {KIND: _OF_A_PACKAGE}, "required": [KIND]},
     ),
     "motion",
@@ -62,7 +52,7 @@ MOTION = form(
 
 def read_motion(
     node: Node | None, model: Mapping, mobility: Mobility | None, what: str, findings: Findings
-) -> MotionModel | None:
+) -> motion.MotionModel | None:
     """The motion of a robot model; None if it says nothing, or has been reported."""
     if node is None:
         return None
@@ -73,38 +63,40 @@ def read_motion(
         findings.add(node, f"{label}: the key 'kind' is missing", f"known: {_listed()}")
     if kind is None:
         return None
-    known = parameters(kind)
+    known = motion.parameters(kind)
     if known is None:
-        hint = suggestion(kind, known_kinds())
+        hint = suggestion(kind, motion.known_kinds())
         findings.add(node, f"{label}: unknown kind '{clipped(kind)}'", hint)
         return None
-    if kind in ONLY_WITH_HEADING and mobility is Mobility.FREE:
+    if kind in motion.ONLY_WITH_HEADING and mobility is Mobility.FREE:
         hint = "it cannot turn round within a region: write 'mobility: heading'"
         findings.add(node, f"{label}: a {kind} moves with a heading", hint)
     for key in _MODEL_KEYS:
         if key in known:
             _bounded(model.get(key), f"'{key}' of {what}", known[key], findings)
-    values: dict[str, Value] = {}
+    values: dict[str, motion.Value] = {}
     if inner is not None:
         own = [key for key in known if key not in _MODEL_KEYS]
-        shaped = [FOOTPRINT] if kind in WITH_FOOTPRINT else []
+        shaped = [motion.FOOTPRINT] if kind in motion.WITH_FOOTPRINT else []
         read.mapping(inner, label, findings, (KIND, *own, *shaped))
         for key in own:
             value = _bounded(inner.get(key), f"'{key}' in {label}", known[key], findings)
             if value is not None:
                 values[key] = value
-        polygon = _polygon(inner.get(FOOTPRINT), f"'{FOOTPRINT}' in {label}", findings)
+        polygon = _polygon(
+            inner.get(motion.FOOTPRINT), f"'{motion.FOOTPRINT}' in {label}", findings
+        )
         if polygon is not None:
-            values[FOOTPRINT] = polygon
-    return MotionModel(kind, tuple(values.items()))
+            values[motion.FOOTPRINT] = polygon
+    return motion.MotionModel(kind, tuple(values.items()))
 
 
 def _listed() -> str:
-    return ", ".join(known_kinds())
+    return ", ".join(motion.known_kinds())
 
 
 def _bounded(
-    node: Node | None, what: str, parameter: Parameter, findings: Findings
+    node: Node | None, what: str, parameter: motion.Parameter, findings: Findings
 ) -> float | None:
     value = read.finite(node, what, findings)
     if value is None or parameter.least <= value <= parameter.most:

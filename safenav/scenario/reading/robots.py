@@ -143,11 +143,7 @@ def _robot(key: Scalar, node: Node, standing: list[Standing], reading: Reading) 
 
 
 def _while_waiting(
-    node: Node | None,
-    own: Objective | None,
-    name: str,
-    mobility: Mobility | None,
-    reading: Reading,
+    node: Node | None, own: Objective | None, name: str, mobility: Mobility | None, reading: Reading
 ) -> Objective | None:
     """The objective while it waits for help. Formulas keep their safety lines then, so that a
     robot with formulas stays."""

@@ -19,7 +19,7 @@ from msgspec import Struct
 
 from safenav.errors import UsageError
 from safenav.scenario.objective import Target, number_word
-from safenav.spec.movement import headings, step_formula
+from safenav.spec.movement import headings, step_formula, wrapping
 from safenav.spec.other_robots import exact
 from safenav.spec.other_robots.knowledge import (
     Belief,
@@ -187,14 +187,12 @@ def _steps(model: Model, item: str) -> Iterator[Constraint]:
     steps = [f"{name}' = {name}", *(step_formula(name, h, world) for h in headings(world))]
     seen = f"{name} < {size} & {name}' < {size}"
     yield Constraint(Section.ENV_TRANS, f"{seen} -> {' | '.join(steps)}", origin)
-    for column, heading in ((world.cols - 1, Heading.EAST), (0, Heading.WEST)):
-        beyond = 1 if heading is Heading.EAST else -1
-        edge = [world.region(row, column) for row in range(world.rows)]
-        wrapping = [r for r in edge if world.is_free(r) and world.is_free(r + beyond)]
-        if wrapping and world.cols > 1:
+    for heading in (Heading.EAST, Heading.WEST):
+        edge = wrapping(heading, world)
+        if edge and world.cols > 1:
             origin = Origin(item, f"no step {heading.label} from the map's edge", SOURCE)
             step = step_formula(name, heading, world)
-            where = within(name, region_mask(tuple(wrapping)))
+            where = within(name, region_mask(tuple(edge)))
             yield Constraint(Section.ENV_TRANS, f"{where} -> !({step})", origin)
 
 

@@ -41,11 +41,14 @@ def read_image_map(node: Node, fields: MapKeys, findings: Reading) -> RegionMap 
     limit = DEFAULT_THRESHOLD if threshold is None else threshold
     blocked = masks.pop(WALL) if legend else dark(image, limit)
     cleared, labels = without_text(blocked)
+    kept = cleared if text is Text.IGNORE else blocked
     if count is None:
-        _ask_for_count(node, cleared if text is Text.IGNORE else blocked, findings)
+        height, width = kept.shape
+        rows, cols = suggested(kept)
+        found = f"map: the image of {width} x {height} pixels needs a number of rows and columns"
+        findings.add(node, found, f"add 'rows: {rows}' and 'cols: {cols}'")
         return None
     layout = Layout.of_count(blocked, *count)
-    kept = cleared if text is Text.IGNORE else blocked
     world = with_walls(kept, layout, share, node, findings)
     if world is None:
         return None
@@ -78,13 +81,6 @@ def _described(node: Node, findings: Findings) -> tuple[Node | None, dict[Colour
     if legend and WALL not in found.values() and len(found) == len(legend.entries):
         findings.add(legend, "legend without walls", f'add the colour of walls: "#000000": {WALL}')
     return item.file, found, text or Text.IGNORE
-
-
-def _ask_for_count(node: Node, blocked: Blocked, findings: Findings) -> None:
-    height, width = blocked.shape
-    rows, cols = suggested(blocked)
-    found = f"map: the image of {width} x {height} pixels needs a number of rows and columns"
-    findings.add(node, found, f"add 'rows: {rows}' and 'cols: {cols}'")
 
 
 def _areas(
