@@ -505,7 +505,7 @@ class Turns:
             each.name: int(self.state.inputs[each.name]) for each, _ in planner.task.inputs
         }
         if planner.switch is not None:
-            observed |= signal(self.state, robot)
+            observed |= signal(self.state, robot, observed)
         return observed
 
     def _look_around(self, robot: RobotState) -> None:
@@ -530,6 +530,8 @@ class Turns:
         self.tell.violation(robot, violation)
         planner = robot.planner
         assert planner is not None
+        if planner.switch is not None and self.state.knowledge.knows(violation.obstacle):
+            planner.switch.stopped = robot.pose
         options = planner.alternatives(robot.pose, observed, refused)
         if self.state.live or robot.robot.model.timing.most > 1:
             # Help is asked for at the end of this turn, and not by a robot on its way elsewhere.

@@ -39,13 +39,15 @@ class AssignedGoal(Struct, frozen=True):
 class Switch:
     """Turns signals into inputs that respect what the specification assumes of them: the
     assigned region does not change while a request is open. ``refused``: the pose in which the
-    last move of the strategy was refused that the team could not do with."""
+    last move of the strategy was refused that the team could not do with; ``stopped``: that in
+    which the last one was into a known obstacle."""
 
     def __init__(self, assignable: AssignableRegions) -> None:
         self.assignable = assignable
         self._neutral = neutral(assignable)
         self._sent: Region | None = None
         self.refused: Pose | None = None
+        self.stopped: Pose | None = None
 
     def inputs(self, signal: AssignedGoal | None, region: Region) -> dict[str, int]:
         """The inputs for a robot in ``region`` under ``signal``."""
@@ -60,6 +62,15 @@ class Switch:
             return self._values(False, self._neutral, True)
         self._sent = signal.place
         return self._values(True, signal.place, False)
+
+    def after_waiting(self, place: Region | None) -> dict[str, int]:
+        """The inputs that send a robot that has waited to ``place``; None: nowhere."""
+        known = place is not None
+        return self._values(known, self._neutral if place is None else place, False)
+
+    def sent(self, place: Region | None) -> None:
+        """The robot has been sent to ``place`` by ``after_waiting``."""
+        self._sent = place
 
     def stop(self) -> dict[str, int]:
         """The inputs that keep the robot where it is; a request stays open."""

@@ -7,7 +7,7 @@ the team knows; its strategy knows none of that.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from msgspec.structs import replace
 
@@ -27,8 +27,9 @@ def own_objective(robot: RobotState, draft: TaskDraft) -> TaskDraft:
     return replace(draft, objective=own, avoid=frozenset(), must=frozenset(), forbidden=frozenset())
 
 
-def signal(team: TeamState, robot: RobotState) -> dict[str, int]:
-    """The inputs of a robot's strategy: continue, wait, or go to the next region on the way."""
+def signal(team: TeamState, robot: RobotState, observed: Mapping[str, int]) -> dict[str, int]:
+    """The inputs of a robot's strategy: continue, wait, or go to the next region on the way.
+    ``observed``: its other inputs."""
     assert robot.planner is not None
     switch = robot.planner.switch
     assert switch is not None
@@ -49,7 +50,29 @@ def signal(team: TeamState, robot: RobotState) -> dict[str, int]:
         place = _next(team, robot, _poses(team, robot, stay))
     if place is None or place == here:
         return switch.inputs(AssignedGoal(here, wait=True), here)
+    if _by_steps(team, robot) and (inputs := _led(robot, observed, place)) is not None:
+        return inputs
     return switch.inputs(AssignedGoal(place, wait=False), here)
+
+
+def _led(robot: RobotState, observed: Mapping[str, int], place: Region) -> dict[str, int] | None:
+    """Return inputs by which a robot's strategy goes to the region ``place`` beside it; None if
+    there are none. A goal that it happens to meet leaves its next step open, so that sent to a
+    region it may step elsewhere first, and is refused there repeatedly."""
+    planner = robot.planner
+    assert planner is not None and planner.switch is not None
+    switch = planner.switch
+    if planner.node is None or not planner.strategy.values(planner.node)["wait"]:
+        return None  # an open request keeps its region
+    places = [p for p in sorted(switch.assignable.places) if p != place]
+    allowed = (p for p in places if switch.assignable.allows(robot.pose, robot.memory.values, p))
+    for sent in (place, None, *allowed):
+        inputs = switch.after_waiting(sent)
+        answer = planner.propose({**observed, **inputs})
+        if answer is not None and answer.pose.region == place:
+            switch.sent(sent)
+            return inputs
+    return None
 
 
 def _poses(team: TeamState, robot: RobotState, regions: Iterable[Region]) -> Mask:
@@ -61,6 +84,14 @@ def _meets_something(team: TeamState, robot: RobotState) -> bool:
     """Whether an open obstacle blocks the robot, of which its strategy does not know."""
     knowledge = team.knowledge
     return any(knowledge.closed_to(w.obstacle, robot.robot) for w in knowledge.pending.values())
+
+
+def _by_steps(team: TeamState, robot: RobotState) -> bool:
+    """Whether a robot is led step by step: its own path was refused where it stands."""
+    assert robot.planner is not None and robot.planner.switch is not None
+    switch = robot.planner.switch
+    stopped = switch.stopped == robot.pose and _meets_something(team, robot)
+    return stopped or switch.refused == robot.pose
 
 
 def _next(team: TeamState, robot: RobotState, goal: Mask) -> Region | None:
@@ -79,7 +110,7 @@ def _next(team: TeamState, robot: RobotState, goal: Mask) -> Region | None:
         allowed &= robot.assignment.safe_poses
     here = graph.number(robot.pose)
     goal &= allowed | 1 << here
-    field = graph.distances(goal, allowed)
+    field, by_steps = graph.distances(goal, allowed), _by_steps(team, robot)
     found: Region | None = None
     pose, way = here, 0
     while 0 < field[pose] < FAR:
@@ -92,6 +123,6 @@ def _next(team: TeamState, robot: RobotState, goal: Mask) -> Region | None:
             continue
         if graph.steps_between(1 << here, there, own) == way:
             found = region
-        if switch.refused == robot.pose:
+        if by_steps:
             break
     return robot.pose.region if field[here] == 0 else found
