@@ -34,7 +34,7 @@ def impossible(
         for name, one in open_.items():
             left = one.all_needs[stage[name] :]
             count += bool(left and left[0].same and robot in group[name])
-            count += bool(left and _takes(one, stage[name]) and robot in done[name])
+            count += bool(left and one.takes(stage[name]) and robot in done[name])
         return most is not None and count >= most
 
     for act in line.acts:
@@ -46,7 +46,7 @@ def impossible(
         for robot, place in act.robots.items():
             able = obstacle.actions(act.need) <= now.header.robots[robot].capabilities
             able = able and robot not in done[act.obstacle]
-            able = able and not (_takes(obstacle, act.need) and is_full(robot))
+            able = able and not (obstacle.takes(act.need) and is_full(robot))
             if not able or (need.same and robot not in group[act.obstacle]):
                 yield f"{robot} cannot meet need {act.need} of {act.obstacle}"
                 return
@@ -62,7 +62,7 @@ def impossible(
                 return
             turns.append(came[robot] * count + own)
         there = max(since[act.obstacle], *turns)
-        if _takes(obstacle, act.need):
+        if obstacle.takes(act.need):
             there = max(there, *(unloaded[robot] for robot in act.robots))
         mine = [there + (bound.names.index(robot) - there) % count for robot in act.robots]
         turn = min(mine)
@@ -91,9 +91,3 @@ def _leaves(robot: str, place: Iterable[object], now: Situation) -> bool:
     """Whether a robot in transit set out from a place."""
     heading = now.heading[robot] if now.has_heading(robot) else None
     return now.toward[robot] is not None and tuple(place) == (now.region[robot], heading)
-
-
-def _takes(obstacle: Line, number: int) -> bool:
-    """Return whether the robots that meet a need carry a load from then on."""
-    needs = obstacle.all_needs
-    return number + 1 < len(needs) and needs[number + 1].same and not needs[number].same

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -83,21 +84,19 @@ def _plain_proof(record: Any) -> Any:
 
 
 def _statistics(trace: Trace) -> Statistics:
-    def count(kind: str) -> int:
-        return sum(record.type == kind for record in trace.records)
-
+    count = Counter(record.type for record in trace.records)
     moves = [record for record in trace.records if isinstance(record, Move | Arrive)]
     return Statistics(
         robots=len(trace.header.scenario.robots),
         ticks=max((move.tick for move in moves), default=0),
         moves=len(moves),
         steps=sum(not isinstance(one, Move) or one.from_ != one.to for one in moves),
-        goals=count("goal"),
-        violations=count("violation"),
-        requests=count("request"),
-        resolved=count("resolved"),
-        blocked=count("blocked"),
+        goals=count["goal"],
+        violations=count["violation"],
+        requests=count["request"],
+        resolved=count["resolved"],
+        blocked=count["blocked"],
         deepest_stack=max((r.depth for r in trace.records if isinstance(r, Push)), default=0),
-        syntheses=count("synthesis"),
+        syntheses=count["synthesis"],
         ignored_lines=trace.ignored,
     )

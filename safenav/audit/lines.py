@@ -81,6 +81,11 @@ class Obstacle(Made):
             last += 1
         return frozenset(need.action for need in self.all_needs[stage : last + 1])
 
+    def takes(self, stage: int) -> bool:
+        """Whether the robots that meet a need carry a load from then on."""
+        left = self.all_needs[stage : stage + 2]
+        return len(left) == 2 and left[1].same and not left[0].same
+
     def resolved_by_entering(self, robot: Line, stage: int) -> bool:
         """Whether a robot alone resolves it by entering its region once ``stage`` needs are met:
         only one is left, and the region is one of that need's."""

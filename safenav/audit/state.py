@@ -148,8 +148,7 @@ class State:
     def takes(self, obstacle: str) -> bool:
         """Return whether the robots that meet the obstacle's next need carry a load from then
         on."""
-        needs, stage = self.obstacles[obstacle].all_needs, self.stage[obstacle]
-        return stage + 1 < len(needs) and needs[stage + 1].same and not needs[stage].same
+        return self.obstacles[obstacle].takes(self.stage[obstacle])
 
     def carriers(self, obstacle: str) -> Collection[str]:
         """Return the robots that carry a load: they have taken it, or had a part in taking it, and
@@ -209,8 +208,8 @@ class State:
 
     def resolves_by_entering(self, obstacle: str, robot: str) -> bool:
         """Return whether a robot resolves an obstacle by entering its region now."""
-        enters, stage = self.obstacles[obstacle].resolved_by_entering, self.stage[obstacle]
-        return enters(self.header.robots[robot], stage)
+        about, stage = self.obstacles[obstacle], self.stage[obstacle]
+        return about.resolved_by_entering(self.header.robots[robot], stage)
 
     def stopped_by(self, obstacle: str) -> set[str]:
         """Return the robots that the obstacle physically stops."""

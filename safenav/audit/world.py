@@ -94,8 +94,7 @@ class World:
 
     def around(self, regions: Iterable[int]) -> set[int]:
         """Return the regions and their free neighbours."""
-        near = ((r, *(self.step(r, heading) for heading in HEADINGS)) for r in regions)
-        return {r for r in chain(*near) if r is not None}
+        return {*chain(*((region, *self.neighbours(region)) for region in regions))}
 
     def later(self, regions: Iterable[int]) -> set[int]:
         """Return where a robot in one of the regions may be at the next look: at most one step

@@ -10,6 +10,8 @@ nodes of a typical strategy, loading an array library would cost more than all t
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import reduce
+from operator import and_, or_, xor
 
 from safenav.formula.syntax import (
     And,
@@ -52,20 +54,14 @@ class Evaluator:
                 return self._number(name, primed or own_prime)[0]
             case Comparison():
                 key = (formula, primed)
-                known = self._comparisons.get(key)
-                if known is None:
-                    known = self._comparisons[key] = self._compare(formula, primed)
-                return known
+                if key not in self._comparisons:
+                    self._comparisons[key] = self._compare(formula, primed)
+                return self._comparisons[key]
             case And(operands):
-                result = self.everywhere
-                for operand in operands:
-                    result &= self.holds(operand, primed)
-                return result
+                planes = (self.holds(operand, primed) for operand in operands)
+                return reduce(and_, planes, self.everywhere)
             case Or(operands):
-                result = 0
-                for operand in operands:
-                    result |= self.holds(operand, primed)
-                return result
+                return reduce(or_, (self.holds(operand, primed) for operand in operands), 0)
             case Not(operand):
                 return self.everywhere ^ self.holds(operand, primed)
             case Implies(left, right):
@@ -73,21 +69,16 @@ class Evaluator:
             case Iff(left, right):
                 return self.everywhere ^ self.holds(left, primed) ^ self.holds(right, primed)
             case Xor(operands):
-                result = 0
-                for operand in operands:
-                    result ^= self.holds(operand, primed)
-                return result
+                return reduce(xor, (self.holds(operand, primed) for operand in operands), 0)
             case Next(operand):
                 return self.holds(operand, True)
             case Constant(value):
                 return self.everywhere if value else 0
 
     def _number(self, name: str, primed: bool) -> Vector:
-        key = (name, primed)
-        known = self._numbers.get(key)
-        if known is None:
-            known = self._numbers[key] = self._lookup(name, primed)
-        return known
+        if (name, primed) not in self._numbers:
+            self._numbers[name, primed] = self._lookup(name, primed)
+        return self._numbers[name, primed]
 
     def _term(self, term: Term, primed: bool) -> Vector:
         match term:
@@ -96,10 +87,7 @@ class Evaluator:
             case Name(name, own_prime):
                 return self._number(name, primed or own_prime)
             case Sum(terms):
-                total: Vector = ()
-                for part in terms:
-                    total = add(total, self._term(part, primed))
-                return total
+                return reduce(add, (self._term(part, primed) for part in terms))
 
     def constant(self, value: int) -> Vector:
         return [self.everywhere if value >> i & 1 else 0 for i in range(value.bit_length())]

@@ -21,21 +21,7 @@ from msgspec import Struct
 
 from safenav.errors import ResourceLimitError
 from safenav.formula.evaluator import Predicate, predicate
-from safenav.formula.syntax import (
-    And,
-    Comparison,
-    Constant,
-    Formula,
-    Iff,
-    Implies,
-    Name,
-    Next,
-    Not,
-    Number,
-    Or,
-    Sum,
-    Xor,
-)
+from safenav.formula.syntax import Comparison, Formula, Name, Next, names_of, operands_of
 from safenav.spec.specification import Constraint, Variable
 from safenav.verify.bitparallel import Evaluator, Vector
 
@@ -278,20 +264,9 @@ def _block(
     ]
 
 
-def _keys(formula: Formula | Number | Sum, primed: bool) -> Iterator[Key]:
+def _keys(formula: Formula, primed: bool) -> Iterator[Key]:
     """Occurrences of variables; those inside ``next(...)`` count as primed."""
-    match formula:
-        case Name(name, own_prime):
-            yield name, primed or own_prime
-        case Constant() | Number():
-            pass
-        case Next(operand):
-            yield from _keys(operand, True)
-        case Not(operand):
-            yield from _keys(operand, primed)
-        case And(parts) | Or(parts) | Xor(parts) | Sum(parts):
-            for part in parts:
-                yield from _keys(part, primed)
-        case Implies(left, right) | Iff(left, right) | Comparison(_, left, right):
-            yield from _keys(left, primed)
-            yield from _keys(right, primed)
+    if isinstance(formula, Name | Comparison):
+        yield from ((name.name, primed or name.primed) for name in names_of(formula))
+    for operand in operands_of(formula):
+        yield from _keys(operand, primed or isinstance(formula, Next))

@@ -47,9 +47,8 @@ class OutcomeRule(Rule):
 
     def _counts(self, outcome: Line, now: Situation) -> Iterator[str]:
         last = max(self._moves.values(), default=0)
-        moved_by_all = len(set(self._moves.values())) <= 1 and (
-            len(self._moves) in (0, len(now.header.robots))
-        )
+        all_moved = len(self._moves) in (0, len(now.header.robots))
+        moved_by_all = all_moved and len(set(self._moves.values())) <= 1
         if outcome.ticks != last and (moved_by_all or outcome.ticks != last - 1):
             yield f"it reports {outcome.ticks} ticks; the last move is of tick {last}"
         complete = outcome.outcome in ("completed", "tick_limit")
@@ -193,10 +192,9 @@ class CompletedRule(Rule):
         return all(self._surely(robot, now) >= wanted for robot in now.header.robots)
 
     def _surely(self, robot: str, now: Situation) -> int:
-        objective = now.own[robot]
+        objective, shape = now.own[robot], shape_of(now.own[robot].kind)
         if now.objectives[robot] != objective:
             return 0
-        shape = shape_of(objective.kind)
         if shape.settles and not shape.ends:
             return len(now.goals[robot])
         return _bounds(now.goals[robot], objective)[0]
@@ -234,8 +232,7 @@ def _is_in(time: float, spans: Iterable[tuple[int, int]]) -> bool:
 
 def _stays(robot: str, now: Situation) -> bool:
     """Return whether each tick at its last target is a round of a robot's own objective."""
-    own = now.own[robot]
-    shape = shape_of(own.kind)
+    own, shape = now.own[robot], shape_of(now.own[robot].kind)
     return shape.settles and (not shape.ends or now.ahead[robot] >= len(own.targets))
 
 
