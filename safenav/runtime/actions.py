@@ -60,8 +60,7 @@ class Actions(Struct):
         return any(obstacle not in robot.acts_on for obstacle in self._within_reach(robot)[0])
 
     def _done_by(self, robot: RobotState) -> Acted:
-        self.world.leave_to(self._takers())
-        event = self.world.act(robot.robot, robot.pose, self._cleared(robot))
+        event = self.world.act(robot.robot, robot.pose, self._cleared(robot), self._takers())
         assert event is not None, "actions take no time in lockstep"
         return event
 

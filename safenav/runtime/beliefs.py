@@ -16,25 +16,17 @@ from safenav.spec.task import Task
 from safenav.world.map import Region, RegionMap
 
 
-class BeliefTracker:
-    """Keeps track of others by a given watch."""
+def after_look(watch: Tracker, own: Region, other: Region, knowledge: Knowledge) -> Knowledge:
+    """Return the knowledge after a look from region ``own`` while the other is in ``other``;
+    ``knowledge`` is from the look before.
 
-    def __init__(self, watch: Tracker) -> None:
-        self._watch = watch
-
-    def observe(self, own: Region, other: Region, knowledge: Knowledge) -> Knowledge:
-        """Return the knowledge after a look from region ``own`` while the other is in ``other``;
-        ``knowledge`` is from the look before.
-
-        The other's region only decides whether it is seen. If it is not seen although every region
-        that it can have reached is in sight, it may be anywhere: in all cells.
-        """
-        if self._watch.visibility.sees(own, other):
-            return other
-        belief = self._watch.update(own, knowledge).belief
-        if belief is None:
-            return frozenset(range(len(self._watch.partition.cells)))
-        return belief
+    The other's region only decides whether it is seen. If it is not seen although every region
+    that it can have reached is in sight, it may be anywhere: in all cells.
+    """
+    if watch.visibility.sees(own, other):
+        return other
+    belief = watch.update(own, knowledge).belief
+    return frozenset(range(len(watch.partition.cells))) if belief is None else belief
 
 
 class Beliefs:
@@ -43,7 +35,7 @@ class Beliefs:
     def __init__(self) -> None:
         self._known: dict[tuple[str, str], Knowledge] = {}
 
-    def of(self, robot: str, other: str, told: Region) -> Knowledge:
+    def of(self, robot: str, other: str, told: Knowledge) -> Knowledge:
         """Return the knowledge of ``robot`` about ``other``, or ``told`` if it has not kept track
         so far: the start of the mission is known, and a waiting robot reports its region."""
         return self._known.get((robot, other), told)
@@ -55,10 +47,10 @@ class Beliefs:
         then knows, by the others' names."""
         if task.tracking is not Tracking.BELIEF:
             return {}
-        robot, tracker = task.robot.name, BeliefTracker(watch_for(task, world))
+        robot, watch = task.robot.name, watch_for(task, world)
         known = {
-            other.name: tracker.observe(
-                own, positions[other.name], self._known.get((robot, other.name), known_of(other))
+            other.name: after_look(
+                watch, own, positions[other.name], self.of(robot, other.name, known_of(other))
             )
             for other in task.observed
         }

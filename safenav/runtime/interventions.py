@@ -73,7 +73,8 @@ class Interventions(Struct):
             case user_changes.MarkResolved(name):
                 self._met(name)
             case user_changes.MarkPermanent(name):
-                if self._met(name).name not in self.state.knowledge.pending | self._given_up():
+                self._met(name)
+                if name not in self.state.knowledge.pending | self.state.knowledge.given_up():
                     raise UsageError(f"{name} is permanent already")
             case user_changes.PutBack():
                 self._may_put(wanted)
@@ -228,10 +229,7 @@ class Interventions(Struct):
             self.turns.monitors.watch(robot.robot, robot.planner)
             robot.planner.node = None
         self.state.failures.back(robot.name)
-        knowledge = self.state.knowledge
-        known = [work.obstacle for work in knowledge.pending.values()]
-        known += [obstacle for obstacle, _ in knowledge.joined.values()]
-        for obstacle in known:
+        for obstacle in self.state.knowledge.obstacles.values():
             if obstacle.type.name == f"lost_{robot.name}":
                 yield from self.turns.actions.gone(obstacle)
         if robot.active:
@@ -306,16 +304,11 @@ class Interventions(Struct):
 
     def _met(self, name: str) -> Obstacle:
         """The obstacle of that name that the team knows."""
-        knowledge = self.state.knowledge
-        known = {work.obstacle.name: work.obstacle for work in knowledge.pending.values()}
-        known |= {obstacle.name: obstacle for obstacle, _ in knowledge.joined.values()}
+        known = self.state.knowledge.obstacles
         if name not in known:
             listed = ", ".join(known) or "none"
             raise UsageError(f"the team knows of no obstacle '{name}'; known: {listed}")
         return known[name]
-
-    def _given_up(self) -> dict[str, object]:
-        return dict(self.state.knowledge.given_up())
 
     def _may_put(self, wanted: user_changes.PutBack) -> None:
         robot, world = self._robot(wanted.robot), self.state.scenario.map

@@ -13,7 +13,7 @@ from copy import copy
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.runtime.worlds.world import Work, Works, taking
+from safenav.runtime.worlds.world import NO_TAKERS, Takers, Work, Works, taking
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.objective import avoided
 from safenav.spec.task import Known
@@ -21,9 +21,6 @@ from safenav.world.map import Region
 
 UNTRAVERSABLE = "found to be untraversable"
 PERMANENT = "an operator says that it stays"
-
-
-NO_TAKERS: Mapping[str, Collection[str]] = {}
 
 
 class NeedMet(Struct, frozen=True):
@@ -86,12 +83,16 @@ class Knowledge:
 
     def closing(self, region: Region, robot: Robot) -> Obstacle | None:
         """The obstacle in a region that is known, and closed to a robot."""
-        known = (obstacle for obstacle, _ in self.joined.values())
-        pending = (work.obstacle for work in self.pending.values())
-        for obstacle in (*pending, *known, *self.sighted.values()):
+        for obstacle in (*self.obstacles.values(), *self.sighted.values()):
             if obstacle.region == region and self.closed_to(obstacle, robot):
                 return obstacle
         return None
+
+    @property
+    def obstacles(self) -> dict[str, Obstacle]:
+        """All that the team has met and that is still there: pending, then in O."""
+        found = {name: work.obstacle for name, work in self.pending.items()}
+        return found | {name: obstacle for name, (obstacle, _) in self.joined.items()}
 
     def sight(self, obstacle: Obstacle) -> None:
         """Remember an obstacle that a sensor shows to a robot that may enter its region. Another
@@ -116,7 +117,7 @@ class Knowledge:
         regions: Mapping[str, Region],
         cleared: Collection[str] = (),
         only: Collection[str] | None = None,
-        takers: Mapping[str, Collection[str]] = NO_TAKERS,
+        takers: Takers = NO_TAKERS,
     ) -> tuple[bool, tuple[NeedMet, ...]]:
         """Take note of what a robot does where it stands: whether that brought a pending
         obstacle nearer to its resolution without resolving it, and which needs are met by it.
@@ -224,9 +225,7 @@ class Knowledge:
     @property
     def standing(self) -> frozenset[Region]:
         """The regions of all obstacles that are known and not removed: they block the view."""
-        joined = (obstacle for obstacle, _ in self.joined.values())
-        pending = (work.obstacle for work in self.pending.values())
-        return frozenset(obstacle.region for obstacle in (*pending, *joined))
+        return frozenset(obstacle.region for obstacle in self.obstacles.values())
 
     def walls_for(self, robot: Robot, avoid: Collection[str] = ()) -> tuple[Known, ...]:
         """The regions beyond the walls that the robot must not plan through: those that its

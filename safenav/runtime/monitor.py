@@ -10,14 +10,12 @@ held for long is reported at the end of the run.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from functools import lru_cache
 
 from msgspec import Struct, field
 
 from safenav.errors import ExitCode, SafenavError
-from safenav.formula.evaluator import Predicate, predicate
-from safenav.formula.parser import parse
 from safenav.runtime.navigation import Planner, Proposal
+from safenav.runtime.progress import holds
 from safenav.runtime.team import RobotState, TeamState
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.model import Robot
@@ -30,11 +28,6 @@ PATIENCE = 25
 """Ticks without a fairness assumption that are worth a word at the end of a run."""
 
 Values = Mapping[str, int]
-
-
-@lru_cache(maxsize=1 << 13)
-def _holds(formula: str) -> Predicate:
-    return predicate(parse(formula))
 
 
 class GuaranteeError(SafenavError):
@@ -108,7 +101,7 @@ class Monitors:
                 watched.good.add(step)
         held = watched.fair.get(step)
         if held is None:
-            held = [c for c in watched.met if _holds(c.formula)(before, after)]
+            held = [c for c in watched.met if holds(c.formula)(before, after)]
             watched.fair[step] = held
         for constraint in held:
             watched.met[constraint] = self._state.tick
@@ -178,5 +171,5 @@ def _violated(
     spec: Specification, section: Section, before: Values, after: Values
 ) -> Iterator[Constraint]:
     for constraint in spec.section(section):
-        if not _holds(constraint.formula)(before, after):
+        if not holds(constraint.formula)(before, after):
             yield constraint

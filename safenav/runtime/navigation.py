@@ -12,12 +12,13 @@ from typing import Protocol
 from msgspec import Struct
 
 from safenav.runtime.progress import Progress
+from safenav.scenario.guarantees import values_of
 from safenav.scenario.objective import Ltl
 from safenav.spec.assignable import Switch
 from safenav.spec.specification import Specification
 from safenav.spec.task import Task
 from safenav.world.map import Heading, Region
-from safenav.world.moves import Mobility, Pose
+from safenav.world.moves import Pose
 
 
 class Proposal(Struct, frozen=True):
@@ -64,7 +65,7 @@ class Planner:
 
         Raises KeyError if the strategy has no such node (it is not for this task).
         """
-        values = _where(task, task.pose)
+        values = values_of(task.pose)
         if task.assignable:
             values["wait"] = 0  # told to wait, it may begin elsewhere
         node = strategy.find_initial(values)
@@ -112,7 +113,7 @@ class Planner:
         """Go to a node of the automaton for a pose, for the rest of an objective and for inputs
         that it remembers; return whether there is one. The strategy meets its goals from every
         node, so any of them suffices."""
-        wanted = {**_where(self.task, pose), **inputs}
+        wanted = {**values_of(pose), **inputs}
         if self.switch is not None:
             wanted["request"] = 0
         for memory in _memories(self.task, pose, progress):
@@ -130,19 +131,12 @@ class Planner:
         if self.node is None:
             return
         for node in self.strategy.successors_for(self.node, observed):
-            yield Proposal(self._pose(self.strategy.values(node)), node, answers=True)
-
-    def _pose(self, values: Mapping[str, int]) -> Pose:
-        if "heading" in values:
-            return Pose(values["region"], Heading(values["heading"]))
-        return Pose(values["region"])
+            yield Proposal(pose_of(self.strategy.values(node)), node, answers=True)
 
 
-def _where(task: Task, pose: Pose) -> dict[str, int]:
-    values = {"region": pose.region}
-    if task.robot.model.mobility is Mobility.HEADING and pose.heading is not None:
-        values["heading"] = int(pose.heading)
-    return values
+def pose_of(values: Mapping[str, int]) -> Pose:
+    """The pose that the variables of a specification say."""
+    return Pose(values["region"], Heading(values["heading"]) if "heading" in values else None)
 
 
 def _memories(task: Task, pose: Pose, progress: Progress) -> Iterator[dict[str, int]]:

@@ -218,11 +218,13 @@ class Passes(Algorithm):
     def _hear(self) -> None:
         """Take in what the world has reported beside the ends of commands."""
         failures = self.team.failures
-        for dropped in self.world.take_dropped():
+        while self.world.dropped:
+            dropped = self.world.dropped.pop(0)
             event = dropped.event
             kind, name = type(event).__name__.lower(), getattr(event, "robot", None)
             self.turns.tell.late(kind, dropped.reason, name, None, self.world.at(event))
-        for sensed in self.world.take_sensed():
+        while self.world.sensed:
+            sensed = self.world.sensed.pop(0)
             obstacle, said = sensed.obstacle, "the obstacle was opened later"
             at = self.world.at(sensed)
             if failures.is_late(obstacle.name, at):

@@ -17,8 +17,9 @@ from safenav.spec.objective import NO_MEMORY, Memory
 from safenav.world.map import Region
 
 
-@lru_cache(maxsize=1 << 10)
-def _holds(formula: str) -> Predicate:
+@lru_cache(maxsize=1 << 13)
+def holds(formula: str) -> Predicate:
+    """Whether a formula is true, as a function of a state and the next one."""
     return predicate(parse(formula))
 
 
@@ -122,7 +123,7 @@ class Progress:
             free = not self._pursuit.settles
             return free and all(region in target for target in self._pursuit.listed())
         assert isinstance(self.objective, Ltl)
-        goals = map(_holds, self.objective.liveness)
+        goals = map(holds, self.objective.liveness)
         return bool(after) and all(goal(before, after) for goal in goals)
 
     def counted(self, goals: Sequence[int]) -> list[tuple[int, int]]:
@@ -157,6 +158,6 @@ class Progress:
         self.remember(after)
         if not objective.liveness:
             return (0,), 1
-        goals = map(_holds, objective.liveness)
+        goals = map(holds, objective.liveness)
         met = tuple(i for i, goal in enumerate(goals) if goal(before, after))
         return met, len(objective.liveness)

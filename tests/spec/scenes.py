@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse
-from safenav.runtime.beliefs import BeliefTracker
+from safenav.runtime.beliefs import after_look
 from safenav.scenario.model import Robot, RobotModel, Tracking
 from safenav.scenario.objective import Visit
 from safenav.spec.other_robots import belief
@@ -89,7 +89,7 @@ def walk(scene: Scene, data: st.DataObject, steps: int) -> list[Look]:
     world, task = scene.world, scene.task
     (observed,) = task.observed
     blocked = {known.region for known in task.blocked}
-    tracker = BeliefTracker(belief.watch_for(task, world))
+    watch = belief.watch_for(task, world)
     guarantees = [parse(c.formula) for c in belief.guarantees(task)]
 
     def allowed(region: Region, knowledge: Knowledge) -> bool:
@@ -103,7 +103,7 @@ def walk(scene: Scene, data: st.DataObject, steps: int) -> list[Look]:
     for _ in range(steps):
         choices = [other, *world.neighbours(other)]
         other = data.draw(st.sampled_from([r for r in choices if r != own or not observed.danger]))
-        knowledge = tracker.observe(own, other, knowledge)
+        knowledge = after_look(watch, own, other, knowledge)
         steps_ = [own, *(r for r in world.neighbours(own) if r not in blocked)]
         after = data.draw(st.sampled_from([r for r in steps_ if allowed(r, knowledge)]))
         looks.append(Look(own, other, knowledge, after))

@@ -16,7 +16,7 @@ from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse
 from safenav.formula.syntax import Formula
 from safenav.outcome import Verdict
-from safenav.runtime.beliefs import BeliefTracker
+from safenav.runtime.beliefs import after_look
 from safenav.scenario.model import Robot, RobotModel, Tracking
 from safenav.scenario.objective import Visit
 from safenav.scenario.reading.loader import load_scenario
@@ -243,9 +243,9 @@ def test_too_many_beliefs_are_refused_with_advice(monkeypatch: pytest.MonkeyPatc
 
 def test_a_jump_out_of_sight_leaves_nothing_known() -> None:
     world = RegionMap.from_grid(["......"])
-    tracker = BeliefTracker(watch(world, Partition.given([[0, 1, 2], [3, 4, 5]], world), 2.0))
-    assert tracker.observe(1, 5, 1) == {0, 1}
-    assert tracker.observe(1, 3, 1) == 3
+    here = watch(world, Partition.given([[0, 1, 2], [3, 4, 5]], world), 2.0)
+    assert after_look(here, 1, 5, 1) == {0, 1}
+    assert after_look(here, 1, 3, 1) == 3
 
 
 @pytest.mark.parametrize("robot", ["digit", "quad"])

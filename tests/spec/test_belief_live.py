@@ -15,7 +15,7 @@ from safenav.audit.world import World
 from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse
 from safenav.formula.syntax import Formula
-from safenav.runtime.beliefs import BeliefTracker
+from safenav.runtime.beliefs import after_look
 from safenav.scenario.model import Tracking
 from safenav.spec.other_robots import belief
 from safenav.spec.other_robots.knowledge import Knowledge, watch
@@ -111,7 +111,7 @@ def test_the_other_is_where_it_is_believed_however_many_steps_it_made(
 ) -> None:
     world, task, oracle = scene.world, scene.task, Oracle(scene.world, scene)
     watch, steps = belief.watch_for(task, world), env_trans(scene)
-    tracker, own, other = BeliefTracker(watch), task.pose.region, task.observed[0].region
+    own, other = task.pose.region, task.observed[0].region
     knowledge: Knowledge = other
 
     def state() -> dict[str, int]:
@@ -121,7 +121,7 @@ def test_the_other_is_where_it_is_believed_however_many_steps_it_made(
         for _ in range(data.draw(st.integers(0, 6))):
             other = data.draw(st.sampled_from([other, *oracle.beside(other)]))
         before = state()
-        knowledge = tracker.observe(own, other, knowledge)
+        knowledge = after_look(watch, own, other, knowledge)
         assert other in watch.possible(knowledge)
         assert all(evaluate(formula, before, state()) for formula in steps)
         own = data.draw(st.sampled_from([own, *oracle.beside(own)]))

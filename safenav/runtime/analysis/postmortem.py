@@ -102,9 +102,7 @@ def explain_run(
 def as_it_stands(state: TeamState) -> Scenario:
     """The rest of a mission as a scenario in ticks: robots begin where they are, with the obstacles
     that the team knows of and those that the scenario still hides."""
-    knowledge = state.knowledge
-    known = {work.obstacle.name: work.obstacle for work in knowledge.pending.values()}
-    known |= {obstacle.name: obstacle for obstacle, _ in knowledge.joined.values()}
+    known = state.knowledge.obstacles
     hidden = (o for o in state.scenario.obstacles if o.name not in known | state.failures.opened)
     return replace(
         state.scenario,

@@ -16,10 +16,10 @@ from time import monotonic
 from msgspec import Struct
 
 from safenav.runtime.deadlines import bound
+from safenav.runtime.navigation import pose_of
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.spec.task import Task
 from safenav.synthesis.strategy import Strategy
-from safenav.world.map import Heading
 from safenav.world.moves import Pose
 from safenav.world.poses import bits, plain_graph, region_mask
 
@@ -51,10 +51,7 @@ class Worst(Struct, frozen=True):
 def visited(task: Task, strategy: object, scenario: Scenario) -> list[Pose]:
     """The poses that a strategy visits; without a listed one all that its robot gets to."""
     if isinstance(strategy, Strategy):
-        found = {
-            Pose(values["region"], Heading(values["heading"]) if "heading" in values else None)
-            for values in map(strategy.values, range(len(strategy.states)))
-        }
+        found = {pose_of(strategy.values(node)) for node in range(len(strategy.states))}
         return sorted(found, key=lambda pose: (pose.region, pose.heading or 0))
     graph = plain_graph(scenario.map, task.robot.model.mobility)
     closed = region_mask(known.region for known in task.blocked)

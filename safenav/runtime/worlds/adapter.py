@@ -4,11 +4,11 @@ but for steps that take several ticks by their robots' timing."""
 from __future__ import annotations
 
 import random
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 
 from safenav.runtime.worlds import protocol
 from safenav.runtime.worlds.checked_world import CheckedWorld
-from safenav.runtime.worlds.world import Change, SimulatedWorld
+from safenav.runtime.worlds.world import NO_TAKERS, Change, SimulatedWorld, Takers
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
@@ -61,8 +61,11 @@ class BlockingAdapter:
         del self._open[name]
         return self._moved(*due[1:])
 
-    def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> protocol.Acted:
+    def act(
+        self, robot: Robot, obstacles: Sequence[Obstacle], command: int, takers: Takers = NO_TAKERS
+    ) -> protocol.Acted:
         if self._simulated is not None:  # others do what they can
+            self._simulated.works.takers = takers
             self._simulated.cleared = {obstacle.name for obstacle in obstacles}
         found = [
             (obstacle, ActResult.UNTRAVERSABLE if truth is False else ActResult.DONE)
@@ -76,11 +79,6 @@ class BlockingAdapter:
             return None
         self._simulated.cleared = {obstacle.name for obstacle in cleared}
         return bool(self._simulated.within_reach(robot))
-
-    def leave_to(self, takers: Mapping[str, Collection[str]]) -> None:
-        """Let only these robots take the loads with these names."""
-        if self._simulated is not None:
-            self._simulated.leave_to(takers)
 
     def cancel(self, robot: Robot) -> None:
         """A step that is under way ends."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import queue
 from collections import deque
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from statistics import median
 
 from msgspec import Struct
@@ -16,7 +16,7 @@ from msgspec import Struct
 from safenav.runtime.worlds import protocol
 from safenav.runtime.worlds.adapter import BlockingAdapter
 from safenav.runtime.worlds.checked_world import WorldError
-from safenav.runtime.worlds.world import Change, ChangingWorld
+from safenav.runtime.worlds.world import NO_TAKERS, Change, ChangingWorld, Takers
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.settings import Failures
 from safenav.trace.vocabulary import ActResult
@@ -52,7 +52,8 @@ class Dropped(Struct, frozen=True):
 
 class Commands:
     """Gives commands to a world, and takes in what it reports. ``busy``: seconds in which each
-    robot had a command; ``over``: the time of the last end of one."""
+    robot had a command; ``over``: the time of the last end of one; ``dropped`` and ``sensed``:
+    reports that wait for their reader, who removes them."""
 
     def __init__(self, world: protocol.World, scenario: Scenario) -> None:
         self.world = world
@@ -163,10 +164,13 @@ class Commands:
         """Whether a robot's step has ended, as far as that is known before its turn."""
         return not self.live or name in self._ended
 
-    def act(self, robot: Robot, here: Pose, obstacles: Sequence[Obstacle]) -> protocol.Acted | None:
-        """Let a robot act where it stands; the results, if it is over already."""
-        if isinstance(self.world, BlockingAdapter):
-            return self.world.act(robot, obstacles, self._count)  # also while it is on its way
+    def act(
+        self, robot: Robot, here: Pose, obstacles: Sequence[Obstacle], takers: Takers = NO_TAKERS
+    ) -> protocol.Acted | None:
+        """Let a robot act where it stands; the results, if it is over already. ``takers``: in
+        lockstep, of some loads the only robots that take them."""
+        if isinstance(self.world, BlockingAdapter):  # also while it is on its way
+            return self.world.act(robot, obstacles, self._count, takers)
         number = self._begin(robot, here, None, obstacles)
         self._send(robot, here, "act", lambda: self.world.act(robot, obstacles, number))
         return self.acted(robot)
@@ -176,11 +180,6 @@ class Commands:
         not say so before it acts."""
         assert isinstance(self.world, BlockingAdapter), "a live world is asked by a command"
         return self.world.within_reach(robot, cleared)
-
-    def leave_to(self, takers: Mapping[str, Collection[str]]) -> None:
-        """In lockstep: let only these robots take the loads with these names."""
-        if isinstance(self.world, BlockingAdapter):
-            self.world.leave_to(takers)
 
     def acted(self, robot: Robot) -> protocol.Acted | None:
         """The end of a robot's action, taken in its turn; None while it is under way."""
@@ -212,16 +211,6 @@ class Commands:
         self._cancel_overdue()
         over = due is not None and self.now() >= due
         return self._drain() or heard or over or self.simulated
-
-    def take_dropped(self) -> list[Dropped]:
-        """The reports that were dropped since the last call."""
-        found, self.dropped = self.dropped, []
-        return found
-
-    def take_sensed(self) -> list[protocol.Sensed]:
-        """The obstacles that were reported since the last call."""
-        found, self.sensed = self.sensed, []
-        return found
 
     def times(self) -> Sequence[float]:
         """The times to come at which a simulation changes something."""

@@ -89,6 +89,11 @@ class Work(Struct):
         return self.done if self.takes else ()
 
 
+Takers = Mapping[str, Collection[str]]
+"""By the names of loads: the only robots that take them."""
+NO_TAKERS: Takers = {}
+
+
 class Works(Struct):
     """The obstacles in a world by name, and how far each is resolved by robots that stand
     somewhere. ``others``: further ones, whose loads count as carried. ``takers``: of some loads the
@@ -97,7 +102,7 @@ class Works(Struct):
     scenario: Scenario
     open: dict[str, Work] = field(default_factory=dict)
     others: Mapping[str, Work] = field(default_factory=dict)
-    takers: Mapping[str, Collection[str]] = field(default_factory=dict)
+    takers: Takers = NO_TAKERS
 
     def perform(
         self, robot: Robot, regions: Mapping[str, Region], cleared: Collection[str] = ()
@@ -220,14 +225,14 @@ class SimulatedWorld:
     def __init__(self, scenario: Scenario) -> None:
         self._scenario = scenario
         self._regions = {robot.name: robot.start.region for robot in scenario.robots}
-        self._works = Works(scenario)
+        self.works = Works(scenario)
         self._coming = sorted(
             (o for o in scenario.obstacles if o.appears is not None),
             key=lambda obstacle: obstacle.appears or 0,
         )
         for obstacle in scenario.obstacles:
             if obstacle.appears is None:
-                self._works.open[obstacle.name] = Work(obstacle)
+                self.works.open[obstacle.name] = Work(obstacle)
         self._drawn = draw_truths(scenario)
         self.truths: dict[str, bool | None] = {}
         for obstacle, truth in self._drawn.items():
@@ -235,10 +240,6 @@ class SimulatedWorld:
         self._brought: set[Obstacle] = set()
         self._taken_away: set[str] = set()
         self.cleared: Collection[str] = ()
-
-    def leave_to(self, takers: Mapping[str, Collection[str]]) -> None:
-        """Let only these robots take the loads with these names."""
-        self._works.takers = takers
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
         del robot  # every robot notices what stands right before it
@@ -252,24 +253,24 @@ class SimulatedWorld:
         self._regions.pop(robot.name, None)
 
     def act(self, robot: Robot) -> list[tuple[Obstacle, bool | None]]:
-        done = self._works.perform(robot, self._regions, self.cleared)
+        done = self.works.perform(robot, self._regions, self.cleared)
         return [(work.obstacle, self.truths[work.obstacle.name]) for work in done]
 
     def within_reach(self, robot: Robot) -> list[tuple[Work, tuple[str, ...]]]:
         """The obstacles of which a robot can meet a need where it stands, and who takes part."""
-        return self._works.within_reach(robot, self._regions, self.cleared)
+        return self.works.within_reach(robot, self._regions, self.cleared)
 
     def stands(self, obstacle: Obstacle) -> bool:
         """Whether an obstacle is there."""
-        return obstacle.name in self._works.open
+        return obstacle.name in self.works.open
 
     def closed_to(self, obstacle: Obstacle, robot: Robot) -> bool:
         """Whether an obstacle that is there stops a robot, as far as it is resolved."""
-        return obstacle.closed_to(robot, self._works.open[obstacle.name].need)
+        return obstacle.closed_to(robot, self.works.open[obstacle.name].need)
 
     def times(self) -> list[int]:
         """The ticks at which obstacles are to appear or disappear."""
-        standing = [work.obstacle.goes for work in self._works.open.values()]
+        standing = [work.obstacle.goes for work in self.works.open.values()]
         coming = [obstacle.appears for obstacle in self._coming]
         return [tick for tick in (*standing, *coming) if tick is not None]
 
@@ -284,7 +285,7 @@ class SimulatedWorld:
 
     def standing(self) -> dict[Region, Obstacle]:
         """The obstacles that are there now and that robots notice: all but orders."""
-        works = self._works.open.values()
+        works = self.works.open.values()
         return {w.obstacle.region: w.obstacle for w in works if not w.obstacle.ordered}
 
     def bring(self, obstacle: Obstacle, truth: bool | None) -> None:
@@ -298,13 +299,13 @@ class SimulatedWorld:
 
     def place(self, obstacle: Obstacle) -> None:
         """Let an obstacle that blocks no robot appear now, also where a robot stands."""
-        self._works.open[obstacle.name] = Work(obstacle)
+        self.works.open[obstacle.name] = Work(obstacle)
         self.truths[obstacle.name] = None
 
     def _fits(self, obstacle: Obstacle, occupied: Collection[Region]) -> bool:
         """Whether it can appear now; an order also where a robot or something else stands."""
         if obstacle.ordered:
-            return obstacle.name not in self._works.open
+            return obstacle.name not in self.works.open
         return obstacle.region not in occupied and obstacle.region not in self.standing()
 
     def take_away(self, name: str) -> None:
@@ -315,10 +316,10 @@ class SimulatedWorld:
     def changes(self, tick: int, occupied: Collection[Region]) -> list[Change]:
         """Return the changes. Obstacles appear at their tick, or as soon as no robot is there."""
         found = []
-        for work in list(self._works.open.values()):
+        for work in list(self.works.open.values()):
             by_user = work.obstacle.name in self._taken_away
             if by_user or (work.obstacle.goes is not None and work.obstacle.goes <= tick):
-                del self._works.open[work.obstacle.name]
+                del self.works.open[work.obstacle.name]
                 found.append(Change(work.obstacle, appeared=False, by_user=by_user))
         self._taken_away.clear()
         for obstacle in list(self._coming):
@@ -329,7 +330,7 @@ class SimulatedWorld:
                 self._coming.remove(obstacle)
             elif self._fits(obstacle, occupied):
                 self._coming.remove(obstacle)
-                self._works.open[obstacle.name] = Work(obstacle)
+                self.works.open[obstacle.name] = Work(obstacle)
                 before = self.truths[obstacle.name]
                 truth = self._drawn.get(obstacle, before)
                 self.truths[obstacle.name] = truth
