@@ -17,7 +17,7 @@ from msgspec import Struct, field
 from msgspec.structs import asdict, replace
 
 from safenav.errors import UsageError
-from safenav.runtime.energy.traced import TracedCharges
+from safenav.runtime.energy.charges import TracedCharges
 from safenav.scenario import settings
 from safenav.scenario.model import (
     Need,

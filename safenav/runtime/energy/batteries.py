@@ -1,18 +1,12 @@
-"""The charge of each robot in a run: stops to chargers, and robots whose charge is used up.
-
-In lockstep a tick without a step takes ``stay`` or gives ``charge``; live, each second in which a
-robot has no step under way does. Steps take ``move`` when they end, however long they have lasted,
-so that what a robot needs does not depend on durations.
-"""
+"""The charge of each robot in a run: stops to chargers, and robots whose charge is used up."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from math import ceil
 
-from msgspec import Struct, field
-
 from safenav.runtime.coordination.events import BatteryFlat, Event, Unsettled
+from safenav.runtime.energy.charges import SHARPNESS, Charges
 from safenav.runtime.energy.need import NEVER
 from safenav.runtime.energy.stops import Stops
 from safenav.runtime.formulas import graph_of
@@ -23,46 +17,33 @@ from safenav.scenario.model import Obstacle
 from safenav.scenario.objective import Ltl, targets_of
 from safenav.trace import records
 from safenav.trace.vocabulary import ChangeCause, Reason
-from safenav.world.map import Region
 from safenav.world.moves import Pose
 from safenav.world.poses import Mask, region_mask
 
-SHARPNESS = 6
-"""Decimals of a charge in a live run."""
 
-
-class Standing(Struct, frozen=True):
-    """Live: where a robot has stood since a time (seconds), and its charge then."""
-
-    region: Region
-    since: float
-    charge: float
-
-
-class Batteries(Struct, eq=False):
+class Batteries:
     """Keeps ``RobotState.charge`` as moves change it, and decides each robot's next stop
     (``RobotState.stop``). ``world``: where a flat robot becomes an obstacle, if simulated."""
 
-    team: TeamState
-    turns: Turns
-    world: SimulatedWorld | None
-    _flat: dict[str, str] = field(default_factory=dict)  # the robot at which an obstacle appeared
-    _charged: list[str] = field(default_factory=list)
-    _known: dict[str, tuple[object, Stops]] = field(default_factory=dict)
-    _stands: dict[str, Standing] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        for robot in self.team.robots.values():
-            if robot.robot.model.battery is not None:
-                robot.charge = robot.robot.model.battery.start
-                self._stands[robot.name] = Standing(robot.pose.region, 0.0, robot.charge)
+    def __init__(self, team: TeamState, turns: Turns, world: SimulatedWorld | None) -> None:
+        self.team, self.turns, self.world = team, turns, world
+        self._flat: dict[str, str] = {}  # the robot at which an obstacle appeared
+        self._charged: list[str] = []
+        self._known: dict[str, tuple[object, Stops]] = {}
+        robots = team.robots.items()
+        batteries = {name: r.robot.model.battery for name, r in robots if r.robot.model.battery}
+        starts = {name: robot.pose.region for name, robot in robots}
+        self._charges = Charges(batteries, starts, team.scenario.chargers, live=team.live)
+        for name, charge in self._charges.charge.items():
+            team.robots[name].charge = charge
 
     def __call__(self, record: records.Record) -> None:
         """Hear of moves, and of batteries that were brought."""
-        if isinstance(record, records.Move):
-            self._moved(record)
-        elif isinstance(record, records.Depart | records.Arrive | records.Operator):
-            self._moved_live(record)
+        if isinstance(record, records.Move | records.Depart | records.Arrive | records.Operator):
+            self._charges.take(record)
+            if record.robot in self._charges.charge:
+                charge = self._charges.at(record.robot, record.t or 0.0)
+                self.team.robots[record.robot].charge = charge
         elif isinstance(record, records.Resolved) and record.obstacle in self._flat:
             self._charged.append(self._flat.pop(record.obstacle))
 
@@ -74,9 +55,9 @@ class Batteries(Struct, eq=False):
     def tick_begins(self) -> Iterator[Event]:
         """Put robots back in service whose battery was replaced in the tick before; decide the
         first stops. Live, charges become those of this moment."""
-        for robot in self.team.robots.values() if self.team.live else ():
-            before, there = robot.charge, robot.name in self._stands
-            robot.charge = self._charge_at(robot, self._now()) if there else before
+        for name in [*self._charges.since]:
+            robot = self.team.robots[name]
+            before, robot.charge = robot.charge, self._charges.at(name, self._now())
             if robot.charge != before:  # before its next step
                 yield from self.turn_ends(robot)
         for robot in self.team.robots.values() if self.team.tick == 1 else ():
@@ -84,9 +65,8 @@ class Batteries(Struct, eq=False):
         charged, self._charged = self._charged, []
         for name in charged:
             robot = self.team.robots[name]
-            assert robot.robot.model.battery is not None
-            robot.charge = robot.robot.model.battery.capacity
-            self._stands[name] = Standing(robot.pose.region, self._now(), robot.charge)
+            self._charges.stands(name, robot.pose.region, self._now())
+            robot.charge = self._charges.charge[name]
             yield from self.turns.serve(robot, active=True, cause=ChangeCause.BATTERY)
 
     def turn_ends(self, robot: RobotState) -> Iterator[Event]:
@@ -129,20 +109,20 @@ class Batteries(Struct, eq=False):
     def times(self) -> Iterator[float]:
         """Live: when a charging robot has what it waits for (at least a step), and when the charge
         of one that stands falls to the next whole number."""
-        for name, standing in self._stands.items() if self.team.live else ():
-            robot = self.team.robots[name]
-            battery, charge = robot.robot.model.battery, standing.charge
+        for name, since in self._charges.since.items():
+            robot, charge = self.team.robots[name], self._charges.charge[name]
+            battery, rate = robot.robot.model.battery, self._charges.rate(name)
             if battery is None or robot.transit is not None or not robot.active:
                 continue
-            if standing.region not in self.team.scenario.chargers:
-                rate, left = battery.stay, charge - ceil(self._charge_at(robot, self._now()) - 1)
+            if self._charges.region[name] not in self.team.scenario.chargers:
+                left = ceil(self._charges.at(name, self._now()) - 1) - charge
             elif robot.stop is not None or robot.too_flat:
                 wanted = self._wanted(robot) if robot.stop is not None else 0
-                rate, left = battery.charge, max(wanted, battery.move) - charge
+                left = max(wanted, battery.move) - charge
             else:
                 continue
             if rate:
-                yield standing.since + ceil(left / rate * 10**SHARPNESS) / 10**SHARPNESS
+                yield since + ceil(left / rate * 10**SHARPNESS) / 10**SHARPNESS
 
     def _wanted(self, robot: RobotState) -> int:
         """The charge with which a robot leaves the charger where it stands."""
@@ -160,35 +140,6 @@ class Batteries(Struct, eq=False):
 
     def _now(self) -> float:
         return round(self.team.now(), 9) if self.team.now is not None else 0.0
-
-    def _charge_at(self, robot: RobotState, now: float) -> float:
-        """The charge of a robot that has stood since its last step ended."""
-        battery, standing = robot.robot.model.battery, self._stands[robot.name]
-        assert battery is not None
-        charger = standing.region in self.team.scenario.chargers
-        rate = battery.charge if charger else -battery.stay
-        charge = standing.charge + rate * (now - standing.since)
-        return round(min(battery.capacity, max(0, charge)), SHARPNESS)
-
-    def _moved_live(self, record: records.Depart | records.Arrive | records.Operator) -> None:
-        """Take a step's charge, or that of the time before it."""
-        robot = self.team.robots.get(record.robot or "")
-        if robot is None or robot.charge is None or record.t is None:
-            return
-        battery = robot.robot.model.battery
-        assert battery is not None
-        if isinstance(record, records.Arrive):
-            robot.charge = max(0, round(robot.charge - battery.move, SHARPNESS))
-            self._stands[robot.name] = Standing(record.at, record.t, robot.charge)
-            return
-        standing = self._stands.get(robot.name)
-        if standing is None:
-            return  # on its way, and lost there
-        robot.charge = self._charge_at(robot, record.t)
-        if isinstance(record, records.Depart):
-            del self._stands[robot.name]
-        elif record.region is not None:
-            self._stands[robot.name] = Standing(record.region, record.t, robot.charge)
 
     def _on_floor(self, robot: RobotState, avoid: frozenset[str]) -> Stops | None:
         battery, objective = robot.robot.model.battery, robot.own.objective
@@ -248,18 +199,6 @@ class Batteries(Struct, eq=False):
             return True
         targets = () if isinstance(objective, Ltl) else targets_of(objective)
         return robot.stop is None and bool(targets) and all(target == {here} for target in targets)
-
-    def _moved(self, move: records.Move) -> None:
-        robot = self.team.robots[move.robot]
-        battery = robot.robot.model.battery
-        if battery is None or robot.charge is None:
-            return
-        if move.to != move.from_:
-            robot.charge -= battery.move
-        elif move.toward is None and move.to in self.team.scenario.chargers:
-            robot.charge = min(battery.capacity, robot.charge + battery.charge)
-        elif move.toward is None:
-            robot.charge = max(0, robot.charge - battery.stay)
 
     def _runs_flat(self, robot: RobotState) -> Iterator[Event]:
         """An obstacle appears where the robot stands, which asks for its resolution; where none
