@@ -179,14 +179,12 @@ class Interventions(Struct):
         match wanted:
             case user_changes.Close(kind, region, truth):
                 new = Obstacle(kind, region, truth, appears=int(self.state.time))
-                known = {o.name for o in state.scenario.obstacles} | state.introduced
                 self._simulation().bring(new, truth)
-                if truth is not None and new.name in known:  # it comes back, perhaps another way
+                if truth is not None and new.name in state.named:  # it comes back, perhaps changed
                     state.emit(records.Truth(state.tick, new.name, truth, _USER))
             case user_changes.PlaceOrder(kind, region):
                 new = Obstacle(kind, region, appears=int(self.state.time), ordered=True)
-                known = {o.name for o in state.scenario.obstacles} | state.introduced
-                while new.name in known | self._ordered:
+                while new.name in state.named | self._ordered:
                     new = replace(new, number=new.number + 1)
                 self._ordered.add(new.name)
                 if isinstance(self.world, SimulatedWorld):

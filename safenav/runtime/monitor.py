@@ -97,7 +97,8 @@ class Monitors:
         if proposal.node is not None:
             after |= planner.strategy.values(proposal.node)
             if step not in watched.good:
-                self._check(robot, watched.spec, before, after)
+                for broken in _violated(watched.spec, Section.SYS_TRANS, before, after):
+                    raise self._defect(robot, broken)
                 watched.good.add(step)
         held = watched.fair.get(step)
         if held is None:
@@ -151,10 +152,6 @@ class Monitors:
                     for constraint in _violated(spec, section, values, values):
                         raise self._defect(robot, constraint)
         return watched
-
-    def _check(self, robot: Robot, spec: Specification, before: Values, after: Values) -> None:
-        for constraint in _violated(spec, Section.SYS_TRANS, before, after):
-            raise self._defect(robot, constraint)
 
     def _defect(self, robot: Robot, constraint: Constraint) -> GuaranteeError:
         return GuaranteeError(

@@ -105,7 +105,10 @@ class Progress:
         again, self._holding = self._holding, stays
         fresh = [goal for goal in met if goal not in self._seen]
         self._seen.update(fresh)
-        self._completed = bool(fresh) and self._ends_round(count)
+        all_met = len(self._seen) == count
+        if self._pursuit is not None:
+            all_met = self._pursuit.ends_round(self._seen)
+        self._completed = bool(fresh) and all_met
         if self._completed:
             self.rounds += 1
             self._seen.clear()
@@ -132,11 +135,6 @@ class Progress:
         before = self.rounds - self._completed
         last = len(goals) - 1
         return [(goal, self.rounds if k == last else before) for k, goal in enumerate(goals)]
-
-    def _ends_round(self, count: int) -> bool:
-        if self._pursuit is None:
-            return len(self._seen) == count
-        return self._pursuit.ends_round(self._seen)
 
     @property
     def _in_turn(self) -> bool:

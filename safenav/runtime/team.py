@@ -204,7 +204,7 @@ class TeamState(Struct):
                 robot, robot.start, own, Assignment(Role.OWN, robot.objective), own
             )
         team = cls(scenario, robots, Knowledge(scenario), tuple(listeners))
-        team.recorded = team.objectives()
+        team.recorded = {r.name: objective_in_trace(r.objective) for r in scenario.robots}
         team.inputs = team.inputs_before = {each.name: False for each in scenario.inputs}
         return team
 
@@ -240,11 +240,15 @@ class TeamState(Struct):
         """The tick; in a live run the seconds. Obstacles and changes have their times in these."""
         return self.tick if self.now is None else self.now()
 
+    @property
+    def named(self) -> set[str]:
+        """The names of the obstacles that the trace has introduced."""
+        return self.introduced | {known.name for known in self.scenario.obstacles}
+
     def introduce(self, obstacle: Obstacle, truth: bool | None = None) -> None:
         """Record an obstacle that the scenario does not list, when it is encountered or, if the
         truth that resolving it will reveal is known (``truth``), when it appears."""
-        listed = {known.name for known in self.scenario.obstacles}
-        if obstacle.name not in listed | self.introduced:
+        if obstacle.name not in self.named:
             self.introduced.add(obstacle.name)
             self.emit(
                 records.Discovered(self.tick, obstacle_header(obstacle, self.scenario, truth))
@@ -309,10 +313,11 @@ class TeamState(Struct):
         act on now: no other robot is where they sweep, and a robot that is sent for a load keeps
         room for it. ``chosen``: the acts that it keeps to."""
         pending = self.knowledge.pending.values()
-        loads = self.knowledge.to_take(robot, *self._sent_for(robot))
+        assignment, here = self.robots[robot.name].assignment, self.robots[robot.name].pose.region
+        sent_for = assignment.obstacle if assignment.role is Role.HELPS else None
+        loads = self.knowledge.to_take(robot, sent_for, here)
         if chosen is not None:
-            floor, here = self.last_settled.floor, self.robots[robot.name].pose.region
-            mine = chosen.next_at(floor, robot.name, here)
+            mine = chosen.next_at(self.last_settled.floor, robot.name, here)
             if mine is not None:
                 loads = [work.obstacle for work in pending if work.obstacle.name in mine]
         return [
@@ -322,20 +327,13 @@ class TeamState(Struct):
             and self.clear_of(work.obstacle, robot)
         ]
 
-    def _sent_for(self, robot: Robot) -> tuple[str | None, Region]:
-        state = self.robots[robot.name]
-        helps = state.assignment.role is Role.HELPS
-        return state.assignment.obstacle if helps else None, state.pose.region
-
     def _had_by_others(self, robot: Robot) -> set[Region]:
         found = set[Region]()
         if self.scenario.never_together:
             at = {name: other.occupied for name, other in self.robots.items()}
             found |= self.scenario.held(robot.name, at)
         for other in self._others(robot)[1]:
-            found.add(other.pose.region)
-            if other.transit is not None:
-                found.add(other.transit.pose.region)
+            found |= other.occupied
         return found
 
     def sightings(self, state: RobotState, task: Task, shown: frozenset[Region]) -> Sightings:
@@ -360,10 +358,3 @@ class TeamState(Struct):
     def occupied(self) -> frozenset[Region]:
         """All occupied regions."""
         return frozenset().union(*(state.occupied for state in self.robots.values()))
-
-    def objectives(self) -> dict[str, TracedObjective]:
-        """The objectives in force, as in a trace."""
-        return {
-            name: objective_in_trace(state.assignment.objective)
-            for name, state in self.robots.items()
-        }

@@ -79,18 +79,15 @@ class Assigner(Struct, frozen=True):
             if robot.assignment.role is Role.HELPS:
                 return self._wait(robot, index)
             return _as_before(robot)
-        if robot.stop is not None and self._gets_to(index, robot.stop):
-            return self._charge(robot, index, robot.stop)
+        stop = robot.stop  # if something is in its way, another one follows after this turn
+        if stop is not None and self._alternates(index, (self._mask(index, {stop.region}),)):
+            return self._charge(robot, index, stop)
         duty = self.found.duties.get(index)
         if duty is not None:
             return self._help(robot, index, duty)
         if robot.name in self.idle or self._waits_for_help(robot):
             return self._wait(robot, index)
         return self._own(robot, index) or self._wait(robot, index)
-
-    def _gets_to(self, index: int, stop: Pose) -> bool:
-        """Whether nothing known is in its way; else another stop follows after this turn."""
-        return self._alternates(index, (self._mask(index, {stop.region}),))
 
     def _charge(self, robot: RobotState, index: int, charger: Pose) -> TaskDraft:
         """Go to the charger and stay there, around the obstacles in its way; if it is there with
@@ -113,7 +110,8 @@ class Assigner(Struct, frozen=True):
         own = None if direct else self._own_target(robot, index, duty.goal)
         objective = helping(robot.robot.objective, places, own, stays=duty.stays)
         for before in () if direct else self._before(robot, gate.name):
-            if before.listed()[0] == places and self._goes_between(index, duty.goal, before):
+            others = [self._mask(index, target) for target in before.listed()[1:]]
+            if before.listed()[0] == places and self._alternates(index, (duty.goal, *others)):
                 objective = ruled(before, robot.robot.objective)  # it continues what it has begun
                 break
         safe = self.found.safe_poses[index]
@@ -141,10 +139,6 @@ class Assigner(Struct, frozen=True):
         found = [(robot.assignment.obstacle, robot.assignment.objective)]
         found += [request.saved[robot.name] for request in popped if robot.name in request.saved]
         return [o for served, o in found if served == obstacle and isinstance(o, ALTERNATING)]
-
-    def _goes_between(self, index: int, goal: Mask, objective: TargetObjective) -> bool:
-        masks = [self._mask(index, target) for target in objective.listed()[1:]]
-        return self._alternates(index, (goal, *masks))
 
     def _alternates(self, index: int, targets: tuple[Mask, ...]) -> bool:
         member = self.floor.problem.members[index]

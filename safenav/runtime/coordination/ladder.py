@@ -15,12 +15,12 @@ from safenav.runtime.deadlines.within import Walk, best_places, keep, least_with
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
 from safenav.scenario.model import Tracking
-from safenav.scenario.objective import Ltl, Objective, Target, targets_of
+from safenav.scenario.objective import Ltl, Objective, targets_of
 from safenav.scenario.settings import Coordination
 from safenav.spec.forms import Rung, forms
 from safenav.spec.objective import Memory
+from safenav.spec.other_robots.knowledge import Knowledge
 from safenav.spec.task import LADDERS, Fairness, Observed, Task
-from safenav.world.map import Region
 from safenav.world.moves import Pose
 from safenav.world.partition import Partition
 from safenav.world.poses import bits, region_mask
@@ -156,8 +156,7 @@ def _task(
             continue
         danger = team.scenario.interfere(robot, other.robot)
         if danger or other.name in robot.tracks:
-            targets = targets_of(other.assignment.objective)
-            observed.append(_observed(team, state, other, targets, danger))
+            observed.append(_observed(team, state, other, danger))
     cells = team.scenario.partition
     return Task(
         robot=robot,
@@ -181,17 +180,15 @@ def _task(
     )
 
 
-def _observed(
-    team: TeamState, state: RobotState, other: RobotState, targets: tuple[Target, ...], danger: bool
-) -> Observed:
+def _observed(team: TeamState, state: RobotState, other: RobotState, danger: bool) -> Observed:
     """Return ``other`` as a robot knows it: its region, or a belief about it."""
-    where: Region = other.next_pose.region
+    where, targets = other.next_pose.region, targets_of(other.assignment.objective)
+    known: Knowledge = where
     if state.robot.tracking is Tracking.BELIEF:
         known = team.beliefs.of(state.name, other.name, where)
-        if isinstance(known, frozenset):
-            return Observed(other.name, where, targets, danger, known)
-        where = known
-    return Observed(other.name, where, targets, danger)
+    if isinstance(known, frozenset):
+        return Observed(other.name, where, targets, danger, known)
+    return Observed(other.name, known, targets, danger)
 
 
 def rungs(task: Task) -> tuple[Fairness, ...]:

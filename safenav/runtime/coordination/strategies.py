@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
 from safenav.runtime.coordination.ladder import TaskDraft, wants_places
 from safenav.runtime.coordination.strategy_search import TaskResult
 from safenav.runtime.coordination.synthesis_recorder import synthesis_record
-from safenav.runtime.navigation import Planner
+from safenav.runtime.navigation import Controller, Planner
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.scenario.model import Tracking
 from safenav.scenario.objective import Ltl, relaxed
@@ -19,10 +18,6 @@ from safenav.spec.assignable_regions import assignable_regions
 from safenav.spec.other_robots.belief import models
 from safenav.spec.task import Task
 from safenav.trace import records, vocabulary
-
-if TYPE_CHECKING:
-    from safenav.runtime.on_demand import OnDemand
-    from safenav.synthesis.serving.served import ServedStrategy
 
 
 class Strategies(Struct, frozen=True):
@@ -51,7 +46,11 @@ class Strategies(Struct, frozen=True):
         """Put a strategy in force; its robot's assignment must be the one that it is for."""
         served = found.result.served
         most = self._state.scenario.limits.states
-        strategy = _on_demand(served, most) if served is not None else found.result.strategy
+        strategy: Controller | None = found.result.strategy
+        if served is not None:  # imported where it is needed: most strategies are listed
+            from safenav.runtime.on_demand import OnDemand
+
+            strategy = OnDemand(served, most)
         assert strategy is not None
         state = self._state.robots[found.task.robot.name]
         planner = Planner.start(found.task, strategy)
@@ -116,13 +115,6 @@ class Strategies(Struct, frozen=True):
             known = self._state.beliefs.of(state.name, other.name, told)
             found[other.variable] = model.number(known)
         return found
-
-
-def _on_demand(served: ServedStrategy, most: int) -> OnDemand:
-    # Imported where it is needed: most strategies are listed.
-    from safenav.runtime.on_demand import OnDemand
-
-    return OnDemand(served, most)
 
 
 def outdated(team: TeamState, name: str, draft: TaskDraft) -> bool:

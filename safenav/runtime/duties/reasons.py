@@ -258,5 +258,5 @@ def _nobody_gets_there(floor: Floor, gate: int, able: Collection[int]) -> bool:
     for robot in able:
         graph = problem.members[robot].graph
         reach = graph.closure(1 << floor.poses[robot], problem.allowed(robot, stages))
-        there += any(regions >> region & 1 for region in bits(graph.regions_of(reach)))
+        there += bool(regions & graph.regions_of(reach))
     return there < problem.missing(gate, stages)

@@ -247,15 +247,10 @@ class Deadlines(Struct):
 
     def _foresee(self, had_turn: int, begins: list[str]) -> None:
         """Begin the promises of new requests, and say of all what can no longer be kept."""
-        fresh = [
-            of for of in dict.fromkeys(begins) if of not in self._open and of not in self._past
-        ]
-        wanted = {}
-        for of in fresh:
-            found = self._due(of)
-            if found is not None:
-                wanted[of] = found
-        if not (wanted or self._open or self._timed()):
+        fresh = [of for of in dict.fromkeys(begins) if of not in {*self._open, *self._past}]
+        wanted = {of: found for of in fresh if (found := self._due(of)) is not None}
+        timed = any(robot.robot.within is not None for robot in self.team.robots.values())
+        if not (wanted or self._open or timed):
             return
         moment, names = moment_of(self.team, had_turn, self._begun)
         times = bound.earliest(moment)
@@ -304,9 +299,6 @@ class Deadlines(Struct):
         if settled is None or settled.in_time is None or of not in settled.floor.gates:
             return None
         return settled.in_time.ends.get(settled.floor.gates.index(of))
-
-    def _timed(self) -> bool:
-        return any(robot.robot.within is not None for robot in self.team.robots.values())
 
     def _due(self, name: str) -> tuple[int, str | None] | None:
         """When an obstacle is due: by its limit, or since its requester's charge runs out."""

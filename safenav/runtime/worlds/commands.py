@@ -18,7 +18,6 @@ from safenav.runtime.worlds.adapter import BlockingAdapter
 from safenav.runtime.worlds.checked_world import WorldError
 from safenav.runtime.worlds.world import NO_TAKERS, Change, ChangingWorld, Takers
 from safenav.scenario.model import Obstacle, Robot, Scenario
-from safenav.scenario.settings import Failures
 from safenav.trace.vocabulary import ActResult
 from safenav.trace.words import seconds_words
 from safenav.world.map import Region
@@ -76,10 +75,6 @@ class Commands:
         self._took: dict[str, deque[float]] = {}
         self.zero = self._now = self._looked = self._steps = 0.0
         self._all: deque[float] = deque(maxlen=KEPT)
-
-    @property
-    def policy(self) -> Failures:
-        return self.scenario.failures
 
     @property
     def idle(self) -> bool:
@@ -328,10 +323,11 @@ class Commands:
 
     def _limit(self, robot: Robot, *, step: bool) -> float | None:
         """Seconds that a command may take."""
-        limits = [self.policy.timeout] if self.policy.timeout is not None else []
+        policy = self.scenario.failures
+        limits = [policy.timeout] if policy.timeout is not None else []
         took = self._took.get(robot.name, ())
         if len(took) >= FEWEST and step:
-            limits.append(self.policy.patience * max(median(took), self.expected(robot) or 0.0))
+            limits.append(policy.patience * max(median(took), self.expected(robot) or 0.0))
         return min(limits, default=None)
 
     def _overdue(self) -> Iterator[tuple[OpenCommand, float]]:

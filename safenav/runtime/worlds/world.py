@@ -151,13 +151,10 @@ class Works(Struct):
         put_down = sum(here in self.regions(work) for work in last)
         return robot.model.carries - len(carried) + put_down
 
-    def has_room(self, robot: Robot) -> bool:
-        """Whether a robot can carry one more load."""
-        return self._carried(robot.name) < robot.model.carries
-
-    def _carried(self, robot: str) -> int:
+    def room(self, robot: Robot) -> int:
+        """The further loads that a robot can carry."""
         works = {**self.others, **self.open}
-        return sum(robot in work.carriers for work in works.values())
+        return robot.model.carries - sum(robot.name in work.carriers for work in works.values())
 
     def within_reach(
         self, robot: Robot, regions: Mapping[str, Region], cleared: Collection[str] = ()
@@ -165,7 +162,7 @@ class Works(Struct):
         """The obstacles of which ``robot`` can meet a need where it stands, or its part of one;
         each with the robots that take part. Of loads as many as it can carry."""
         found = []
-        room = robot.model.carries - self._carried(robot.name)
+        room = self.room(robot)
         first = [work for work in self.open.values() if not work.takes]
         for work in (*first, *taking(self.open.values())):
             if work.finished or self._waits(work, cleared) or (work.takes and room <= 0):
@@ -183,7 +180,7 @@ class Works(Struct):
         ``robot`` does what it can; empty if it can do nothing."""
         need = work.obstacle.needs[work.need]
         skills = work.obstacle.type.actions(work.need)
-        places = work.obstacle.resolution_regions(self.scenario.map, work.need)
+        places = self.regions(work)
 
         def there(other: Robot) -> bool:
             asked = not need.same or other.name in work.groups[work.need - 1]
@@ -192,7 +189,7 @@ class Works(Struct):
             if not work.takes or other.name in work.done:
                 return True
             mine = self.takers.get(work.obstacle.name, (other.name,))
-            return other.name in mine and self.has_room(other)
+            return other.name in mine and self.room(other) > 0
 
         if not there(robot):
             return ()
