@@ -30,13 +30,15 @@ from functools import partial
 from msgspec import Struct, field
 from msgspec.structs import replace
 
+from safenav.runtime.coordination import events
 from safenav.runtime.coordination.decision import Decision, coordinate, reconsider
-from safenav.runtime.coordination.events import Astray, Event, Started, Unsettled
+from safenav.runtime.coordination.events import Event, Unsettled
 from safenav.runtime.coordination.ladder import misses_its_rounds
 from safenav.runtime.coordination.strategies import Strategies
 from safenav.runtime.coordination.strategy_search import NotYet, StrategySearch, TaskResult, failed
 from safenav.runtime.energy.batteries import Batteries
 from safenav.runtime.interventions import Interventions
+from safenav.runtime.progress import Progress
 from safenav.runtime.promises.ledger import Deadlines
 from safenav.runtime.promises.refusal import refusal_of
 from safenav.runtime.team import RobotState, TeamState
@@ -49,9 +51,9 @@ from safenav.trace.vocabulary import HoldReason, Reason
 
 
 class Algorithm(Struct):
-    """The loop over a team; ``Passes`` runs it as long as the system is active. Requests,
-    knowledge, assignments and strategies are changed by ``apply`` alone; poses and what robots have
-    done by their turns."""
+    """The loop over a team; ``Passes`` runs it as long as the system is active. ``apply`` alone
+    changes what follows from decisions: requests, assignments, objectives, service and strategies.
+    Where robots are and what they have done and seen there changes by their turns."""
 
     team: TeamState
     world: Commands
@@ -65,7 +67,7 @@ class Algorithm(Struct):
     batteries: Batteries
     _owed: Unsettled | None = None
     _together: bool = False
-    _astray: list[Astray] = field(default_factory=list)
+    _astray: list[events.Astray] = field(default_factory=list)
     _paying: bool = False
 
     def begin(self) -> None:
@@ -75,7 +77,7 @@ class Algorithm(Struct):
         refusal = refusal_of(self.team, self.batteries)
         if refusal is not None:
             raise RunEnded(refusal)
-        self.settle([Started()])  # 1 to 4
+        self.settle([events.Started()])  # 1 to 4
         self.deadlines.turn_ends(0)
 
     def execute_controllers(self) -> None:
@@ -91,13 +93,13 @@ class Algorithm(Struct):
         rounds = robot.own.rounds
         yield from self.turns.step(robot)
         if robot.own.rounds > rounds and misses_its_rounds(self.team, robot):
-            yield Astray(robot.name, Reason.ROUND)
+            yield events.Astray(robot.name, Reason.ROUND)
         yield from self.batteries.turn_ends(robot)
 
-    def settle(self, events: Iterable[Event]) -> None:
+    def settle(self, arising: Iterable[Event]) -> None:
         """Make the team react to events as they happen: lines 7 to 15 for an obstacle that a robot
         has encountered, 17 to 20 for one that is resolved. Then it continues (16, 21)."""
-        for happened in events:
+        for happened in arising:
             event: Event | None = happened
             while event is not None:
                 if self._together and isinstance(event, Unsettled):
@@ -130,6 +132,11 @@ class Algorithm(Struct):
                 team.waiting = replace(team.waiting, unrealizable=lost)
                 return None  # and the turn continues
             raise RunEnded(decision.end)
+        match decision.event:
+            case events.ServiceChanged(name, active):
+                self.turns.put_in_service(team.robots[name], active=active)
+            case events.ObjectiveGiven(name, objective, within, progress):
+                team.give(name, objective, within, progress or Progress(objective))
         if decision.recount:
             team.restart_counts()
         if decision.drafts:
@@ -165,7 +172,7 @@ class Algorithm(Struct):
             self.team.robots[name].held = HoldReason.SYNTHESIS
         if isinstance(decision.event, Unsettled):
             self._owed, self.team.owed = Unsettled(decision.event.reason), True
-        elif isinstance(decision.event, Astray):
+        elif isinstance(decision.event, events.Astray):
             self._astray.append(decision.event)
 
     def pay(self) -> None:
@@ -190,5 +197,5 @@ class Algorithm(Struct):
 
     def first_results(self, names: Collection[str]) -> dict[str, TaskResult]:
         """The synthesis results with which a run begins, for some robots. Nothing runs."""
-        tasks = coordinate(self.team, Started(), self.stop.check).tasks
+        tasks = coordinate(self.team, events.Started(), self.stop.check).tasks
         return self.search.synthesize({n: task for n, task in tasks.items() if n in names})

@@ -16,7 +16,7 @@ from safenav.runtime import user_changes
 from safenav.runtime.coordination import events
 from safenav.runtime.knowledge import UNTRAVERSABLE
 from safenav.runtime.progress import Progress
-from safenav.runtime.team import Assignment, RobotState, Role, TeamState
+from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.turn import Turns
 from safenav.runtime.worlds.world import Change, ChangingWorld, InputWorld, SimulatedWorld
 from safenav.scenario.model import Obstacle
@@ -247,21 +247,8 @@ class Interventions(Struct):
         own = robot.assignment.role is Role.OWN
         state.emit(records.NewObjective(state.tick, robot.name, told, own, cause, within))
         yield from self.turns.leave_plan()
-        robot.robot = replace(robot.robot, objective=objective, within=within)
-        team = tuple(entry.robot for entry in state.robots.values())
-        state.scenario = replace(state.scenario, robots=team)
-        robot.own = own_progress or Progress(objective)
-        if own:
-            if robot.planner is not None:
-                robot.planner.node = None  # whatever it did, it is to have a strategy for this
-            robot.assignment = Assignment(
-                Role.OWN, objective, safe_poses=robot.assignment.safe_poses
-            )
-            robot.progress, robot.begun = robot.own, False
-        if state.waiting is None:  # it may resolve what it kept out of
-            yield events.HopeReturned(vocabulary.Reason.OBJECTIVE)
-        else:
-            yield events.Unsettled(vocabulary.Reason.OBJECTIVE)
+        hope = state.waiting is None  # it may resolve what it kept out of
+        yield events.ObjectiveGiven(robot.name, objective, within, own_progress, hope)
 
     def _may_close(self, wanted: user_changes.Close) -> None:
         world = self.state.scenario.map

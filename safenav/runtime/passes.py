@@ -44,7 +44,10 @@ class Passes(Algorithm):
     _come: bool = False
 
     def __post_init__(self) -> None:
-        self.limit = self._limit()
+        limits = self.team.scenario.limits
+        self.limit = limits.seconds  # of a live run
+        if self.limit is None and self.world.simulated:
+            self.limit = limits.ticks * SLOWEST
         self.team.changes_to_come = lambda: bool(self._to_come())
 
     def tick(self) -> None:
@@ -149,14 +152,6 @@ class Passes(Algorithm):
         limits = [self.limit] if self.limit is not None else []
         return min((*self._times(), *limits), default=None)
 
-    def _limit(self) -> float | None:
-        """Seconds of a live run: those of the scenario, or of as many steps of its slowest robot
-        as it has ticks."""
-        limits = self.team.scenario.limits
-        if limits.seconds is not None or not self.world.simulated:
-            return limits.seconds
-        return limits.ticks * SLOWEST
-
     def guarded(self, part: Callable[[], None]) -> bool:
         """Do a part of a pass; where the run would end and an operator can help, or the scenario
         still changes something, it waits. Return whether all of the part was done."""
@@ -219,10 +214,9 @@ class Passes(Algorithm):
         """Take in what the world has reported beside the ends of commands."""
         failures = self.team.failures
         while self.world.dropped:
-            dropped = self.world.dropped.pop(0)
-            event = dropped.event
+            event, reason = self.world.dropped.pop(0)
             kind, name = type(event).__name__.lower(), getattr(event, "robot", None)
-            self.turns.tell.late(kind, dropped.reason, name, None, self.world.at(event))
+            self.turns.tell.late(kind, reason, name, None, self.world.at(event))
         while self.world.sensed:
             sensed = self.world.sensed.pop(0)
             obstacle, said = sensed.obstacle, "the obstacle was opened later"

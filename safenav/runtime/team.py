@@ -208,6 +208,19 @@ class TeamState(Struct):
         team.inputs = team.inputs_before = {each.name: False for each in scenario.inputs}
         return team
 
+    def give(self, name: str, objective: Objective, within: int | None, own: Progress) -> None:
+        """A robot has another objective of its own; it pursues it unless it does something else."""
+        robot = self.robots[name]
+        robot.robot = replace(robot.robot, objective=objective, within=within)
+        self.scenario = replace(self.scenario, robots=tuple(r.robot for r in self.robots.values()))
+        robot.own = own
+        if robot.assignment.role is Role.OWN:
+            if robot.planner is not None:
+                robot.planner.node = None  # whatever it did, it is to have a strategy for this
+            safe = robot.assignment.safe_poses
+            robot.assignment = Assignment(Role.OWN, objective, safe_poses=safe)
+            robot.progress, robot.begun = own, False
+
     @property
     def last_settled(self) -> Settled:
         """The last settlement: there is one from the start of the run on."""

@@ -130,10 +130,13 @@ class Turns:
             for other in self.state.robots.values()
         )
 
-    def back_in_service(self, robot: RobotState) -> None:
-        """Continue the robot from where it is, whatever the others have done meanwhile. If it
-        needs a new strategy, the decision right after this brings one."""
-        if robot.planner is None or robot.transit is not None:
+    def put_in_service(self, robot: RobotState, *, active: bool) -> None:
+        """A robot that is back continues from where it is, whatever the others have done meanwhile.
+        If it needs a new strategy, the decision right after this brings one."""
+        robot.active = active
+        if active:
+            self.state.failures.back(robot.name)
+        if not active or robot.planner is None or robot.transit is not None:
             return
         self.monitors.watch(robot.robot, robot.planner)
         robot.planner.node = None
@@ -470,15 +473,9 @@ class Turns:
     def serve(self, robot: RobotState, *, active: bool, cause: ChangeCause) -> Iterator[Event]:
         """Put a robot in or out of service. While it is out, other robots take over its duties if
         they can, and its own objective waits."""
-        if robot.active == active:
-            return
-        yield from self.leave_plan()
-        robot.active = active
-        self.state.emit(records.Service(self.state.tick, robot.name, active, cause))
-        if active:
-            self.state.failures.back(robot.name)
-            self.back_in_service(robot)
-        yield events.Unsettled(Reason.SERVICE)
+        if robot.active != active:
+            yield from self.leave_plan()
+            yield events.ServiceChanged(robot.name, active, cause)
 
     def _go_on_from_elsewhere(self, robot: RobotState) -> Iterator[Event]:
         """Continue from the pose that the world reports if it is not the commanded one."""

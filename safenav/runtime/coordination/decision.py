@@ -36,7 +36,7 @@ from safenav.runtime.termination import Conclusion
 from safenav.scenario.model import Obstacle
 from safenav.scenario.settings import Coordination
 from safenav.trace.records import Appeared, Record, Reopened, Service
-from safenav.trace.vocabulary import BlockReason, ChangeCause, Reason
+from safenav.trace.vocabulary import BlockReason, Reason
 
 
 class Decision(Struct, frozen=True):
@@ -95,8 +95,11 @@ def _decided(team: TeamState, event: Event, stopping: Stopping) -> Decision:
             return Decision(event, requests=kept, next=Unsettled(Reason.BLOCKED))
         case events.HopeReturned(reason):
             return _reopened(team, event, reason)
-        case events.BatteryFlat():
-            return _ran_flat(team, event)
+        case events.ServiceChanged():
+            return _served(team, event)
+        case events.ObjectiveGiven(hope=hope):
+            then = events.HopeReturned if hope else Unsettled
+            return Decision(event, next=then(Reason.OBJECTIVE))
         case events.Astray(name):
             return _assigned(team, event, team.last_settled, only=name)
         case Unsettled(Reason.SERVICE | Reason.OBJECTIVE) if team.requests.aside:
@@ -201,18 +204,17 @@ def _reopened(team: TeamState, event: Event, reason: Reason) -> Decision:
     return Decision(event, knowledge, requests, records=tuple(said), next=Unsettled(reason))
 
 
-def _ran_flat(team: TeamState, event: events.BatteryFlat) -> Decision:
-    """An obstacle appears at a robot, which is out of service and the requester."""
+def _served(team: TeamState, event: events.ServiceChanged) -> Decision:
+    """A robot is out of service or back; an obstacle that appears there has it as requester."""
+    said = Service(team.tick, event.robot, event.active, event.cause)
+    if event.obstacle is None:
+        return Decision(event, records=(said,), next=Unsettled(Reason.SERVICE))
     knowledge, region = team.knowledge.copy(), team.robots[event.robot].pose.region
     knowledge.appear(event.obstacle)
     knowledge.meet(event.obstacle)
-    cause = ChangeCause.BATTERY
-    said = (
-        Appeared(team.tick, event.obstacle.name, cause),
-        Service(team.tick, event.robot, active=False, cause=cause),
-    )
+    told = (Appeared(team.tick, event.obstacle.name, event.cause), said)
     requests = team.requests.opened(event.obstacle, event.robot, region)
-    return Decision(event, knowledge, requests, records=said, next=Unsettled(Reason.REQUEST))
+    return Decision(event, knowledge, requests, records=told, next=Unsettled(Reason.REQUEST))
 
 
 def _never_resolved(team: TeamState, event: Unsettled, stopping: Stopping) -> Decision | None:

@@ -8,10 +8,12 @@ from msgspec import Struct, field
 
 from safenav.runtime.characterization import ForbiddenMove
 from safenav.runtime.coordination.strategy_search import TaskResult
+from safenav.runtime.progress import Progress
 from safenav.runtime.termination import Conclusion
 from safenav.runtime.worlds.world import Change
 from safenav.scenario.model import Obstacle, Robot
-from safenav.trace.vocabulary import Reason
+from safenav.scenario.objective import Objective
+from safenav.trace.vocabulary import ChangeCause, Reason
 
 
 class Started(Struct, frozen=True):
@@ -63,11 +65,25 @@ class HopeReturned(Struct, frozen=True):
     reason: Reason = Reason.SERVICE
 
 
-class BatteryFlat(Struct, frozen=True):
-    """A robot's charge is used up: it is out of service, and asks for what appeared there."""
+class ServiceChanged(Struct, frozen=True):
+    """A robot is out of service, or back in it. ``obstacle``: what appeared where it stands since
+    its charge is used up, for whose resolution it asks."""
 
-    obstacle: Obstacle
     robot: str
+    active: bool
+    cause: ChangeCause
+    obstacle: Obstacle | None = None
+
+
+class ObjectiveGiven(Struct, frozen=True):
+    """A robot has another objective of its own, with the progress in it (None: none so far).
+    ``hope``: what was given up may be resolvable with it."""
+
+    robot: str
+    objective: Objective
+    within: int | None
+    progress: Progress | None
+    hope: bool
 
 
 class Unsettled(Struct, frozen=True):
@@ -97,7 +113,8 @@ Event = (
     | ObstacleSealed
     | RequestsSetAside
     | HopeReturned
-    | BatteryFlat
+    | ServiceChanged
+    | ObjectiveGiven
     | Unsettled
     | Astray
 )

@@ -98,14 +98,10 @@ class StrategySearch:
 
     def fresh(self) -> bool:
         """Whether all results that were not there yet have come since the last call."""
-        pending = self.pending  # once: a synthesis may end at any moment
+        # once: a synthesis may end at any moment
+        pending = any(not future.done() for future, _ in self._asked.values())
         come, self._awaited = self._awaited and not pending, pending
         return come
-
-    @property
-    def pending(self) -> bool:
-        """Whether a synthesis runs in the background."""
-        return any(not future.done() for future, _ in self._asked.values())
 
     def forget(self) -> None:
         """Forget the results that decisions waited for."""

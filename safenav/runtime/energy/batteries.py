@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import ceil
 
-from safenav.runtime.coordination.events import BatteryFlat, Event, Unsettled
+from safenav.runtime.coordination.events import Event, ServiceChanged, Unsettled
 from safenav.runtime.energy.charges import SHARPNESS, Charges
 from safenav.runtime.energy.need import NEVER
 from safenav.runtime.energy.stops import Stops
@@ -205,16 +205,14 @@ class Batteries:
         can, the robot is out of service for the rest of the run."""
         kind, world, region = self.team.scenario.flat, self.world, robot.pose.region
         if kind is None or world is None or region in world.standing():
-            cause = ChangeCause.BATTERY  # nothing can be brought here
-            yield from self.turns.serve(robot, active=False, cause=cause)
-            return
+            yield from self.turns.serve(robot, active=False, cause=ChangeCause.BATTERY)
+            return  # nothing can be brought here
         obstacle = Obstacle(kind, region, appears=int(self.team.time))
         self._flat[obstacle.name] = robot.name
         yield from self.turns.leave_plan()
         world.place(obstacle)
         self.team.introduce(obstacle)
-        robot.active = False
-        yield BatteryFlat(obstacle, robot.name)
+        yield ServiceChanged(robot.name, False, ChangeCause.BATTERY, obstacle)
 
 
 def least_charge(batteries: Batteries, robot: RobotState) -> int | None:

@@ -69,7 +69,7 @@ class Charges:
         return self._after(robot, now - self.since[robot])
 
     def rate(self, robot: str) -> int:
-        """What a robot that stands gains in a tick or second; negative: what it loses."""
+        """The gain of a robot that stands, per tick or second; negative: its loss."""
         battery, charges = self.batteries[robot], self.region[robot] in self.chargers
         return battery.charge if charges else -battery.stay
 

@@ -270,10 +270,6 @@ class Problem(Struct, frozen=True, eq=False, dict=True):
     def nothing_done(self) -> Stages:
         return (Stage(),) * len(self.gates)
 
-    @cached_property
-    def shared_floor(self) -> bool:
-        return any(self.conflicts) or self.apart
-
     def _floors(self, robot: int, closed: tuple[int, ...]) -> Mask:
         key = (robot, closed)
         found = self._memo.get(key)

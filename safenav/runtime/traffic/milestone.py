@@ -12,8 +12,7 @@ from collections.abc import Collection
 from functools import cached_property
 from itertools import pairwise
 
-from safenav.formula.evaluator import predicate
-from safenav.formula.parser import parse
+from safenav.runtime.progress import holds
 from safenav.runtime.traffic.budgets import AIM_NODES
 from safenav.scenario.objective import Ltl
 from safenav.synthesis.strategy import Strategy
@@ -30,7 +29,7 @@ class Aims:
     def __init__(self, strategy: Strategy, objective: Ltl) -> None:
         self.strategy = strategy
         self._objective = objective
-        self._goals = tuple(predicate(parse(line)) for line in objective.liveness)
+        self._goals = tuple(map(holds, objective.liveness))
         self._names = tuple(
             name for name in ("region", "heading", *objective.memory) if name in strategy.values(0)
         )

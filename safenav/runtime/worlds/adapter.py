@@ -21,7 +21,6 @@ class BlockingAdapter:
     def __init__(self, world: protocol.BlockingWorld, scenario: Scenario) -> None:
         self._world = CheckedWorld(world, scenario)
         self._simulated = world if isinstance(world, SimulatedWorld) else None
-        self._regions = {robot.name: robot.start.region for robot in scenario.robots}
         self._draws = {r.name: random.Random(f"{scenario.seed}/{r.name}") for r in scenario.robots}
         self._tick = 0
         self._open: dict[str, tuple[int, Robot, Pose, int]] = {}
@@ -93,14 +92,13 @@ class BlockingAdapter:
 
     def _duration(self, robot: Robot, target: Pose) -> int:
         """Ticks of a step: drawn from the seed if the model leaves it open; staying takes 1."""
-        if target.region == self._regions[robot.name]:
+        if target.region == self._world.regions[robot.name]:
             return 1
         timing = robot.model.timing
         return self._draws[robot.name].randint(timing.least, timing.most)
 
     def _moved(self, robot: Robot, pose: Pose, command: int) -> protocol.Ended:
         found = self._world.move(robot, pose)
-        self._regions[robot.name] = found.region
         if found == pose:
             return protocol.Arrived(self.now(), robot.name, command=command)
         return protocol.Elsewhere(self.now(), robot.name, found, command=command)

@@ -22,12 +22,12 @@ class WorldError(SafenavError):
 
 
 class CheckedWorld:
-    """Queries a world, and raises WorldError for impossible results."""
+    """Queries a world, and raises WorldError for impossible results. ``regions``: of the robots."""
 
     def __init__(self, world: BlockingWorld, scenario: Scenario) -> None:
         self._world = world
         self._scenario = scenario
-        self._regions = {robot.name: robot.start.region for robot in scenario.robots}
+        self.regions = {robot.name: robot.start.region for robot in scenario.robots}
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
         """The obstacle in ``region``, checked to be there."""
@@ -52,7 +52,7 @@ class CheckedWorld:
             raise self._wrong(call, f"region {found.region} is a wall or off the map")
         if (found.heading is None) != (robot.model.mobility is Mobility.FREE):
             raise self._wrong(call, f"{robot.name} is a robot of {robot.model.mobility} mobility")
-        self._regions[robot.name] = found.region
+        self.regions[robot.name] = found.region
         return found
 
     def act(self, robot: Robot) -> list[tuple[Obstacle, bool | None]]:
@@ -92,7 +92,7 @@ class CheckedWorld:
             action = obstacle.needs[last].action
             raise self._wrong(call, f"{robot.name} cannot '{action}' {obstacle.name}")
         places = obstacle.resolution_regions(self._scenario.map, last)
-        here = self._regions[robot.name]
+        here = self.regions[robot.name]
         if here not in places:
             where = ", ".join(map(str, places)) or "nowhere"
             raise self._wrong(

@@ -42,24 +42,17 @@ class OpenCommand(Struct):
     cancelled: float | None = None
 
 
-class Dropped(Struct, frozen=True):
-    """A report that was dropped, and why."""
-
-    event: protocol.WorldEvent
-    reason: str
-
-
 class Commands:
     """Gives commands to a world, and takes in what it reports. ``busy``: seconds in which each
-    robot had a command; ``over``: the time of the last end of one; ``dropped`` and ``sensed``:
-    reports that wait for their reader, who removes them."""
+    robot had a command; ``over``: the time of the last end of one; ``dropped`` (with the reason)
+    and ``sensed``: reports that wait for their reader, who removes them."""
 
     def __init__(self, world: protocol.World, scenario: Scenario) -> None:
         self.world = world
         self.scenario = scenario
         self.busy: dict[str, float] = {}
         self.over = 0.0
-        self.dropped: list[Dropped] = []
+        self.dropped: list[tuple[protocol.WorldEvent, str]] = []
         self.sensed: list[protocol.Sensed] = []
         self.live = not isinstance(world, BlockingAdapter)
         self._timed = world if isinstance(world, protocol.TimedWorld) else None
@@ -256,11 +249,11 @@ class Commands:
     def _take(self, event: protocol.WorldEvent) -> None:
         if not isinstance(event, protocol.WorldEvent):
             self.dropped.append(
-                Dropped(protocol.WorldEvent(self.world.now()), f"{event!r} is not an event")
+                (protocol.WorldEvent(self.world.now()), f"{event!r} is not an event")
             )
             return
         if isinstance(event, protocol.Sensed) and not isinstance(event.obstacle, Obstacle):
-            self.dropped.append(Dropped(event, f"{event.obstacle!r} is not an Obstacle"))
+            self.dropped.append((event, f"{event.obstacle!r} is not an Obstacle"))
             return
         if isinstance(event, protocol.Sensed):
             self.sensed.append(event)
@@ -268,7 +261,7 @@ class Commands:
         name = getattr(event, "robot", None)
         open_ = self._open.get(name) if isinstance(name, str) else None
         if open_ is None or event.command != open_.command:
-            self.dropped.append(Dropped(event, "it ends no open command"))
+            self.dropped.append((event, "it ends no open command"))
             return
         del self._open[open_.robot.name]
         took = max(0.0, self.now() - open_.since)
