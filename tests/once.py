@@ -18,7 +18,10 @@ from safenav.trace.writing import TraceWriter
 FOLDER = "SAFENAV_TEST_FOLDER"
 """The variable that names the folder of this test run; it is removed at the end."""
 
-SCENARIOS = Path(__file__).parents[1] / "scenarios"
+ROOT = Path(__file__).resolve().parents[1]
+SCENARIOS = ROOT / "scenarios"
+CORPUS = Path(os.environ.get("SAFENAV_CORPUS") or ROOT.parent / "shared" / "corpus")
+"""Published specifications, if they are on this machine."""
 
 
 def made_once(name: str, make: Callable[[Path], object]) -> Path:

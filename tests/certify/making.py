@@ -12,12 +12,11 @@ from random import Random
 import yaml
 
 from fuzz.missions import random_mission
-from once import made_once
+from once import SCENARIOS, made_once
 from safenav.certify.evidence import RulesEvidence
 from safenav.certify.record import bundle_of_run
 
 ROOT = Path(__file__).parents[2]
-SCENARIOS = ROOT / "scenarios"
 
 Files = dict[str, bytes]
 """A bundle as data: content by name, without the manifest."""

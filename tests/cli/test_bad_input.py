@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from cli.conftest import Command
+from once import SCENARIOS
 
-SCENARIOS = Path(__file__).parents[2] / "scenarios"
 HELLO = SCENARIOS / "hello.yaml"
 
 FAKES = {

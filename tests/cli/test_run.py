@@ -10,9 +10,8 @@ from pathlib import Path
 import pytest
 
 from cli.conftest import MAIN, Command
+from once import SCENARIOS
 from safenav.audit.check import check_trace
-
-SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
 NO_WAY = """\
 safenav: 1

@@ -8,9 +8,9 @@ import networkx
 import pytest
 
 from cli.conftest import Command
+from once import SCENARIOS
 from safenav.synthesis.binary import find_binary
 
-SCENARIOS = Path(__file__).parents[2] / "scenarios"
 CASE_1 = SCENARIOS / "case_study_1.yaml"
 
 LITERAL = """\

@@ -6,9 +6,9 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from cli.conftest import Command
+from once import SCENARIOS
 from safenav.report.picture.text import text_width
 
-SCENARIOS = Path(__file__).parents[2] / "scenarios"
 SVG = "{http://www.w3.org/2000/svg}"
 
 

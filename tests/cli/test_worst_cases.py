@@ -6,8 +6,7 @@ from pathlib import Path
 import pytest
 
 from cli.conftest import Command
-
-SCENARIOS = Path(__file__).parents[2] / "scenarios"
+from once import SCENARIOS
 
 
 def test_case_study_3_can_lock_itself(safenav: Command) -> None:

@@ -6,9 +6,8 @@ from pathlib import Path
 import pytest
 
 from explain.conftest import Invoke
+from once import SCENARIOS
 from safenav.cli.explain import command
-
-SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
 
 def test_a_realizable_scenario_needs_no_explanation(invoke: Invoke) -> None:

@@ -8,6 +8,7 @@ import networkx
 import pytest
 
 from explain.conftest import Invoke
+from once import SCENARIOS
 from safenav.cli import check, synth
 from safenav.explain.vacuity import Way, can_force, vacuities, vacuous_wins
 from safenav.formula.evaluator import evaluate
@@ -19,8 +20,6 @@ from safenav.spec.specification import Section
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.verification import first_failure
-
-SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
 ALLEY = """\
 safenav: 1

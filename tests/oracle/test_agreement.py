@@ -8,6 +8,7 @@ from random import Random
 
 import pytest
 
+from once import CORPUS
 from oracle import (
     Game,
     Specification,
@@ -117,12 +118,9 @@ def test_shrinking_keeps_the_failure_and_drops_the_rest() -> None:
 
 
 def _corpus() -> Path:
-    folder = os.environ.get("SAFENAV_CORPUS")
-    root = Path(__file__).resolve().parents[2]
-    corpus = Path(folder) if folder else root.parent / "shared" / "corpus"
-    if not (corpus / "expected.csv").is_file():
-        pytest.skip(f"no corpus at {corpus}; set SAFENAV_CORPUS")
-    return corpus
+    if not (CORPUS / "expected.csv").is_file():
+        pytest.skip(f"no corpus at {CORPUS}; set SAFENAV_CORPUS")
+    return CORPUS
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from once import SCENARIOS
 from report.browser import Browser
 from safenav.cli import group
 from safenav.report.page.encode import encoded
@@ -16,8 +17,6 @@ from safenav.report.picture.scene import svg_of
 from safenav.report.replay.reading import read_replay
 from safenav.report.replay.timeline import ObstacleStatus, Replay
 from safenav.trace.reading import read_trace
-
-SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
 CART = """
 safenav: 1

@@ -7,6 +7,7 @@ from xml.etree import ElementTree
 import pytest
 from msgspec.structs import replace
 
+from once import SCENARIOS
 from report import made_traces
 from safenav.report.picture.glyphs import separated
 from safenav.report.picture.scenario import scenario_text, scene_of
@@ -19,7 +20,6 @@ from safenav.scenario.reading.loader import load_scenario
 from safenav.trace.looks import looks
 
 SVG = "{http://www.w3.org/2000/svg}"
-SCENARIOS = Path(__file__).parents[2] / "scenarios"
 MOMENTS = [("door", 0), ("door", 11), ("door", 46), ("chain", 6), ("detour", 49), ("crowd", 137)]
 MOMENTS += [("meeting", 1), ("meeting", 4)]
 

@@ -9,6 +9,7 @@ from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 
+from once import SCENARIOS
 from report import made_traces, team_trace
 from safenav.cli.draw import command as draw_command
 from safenav.cli.replay import command as replay_command
@@ -27,7 +28,6 @@ from safenav.world.poses import bits
 from safenav.world.sight import visible_from
 
 SVG = "{http://www.w3.org/2000/svg}"
-SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
 
 @pytest.fixture

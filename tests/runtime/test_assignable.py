@@ -1,13 +1,10 @@
 """The second coordination strategy: goals assigned at runtime, without resynthesis."""
 
-from pathlib import Path
-
 import pytest
 
+from once import SCENARIOS
 from runtime.played import play
 from runtime.test_case_studies import EVENTS
-
-SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
 
 @pytest.mark.parametrize(

@@ -1,12 +1,10 @@
 """The paper's three case studies, told by their traces in the order that the paper tells them."""
 
-from pathlib import Path
-
 import pytest
 
+from once import SCENARIOS
 from runtime.played import play
 
-SCENARIOS = Path(__file__).parents[2] / "scenarios"
 EVENTS = ("violation", "request", "push", "resolved", "blocked", "pop", "outcome")
 
 

@@ -2,10 +2,10 @@
 
 import os
 import random
-from pathlib import Path
 
 import pytest
 
+from once import SCENARIOS
 from runtime.played import Run, play
 from safenav import Mission, built_in, load_scenario
 from safenav.errors import UsageError
@@ -15,7 +15,6 @@ from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.objective import Hold, Visit
 from safenav.trace.reading import read_lines
 
-SCENARIOS = Path(__file__).parents[2] / "scenarios"
 FIRST = int(os.environ.get("SAFENAV_FUZZ_FIRST", "0"))
 SEEDS = range(FIRST, FIRST + (int(os.environ.get("SAFENAV_FUZZ", "0")) // 50 or 3))
 LAST = 60

@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
+from once import SCENARIOS
 from runtime.played import Run, play
 from safenav import Mission
 from safenav.errors import UsageError
@@ -40,7 +41,6 @@ from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.scenario.settings import Clock, FailedMoves, Failures
 from safenav.world.moves import Pose
 
-SCENARIOS = Path(__file__).parents[2] / "scenarios"
 RING = """
 safenav: 1
 name: ring

@@ -12,6 +12,7 @@ import pytest
 from click.testing import CliRunner
 from msgspec.structs import replace
 
+from once import SCENARIOS
 from safenav.audit.check import check_trace
 from safenav.cli import group
 from safenav.errors import SynthesizerError, UsageError
@@ -27,7 +28,6 @@ from safenav.trace.reading import read_trace
 from safenav.trace.writing import TraceWriter
 from synthesis.requests import gone
 
-SCENARIOS = Path(__file__).parents[2] / "scenarios"
 Played = Callable[[Scenario], list[records.Record]]
 
 

@@ -3,12 +3,12 @@
 import json
 import os
 import random
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from certify.making import certified
+from once import SCENARIOS
 from runtime.played import Run, play
 from safenav.errors import UsageError
 from safenav.runtime.knowledge import Knowledge
@@ -17,7 +17,6 @@ from safenav.runtime.user_changes import PlaceOrder
 from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 
-SCENARIOS = Path(__file__).parents[2] / "scenarios"
 WANTED = int(os.environ.get("SAFENAV_FUZZ", "6"))
 ROWS, COLS = 3, 5
 BUNDLED = 5

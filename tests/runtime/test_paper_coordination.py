@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
+from once import SCENARIOS
 from runtime.played import Run, play
 from safenav.audit.check import check_trace
 from safenav.audit.rules import proofs
@@ -15,8 +16,6 @@ from safenav.certify.checker.check import open_bundle
 from safenav.certify.checker.check_run import Evidence
 from safenav.certify.record import bundle_of_trace
 from safenav.cli.check_trace import command
-
-SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
 DOORS = """
 safenav: 1

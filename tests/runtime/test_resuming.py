@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 import warm
+from once import SCENARIOS
 from runtime.counting import COUNTING
 from runtime.played import play
 from safenav.errors import UsageError
@@ -16,8 +17,6 @@ from safenav.scenario.objective import targets_of
 from safenav.scenario.reading.loader import load_scenario
 from safenav.trace.header import scenario_header
 from safenav.trace.reading import read_trace
-
-SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
 
 def written(scenario: Scenario, path: Path) -> str:

@@ -9,18 +9,11 @@ from safenav.errors import InputError
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Hold, Ltl, Patrol, Visit, describe, written
 from safenav.scenario.reading.loader import load_scenario_text
+from scenario.rooms import ROOMS
+from scenario.rooms import load as load_rooms
 from tests.warm import safenav
 
-ROOMS = """\
-safenav: 1
-map:
-  grid: |
-    #######
-    #..#..#
-    #.....#
-    #..#..#
-    #######
-  names: {dock: [1, 2], gate: 17}
+AREAS = """\
 areas:
   west: {rows: 1-3, columns: 0-2}
   east: [{columns: 4-6}]
@@ -30,7 +23,7 @@ WEST, EAST, CORNER = {8, 9, 15, 16, 22, 23}, {11, 12, 18, 19, 25, 26}, {25, 26}
 
 
 def load(rest: str) -> Scenario:
-    return load_scenario_text(ROOMS + rest, "rooms.yaml")
+    return load_rooms(AREAS + rest)
 
 
 def robot(objective: str) -> Scenario:
@@ -101,7 +94,7 @@ expect: {order: [goal ann east, goal ann west]}
     ],
 )
 def test_what_is_no_area_is_told_with_what_was_meant(areas: str, told: str) -> None:
-    text = ROOMS.partition("areas:")[0] + f"areas: {areas}\n"
+    text = ROOMS + f"areas: {areas}\n"
     with pytest.raises(InputError) as error:
         load_scenario_text(text + "robots: {}\n", "rooms.yaml")
     assert told.strip() in str(error.value)
@@ -124,9 +117,13 @@ def test_an_empty_list_avoids_nothing() -> None:
 
 
 def test_a_run_names_the_areas_that_robots_reach(tmp_path: Path) -> None:
-    text = ROOMS + (
-        "robots: {ann: {model: quadcopter, start: 8, objective: {patrol: [west, corner]}}}\n"
-        "expect: {outcome: completed, order: [goal ann corner]}\n"
+    text = (
+        ROOMS
+        + AREAS
+        + (
+            "robots: {ann: {model: quadcopter, start: 8, objective: {patrol: [west, corner]}}}\n"
+            "expect: {outcome: completed, order: [goal ann corner]}\n"
+        )
     )
     (tmp_path / "rooms.yaml").write_text(text)
     done = safenav("run", "rooms.yaml", "--trace", "run.jsonl", cwd=tmp_path)

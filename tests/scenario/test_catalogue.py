@@ -5,27 +5,11 @@ from pathlib import Path
 import pytest
 
 from safenav.errors import InputError
-from safenav.scenario.model import ObstacleType, ResolveAt, RobotModel, Scenario
+from safenav.scenario.model import ObstacleType, ResolveAt, RobotModel
 from safenav.scenario.reading.catalogue import BUILT_IN, built_in
-from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.scenario.reading.loader import load_scenario
 from safenav.world.moves import Mobility
-
-ROOMS = """\
-safenav: 1
-map:
-  grid: |
-    #######
-    #..#..#
-    #.....#
-    #..#..#
-    #######
-  names: {dock: [1, 2], gate: 17}
-"""
-
-
-def load(rest: str) -> Scenario:
-    return load_scenario_text(ROOMS + rest, "rooms.yaml")
-
+from scenario.rooms import ROOMS, load
 
 ROVER = """\
 robots:

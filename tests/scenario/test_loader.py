@@ -13,24 +13,9 @@ from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.scenario.settings import Controllers, Coordination, Limits, Until
 from safenav.world.map import Heading
 from safenav.world.moves import Pose
+from scenario.rooms import ROOMS, load
 
 SHIPPED = sorted((Path(__file__).parents[2] / "scenarios").glob("*.yaml"))
-
-ROOMS = """\
-safenav: 1
-map:
-  grid: |
-    #######
-    #..#..#
-    #.....#
-    #..#..#
-    #######
-  names: {dock: [1, 2], gate: 17}
-"""
-
-
-def load(rest: str) -> Scenario:
-    return load_scenario_text(ROOMS + rest, "rooms.yaml")
 
 
 def objective(written: str, robot: str = "model: quadcopter, start: 8") -> object:

@@ -6,13 +6,14 @@ strategy and counterstrategy that is small enough to write down.
 
 import csv
 import hashlib
-import os
 import subprocess
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+
+from once import CORPUS
 
 STRATEGY = ("--explicitStrategy", "--jsonOutput")
 COUNTERSTRATEGY = ("--counterStrategy", "--jsonOutput")
@@ -47,14 +48,8 @@ class Row:
     sha256: str | None
 
 
-def _corpus() -> Path:
-    named = os.environ.get("SAFENAV_CORPUS")
-    root = Path(__file__).resolve().parents[2]
-    return Path(named) if named else root.parent / "shared" / "corpus"
-
-
 def _rows() -> Iterator[Row]:
-    table = _corpus() / "expected.csv"
+    table = CORPUS / "expected.csv"
     if table.is_file():
         with table.open() as lines:
             for row in csv.DictReader(lines):
@@ -64,7 +59,7 @@ def _rows() -> Iterator[Row]:
 
 ROWS = list(_rows())
 if not ROWS:
-    reason = f"no expected.csv at {_corpus()}; set SAFENAV_CORPUS to the corpus"
+    reason = f"no expected.csv at {CORPUS}; set SAFENAV_CORPUS to the corpus"
     pytest.skip(reason, allow_module_level=True)
 
 
@@ -111,7 +106,7 @@ def _sha256(path: Path) -> str:
 @pytest.mark.parametrize("row", _parameters([row for row in ROWS if row.verdict == "realizable"]))
 def test_realizable_files(slugs_binary: Path, tmp_path: Path, row: Row) -> None:
     """The verdict, the bytes of the strategy where they are known, and its certificate."""
-    file, strategy = str(_corpus() / row.file), tmp_path / "strategy.json"
+    file, strategy = str(CORPUS / row.file), tmp_path / "strategy.json"
     huge = _is_huge(row)
     verdict, messages = _ask(slugs_binary, strategy, *(() if huge else STRATEGY), file)
     assert verdict == "realizable", messages
@@ -129,7 +124,7 @@ def test_realizable_files(slugs_binary: Path, tmp_path: Path, row: Row) -> None:
 @pytest.mark.parametrize("row", _parameters([row for row in ROWS if row.verdict == "unrealizable"]))
 def test_unrealizable_files(slugs_binary: Path, tmp_path: Path, row: Row) -> None:
     """The verdict, no strategy, and a counterstrategy that holds up."""
-    file, counterstrategy = str(_corpus() / row.file), tmp_path / "counterstrategy.json"
+    file, counterstrategy = str(CORPUS / row.file), tmp_path / "counterstrategy.json"
     verdict, messages = _ask(slugs_binary, counterstrategy, *STRATEGY, file)
     assert verdict == "unrealizable", messages
     assert counterstrategy.read_bytes() == b""
@@ -146,7 +141,7 @@ def _is_quick(row: Row) -> bool:
 def test_translation_keeps_the_strategy(slugs_binary: Path, tmp_path: Path, row: Row) -> None:
     """What --translate prints is played exactly like the file itself."""
     translated, strategy = tmp_path / "translated.slugsin", tmp_path / "strategy.json"
-    _ask(slugs_binary, translated, "--translate", str(_corpus() / row.file))
+    _ask(slugs_binary, translated, "--translate", str(CORPUS / row.file))
     verdict, messages = _ask(slugs_binary, strategy, *STRATEGY, str(translated))
     assert verdict == "realizable", messages
     assert _sha256(strategy) == row.sha256

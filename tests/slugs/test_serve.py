@@ -8,6 +8,7 @@ from random import Random
 
 import pytest
 
+from once import CORPUS
 from oracle import (
     Specification,
     build_game,
@@ -228,12 +229,6 @@ def _compare(binary: Path, folder: Path, specification: Specification, seed: int
     return 1
 
 
-def _corpus() -> Path:
-    named = os.environ.get("SAFENAV_CORPUS")
-    root = Path(__file__).resolve().parents[2]
-    return Path(named) if named else root.parent / "shared" / "corpus"
-
-
 @pytest.mark.parametrize(
     "name",
     [
@@ -246,16 +241,16 @@ def _corpus() -> Path:
     ],
 )
 def test_published_files_are_served_as_they_are_listed(own_slugs: Path, name: str) -> None:
-    file = _corpus() / name
+    file = CORPUS / name
     if not file.is_file():
-        pytest.skip(f"no corpus at {_corpus()}; set SAFENAV_CORPUS to the corpus")
+        pytest.skip(f"no corpus at {CORPUS}; set SAFENAV_CORPUS to the corpus")
     assert difference(own_slugs, file) is None
 
 
 def test_a_strategy_of_millions_is_served_without_a_list(own_slugs: Path) -> None:
-    file = _corpus() / "gr1" / "genbuf_20.slugsin"
+    file = CORPUS / "gr1" / "genbuf_20.slugsin"
     if not file.is_file():
-        pytest.skip(f"no corpus at {_corpus()}; set SAFENAV_CORPUS to the corpus")
+        pytest.skip(f"no corpus at {CORPUS}; set SAFENAV_CORPUS to the corpus")
     server = begin(own_slugs, file, "--memory", "500")
     start = server.ask({"start": {}})
     inputs = [

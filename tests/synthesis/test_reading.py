@@ -7,6 +7,7 @@ from random import Random
 
 import pytest
 
+from once import CORPUS
 from oracle import inputs_first, random_specification, to_structuredslugs
 from safenav.errors import InputError
 from safenav.formula.evaluator import evaluate
@@ -115,24 +116,18 @@ def test_a_random_file_reads_as_the_synthesizer_reads_it(slugs: Binary) -> None:
             assert result.verified
 
 
-def _corpus() -> Path:
-    named = os.environ.get("SAFENAV_CORPUS")
-    root = Path(__file__).resolve().parents[2]
-    return Path(named) if named else root.parent / "shared" / "corpus"
-
-
-CORPUS = sorted(_corpus().glob("*/*.structuredslugs"))
+FILES = sorted(CORPUS.glob("*/*.structuredslugs"))
 LARGE = ("basicEvasion", "Belief_Evasion_fine")
 if "SAFENAV_FUZZ" not in os.environ:  # among the tests, slugs alone checks these two strategies
     LARGE = (*LARGE, "coop_0_quad", "Belief_Evasion_coarse")
 
 
-@pytest.mark.skipif(not CORPUS, reason="no corpus of specifications; set SAFENAV_CORPUS")
+@pytest.mark.skipif(not FILES, reason="no corpus of specifications; set SAFENAV_CORPUS")
 @pytest.mark.parametrize(
     "file",
     [
         pytest.param(file, id=file.stem, marks=[pytest.mark.slow] * (file.stat().st_size > 20_000))
-        for file in CORPUS
+        for file in FILES
         if not file.stem.startswith(LARGE)
     ],
 )

@@ -2,20 +2,19 @@
 
 import json
 import os
-from pathlib import Path
 from random import Random
 
 import click
 import pytest
 
 from certify.making import certified
+from once import SCENARIOS
 from runtime.played import play
 from safenav.errors import InputError
 from safenav.report.terminal.story import Story
 from safenav.runtime.mission import Mission
 from safenav.scenario.reading.loader import load_scenario_text
 
-SCENARIOS = Path(__file__).parents[3] / "scenarios"
 COUNT = (int(os.environ.get("SAFENAV_FUZZ", "0")) or 24) // 3
 
 CORRIDOR = """
