@@ -5,7 +5,6 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -13,45 +12,15 @@ from click.testing import CliRunner
 from msgspec.structs import replace
 
 from once import SCENARIOS
-from safenav.audit.check import check_trace
+from runtime.played import Run, play
 from safenav.cli import group
 from safenav.errors import SynthesizerError, UsageError
-from safenav.outcome import Outcome
 from safenav.runtime.mission import Mission
 from safenav.runtime.on_demand import OnDemand
-from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.settings import Controllers, Limits
 from safenav.synthesis.serving.served import Position, ServedMeasure, ServedMove, ServedStrategy
-from safenav.trace import records, vocabulary
-from safenav.trace.reading import read_trace
-from safenav.trace.writing import TraceWriter
 from synthesis.requests import gone
-
-Played = Callable[[Scenario], list[records.Record]]
-
-
-@pytest.fixture
-def played(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Played:
-    """Run a scenario; its trace must pass the audit."""
-    monkeypatch.setenv("SAFENAV_CACHE", str(tmp_path / "cache"))
-
-    def play(scenario: Scenario) -> list[records.Record]:
-        path, found = tmp_path / "trace.jsonl", list[records.Record]()
-        with TraceWriter(path) as trace:
-            Mission(scenario, listeners=[trace, found.append]).run()
-        assert check_trace(path).findings == ()
-        return found
-
-    return play
-
-
-def moves_of(found: list[records.Record]) -> list[records.Move]:
-    return [record for record in found if isinstance(record, records.Move)]
-
-
-def syntheses_of(found: list[records.Record]) -> list[records.Synthesis]:
-    return [record for record in found if isinstance(record, records.Synthesis)]
 
 
 def mission_on_demand(name: str) -> Mission:
@@ -68,29 +37,30 @@ def pids_of(mission: Mission) -> list[int]:
 
 
 @pytest.mark.parametrize("name", ["case_study_2", "case_study_3_beliefs", "beam", "two_digits"])
-def test_moves_on_demand_are_those_of_the_list(played: Played, name: str) -> None:
+def test_moves_on_demand_are_those_of_the_list(name: str) -> None:
     scenario = load_scenario(SCENARIOS / f"{name}.yaml")
-    listed = played(replace(scenario, controllers=Controllers.LISTED))
-    found = played(replace(scenario, controllers=Controllers.ON_DEMAND))
-    assert moves_of(found) == moves_of(listed)
-    for synthesis in syntheses_of(found):
-        assert synthesis.verified is vocabulary.Verified.MOVES
-        assert (synthesis.states, synthesis.strategy) == (None, None)
-    assert {synthesis.verified for synthesis in syntheses_of(listed)} == {True}
+    listed = play(replace(scenario, controllers=Controllers.LISTED))
+    found = play(replace(scenario, controllers=Controllers.ON_DEMAND))
+    assert found.all("move") == listed.all("move")
+    for synthesis in found.all("synthesis"):
+        assert synthesis["verified"] == "moves"
+        assert (synthesis["states"], synthesis["strategy"]) == (None, None)
+    assert {synthesis["verified"] for synthesis in listed.all("synthesis")} == {True}
 
 
-def test_auto_lists_what_is_small_enough(played: Played) -> None:
+def test_auto_lists_what_is_small_enough(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """digit's strategies have up to 29 states in this run, the quadcopter's at most 14; whether
     the answer comes from the cache makes no difference."""
+    monkeypatch.setenv("SAFENAV_CACHE", str(tmp_path / "cache"))
     scenario = load_scenario(SCENARIOS / "case_study_2.yaml")
     assert scenario.controllers is Controllers.AUTO
-    assert {s.verified for s in syntheses_of(played(scenario))} == {True}
+    assert {s["verified"] for s in play(scenario).all("synthesis")} == {True}
     for _ in range(2):
-        found = syntheses_of(played(replace(scenario, limits=Limits(states=20))))
-        sizes = {synthesis.states for synthesis in found}
+        found = play(replace(scenario, limits=Limits(states=20))).all("synthesis")
+        sizes = {synthesis["states"] for synthesis in found}
         assert None in sizes
         assert max(size for size in sizes if size is not None) <= 20
-        assert {s.verified for s in found if s.states is None} == {vocabulary.Verified.MOVES}
+        assert {s["verified"] for s in found if s["states"] is None} == {"moves"}
 
 
 def test_the_processes_end_with_the_run() -> None:
@@ -110,25 +80,22 @@ def test_the_processes_end_with_a_run_that_is_given_up() -> None:
     assert all(map(gone, pids))
 
 
-def test_a_synthesizer_that_dies_ends_the_run_and_the_trace_says_so(tmp_path: Path) -> None:
-    path = tmp_path / "trace.jsonl"
+def test_a_synthesizer_that_dies_ends_the_run_and_the_trace_says_so() -> None:
+    run = Run()
     scenario = replace(
         load_scenario(SCENARIOS / "case_study_1.yaml"), controllers=Controllers.ON_DEMAND
     )
-    with TraceWriter(path) as trace:
-        mission = Mission(scenario, listeners=[trace])
-        mission.start()
-        for _ in range(3):
-            mission.step()
-        first, second = pids_of(mission)
-        os.kill(first, signal.SIGKILL)
-        with pytest.raises(SynthesizerError, match="ended while it served a strategy"):
-            mission.step()
-    last = read_trace(path).records[-1]
-    assert isinstance(last, records.End)
-    assert last.outcome is Outcome.ERROR
-    assert "ended while it served" in last.explanation
-    assert check_trace(path).findings == ()
+    mission = Mission(scenario, listeners=[run])
+    mission.start()
+    for _ in range(3):
+        mission.step()
+    first, second = pids_of(mission)
+    os.kill(first, signal.SIGKILL)
+    with pytest.raises(SynthesizerError, match="ended while it served a strategy"):
+        mission.step()
+    assert run.outcome is run.records[-1] and run.outcome["outcome"] == "error"
+    assert "ended while it served" in run.outcome["explanation"]
+    assert not run.findings
     assert gone(second)
 
 
