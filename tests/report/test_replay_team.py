@@ -111,12 +111,12 @@ def test_found_obstacles_block_the_view_until_they_are_resolved(tmp_path: Path) 
     lines = made_traces.door()
     lines[0]["scenario"]["robots"]["quad"]["vision"] = 4
     replay = read_replay(made_traces.write(lines, tmp_path / "t.jsonl"))
-    sight = SightCache(replay)
+    sight = SightCache(replay.map)
     quad = replay.track("quad")
     assert quad.regions[10] == quad.regions[11] == 46
-    before, found, after = (sight.mask("quad", tick) or 0 for tick in (10, 11, 16))
-    assert before >> 48 & 1 and not found >> 48 & 1 and after >> 48 & 1
-    assert found >> 47 & 1, "the closed doorway itself is seen"
+    before, found, after = (sight.after(replay, "quad", tick) or [] for tick in (10, 11, 16))
+    assert 48 in before and 48 not in found and 48 in after
+    assert 47 in found, "the closed doorway itself is seen"
 
 
 def test_without_limits_and_beliefs_there_is_nothing_to_shade(replays: dict[str, Replay]) -> None:

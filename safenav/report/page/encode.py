@@ -6,7 +6,7 @@ letter for each heading: a thousand ticks of a robot take about five kilobytes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from msgspec.structs import asdict
@@ -20,8 +20,10 @@ from safenav.report.replay.timeline import (
     Event,
     Hidden,
     LongStep,
+    ObstacleStatus,
     Replay,
     RobotBelief,
+    RobotProgress,
     RobotTrack,
     Slack,
     StackRow,
@@ -31,7 +33,6 @@ from safenav.trace.looks import looks
 from safenav.trace.wording import objective_words
 from safenav.trace.words import seconds_words
 from safenav.world.map import Region, RegionMap
-from safenav.world.poses import bits
 
 
 def encoded(replay: Replay, source: str) -> dict[str, Any]:
@@ -63,17 +64,15 @@ def encoded(replay: Replay, source: str) -> dict[str, Any]:
         "obstacles": [
             {
                 **obstacle_data(hidden, replay.map),
-                "status": _changes(replay.statuses[hidden.name], lambda status: [status.value]),
+                "status": _changes(replay.statuses[hidden.name], status_data),
                 "carried": _changes(
                     replay.loads.get(hidden.name, Changes.of((), ())),
-                    lambda robots: [[index[robot] for robot in robots]],
+                    lambda robots: carriers_data(robots, index),
                 ),
             }
             for hidden in replay.hidden
         ],
-        "stack": _changes(
-            replay.stack, lambda frames: [[frame_data(frame, replay.map) for frame in frames]]
-        ),
+        "stack": _changes(replay.stack, lambda frames: stack_data(frames, replay.map)),
         "sets": sets.texts,
         "events": [event_data(event, index) for event in replay.events],
         "deadlines": [slack_data(slack) for slack in replay.deadlines],
@@ -128,7 +127,6 @@ def slack_data(slack: Slack) -> list[Any]:
 
 def _robot(replay: Replay, track: RobotTrack) -> dict[str, Any]:
     facing = [heading.name[0] for heading in track.headings if heading is not None]
-    progress = replay.progress[track.name]
     return {
         "name": track.name,
         "model": track.model,
@@ -139,9 +137,7 @@ def _robot(replay: Replay, track: RobotTrack) -> dict[str, Any]:
         "steps": steps_data(track.steps),
         "headings": "".join(facing) if len(facing) == len(track.regions) else None,
         "tasks": _changes(replay.objectives[track.name], lambda o: task_data(o, replay.map)),
-        "progress": _changes(
-            progress, lambda p: [p.rounds, -1 if p.reached is None else p.reached]
-        ),
+        "progress": _changes(replay.progress[track.name], progress_data),
         "charge": None
         if track.name not in replay.charges
         else _changes(replay.charges[track.name], lambda percent: [percent]),
@@ -150,9 +146,9 @@ def _robot(replay: Replay, track: RobotTrack) -> dict[str, Any]:
 
 def _view(replay: Replay, viewer: str, index: dict[str, int], sets: RegionSets) -> dict[str, Any]:
     """Return a robot's sight and beliefs, each set of regions by its index in ``sets``."""
-    sight = SightCache(replay)
-    masks = [sight.mask(viewer, tick) for tick in range(replay.last + 1)]
-    places = [None if mask is None else sets.index(bits(mask)) for mask in masks]
+    sight = SightCache(replay.map)
+    views = (sight.after(replay, viewer, tick) for tick in range(replay.last + 1))
+    places = [None if view is None else sets.index(view) for view in views]
     seen = [
         [tick, place]
         for tick, place in enumerate(places)
@@ -180,9 +176,26 @@ def belief_data(
     return [0, -1] if belief is None else [int(belief.seen), placed(sorted(belief.regions))]
 
 
-def frame_data(frame: StackRow, world: RegionMap) -> list[Any]:
-    kind = "yield" if frame.obstacle is None else "request"
-    return [kind, frame.about(world.word), frame.roles, frame.requester, [*frame.helpers]]
+def status_data(status: ObstacleStatus) -> list[Any]:
+    return [status.value]
+
+
+def carriers_data(robots: Sequence[str], index: dict[str, int]) -> list[Any]:
+    return [[index[robot] for robot in robots]]
+
+
+def progress_data(done: RobotProgress) -> list[Any]:
+    return [done.rounds, -1 if done.reached is None else done.reached]
+
+
+def stack_data(frames: Sequence[StackRow], world: RegionMap) -> list[Any]:
+    kinds = ("yield" if frame.obstacle is None else "request" for frame in frames)
+    return [
+        [
+            [kind, frame.about(world.word), frame.roles, frame.requester, [*frame.helpers]]
+            for kind, frame in zip(kinds, frames, strict=True)
+        ]
+    ]
 
 
 def task_data(objective: Objective | None, world: RegionMap) -> list[Any]:
@@ -190,6 +203,10 @@ def task_data(objective: Objective | None, world: RegionMap) -> list[Any]:
     return [objective_words(objective, world.word), sorted(set().union(*targets))]
 
 
-def _changes(changes: Changes[Any], value: Any) -> list[list[Any]]:
-    pairs = zip(changes.ticks, changes.values, strict=True)
+def _changes(changes: Changes[Any], value: Callable[[Any], list[Any]]) -> list[list[Any]]:
+    return changed(zip(changes.ticks, changes.values, strict=True), value)
+
+
+def changed(pairs: Iterable[tuple[int, Any]], value: Callable[[Any], list[Any]]) -> list[list[Any]]:
+    """Return ticks and the values from then on, each as the page has it."""
     return [[max(0, tick), *value(held)] for tick, held in pairs]

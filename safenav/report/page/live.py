@@ -9,26 +9,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from safenav.report.page.encode import (
-    belief_data,
-    encoded,
-    event_data,
-    frame_data,
-    obstacle_data,
-    slack_data,
-    steps_data,
-    task_data,
-)
+from safenav.report.page import encode
 from safenav.report.page.region_sets import written
+from safenav.report.replay.perception import CLOSED, SightCache
 from safenav.report.replay.reading import ReplayBuilder
-from safenav.report.replay.timeline import Hidden, ObstacleStatus
+from safenav.report.replay.timeline import Hidden
 from safenav.trace import records
 from safenav.trace.trace import Trace
-from safenav.world.map import Region
-from safenav.world.poses import bits
-from safenav.world.sight import Visibility, visible_from
-
-_CLOSED = {ObstacleStatus.FOUND, ObstacleStatus.REQUESTED, ObstacleStatus.BLOCKED}
 
 
 class LiveRun:
@@ -42,7 +29,7 @@ class LiveRun:
         self._sent: dict[tuple[str, ...], int] = {}
         self._known: dict[str, Hidden] = {}
         self._sight: dict[str, str] = {}
-        self._views: dict[tuple[float, frozenset[Region]], Visibility] = {}
+        self._seen = SightCache(self._telling.map).seen
         self._catch_up()
 
     @property
@@ -68,7 +55,7 @@ class LiveRun:
     def whole(self) -> dict[str, Any]:
         """Return all that a page needs to show the run so far."""
         self._catch_up()
-        return encoded(self._telling.replay(self._version), self._source)
+        return encode.encoded(self._telling.replay(self._version), self._source)
 
     def news(self) -> dict[str, Any]:
         """Return the news since the last call, in the shapes of the whole: entries to append, but
@@ -80,20 +67,20 @@ class LiveRun:
             "robots": [self._robot_news(name, last) for name in telling.tracks],
             "obstacles": self._new_obstacles(),
             "status": {
-                name: [[max(0, tick), status.value] for tick, status in self._new(told, "s", name)]
+                name: encode.changed(self._new(told, "s", name), encode.status_data)
                 for name, told in telling.statuses.items()
             },
             "carried": {
-                name: [[tick, [self._index[one] for one in who]] for tick, who in new]
+                name: encode.changed(new, lambda who: encode.carriers_data(who, self._index))
                 for name, told in telling.loads.items()
                 if (new := self._new(told, "carried", name))
             },
-            "stack": [
-                [tick, [frame_data(frame, telling.map) for frame in frames]]
-                for tick, frames in self._new(telling.stack, "stack")
-            ],
-            "events": [event_data(event, self._index) for event in self._new_events()],
-            "deadlines": [slack_data(one) for one in self._new(telling.deadlines, "deadlines")],
+            "stack": encode.changed(
+                self._new(telling.stack, "stack"),
+                lambda frames: encode.stack_data(frames, telling.map),
+            ),
+            "events": [encode.event_data(e, self._index) for e in self._new_events()],
+            "deadlines": [*map(encode.slack_data, self._new(telling.deadlines, "deadlines"))],
         }
 
     def _robot_news(self, name: str, last: int) -> dict[str, Any]:
@@ -106,15 +93,14 @@ class LiveRun:
         return {
             "path": path,
             "headings": "".join(heading.name[0] for heading in facing if heading is not None),
-            "steps": [kept, steps_data(steps[kept:])],
-            "tasks": [
-                [max(0, tick), *task_data(objective, telling.map)]
-                for tick, objective in self._new(telling.objectives[name], "tasks", name)
-            ],
-            "progress": [
-                [max(0, tick), done.rounds, -1 if done.reached is None else done.reached]
-                for tick, done in self._new(telling.progress[name], "progress", name)
-            ],
+            "steps": [kept, encode.steps_data(steps[kept:])],
+            "tasks": encode.changed(
+                self._new(telling.objectives[name], "tasks", name),
+                lambda objective: encode.task_data(objective, telling.map),
+            ),
+            "progress": encode.changed(
+                self._new(telling.progress[name], "progress", name), encode.progress_data
+            ),
             "charge": self._new(telling.charges.percent.get(name, ()), "charge", name),
             "view": self._view_news(name, last),
         }
@@ -126,7 +112,7 @@ class LiveRun:
             if viewer != name:
                 continue
             for tick, belief in self._new(told, "belief", viewer, other):
-                seen, text = belief_data(belief, written)
+                seen, text = encode.belief_data(belief, written)
                 beliefs.append([self._index[other], tick, seen, text])
         sight = self._sight_now(name, last)
         if sight is None and not beliefs:
@@ -141,20 +127,15 @@ class LiveRun:
         vision = telling.tracks[name].vision
         if vision is None:
             return None
-        closed = frozenset(
-            hidden.region
-            for hidden in telling.hidden.values()
-            if telling.statuses[hidden.name] and telling.statuses[hidden.name][-1][1] in _CLOSED
-        )
-        if (vision, closed) not in self._views:
-            self._views[vision, closed] = visible_from(telling.map, vision, closed)
-        return written(bits(self._views[vision, closed].mask(telling.regions[name][last])))
+        told = ((h.region, telling.statuses[h.name][-1:]) for h in telling.hidden.values())
+        closed = frozenset(r for r, status in told if status and status[0][1] in CLOSED)
+        return written(self._seen(vision, closed, telling.regions[name][last]))
 
     def _new_obstacles(self) -> list[dict[str, Any]]:
         """Return the obstacles that are new, or that have just appeared."""
         found = [h for h in self._telling.hidden.values() if self._known.get(h.name) != h]
         self._known.update((hidden.name, hidden) for hidden in found)
-        return [obstacle_data(hidden, self._telling.map) for hidden in found]
+        return [encode.obstacle_data(hidden, self._telling.map) for hidden in found]
 
     def _new_events(self) -> Sequence[Any]:
         return self._new(self._telling.events, "events")

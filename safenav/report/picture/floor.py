@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from safenav.report.picture.names import PlacedName, TextBox
 from safenav.report.picture.svg import SvgWriter, number
 from safenav.report.picture.text import text_width
-from safenav.world.map import RegionMap
+from safenav.world.map import Region, RegionMap
 
 INK = "#1B1F24"
 MUTED = "#5C6470"
@@ -31,21 +31,20 @@ def draw_floor(page: SvgWriter, world: RegionMap, cell: float) -> None:
     lines = [f"M0,{number(r * cell)}H{number(width)}" for r in range(1, world.rows)]
     lines += [f"M{number(c * cell)},0V{number(height)}" for c in range(1, world.cols)]
     page.path("".join(lines), stroke=LINES, stroke_width=0.75, fill="none")
-    walls = []
-    for row in range(world.rows):
-        col = 0
-        while col < world.cols:
-            end = col
-            while end < world.cols and world.region(row, end) in world.walls:
-                end += 1
-            if end > col:
-                walls.append(
-                    f"M{number(col * cell)},{number(row * cell)}"
-                    f"h{number((end - col) * cell)}v{number(cell)}"
-                    f"h{number((col - end) * cell)}z"
-                )
-            col = end + 1
-    page.path("".join(walls), fill=WALL, stroke=WALL, stroke_width=0.5)
+    page.path(filled(world, world.walls, cell), fill=WALL, stroke=WALL, stroke_width=0.5)
+
+
+def filled(world: RegionMap, regions: Collection[Region], cell: float) -> str:
+    """Return one rectangle for each run of regions in a row: between two there could be a seam."""
+    parts, count = [], 0
+    for region in sorted(regions):
+        row, col = world.position(region)
+        count += 1
+        if col == world.cols - 1 or region + 1 not in regions:
+            left, width = number((col + 1 - count) * cell), number(count * cell)
+            parts.append(f"M{left},{number(row * cell)}h{width}v{number(cell)}h-{width}z")
+            count = 0
+    return "".join(parts)
 
 
 def number_size(cell: float) -> float | None:

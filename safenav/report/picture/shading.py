@@ -6,14 +6,16 @@ frame."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
+from safenav.report.picture.floor import filled
 from safenav.report.picture.legend import Row, lines_of
+from safenav.report.picture.names import outline
 from safenav.report.picture.svg import SvgWriter, number
 from safenav.report.replay.perception import Shading
 from safenav.report.replay.timeline import Placed, RobotBelief
 from safenav.trace.looks import Look
-from safenav.world.map import Region, RegionMap
+from safenav.world.map import RegionMap
 
 _ANGLES = (45, -45, 15, -75, 75, -15)
 _PITCH, _LINE = 0.16, 0.042
@@ -25,15 +27,11 @@ def draw_shading(
 ) -> None:
     """Tint and hatch the floor. ``style`` has the looks of all robots by name."""
     if shading.sight is not None:
-        _sight(
-            page,
-            _area(shading.sight, world, cell),
-            _border(shading.sight, world, cell),
-            style[shading.robot],
-        )
+        area, border = filled(world, shading.sight, cell), outline(world, shading.sight, cell)
+        _sight(page, area, border, style[shading.robot])
     for other, belief in shading.beliefs:
         order = list(style).index(other)
-        area, border = _area(belief.regions, world, cell), _border(belief.regions, world, cell)
+        area, border = filled(world, belief.regions, cell), outline(world, belief.regions, cell)
         _belief(page, area, border, belief, style[other], cell, order)
 
 
@@ -130,35 +128,3 @@ def _belief(
     )
     page.path(area, fill=f"url(#{name})", fill_opacity=0.6)
     page.path(border, fill="none", stroke=look.colour, stroke_width=1.6, stroke_dasharray="5 3")
-
-
-def _area(regions: Iterable[Region], world: RegionMap, cell: float) -> str:
-    """Return one rectangle for each run of regions in a row: between two there could be a seam."""
-    inside = frozenset(regions)
-    parts, side = [], number(cell)
-    count = 0
-    for region in sorted(inside):
-        row, col = world.position(region)
-        count += 1
-        if col == world.cols - 1 or region + 1 not in inside:
-            left, width = number((col + 1 - count) * cell), number(count * cell)
-            parts.append(f"M{left},{number(row * cell)}h{width}v{side}h-{width}z")
-            count = 0
-    return "".join(parts)
-
-
-def _border(regions: Iterable[Region], world: RegionMap, cell: float) -> str:
-    """Return the edges between the set and the rest."""
-    inside = {world.position(region) for region in regions}
-    parts = []
-    for row, col in sorted(inside):
-        left, top = number(col * cell), number(row * cell)
-        right, bottom = number((col + 1) * cell), number((row + 1) * cell)
-        edges = {
-            (row - 1, col): f"M{left},{top}H{right}",
-            (row + 1, col): f"M{left},{bottom}H{right}",
-            (row, col - 1): f"M{left},{top}V{bottom}",
-            (row, col + 1): f"M{right},{top}V{bottom}",
-        }
-        parts += [edge for beyond, edge in edges.items() if beyond not in inside]
-    return "".join(parts)

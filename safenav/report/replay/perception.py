@@ -10,11 +10,11 @@ from msgspec import Struct, field
 
 from safenav.report.replay.timeline import ObstacleStatus, Replay, RobotBelief
 from safenav.trace.words import regions_words
-from safenav.world.map import Region
+from safenav.world.map import Region, RegionMap
 from safenav.world.poses import bits
 from safenav.world.sight import Visibility, visible_from
 
-_CLOSED = {ObstacleStatus.FOUND, ObstacleStatus.REQUESTED, ObstacleStatus.BLOCKED}
+CLOSED = {ObstacleStatus.FOUND, ObstacleStatus.REQUESTED, ObstacleStatus.BLOCKED}
 
 
 class Shading(Struct, frozen=True):
@@ -44,9 +44,8 @@ def shading_of(replay: Replay, robot: str, tick: int) -> Shading:
         if viewer == robot
     )
     beliefs = tuple((other, belief) for other, belief in told if belief is not None)
-    sight = SightCache(replay).mask(robot, tick)
-    seen = None if sight is None else frozenset(bits(sight))
-    return Shading(robot, track.vision, seen, beliefs)
+    sight = SightCache(replay.map).after(replay, robot, tick)
+    return Shading(robot, track.vision, None if sight is None else frozenset(sight), beliefs)
 
 
 def shading_lines(shading: Shading) -> list[str]:
@@ -62,26 +61,23 @@ def shading_lines(shading: Shading) -> list[str]:
 
 
 class SightCache(Struct):
-    """The robots' sight during a run, cached, so that a query for every tick is cheap."""
+    """The sight of robots on a map, cached by what blocks it, so that a query for every tick is
+    cheap."""
 
-    replay: Replay
+    map: RegionMap
     _views: dict[tuple[float, frozenset[Region]], Visibility] = field(default_factory=dict)
 
-    def mask(self, robot: str, tick: int) -> int | None:
-        """Return the robot's sight after ``tick`` as a set in one integer, None without a
-        radius."""
-        track = self.replay.track(robot)
+    def seen(self, vision: float, closed: frozenset[Region], region: Region) -> list[Region]:
+        """Return the regions that are seen from a region as far as ``vision``, ascending."""
+        if (vision, closed) not in self._views:
+            self._views[vision, closed] = visible_from(self.map, vision, closed)
+        return [*bits(self._views[vision, closed].mask(region))]
+
+    def after(self, replay: Replay, robot: str, tick: int) -> list[Region] | None:
+        """Return the robot's sight after ``tick``; None without a radius."""
+        track = replay.track(robot)
         if track.vision is None:
             return None
-        key = (track.vision, self._closed(tick))
-        if key not in self._views:
-            self._views[key] = visible_from(self.replay.map, *key)
-        return self._views[key].mask(track.regions[tick])
-
-    def _closed(self, tick: int) -> frozenset[Region]:
-        replay = self.replay
-        return frozenset(
-            hidden.region
-            for hidden in replay.hidden
-            if replay.statuses[hidden.name].at(tick) in _CLOSED
-        )
+        known = ((h.region, replay.statuses[h.name].at(tick)) for h in replay.hidden)
+        closed = frozenset(region for region, status in known if status in CLOSED)
+        return self.seen(track.vision, closed, track.regions[tick])
