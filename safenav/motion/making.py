@@ -58,15 +58,9 @@ def motion_of(
     """
     floor = floor_of(trace, side)
     movers = movers_of(trace, floor)
-    for name, moved in movers.items():
-        if against.gust and isinstance(moved, FlyerMover):
-            speed = moved.values["speed"]
-            check_gust(name, against.gust, moved.values["tilt"], speed, floor.side)
     lines, outcome = _carried_out(trace, floor, movers)
-    if against.gust:
-        lines = _in_wind(lines, movers, floor, against)
-    if against.push:
-        lines = _struck(lines, movers, floor, against)
+    if against.gust or against.push:
+        lines = _disturbed(lines, movers, floor, against)
     header = MotionHeader(
         trace=trace.digest,
         safenav=safenav.__version__,
@@ -106,32 +100,26 @@ def _carried_out(
     return tuple(sorted([*lines, *waits], key=when)), outcome
 
 
-def _in_wind(
+def _disturbed(
     lines: tuple[Line, ...], movers: Mapping[str, Mover], floor: MetricFloor, against: Disturbances
 ) -> tuple[Line, ...]:
-    """The lines with how each flyer follows its references in gusts."""
-    tracks: list[Line] = []
-    for name, moved in movers.items():
-        own = [line for line in lines if isinstance(line, Flight) and line.robot == name]
-        if isinstance(moved, FlyerMover) and own:
-            seed = f"{against.seed} {name} wind"
-            tilt = moved.values["tilt"]
-            tracks += flown(own, floor, moved.size, tilt, against.gust, seed)
-    return (*lines, *tracks)
-
-
-def _struck(
-    lines: tuple[Line, ...], movers: Mapping[str, Mover], floor: MetricFloor, against: Disturbances
-) -> tuple[Line, ...]:
-    """The lines with a push of each walker in each walking move, and its recovery."""
+    """The lines with how each flyer follows its references in gusts, and with a push of each walker
+    in each walking move and its recovery."""
     found = list(lines)
     for name, moved in movers.items():
-        if not isinstance(moved, WalkerMover):
-            continue
-        own = [line for line in lines if isinstance(line, Segment) and line.robot == name]
-        struck = pushed(own, floor, moved.gait.omega, against.push, f"{against.seed} {name} push")
-        mine = {id(line) for line in own}
-        found = [line for line in found if id(line) not in mine] + struck
+        own = [line for line in lines if line.robot == name]
+        if isinstance(moved, FlyerMover) and against.gust:
+            tilt, seed = moved.values["tilt"], f"{against.seed} {name} wind"
+            check_gust(name, against.gust, tilt, moved.values["speed"], floor.side)
+            flights = [line for line in own if isinstance(line, Flight)]
+            if flights:
+                found += flown(flights, floor, moved.size, tilt, against.gust, seed)
+        if isinstance(moved, WalkerMover) and against.push:
+            seed = f"{against.seed} {name} push"
+            segments = [line for line in own if isinstance(line, Segment)]
+            mine = {id(line) for line in segments}
+            found = [line for line in found if id(line) not in mine]
+            found += pushed(segments, floor, moved.gait.omega, against.push, seed)
     return tuple(sorted(found, key=when))
 
 

@@ -15,9 +15,6 @@ from safenav.errors import UsageError
 from safenav.motion.file.records import Moving
 from safenav.motion.geometry import MetricFloor
 
-Values = Mapping[str, float]
-"""Parameters of a kind by name (safenav.scenario.motion)."""
-
 
 class Crossing(Struct, frozen=True):
     """A move between two regions that lie side by side.
@@ -37,7 +34,8 @@ class Mover(ABC):
     """A robot in motion. ``time`` is the end, in seconds, of what it has done so far.
 
     A kind of motion is a subclass, constructed with the robot's name, the floor, the region and
-    the heading (or None) where it starts, its size (metres), and the values of its parameters.
+    the heading (or None) where it starts, its size (metres), and the values of its
+    parameters by name (safenav.scenario.motion).
     """
 
     time: float = 0.0
@@ -49,7 +47,7 @@ class Mover(ABC):
         region: int,
         heading: str | None,
         size: float,
-        values: Values,
+        values: Mapping[str, float],
     ) -> None:
         self.robot = robot
         self.floor = floor

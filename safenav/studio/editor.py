@@ -248,22 +248,19 @@ class Editor(Studio):
         if self.document.change(edited(self.document.text, data)):
             self._changed()
 
-    async def _embed(self, data: Message) -> None:
+    async def _embed(self, _: Message) -> None:
         """Draw the map of a file into the text."""
-        del data
         world = self._draft.world
         if world is None:
             raise UsageError("the map cannot be read yet: fix the problems first")
         if self.document.change(changed(self.document.text, lambda told: embed(told, world))):
             self._changed()
 
-    async def _undo(self, data: Message) -> None:
-        del data
+    async def _undo(self, _: Message) -> None:
         self.document.undo()
         self._changed()
 
-    async def _redo(self, data: Message) -> None:
-        del data
+    async def _redo(self, _: Message) -> None:
         self.document.redo()
         self._changed()
 
@@ -296,9 +293,8 @@ class Editor(Studio):
         self.document.change(text, origin=TextOrigin(new, foreign, None if new else text))
         self._changed()
 
-    async def _files(self, data: Message) -> None:
+    async def _files(self, _: Message) -> None:
         """The scenarios that can be opened."""
-        del data
         self.tell({"is": "files", "names": await asyncio.to_thread(self.shelf.names)})
 
     async def _save(self, data: Message) -> None:
@@ -319,9 +315,8 @@ class Editor(Studio):
         else:
             self.tell(self._told())
 
-    async def _keep(self, data: Message) -> None:
+    async def _keep(self, _: Message) -> None:
         """Edit the scenario that was played."""
-        del data
         if self.run is None:
             raise UsageError("no run to edit yet")
         if self.document.change(self._played()):

@@ -161,8 +161,7 @@ class Studio:
         run = self.run or await self._begin(_seed(data))
         run.play()
 
-    async def _pause(self, data: Message) -> None:
-        del data
+    async def _pause(self, _: Message) -> None:
         if self.run is not None:
             self.run.pause()
 
@@ -183,8 +182,7 @@ class Studio:
         if data.get("play"):
             run.play()
 
-    async def _end(self, data: Message) -> None:
-        del data
+    async def _end(self, _: Message) -> None:
         if self.run is not None:
             await self.run.end()
 

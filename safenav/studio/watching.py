@@ -114,8 +114,7 @@ class _Watching(Studio):
     def hear(self, data: dict[str, Any]) -> None:
         self._watched.hear(data)
 
-    async def take(self, data: Mapping[str, Any]) -> None:
-        del data
+    async def take(self, _: Mapping[str, Any]) -> None:
         raise UsageError("this page watches: the program that called the mission drives the run")
 
     def _hello(self) -> dict[str, Any]:
