@@ -5,25 +5,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from ruamel.yaml.comments import CommentedMap, CommentedSeq
+from ruamel.yaml.comments import CommentedMap
 
 from safenav.errors import UsageError
 from safenav.scenario.reading.naming import NAME
 from safenav.studio.editing.places import MapPlaces
-from safenav.studio.editing.round_trip import Operation
+from safenav.studio.editing.round_trip import Operation, inline
 
 
 def add_area(data: Any, told: Operation) -> None:
     """The rectangle of ``rows`` and ``columns`` (first and last) as a new ``area``, or as a further
     part of it."""
     places = MapPlaces(data)
-    rectangle = CommentedMap(
-        {
-            key: _span(told[key], most)
-            for key, most in (("rows", places.rows), ("columns", places.cols))
-        }
-    )
-    rectangle.fa.set_flow_style()
+    most = {"rows": places.rows, "columns": places.cols}
+    rectangle = inline({key: _span(told[key], most[key]) for key in most})
     if not isinstance(data.get("areas"), dict):
         data.pop("areas", None)
         data.insert(list(data).index("map") + 1, "areas", CommentedMap())
@@ -35,8 +30,7 @@ def add_area(data: Any, told: Operation) -> None:
         return
     parts = areas[name]
     if not isinstance(parts, list):
-        parts = areas[name] = CommentedSeq([parts])
-        parts.fa.set_flow_style()
+        parts = areas[name] = inline([parts])
     parts.append(rectangle)
 
 

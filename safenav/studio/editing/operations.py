@@ -32,7 +32,7 @@ from safenav.studio.editing.robots import (
     set_model,
     set_objective,
 )
-from safenav.studio.editing.round_trip import Operation, changed, parsed, put
+from safenav.studio.editing.round_trip import Operation, changed, inline, parsed, put
 from safenav.studio.editing.walls import name_region, paint, resize
 
 
@@ -63,14 +63,10 @@ def add_delivery(data: Any, told: Operation) -> None:
     places = MapPlaces(data)
     types = in_catalogue(data, "obstacles")
     name = next(n for n in _numbered("parcel") if n not in types)
-    ends = [CommentedSeq([places.written(told[key], [])]) for key in ("from", "to")]
-    needs = [CommentedMap({"action": told["action"], "at": end}) for end in ends]
+    ends = [inline([places.written(told[key], [])]) for key in ("from", "to")]
+    needs = [inline({"action": told["action"], "at": end}) for end in ends]
     needs[1]["same"] = True
-    for part in (*ends, *needs):
-        part.fa.set_flow_style()
-    types[name] = CommentedMap({"needs": CommentedSeq(needs), "blocks": CommentedSeq()})
-    for listed in types[name].values():
-        listed.fa.set_flow_style()
+    types[name] = CommentedMap({"needs": inline(needs), "blocks": inline([])})
     add_order(data, {"at": told["at"], "type": name, "region": told["from"]})
 
 
@@ -86,28 +82,21 @@ def _add(data: Any, key: str, after: str, keys: Sequence[str], told: Operation) 
     like = next((e["region"] for e in entries if isinstance(e, dict) and "region" in e), None)
     if like is None:
         like = next((r.get("start") for r in (data.get("robots") or {}).values()), [])
-    new = CommentedMap({each: told[each] for each in keys if told.get(each) is not None})
+    new = inline({each: told[each] for each in keys if told.get(each) is not None})
     new["region"] = places.written(told["region"], like)
-    new.fa.set_flow_style()
     entries.append(new)
 
 
 def add_change(data: Any, told: Operation) -> None:
     """Add a change for ``robot`` at tick ``at``: an ``objective`` (kind and regions as numbers,
     several for a target of which any counts), or ``service``."""
-    new = CommentedMap({"at": told["at"], "robot": told["robot"]})
+    new = inline({"at": told["at"], "robot": told["robot"]})
     if told.get("objective") is not None:
         ((kind, body),) = told["objective"].items()
         targets = [any_of(target) for target in (body if kind in LISTS else [body])]
-        value: Any = targets[0]
-        if kind in LISTS:
-            value = CommentedSeq(targets)
-            value.fa.set_flow_style()
-        new["objective"] = CommentedMap({kind: value})
-        new["objective"].fa.set_flow_style()
+        new["objective"] = inline({kind: inline(targets) if kind in LISTS else targets[0]})
     else:
         new["service"] = told["service"]
-    new.fa.set_flow_style()
     _listed(data, "changes", after="obstacles" if "obstacles" in data else "robots").append(new)
 
 
@@ -160,9 +149,7 @@ def set_charger(data: Any, told: Operation) -> None:
     places, region = MapPlaces(data), told["region"]
     chargers = data.get("chargers")
     if not isinstance(chargers, list):
-        new = CommentedSeq()
-        new.fa.set_flow_style()
-        put(data, "chargers", new, after="orders" if "orders" in data else "robots")
+        put(data, "chargers", inline([]), after="orders" if "orders" in data else "robots")
         chargers = data["chargers"]
     there = [index for index, value in enumerate(chargers) if places.read(value) == region]
     if told["on"] and not there:
@@ -237,8 +224,7 @@ def set_value(data: Any, told: Operation) -> None:
     elif key in ("rounds", "ticks"):
         holder = "until" if key == "rounds" else "limits"
         if not isinstance(data.get(holder), dict):
-            data[holder] = CommentedMap()
-            data[holder].fa.set_flow_style()
+            data[holder] = inline({})
         data[holder][key] = int(value)
     else:
         raise UsageError(f"'{str(key)[:40]}' is not a setting of the drawing")

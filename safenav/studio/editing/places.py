@@ -7,8 +7,6 @@ from functools import partial
 from operator import setitem
 from typing import Any
 
-from ruamel.yaml.comments import CommentedMap, CommentedSeq
-
 from safenav.errors import UsageError
 from safenav.scenario.objective import kinds_that
 from safenav.scenario.reading.areas import SPAN
@@ -17,6 +15,7 @@ from safenav.scenario.reading.loader import ScenarioKeys
 from safenav.scenario.reading.objective import FORMULAS
 from safenav.scenario.reading.regions import PLACE, REGION, place_of
 from safenav.scenario.yaml.walking import values_of
+from safenav.studio.editing.round_trip import inline
 
 OBJECTIVES = kinds_that()
 LISTS = kinds_that(lambda kind: not kind.one)
@@ -51,9 +50,7 @@ class MapPlaces:
                     return name
         if isinstance(like, int):
             return region
-        pair = CommentedSeq([region // self.cols, region % self.cols])
-        pair.fa.set_flow_style()
-        return pair
+        return inline([region // self.cols, region % self.cols])
 
     def each(self) -> Iterator[tuple[Any, Callable[[Any], None]]]:
         """Every value that stands for a region, with what replaces it."""
@@ -88,11 +85,7 @@ def any_of(target: Any) -> Any:
     """A target of several regions: any of them counts."""
     if not isinstance(target, list):
         return target
-    regions = CommentedSeq(target)
-    regions.fa.set_flow_style()
-    found = CommentedMap({"any": regions})
-    found.fa.set_flow_style()
-    return found
+    return inline({"any": inline(target)})
 
 
 def grid_of(data: Any) -> list[str]:

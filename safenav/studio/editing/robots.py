@@ -6,13 +6,13 @@ import re
 from itertools import chain
 from typing import Any
 
-from ruamel.yaml.comments import CommentedMap, CommentedSeq
+from ruamel.yaml.comments import CommentedMap
 
 from safenav.errors import UsageError
 from safenav.scenario.objective import KINDS, STAYING, one_of
 from safenav.scenario.reading.objective import FORM, RULES, STRICT, TIMED, WITHIN
 from safenav.studio.editing.places import OBJECTIVES, MapPlaces, any_of, obstacle_types
-from safenav.studio.editing.round_trip import Operation, put
+from safenav.studio.editing.round_trip import Operation, inline, put
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
@@ -31,13 +31,10 @@ def add_robot(data: Any, told: Operation) -> None:
         (r["start"] for r in robots.values() if isinstance(r, dict) and "start" in r), []
     )
     start = places.written(told["region"], like)
-    robot = CommentedMap({"model": told["model"], "start": start})
+    robot = inline({"model": told["model"], "start": start})
     if told.get("heading"):
         robot["heading"] = told["heading"]
-    stays = CommentedMap({STAYING.kind: places.written(told["region"], like)})
-    stays.fa.set_flow_style()
-    robot["objective"] = stays
-    robot.fa.set_flow_style()
+    robot["objective"] = inline({STAYING.kind: places.written(told["region"], like)})
     robots[name] = robot
 
 
@@ -75,18 +72,12 @@ def set_objective(data: Any, told: Operation) -> None:
         raise UsageError("an objective needs a region")
     like: Any = robot.get("start", [])
     written = [_target(target, places, like) for target in regions]
-    value: Any = written[0]
-    if not KINDS[kind].one:
-        value = CommentedSeq(written)
-        value.fa.set_flow_style()
+    value = written[0] if KINDS[kind].one else inline(written)
     before = robot.get("objective")
     beside = ((FORM,) * (kind in STRICT), (WITHIN,) * (kind in TIMED), RULES)
     kept = before if isinstance(before, dict) else {}
-    objective = CommentedMap(
-        {kind: value} | {key: kept[key] for key in chain(*beside) if key in kept}
-    )
-    objective.fa.set_flow_style()
-    robot["objective"] = objective
+    others = {key: kept[key] for key in chain(*beside) if key in kept}
+    robot["objective"] = inline({kind: value} | others)
 
 
 def _target(target: Any, places: MapPlaces, like: Any) -> Any:

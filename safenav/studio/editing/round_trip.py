@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from difflib import SequenceMatcher
 from typing import Any
 
 from ruamel.yaml import YAML
+from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.error import YAMLError
 
 from safenav.errors import UsageError
@@ -52,6 +53,13 @@ def parsed(text: str, *, flow: bool = True) -> Any:
     if flow and hasattr(value, "fa"):
         value.fa.set_flow_style()
     return value
+
+
+def inline(value: Mapping[str, Any] | Sequence[Any]) -> Any:
+    """A collection that is written on one line."""
+    made = CommentedMap(value) if isinstance(value, Mapping) else CommentedSeq(value)
+    made.fa.set_flow_style()
+    return made
 
 
 def _spliced(text: str, before: str, after: str) -> str:

@@ -7,14 +7,14 @@ from collections.abc import Callable
 from math import cos, sin
 from typing import Any
 
-from ruamel.yaml.comments import CommentedMap, CommentedSeq
+from ruamel.yaml.comments import CommentedMap
 from ruamel.yaml.scalarstring import LiteralScalarString
 
 from safenav.errors import UsageError
 from safenav.scenario.reading.naming import NAME
 from safenav.studio.editing.areas import add_area
 from safenav.studio.editing.places import MapPlaces, formulas_of
-from safenav.studio.editing.round_trip import Operation
+from safenav.studio.editing.round_trip import Operation, inline
 from safenav.world.map import Region, RegionMap
 
 MOST = 512
@@ -165,8 +165,7 @@ def name_region(data: Any, told: Operation) -> None:
         if not NAME.fullmatch(name):
             raise UsageError("a name has letters, digits, '_' and '-', and begins with a letter")
         if not isinstance(world.get("names"), dict):
-            world["names"] = CommentedMap()
-            world["names"].fa.set_flow_style()
+            world["names"] = inline({})
         world["names"][name] = places.written(told["region"], [])
     if isinstance(world.get("names"), dict) and not world["names"]:
         del world["names"]
@@ -182,8 +181,7 @@ def embed(data: Any, world: RegionMap) -> None:
     frame = world.frame
     if frame is not None and frame.resolution[0] == frame.resolution[1]:
         told["resolution"] = frame.resolution[0]
-        told["origin"] = CommentedSeq([*frame.origin, frame.yaw])
-        told["origin"].fa.set_flow_style()
+        told["origin"] = inline([*frame.origin, frame.yaw])
     listed = data.get("areas") or {}
     for name in sorted(world.areas.keys() - listed.keys()):
         for top, bottom, left, right in rectangles(world.areas[name], world.cols):
