@@ -10,15 +10,14 @@ from collections.abc import Mapping
 from math import atan2, hypot, pi, remainder, tau
 
 from safenav.errors import UsageError
-from safenav.motion.disc import end_of
+from safenav.motion.disc import DiscMover
 from safenav.motion.file.records import Arc, Drive, Moving
 from safenav.motion.geometry import yaw
-from safenav.motion.mover import Crossing, Mover
 from safenav.motion.polynomial import quintic
 from safenav.pace.robot import ROOM, glide
 
 
-class RoverMover(Mover):
+class RoverMover(DiscMover):
     """A rover at rest at ``place``, facing ``facing`` radians."""
 
     def begin(self) -> None:
@@ -40,31 +39,23 @@ class RoverMover(Mover):
         names = ("speed", "acceleration", "turning")
         return {"size": self.size, **{name: self.values[name] for name in names}}
 
-    def move(self, crossing: Crossing) -> list[Moving]:
-        there = end_of(crossing, self.floor, self.size)
-        arcs = [*self._turning(yaw(crossing.heading)), self._driving(there)]
-        drive = self._drive("drive", crossing.tick, crossing.to, arcs)
-        self.region, self.heading = crossing.to, crossing.heading
-        return [drive]
-
     def rest(self, tick: int, until: float) -> list[Moving]:
         still = Arc(until - self.time, *self.place, self.facing, 0.0, (0.0,))
         return [self._drive("rest", tick, self.region, [still], until)]
 
-    def face(self, tick: int, region: int) -> list[Moving]:
-        if region == self.region:
+    def resume(self, tick: int) -> list[Moving]:
+        x, y = self.floor.centre(self.region)
+        if self.place == (x, y):
             return []
-        x, y = self.floor.centre(region)
-        arcs = self._turning(atan2(y - self.place[1], x - self.place[0]))
+        ahead = atan2(y - self.place[1], x - self.place[0])
+        return self._go(tick, (x, y), ahead, self.region)
+
+    def _turn(self, tick: int, wanted: float) -> list[Moving]:
+        arcs = self._turning(wanted)
         return [self._drive("turn", tick, self.region, arcs)] if arcs else []
 
-    def resume(self, tick: int) -> list[Moving]:
-        centre = self.floor.centre(self.region)
-        if self.place == centre:
-            return []
-        ahead = atan2(centre[1] - self.place[1], centre[0] - self.place[0])
-        arcs = [*self._turning(ahead), self._driving(centre)]
-        return [self._drive("drive", tick, self.region, arcs)]
+    def _go(self, tick: int, there: tuple[float, float], wanted: float, to: int) -> list[Moving]:
+        return [self._drive("drive", tick, to, [*self._turning(wanted), self._driving(there)])]
 
     def _turning(self, wanted: float) -> list[Arc]:
         angle = remainder(wanted - self.facing, tau)

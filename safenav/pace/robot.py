@@ -10,6 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from math import atan2, hypot, pi, remainder, sqrt, tau
+from types import MappingProxyType
 
 from safenav.errors import UsageError
 from safenav.pace.gait import LEFT, Walker, gait_on, starting, stopping, walking
@@ -42,8 +43,15 @@ class Pace(ABC):
     turns = True
     """Whether it turns to face what it acts on."""
 
-    def __init__(self, cols: int, side: float, heading: str | None, least: int = 1) -> None:
-        self._cols, self._side, self._least = cols, side, least
+    def __init__(
+        self,
+        cols: int,
+        side: float,
+        heading: str | None,
+        least: int = 1,
+        values: Mapping[str, float] = MappingProxyType({}),
+    ) -> None:
+        self._cols, self._side, self._least, self._values = cols, side, least, values
         self.facing = YAW[heading] if heading else 0.0
         self._since = 0.0
         self._settling = 0.0
@@ -134,7 +142,7 @@ class WalkerPace(Pace):
     def __init__(
         self, cols: int, side: float, heading: str | None, least: int, values: Mapping[str, float]
     ) -> None:
-        super().__init__(cols, side, heading or "east", least)
+        super().__init__(cols, side, heading or "east", least, values)
         names = ("size", "speed", "height", "foot", "clearance")
         self._gait = gait_on(side, Walker(*(values[name] for name in names)))
 
@@ -156,45 +164,32 @@ class WalkerPace(Pace):
 class DiscPace(Pace):
     """Glides from centre to centre, turning on the way; a flyer within its limit of tilt."""
 
-    def __init__(
-        self, cols: int, side: float, heading: str | None, least: int, values: Mapping[str, float]
-    ) -> None:
-        super().__init__(cols, side, heading, least)
-        self._speed, self._size = values["speed"], values["size"]
-        tilt = values.get("tilt")
-        self._pull = None if tilt is None else RESERVE * tilt
+    def _glide(self, way: float) -> float:
+        tilt = self._values.get("tilt")
+        return glide(way, self._values["speed"], None if tilt is None else RESERVE * tilt)
 
     def _fresh(self, way: float) -> float:
-        angle = _between(self.facing, way)
-        return max(glide(self._side, self._speed, self._pull), self._turning(angle))
+        return max(self._glide(self._side), self._turning(_between(self.facing, way)))
 
     def _turning(self, angle: float) -> float:
         return PEAK * angle / TURNING
 
     def _resuming(self) -> float:
-        return glide(self._side / 2 - self._size / 2 - ROOM, self._speed, self._pull)
+        return self._glide(self._side / 2 - self._values["size"] / 2 - ROOM)
 
 
-class RoverPace(Pace):
+class RoverPace(DiscPace):
     """Turns on the spot, then drives straight on."""
 
-    def __init__(
-        self, cols: int, side: float, heading: str | None, least: int, values: Mapping[str, float]
-    ) -> None:
-        super().__init__(cols, side, heading, least)
-        self._values = values
+    def _glide(self, way: float) -> float:
+        return glide(way, self._values["speed"], self._values["acceleration"])
 
     def _fresh(self, way: float) -> float:
-        drive = glide(self._side, self._values["speed"], self._values["acceleration"])
-        return self._turning(_between(self.facing, way)) + drive
+        return self._turning(_between(self.facing, way)) + self._glide(self._side)
 
     def _turning(self, angle: float) -> float:
         pull = self._values["acceleration"] / (self._values["size"] / 2)
         return glide(angle, self._values["turning"], pull)
-
-    def _resuming(self) -> float:
-        way = self._side / 2 - self._values["size"] / 2 - ROOM
-        return glide(way, self._values["speed"], self._values["acceleration"])
 
 
 _KINDS: Mapping[str, Callable[..., Pace]] = {
