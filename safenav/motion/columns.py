@@ -47,16 +47,7 @@ TRACKED = (
     *("wind_x", "wind_y"),
 )
 LEFT, RIGHT = 1, -1
-_TURNED = (
-    *(("com_x", "com_y"), ("x", "y"), ("vel_x", "vel_y"), ("acc_x", "acc_y")),
-    *(
-        ("ref_x", "ref_y"),
-        ("wind_x", "wind_y"),
-        ("cop_x", "cop_y"),
-        ("left_x", "left_y"),
-        ("right_x", "right_y"),
-    ),
-)
+_OWN_FRAME = frozenset({"q_x", "omega_x"})
 _DIRECTIONS = frozenset({"vel_x", "acc_x", "wind_x"})
 
 
@@ -255,14 +246,13 @@ def _tracked(
 def _placed(columns: dict[str, Array], origin: tuple[float, float, float]) -> dict[str, Array]:
     x0, y0, yaw = origin
     found = dict(columns)
-    for x, y in _TURNED:
-        if x in columns:
-            shift = (0.0, 0.0) if x in _DIRECTIONS else (x0, y0)
+    for x in columns:
+        if x.endswith("x") and x not in _OWN_FRAME:
+            y, shift = f"{x[:-1]}y", (0.0, 0.0) if x in _DIRECTIONS else (x0, y0)
             found[x] = shift[0] + columns[x] * cos(yaw) - columns[y] * sin(yaw)
             found[y] = shift[1] + columns[x] * sin(yaw) + columns[y] * cos(yaw)
-    for name in ("yaw", "left_yaw", "right_yaw"):
-        if name in columns:
-            found[name] = columns[name] + yaw
+        elif x.endswith("yaw"):
+            found[x] = columns[x] + yaw
     return found
 
 

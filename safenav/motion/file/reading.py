@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from safenav.errors import Diagnostic, InputError
-from safenav.motion.file.records import VERSION, Line, Motion, MotionHeader, MotionOutcome
-from safenav.motion.file.writing import TYPES
+from safenav.motion.file.records import TYPES, VERSION, Line, Motion, MotionHeader, MotionOutcome
 from safenav.trace.fields import WrongError, convert
 
 _DIAGNOSTIC_LIMIT = 20

@@ -276,6 +276,20 @@ class MotionOutcome(Struct, frozen=True):
 Line = (
     Moving | GoalLine | Measured | Reset | FlownTrack | BodyPush | Reserve | Release | Action | Wait
 )
+TYPES: Mapping[str, type[Line]] = {
+    "segment": Segment,
+    "flight": Flight,
+    "drive": Drive,
+    "goal": GoalLine,
+    "measured": Measured,
+    "reset": Reset,
+    "track": FlownTrack,
+    "push": BodyPush,
+    "reserve": Reserve,
+    "release": Release,
+    "action": Action,
+    "wait": Wait,
+}
 L = TypeVar("L")
 
 

@@ -7,42 +7,9 @@ from math import ceil, log10
 from typing import Any
 
 from safenav.lines import json_line
-from safenav.motion.file.records import (
-    VERSION,
-    Action,
-    Arc,
-    BodyPush,
-    Curve,
-    Drive,
-    Flight,
-    FlownTrack,
-    GoalLine,
-    Line,
-    Measured,
-    Motion,
-    Numbers,
-    Release,
-    Reserve,
-    Reset,
-    Segment,
-    Wait,
-)
+from safenav.motion.file.records import TYPES, VERSION, Arc, Curve, Motion, Numbers
 from safenav.trace.fields import entries, is_row
 
-TYPES: Mapping[str, type[Line]] = {
-    "segment": Segment,
-    "flight": Flight,
-    "drive": Drive,
-    "goal": GoalLine,
-    "measured": Measured,
-    "reset": Reset,
-    "track": FlownTrack,
-    "push": BodyPush,
-    "reserve": Reserve,
-    "release": Release,
-    "action": Action,
-    "wait": Wait,
-}
 NAMES = {kind: name for name, kind in TYPES.items()}
 
 DECIMALS = 12
