@@ -26,7 +26,6 @@ class Travel(Struct, frozen=True):
 
 
 def report_of(motion: Motion) -> str:
-    """The report, line by line."""
     outcome = motion.outcome
     lines = [f"makespan {outcome.makespan:.1f} s, regions of {motion.header.side:g} m"]
     if outcome.chain:
@@ -47,7 +46,6 @@ def report_of(motion: Motion) -> str:
 
 
 def travel_of(motion: Motion, robot: str) -> Travel:
-    """How one robot travelled."""
     columns = columns_of(motion, robot, RATE, in_world=False)
     x, y = columns.place
     way = np.hypot(np.diff(x), np.diff(y))

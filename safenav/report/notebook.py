@@ -22,7 +22,6 @@ _UPDATE_SECONDS = 0.1
 
 
 def svg_of_scenario(scenario: Scenario) -> str:
-    """Return a picture of the scenario before any run."""
     return svg_of(scene_of(scenario))
 
 
@@ -36,7 +35,6 @@ def frame_of_replay(replay: Replay, height: int = 640) -> str:
 
 
 def table_of_result(result: RunResult) -> str:
-    """Return the result of a run as a small table."""
     rounds = ", ".join(f"{robot} {count}" for robot, count in result.rounds.items())
     work = seconds_words(result.synthesis_seconds)
     rows = (

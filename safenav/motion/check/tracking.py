@@ -47,8 +47,6 @@ def check_wind(case: Examination) -> None:
 
 
 def _rows(case: Examination, track: FlownTrack) -> None:
-    """The samples of one line."""
-
     def wrong(row: int, rule: str, found: str) -> None:
         case.wrong(track.t0 + row * track.step, track.robot, rule, found)
 

@@ -20,8 +20,6 @@ Wrong = Callable[[float, str, str], None]
 
 
 def check_segment(case: Examination, segment: Segment) -> None:
-    """All rules of one segment."""
-
     def wrong(t: float, rule: str, found: str) -> None:
         case.wrong(segment.t0 + t, segment.robot, rule, found)
 

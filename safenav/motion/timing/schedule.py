@@ -211,7 +211,6 @@ class _Run(Struct):
     def _act(
         self, record: records.Met | records.Resolved, obstacle: ObstacleHeader, number: int
     ) -> Activity:
-        """The action that fulfils the need of that number."""
         need = obstacle.all_needs[number]
         others = tuple(
             name
@@ -306,7 +305,6 @@ def actions_of(done: Iterable[Activity]) -> Iterator[Action]:
 
 
 def waits_of(done: Iterable[Activity]) -> Iterator[Wait]:
-    """Who waits for whom."""
     for activity in done:
         for name, since in activity.free.items():
             after = activity.after

@@ -38,7 +38,6 @@ RECOVERING = replace(LIMITS, aside=0.15, friction=0.5)
 
 
 def demand(gait: Gait, primitive: Primitive) -> Demand:
-    """The demands of one primitive."""
     times = np.linspace(0, primitive.seconds, SAMPLES)
     states, pressures = sampled(
         primitive.durations,

@@ -293,7 +293,6 @@ class _Telling:
         }
 
     def _points(self, regions: Iterable[Region]) -> list[Message]:
-        """Return the middles of regions."""
         return [self._at(region)["position"] for region in regions]
 
     def _at(self, region: Region) -> Message:
@@ -307,12 +306,10 @@ class _Telling:
 
 
 def _bare(markers: list[Message]) -> list[Message]:
-    """Return markers without their times."""
     return [{**marker, "header": None} for marker in markers]
 
 
 def stamp(seconds: float) -> Message:
-    """Return a time of ROS."""
     nanoseconds = round(seconds * 1e9)
     return {"sec": nanoseconds // 10**9, "nanosec": nanoseconds % 10**9}
 

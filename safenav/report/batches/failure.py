@@ -40,7 +40,6 @@ class FailureFolder:
         return self._root / f"{name}-{result.fingerprint[:8]}"
 
     def __call__(self, result: Result, trace: Path | None) -> list[str]:
-        """Write the failure's files and return their names."""
         folder = self._folder(result)
         try:
             folder.mkdir(parents=True, exist_ok=True)

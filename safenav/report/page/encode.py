@@ -96,7 +96,6 @@ def encoded(replay: Replay, source: str) -> dict[str, Any]:
 
 
 def obstacle_data(hidden: Hidden, world: RegionMap) -> dict[str, Any]:
-    """Return an obstacle without its later status."""
     return {
         "name": hidden.name,
         "label": hidden.label(world),
@@ -121,7 +120,6 @@ def event_data(event: Event, index: dict[str, int]) -> list[Any]:
 
 
 def slack_data(slack: Slack) -> list[Any]:
-    """Return a line on a promise."""
     return [slack.tick, slack.of, slack.begin, slack.due, slack.verdict]
 
 

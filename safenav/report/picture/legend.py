@@ -161,7 +161,6 @@ def key_row(scene: Scene) -> KeyRow:
 def lines_of(
     text: str, size: float, width: float = WIDTH - ICON, bold: bool = False, colour: str = INK
 ) -> tuple[tuple[str, float, bool, str], ...]:
-    """Return a text as the lines of a row."""
     return tuple((line, size, bold, colour) for line in wrapped(text, size, width, bold))
 
 

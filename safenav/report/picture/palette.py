@@ -25,7 +25,6 @@ class Palette:
         self._nearest: dict[int, int] = {}
 
     def applied(self, image: Image.Image) -> Image.Image:
-        """Return the image in these colours."""
         found, where = np.unique(self._packed(image), return_inverse=True)
         table = np.array([self._index(int(colour)) for colour in found], dtype=np.uint8)
         result = Image.fromarray(table[where].reshape(image.height, image.width), "P")

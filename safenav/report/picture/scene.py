@@ -67,7 +67,6 @@ class Options(Struct, frozen=True):
 
 
 def svg_of(scene: Scene, options: Options | None = None) -> str:
-    """Return the picture as an SVG document."""
     options = options or Options()
     cell = cell_size(scene.map)
     width, height = scene.map.cols * cell, scene.map.rows * cell

@@ -57,7 +57,6 @@ def draw_taken(
 
 
 def shading_rows(shading: Shading, style: Mapping[str, Look]) -> list[Row]:
-    """Return the rows of the legend for the shading."""
     rows = []
 
     def sight(page: SvgWriter, x: float, y: float) -> None:

@@ -115,7 +115,6 @@ def _draw_moves(
 
 
 def _busiest(moves: Mapping[tuple[Region, Region], int]) -> int:
-    """Return the most transitions over one border."""
     return max((count for (a, b), count in moves.items() if a != b), default=1)
 
 
