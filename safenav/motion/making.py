@@ -16,14 +16,8 @@ from safenav.motion.geometry import MetricFloor
 from safenav.motion.in_time import at_times
 from safenav.motion.kinds import mover
 from safenav.motion.mover import Mover
+from safenav.motion.timing import schedule
 from safenav.motion.timing.given import carried_out, when
-from safenav.motion.timing.schedule import (
-    actions_of,
-    chain_of,
-    scheduled,
-    steps_of,
-    waits_of,
-)
 from safenav.motion.walker.limits import RECOVERING
 from safenav.motion.walker.mover import WalkerMover
 from safenav.motion.walker.pushes import pushed
@@ -89,14 +83,14 @@ def _carried_out(
     """Return the motion at the seconds of the trace; in lockstep, as early as its order allows."""
     if trace.header.clock is not None:
         return carried_out(trace, floor, movers)
-    done = scheduled(trace, floor, movers)
-    timed = at_times(trace, steps_of(done), actions_of(done))
+    done = schedule.scheduled(trace, floor, movers)
+    timed = at_times(trace, schedule.steps_of(done), schedule.actions_of(done))
     lines, outcome = carried_out(timed, floor, movers)
-    waits = [*waits_of(done)]
+    waits = [*schedule.waits_of(done)]
     waiting = dict.fromkeys(movers, 0.0)
     for wait in waits:
         waiting[wait.robot] += wait.t1 - wait.t0
-    outcome = replace(outcome, waiting=waiting, chain=chain_of(done, outcome.makespan))
+    outcome = replace(outcome, waiting=waiting, chain=schedule.chain_of(done, outcome.makespan))
     return tuple(sorted([*lines, *waits], key=when)), outcome
 
 

@@ -109,28 +109,17 @@ def sway(omega: float, offset: float, seconds: float) -> float:
     return offset * (1 - 1 / cosh(omega * seconds / 2))
 
 
-class Keyframe(Struct, frozen=True):
-    """An instant at which the mass is over or abreast of its stance foot, along one axis:
-    position of the mass, its speed, and position of the foot (m, m/s, m)."""
-
-    position: float
-    speed: float
-    foot: float
-
-
-def step_times(omega: float, here: Keyframe, apex: Keyframe) -> tuple[float, float]:
-    """Seconds on the foot of ``here``, then on the foot of ``apex`` (whose mass is over its
-    foot), of the step from one to the other: the two parabolas of the phase plane meet once.
-    """
-    reach = apex.position - here.foot
-    ahead = here.position - here.foot
-    square = apex.speed**2 - here.speed**2
-    square += omega**2 * (ahead**2 + apex.position**2 - here.foot**2)
-    switch = square / (2 * omega**2 * reach)
-    speed = sqrt(apex.speed**2 + omega**2 * (switch - apex.position) ** 2)
-    first = log((switch - here.foot + speed / omega) / (ahead + here.speed / omega)) / omega
-    then = log((apex.position - switch + speed / omega) / (apex.speed / omega)) / omega
-    return first, then
+def step_times(
+    omega: float, speed: float, foot: float, apex: float, apex_speed: float
+) -> tuple[float, float]:
+    """Seconds on the foot at ``foot``, then on the next one, of a step that begins with the mass at
+    0 and ends with it over that foot at ``apex`` (m, m/s): the two parabolas of the phase plane
+    meet once."""
+    square = apex_speed**2 - speed**2 + omega**2 * apex**2
+    switch = square / (2 * omega**2 * (apex - foot))
+    fastest = sqrt(apex_speed**2 + omega**2 * (switch - apex) ** 2) / omega
+    first = log((switch - foot + fastest) / (speed / omega - foot)) / omega
+    return first, log((apex - switch + fastest) / (apex_speed / omega)) / omega
 
 
 class Apex(Struct, frozen=True):
@@ -255,8 +244,7 @@ def _durations(gait: Gait, line: list[Apex]) -> tuple[float, ...]:
             (east - body[0]) * x + (north - body[1]) * y
             for east, north in (a.stance(gait.walker.foot) for a in (here, there))
         )
-        place = Keyframe(0.0, speed, stance)
-        on_this, on_next = step_times(gait.omega, place, Keyframe(reach, there.speed, reach))
+        on_this, on_next = step_times(gait.omega, speed, stance, reach, there.speed)
         seconds[index] += on_this
         seconds[index + 1] += on_next
     return tuple(seconds)
