@@ -97,7 +97,7 @@ class ReplayBuilder:
         self.statuses: dict[str, list[tuple[int, ObstacleStatus]]] = {n: [] for n in self.hidden}
         self.objectives = {n: [(-1, objective_of(r.objective))] for n, r in robots.items()}
         self.progress: dict[str, list[tuple[int, RobotProgress]]] = {name: [] for name in robots}
-        self.charges = ChargeLevels.begin(header)
+        self.charges = ChargeLevels(header)
         self.frames: list[StackRow] = []
         self.stack: list[tuple[int, tuple[StackRow, ...]]] = []
         self.events: list[Event] = []
