@@ -51,20 +51,37 @@ class PlacedName(Struct, frozen=True):
 
 def placed_names(world: RegionMap, cell: float) -> list[PlacedName]:
     """Return the names of a map with regions of that side; one without room is left out."""
-    subjects = [(name, [_cell(world, region, cell)]) for name, region in world.names.items()]
-    bodies = []
-    for _, (box,) in subjects:
-        inset = (0.5 - _BODY) * cell
-        bodies.append(
-            TextBox(*(box.left + inset, box.top + inset, box.right - inset, box.bottom - inset))
-        )
-    for name, area in world.areas.items():
-        subjects.append((name, _middle_first(world, area, cell)))
+    width, height, inset = world.cols * cell, world.rows * cell, (0.5 - _BODY) * cell
+    cells = {name: _cell(world, region, cell) for name, region in world.names.items()}
+    bodies = [
+        TextBox(box.left + inset, box.top + inset, box.right - inset, box.bottom - inset)
+        for box in cells.values()
+    ]
     names: list[PlacedName] = []
-    for index, (text, boxes) in enumerate(subjects):
-        found = _best(text, boxes, index >= len(bodies), names, bodies, world, cell)
-        if found is not None:
-            names.append(found)
+
+    def place(text: str, boxes: list[TextBox], area: bool) -> None:
+        """Take the place with the fewest robots below, in the largest letters for which there is
+        one."""
+        for size in _SIZES:
+            wide, high = text_width(text, size, bold=True) + _GAP, _LINE * size
+            options: list[tuple[float, TextBox]] = []
+            for box in boxes if wide <= width and high <= height else ():
+                for x, y in _places(box, wide, high, area):
+                    left = min(max(x - wide / 2, 0.0), width - wide)
+                    top = min(max(y - high / 2, 0.0), height - high)
+                    found = TextBox(left, top, left + wide, top + high)
+                    if not any(found.overlaps(name.box) for name in names):
+                        below = sum(found.overlaps(body) for body in bodies)
+                        options.append((below + 0.1 * len(options), found))
+            if options:
+                best = min(options, key=lambda option: option[0])[1]
+                names.append(PlacedName(text, size, best, area))
+                return
+
+    for name, box in cells.items():
+        place(name, [box], False)
+    for name, regions in world.areas.items():
+        place(name, _middle_first(world, regions, cell), True)
     return names
 
 
@@ -82,34 +99,6 @@ def _middle_first(world: RegionMap, area: frozenset[Region], cell: float) -> lis
         return (r - row) ** 2 + (c - col) ** 2, region
 
     return [_cell(world, region, cell) for region in sorted(area, key=away)[:_MOST_BOXES]]
-
-
-def _best(
-    text: str,
-    boxes: list[TextBox],
-    area: bool,
-    names: list[PlacedName],
-    bodies: list[TextBox],
-    world: RegionMap,
-    cell: float,
-) -> PlacedName | None:
-    """Return the place with the fewest robots below, in the largest letters for which there is
-    one."""
-    width, height = world.cols * cell, world.rows * cell
-    for size in _SIZES:
-        wide, high = text_width(text, size, bold=True) + _GAP, _LINE * size
-        options: list[tuple[float, TextBox]] = []
-        for box in boxes if wide <= width and high <= height else ():
-            for x, y in _places(box, wide, high, area):
-                left = min(max(x - wide / 2, 0.0), width - wide)
-                top = min(max(y - high / 2, 0.0), height - high)
-                place = TextBox(left, top, left + wide, top + high)
-                if not any(place.overlaps(name.box) for name in names):
-                    below = sum(place.overlaps(body) for body in bodies)
-                    options.append((below + 0.1 * len(options), place))
-        if options:
-            return PlacedName(text, size, min(options, key=lambda option: option[0])[1], area)
-    return None
 
 
 def _places(box: TextBox, width: float, height: float, area: bool) -> Iterator[tuple[float, float]]:
