@@ -106,7 +106,8 @@ def command(
     if terminal:
         return _show(replay, _ticks(replay, ticks), speed)
     if gif:
-        return _film(replay, output or trace.with_suffix(".gif"), ticks, speed, width, sight)
+        path, shown = output or trace.with_suffix(".gif"), _ticks(replay, ticks)
+        return _film(replay, path, shown, speed, width or 720, sight)
     if svg is not None or png is not None:
         tick, part = _moment(replay, svg if svg is not None else png or "")
         shading = None if sight is None else shading_of(replay, sight, tick)
@@ -207,22 +208,15 @@ def _show(replay: Replay, ticks: range, speed: float) -> int:
 
 
 def _film(
-    replay: Replay,
-    path: Path,
-    ticks: str | None,
-    speed: float,
-    width: int | None,
-    sight: str | None,
+    replay: Replay, path: Path, ticks: range, speed: float, width: int, sight: str | None
 ) -> int:
     from safenav.outfile import tell, write_whole
     from safenav.report.picture.raster import Film, write_gif
 
-    shown = _ticks(replay, ticks)
     steps = max(1, min(3, round(12 / speed)))
-    film = Film(shown.start, shown.stop - 1, speed, steps, width or 720, sight)
-    with click.progressbar(
-        length=len(film.moments(replay)), label="drawing", file=sys.stderr
-    ) as bar:
+    film = Film(ticks.start, ticks.stop - 1, speed, steps, width, sight)
+    count = len(film.moments(replay))
+    with click.progressbar(length=count, label="drawing", file=sys.stderr) as bar:
         write_whole(path, lambda part: write_gif(replay, part, film, lambda _: bar.update(1)))
     tell(path)
     return ExitCode.OK
