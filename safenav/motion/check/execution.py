@@ -65,18 +65,16 @@ def check_execution(case: Examination) -> None:
         ways[name] = way
         _rate(case, name, way)
         _clock(case, name, way)
-        own = [h for h in case.held if h.robot == name]
+        own: list[Holding] = []
         # Who acts on an obstacle reaches into its region, which blocks all others, and into those
         # that its resolution sweeps, which are reserved meanwhile.
         acting = [action for action in case.actions if action.robot == name]
         for one in acting:
             room = {one.region, *swept.get(one.obstacle, ())}
             own += [Holding(name, region, one.t0, one.t1) for region in room]
-        found = outside(way.times, way.centres, case.radius(name), own, case.grid, MEASURED_TOUCH)
+        found = outside(case, name, way.times, way.centres, own, MEASURED_TOUCH)
         if found is not None:
-            t, x, y, into, region = found
-            what = f"measured at ({x:.3f}, {y:.3f}) m, {into:.3f} m into region {region}, "
-            what += "which it does not have"
+            t, what = found[0], f"measured at {found[1]}"
             if any(a.t0 <= t <= a.t1 for a in acting):
                 what += " (it acts: 'sweeps' of an obstacle's type reserves what that takes)"
             case.wrong(t, name, "measured room", what)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from itertools import combinations
 
 import numpy as np
 
-from safenav.motion.check.examination import NEAR, Examination, Grid, Holding
+from safenav.motion.check.examination import NEAR, Examination, Holding
 from safenav.motion.check.paths import Array, Disc, discs
 from safenav.motion.file.records import Moving, Release, Reserve
 
@@ -56,27 +56,21 @@ def check_overlaps(case: Examination) -> None:
 
 
 def outside(
-    times: Array,
-    places: Array,
-    radius: float,
-    own: Iterable[Holding],
-    grid: Grid,
-    touch: float = TOUCH,
-) -> tuple[float, float, float, float, int] | None:
-    """Where a disc reaches into a region that it does not have at the time: the time, x, y, by how
-    many metres at most, and the region; None if it stays in its own."""
-    spans = list(own)
-    for cell in grid.cells(places, radius):
-        into = radius - grid.distance(places, cell)
-        free = np.zeros(len(times), dtype=bool)
+    case: Examination, robot: str, times: Array, places: Array, more: list[Holding], touch: float
+) -> tuple[float, str] | None:
+    """Where the disc of a robot reaches into a region that it does not have at the time, by more
+    than ``touch`` metres: the time, and the place in words. ``more``: what it has besides."""
+    spans = [*more, *(held for held in case.held if held.robot == robot)]
+    for cell in case.grid.cells(places, case.radius(robot)):
+        into = case.radius(robot) - case.grid.distance(places, cell)
         for span in spans:
-            if grid.place(span.region) == cell:
-                free |= (times >= span.begin - NEAR) & (times <= span.end + NEAR)
-        into = np.where(free, -1.0, into)
+            if case.grid.place(span.region) == cell:
+                into[(times >= span.begin - NEAR) & (times <= span.end + NEAR)] = -1.0
         worst = int(into.argmax())
         if into[worst] > touch:
-            x, y = (float(value) for value in places[worst])
-            return float(times[worst]), x, y, float(into[worst]), grid.region(cell)
+            x, y = places[worst]
+            what = f"({x:.3f}, {y:.3f}) m, {into[worst]:.3f} m into region "
+            return float(times[worst]), f"{what}{case.grid.region(cell)}, which it does not have"
     return None
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from safenav.motion.check.examination import NEAR, Examination
 from safenav.motion.check.paths import Array, power_series
-from safenav.motion.check.room import outside
+from safenav.motion.check.room import TOUCH, outside
 from safenav.motion.file.records import Flight, FlownTrack
 
 MASS, GRAVITY, DRAG = 0.5, 9.81, 0.25
@@ -84,12 +84,9 @@ def _flown(case: Examination, track: FlownTrack, flights: Sequence[Flight]) -> N
     file records."""
     rows: Array = np.array(track.rows, dtype=np.float64)
     times: Array = track.t0 + track.step * np.arange(len(rows), dtype=np.float64)
-    own = (span for span in case.held if span.robot == track.robot)
-    found = outside(times, rows[:, :2], case.radius(track.robot), own, case.grid)
+    found = outside(case, track.robot, times, rows[:, :2], [], TOUCH)
     if found is not None:
-        t, x, y, into, region = found
-        what = f"the wind takes it to ({x:.3f}, {y:.3f}) m, {into:.3f} m into region {region}"
-        case.wrong(t, track.robot, "room", f"{what}, which it does not have")
+        case.wrong(found[0], track.robot, "room", f"the wind takes it to {found[1]}")
     off = np.hypot(*(rows[:, :2] - _reference(flights, times)).T)
     told = np.abs(off - np.array(track.errors))
     if told.max() > 1e-3:
