@@ -49,7 +49,8 @@ class Bound:
             }
             for name in self.names
         }
-        self.open = [o for name in now.requests if (o := now.obstacles[name]).until is None]
+        requested = [now.obstacles[name] for name in now.requests]
+        self.open = [o for o in requested if slow or o.until is None]  # else it may be gone by then
         self.ends = {obstacle.name: NEVER for obstacle in self.open}
         self.met = {
             o.name: [

@@ -312,3 +312,27 @@ def test_the_audit_judges_when_orders_are_left_undone(clock: Clock) -> None:
     assert not run.findings
     scenario["inputs"][0]["spans"] = [[4, 4]]
     assert "every robot has completed 1 round, but the run continues" in run.findings
+
+
+AFTER = """
+safenav: 1
+map: {grid: ["#####", "#...#", "#..##", "#...#", "#####"], resolution: 1}
+catalogue:
+  robots: {m0: {mobility: free, layer: ground, capabilities: [clear], motion: disc, speed: 1}}
+  obstacles: {t0: {action: look}, p2: {action: clear, blocks: []}}
+robots: {r0: {model: m0, start: 16, objective: {visit: [18]}}}
+obstacles: [{type: t0, region: 17, until: 30}]
+orders: [{at: 2, type: p2, region: 18}]
+"""
+
+
+@pytest.mark.parametrize("clock", Clock)
+def test_an_order_is_requested_again_after_the_wait(clock: Clock) -> None:
+    run = play(f"{AFTER}clock: {clock.value}\n")
+    assert run.outcome["outcome"] == "completed"
+    assert [line["until"] for line in run.all("waiting")] == [2, 30]
+    *_, again = run.all("synthesis", reason="service")
+    (gone,) = run.all("gone")
+    assert again["tick"] == gone["tick"]
+    run.records[:] = [line for line in run.records if line["type"] != "waiting"]
+    assert "a synthesis for the reason service, which no line records" in run.findings

@@ -8,6 +8,7 @@ from safenav.audit.kinds import ALTERNATION, shape_of
 from safenav.audit.lines import Line, Objective
 from safenav.audit.rules.rule import Rule, Said
 from safenav.audit.situation import RESYNTHESIS, Situation
+from safenav.audit.turn import is_over
 
 _CAUSES: dict[str, tuple[str, ...]] = {
     "request": ("violation", "request", "met", "acted"),
@@ -32,9 +33,13 @@ class SynthesisRule(Rule):
         self._initial: set[str] = set()
         self._happened: set[str] = set()
         self._begun = False
+        self._resumed = -1
+        """The tick in which the team decided again because a wait was over."""
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
         self._happened.add(record.type)
+        if now.waits is not None and is_over(now.waits, record):
+            self._resumed = record.tick
         if record.type == "synthesis":
             yield from self._problems(record, now)
         elif record.type == "move" and not self._begun:
@@ -50,6 +55,8 @@ class SynthesisRule(Rule):
             causes = _CAUSES.get(record.reason)
             if record.reason == "request" and any(map(now.done.get, now.requests)):
                 continue  # a robot has had its part in a need
+            if record.reason == "service" and self._resumed == record.tick:
+                continue  # whatever has changed by then
             if now.live and causes and self._happened & {*causes}:
                 continue  # its strategy may have come later
             if causes and not any(map(turn.first, causes)):

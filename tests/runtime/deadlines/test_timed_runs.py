@@ -197,3 +197,21 @@ def test_the_earliest_tick_of_a_patrol_is_that_of_the_target_it_begins_with() ->
     assert lost["earliest"] == 18
     lost["earliest"] = 19
     assert "possible from tick 18 on, not 19" in run.findings
+
+
+def test_acts_are_judged_where_an_obstacle_would_go_later() -> None:
+    run = play("""
+        safenav: 1
+        map: {grid: ["######", "#....#", "######"]}
+        catalogue: {robots: {m: {mobility: free, layer: air, capabilities: [push]}}}
+        robots:
+          a: {model: m, start: 7, objective: {hold: 7}}
+          b: {model: quadcopter, start: 10, objective: {visit: [8, 10]}, avoids: []}
+        obstacles: [{type: door, region: 9, until: 40}]
+        resolve_within: 23
+        until: {rounds: 1}
+        """)
+    (acts,) = run.all("acts")
+    assert [(act["obstacle"], act["at"]) for act in acts["acts"]] == [("door@9", 3)]
+    acts["acts"][0]["need"] = 1
+    assert "need 1 of door@9 is not the next one" in run.findings
