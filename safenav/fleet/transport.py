@@ -103,33 +103,26 @@ class Transport(Protocol):
         """Connect. ``post`` takes messages from any thread until ``close`` returns.
 
         Raises FleetError if the middleware cannot be used."""
-        ...
 
     def missing(self) -> list[str]:
         """The action servers that nobody has answered for yet, by their names."""
-        ...
 
     def navigate(self, robot: str, goal: GoalPoint) -> None:
         """Send a robot on its way; GoalEnded follows, once for each goal."""
-        ...
 
     def cancel(self, robot: str) -> None:
         """Stop a robot where it is, as soon as it can; its goal ends by GoalEnded."""
-        ...
 
     def follow(self, robot: str, reference: Setpoints) -> None:
         """Stream a reference to a robot that tracks for itself, ``Setpoints.ahead`` 20 times per
         second, until the next one or ``close``; nothing follows. Its times are on the clock of the
         fleet's world. A robot whose stream ends has to stop by itself."""
-        ...
 
     def perform(self, robot: str, action: str, obstacle: str, number: int) -> None:
         """Let a robot act on an obstacle where it stands; Performed follows, once."""
-        ...
 
     def close(self) -> None:
         """Cancel every goal, and disconnect. Safe to call twice."""
-        ...
 
 
 def result_of(success: bool, text: str) -> ActResult:

@@ -8,6 +8,7 @@ limited all the same, because every later walk over the tree recurses.
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Mapping
 
 from msgspec import Struct
 
@@ -34,10 +35,10 @@ class FormulaError(SafenavError):
 
 def parse(text: str) -> syntax.Formula:
     """The formula that ``text`` holds. Raises FormulaError."""
-    return _Parser(_tokens(text)).whole()
+    return _Parser(tokens_of(text, _TOKEN, _HINTS, FormulaError)).whole()
 
 
-class _Token(Struct, frozen=True):
+class Token(Struct, frozen=True):
     kind: str
     text: str
     column: int
@@ -85,29 +86,31 @@ _TEMPORAL = {
 _PRECEDENCE = {"iff": 1, "implies": 2, "xor": 3, "or": 4, "and": 5}
 
 
-def _tokens(text: str) -> list[_Token]:
+def tokens_of(
+    text: str,
+    pattern: re.Pattern[str],
+    hints: Mapping[str, str],
+    error: Callable[[int, str, str], Exception],
+) -> list[Token]:
+    """The tokens of a formula by the groups of a pattern, without ``space``; the last one is
+    ``end``. Raises ``error`` for ``foreign`` ones and for characters that no group matches."""
     tokens = []
     position = 0
     while position < len(text):
-        match = _TOKEN.match(text, position)
-        if match is None:
-            char = text[position]
-            raise FormulaError(position + 1, f"unexpected {char!r}", _HINTS.get(char, ""))
-        kind = str(match.lastgroup)
-        if kind == "foreign":
-            operator = match.group()
-            raise FormulaError(position + 1, f"unexpected {operator!r}", _HINTS[operator])
-        if kind != "space":
-            tokens.append(_Token(kind, match.group(), position + 1))
+        match = pattern.match(text, position)
+        found = text[position] if match is None else match.group()
+        if match is None or match.lastgroup == "foreign":
+            raise error(position + 1, f"unexpected {found!r}", hints.get(found, ""))
+        if match.lastgroup != "space":
+            tokens.append(Token(str(match.lastgroup), found, position + 1))
         position = match.end()
-    tokens.append(_Token("end", "", len(text) + 1))
-    return tokens
+    return [*tokens, Token("end", "", len(text) + 1)]
 
 
 class _Parser:
     """Recursive descent with precedence climbing over the tokens of one formula."""
 
-    def __init__(self, tokens: list[_Token]) -> None:
+    def __init__(self, tokens: list[Token]) -> None:
         self._tokens = tokens
         self._next = 0
         self._depth = 0
@@ -122,10 +125,10 @@ class _Parser:
             raise self._unexpected("an operator or the end")
         return formula
 
-    def _peek(self) -> _Token:
+    def _peek(self) -> Token:
         return self._tokens[self._next]
 
-    def _take(self) -> _Token:
+    def _take(self) -> Token:
         token = self._tokens[self._next]
         self._next += 1
         return token
@@ -262,11 +265,11 @@ class _Parser:
                 raise FormulaError(self._peek().column, "a second prime", _ONE_STEP)
         return syntax.Name(token.text, primed, token.column)
 
-    def _descend(self, token: _Token) -> None:
+    def _descend(self, token: Token) -> None:
         """One level down in the text: bounds the parser's own recursion."""
         self._depth = self._bounded(self._depth + 1, token)
 
-    def _bounded(self, levels: int, token: _Token) -> int:
+    def _bounded(self, levels: int, token: Token) -> int:
         """``levels`` again; the tree's height is bounded too, for those who walk it later."""
         if levels > MAX_DEPTH:
             found = f"nested more than {MAX_DEPTH} deep"

@@ -10,9 +10,8 @@ import re
 from collections.abc import Callable
 from math import inf
 
-from msgspec import Struct
-
 from safenav.errors import ExitCode, SafenavError
+from safenav.formula.parser import Token, tokens_of
 from safenav.stl import syntax
 
 MOST_DEPTH = 50
@@ -32,6 +31,7 @@ _TOKEN = re.compile(
     r"|(?P<mark>[-+*(),\[\]])"
 )
 _HINTS = {
+    "@": "an obstacle has its region's number or name: resolved_door@47",
     "=": "a signal hardly ever equals a number: write '>=' or '<='",
     "==": "a signal hardly ever equals a number: write '>=' or '<='",
     "!=": "write '>=' or '<='",
@@ -71,32 +71,9 @@ def parse_requirement(text: str) -> syntax.Requirement:
     return _Parser(text).whole()
 
 
-class _Lexeme(Struct, frozen=True):
-    kind: str
-    text: str
-    column: int
-
-
-def _lexemes(text: str) -> list[_Lexeme]:
-    found, at = [], 0
-    while at < len(text):
-        match = _TOKEN.match(text, at)
-        if match is None:
-            hint = "an obstacle has its region's number or name: resolved_door@47"
-            hint = hint if text[at] == "@" else ""
-            raise RequirementError(at + 1, f"unexpected {text[at]!r}", hint)
-        kind, word = str(match.lastgroup), match.group()
-        if kind == "foreign":
-            raise RequirementError(at + 1, f"unexpected {word!r}", _HINTS.get(word, ""))
-        if kind != "space":
-            found.append(_Lexeme(kind, word, at + 1))
-        at = match.end()
-    return [*found, _Lexeme("end", "", len(text) + 1)]
-
-
 class _Parser:
     def __init__(self, text: str) -> None:
-        self._lexemes = _lexemes(text)
+        self._lexemes = tokens_of(text, _TOKEN, _HINTS, RequirementError)
         self._at = 0
         self._depth = 0
 
@@ -109,10 +86,10 @@ class _Parser:
             raise self._unexpected("an operator or the end")
         return tree
 
-    def _peek(self) -> _Lexeme:
+    def _peek(self) -> Token:
         return self._lexemes[self._at]
 
-    def _take(self, *texts: str) -> _Lexeme | None:
+    def _take(self, *texts: str) -> Token | None:
         """The next lexeme if it is one of these."""
         found = self._peek()
         if found.text not in texts or found.kind == "end":
@@ -132,13 +109,13 @@ class _Parser:
             hint = f"write '{_WORDS[found.text]}'"
         return RequirementError(found.column, f"unexpected {shown}", hint)
 
-    def _requirement(self, tree: syntax.Node, begin: _Lexeme) -> syntax.Requirement:
+    def _requirement(self, tree: syntax.Node, begin: Token) -> syntax.Requirement:
         if isinstance(tree, syntax.RobotSignal | syntax.Literal | syntax.Arithmetic):
             hint = "compare it: distance(a, b) >= 1"
             raise RequirementError(begin.column, "a number where a condition is expected", hint)
         return tree
 
-    def _number(self, tree: syntax.Node, begin: _Lexeme) -> syntax.SignalTerm:
+    def _number(self, tree: syntax.Node, begin: Token) -> syntax.SignalTerm:
         if isinstance(tree, syntax.RobotSignal | syntax.Literal | syntax.Arithmetic):
             return tree
         hint = "only numbers are compared, added and multiplied"
@@ -155,7 +132,7 @@ class _Parser:
         self._depth -= 1
         return left
 
-    def _descend(self, begin: _Lexeme) -> None:
+    def _descend(self, begin: Token) -> None:
         self._depth += 1
         if self._depth > MOST_DEPTH:
             found = f"nested more than {MOST_DEPTH} deep"
@@ -216,7 +193,7 @@ class _Parser:
         self._at += 1
         return self._value(found)
 
-    def _value(self, found: _Lexeme) -> float:
+    def _value(self, found: Token) -> float:
         value = float(found.text)
         if value > 1e9:
             raise RequirementError(found.column, f"the number {found.text[:20]} is too large")
@@ -290,7 +267,7 @@ class _Parser:
         names = tuple(robot.text for robot in robots)
         return syntax.RobotSignal(name.text, names, tuple(robot.column for robot in robots))
 
-    def _robot(self) -> _Lexeme:
+    def _robot(self) -> Token:
         found = self._peek()
         if found.kind != "word":
             raise self._unexpected("the name of a robot")

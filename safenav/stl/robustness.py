@@ -36,15 +36,12 @@ class Recording(Protocol):
 
     def signal(self, which: syntax.RobotSignal, times: Array) -> tuple[Array, float]:
         """Values at the times, and a bound of their change per second."""
-        ...
 
     def jumps(self, which: syntax.RobotSignal) -> tuple[float, ...]:
         """Instants at which the signal is not continuous."""
-        ...
 
     def instants(self, event: syntax.Happens) -> tuple[float, ...]:
         """When the event happens."""
-        ...
 
 
 class Robustness(Struct, frozen=True):
