@@ -31,7 +31,7 @@ def check(
     ``next_allowed`` is False for initial conditions.
     """
     found = _formula(formula, declared, next_allowed)
-    return tuple(sorted(set(found), key=lambda problem: problem.column))
+    return tuple(sorted(dict.fromkeys(found), key=lambda problem: problem.column))
 
 
 def _formula(
