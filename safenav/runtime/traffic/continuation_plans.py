@@ -91,7 +91,8 @@ class Certificates:
             if answer is None and self._work.done:
                 return False
             if answer is None:
-                search = self._searches.search(floor, course, start, work=self._work)
+                own = self._searches.own_of_charging()
+                search = self._searches.search(floor, course, start, own, work=self._work)
                 answer = search.run(CERTIFICATE_ROUNDS, CERTIFICATE_STATES, CERTIFICATE_CHAIN)
             known = isinstance(answer, Found)
             if len(self._known) > CERTIFICATES_KEPT:

@@ -52,6 +52,7 @@ class PlanSearch(Struct):
     starved: str = ""
     hopeless: frozenset[int] = frozenset()
     _cut_off: frozenset[int] = frozenset()
+    _leg_end: int = 0
 
     @property
     def turning(self) -> bool:
@@ -187,19 +188,36 @@ class PlanSearch(Struct):
         """Return moves that bring at least the starving robot to its target: formulas may
         remember, so that a plan for all assumes goals as met that are not. None if there are no
         such moves, or the team could not continue after them."""
-        index = floor.index(self.starved)
-        goal = self.searches.goal(floor, self.starved)
+        answer = self._leg_of_starved(floor, course, start)
+        if not isinstance(answer, Found):
+            return None
+        own = self.searches.own_of_charging()
+        after = self.searches.search(floor, course, answer.states[-1], own, work=self.work)
+        if self.turning and not isinstance(after.run(1), Found):
+            return None
+        return list(answer.states)
+
+    def _leg_of_starved(self, floor: Floor, course: Course, start: Joint) -> Answer:
+        """Search for moves that bring the starving robot to its target."""
+        index, goal = floor.index(self.starved), self.searches.goal(floor, self.starved)
         search = self.searches.search(floor, course, start, {index: goal}, work=self.work)
         search.goal = lambda state: (
             state.stages != start.stages or bool(goal >> state.poses[index] & 1)
         )
-        answer = search.run(1)
-        if not isinstance(answer, Found):
+        return search.run(1)
+
+    def _leg_first(self, floor: Floor, course: Course, start: Joint) -> Found | None:
+        """Return a plan that brings the starving robot to its target while others go to their
+        chargers and stay there, and then all through the mission. None if none is found."""
+        leg = self._leg_of_starved(floor, course, start)
+        if not isinstance(leg, Found):
             return None
-        after = self.searches.search(floor, course, answer.states[-1], work=self.work)
-        if self.turning and not isinstance(after.run(1), Found):
+        own, here = self.searches.own_of_charging(), leg.states[-1]
+        rest = self.searches.search(floor, course, here, own, work=self.work).run(1)
+        if not isinstance(rest, Found):
             return None
-        return list(answer.states)
+        self._leg_end = len(leg.states)
+        return Found((*leg.states, *rest.states[1:]))
 
     def cut(
         self, course: Course, start: Joint, states: Sequence[Joint], helping: bool
@@ -208,7 +226,7 @@ class PlanSearch(Struct):
         found = []
         for state in states:
             found.append(state)
-            if self.leg_done(course, start, state, helping):
+            if len(found) == self._leg_end or self.leg_done(course, start, state, helping):
                 break
         return found
 
@@ -243,7 +261,7 @@ class PlanSearch(Struct):
     def _searched(self, floor: Floor, helping: bool) -> tuple[Course, Joint, Search, Answer]:
         """Search for a plan; return the search and its result."""
         self.hopeless = frozenset()
-        self._cut_off = self.searches.cut_off(floor)
+        self._cut_off, self._leg_end = self.searches.cut_off(floor), 0
         course = self.searches.course(floor)
         start = self._begun(floor, course)
         search = self.searches.search(floor, course, start, work=self.work)
@@ -252,6 +270,8 @@ class PlanSearch(Struct):
             answer = search.run(1, chain=CERTIFICATE_CHAIN) if hindered else search.run(1)
             if isinstance(answer, Spent):
                 answer = self.certificates.again(course, start) or answer
+            if isinstance(answer, Spent) and self.turning and self.searches.own_of_charging():
+                answer = self._leg_first(floor, course, start) or answer
             if isinstance(answer, Spent) and self.turning and not hindered:
                 answer = search.run(self._rounds)
             if isinstance(answer, Exhausted) and course.served:

@@ -153,6 +153,12 @@ class Searches:
                 found.add(index)
         return frozenset(found)
 
+    def own_of_charging(self) -> dict[int, None]:
+        """Own objectives for the robots that go to a charger: a plan for the whole mission would
+        have them stay there, and find no end."""
+        robots = self._state.robots.values()
+        return {i: None for i, r in enumerate(robots) if r.assignment.role is Role.CHARGES}
+
     def only_out(self, robots: Sequence[RobotState]) -> bool:
         """Whether each of some robots is out of service, or cut off by one that is."""
         active = {robot.name for robot in robots if robot.active}
@@ -201,12 +207,12 @@ class Searches:
         floor: Floor,
         course: Course,
         start: Joint,
-        goals: Mapping[int, Mask] | None = None,
+        goals: Mapping[int, Mask | None] | None = None,
         *,
         work: Effort,
     ) -> Search:
         """Return a search for a plan. ``goals``: initial goal poses of robots, in place of the
-        assigned ones; ``work``: the effort that it may take."""
+        assigned ones (None: those of its own objective); ``work``: the effort that it may take."""
 
         def guide(stages: Stages, poses: tuple[int, ...]) -> list[Mask | None]:
             found = self._guide(floor, stages, poses)
