@@ -18,8 +18,7 @@ from safenav.synthesis.export import in_words
 from safenav.synthesis.strategy import Field, Strategy
 from safenav.verify.bitparallel import Evaluator, Vector, add, first_row
 from safenav.verify.completions import Clause, Row, Slot
-from safenav.verify.cycles import fair_cycle
-from safenav.verify.edges import Edges
+from safenav.verify.cycles import Edges, fair_cycle
 from safenav.verify.failures import Failure, Fault
 
 _BLOCK_EDGES = 1 << 16

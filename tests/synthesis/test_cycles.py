@@ -6,8 +6,7 @@ from random import Random
 import networkx
 import pytest
 
-from safenav.verify.cycles import closed_walk, cyclic_parts, fair_cycle, shortest_path
-from safenav.verify.edges import Edges
+from safenav.verify.cycles import Edges, closed_walk, cyclic_parts, fair_cycle, shortest_path
 
 
 def test_parts_are_the_strongly_connected_components_with_a_cycle() -> None:

@@ -150,8 +150,7 @@ class RoundsRule(Rule):
         elif record.type == "goal":
             if now.objectives[record.robot] == now.own[record.robot]:
                 self._own[record.robot] = record.round
-            if problem := self._problem(record, now.objectives[record.robot]):
-                yield problem
+            yield from self._counted(record, now.objectives[record.robot])
 
     def ending(self, now: Situation) -> Iterator[Said]:
         outcome = now.outcome
@@ -167,7 +166,7 @@ class RoundsRule(Rule):
                 continue
             yield robot, f"{robot} has {told} rounds in the outcome, but {last} in its goal lines"
 
-    def _problem(self, record: Line, objective: Objective) -> str:
+    def _counted(self, record: Line, objective: Objective) -> Iterator[Said]:
         robot, last = record.robot, self._last.get(record.robot, 0)
         unsure = robot in self._unsure
         self._unsure.discard(robot)
@@ -176,21 +175,21 @@ class RoundsRule(Rule):
         if unsure:
             steps.clear()
         if not shape_of(objective.kind).recurs:
-            went_back = record.round < last and not unsure
-            return f"{robot}'s rounds go back from {last} to {record.round}" if went_back else ""
+            if record.round < last and not unsure:
+                yield f"{robot}'s rounds go back from {last} to {record.round}"
+            return
         if record.round in (last, last + 1):
             steps.append(record.round - last)
         elif not (unsure and record.round in (0, 1)):
             steps.clear()
-            return f"{robot}'s round {record.round} follows round {last}"
+            yield f"{robot}'s round {record.round} follows round {last}"
+            return
         count = len(objective.targets)
         if unsure:
             steps.clear()
         elif len(steps) >= count and sum(steps[-count:]) != 1:
-            problem = f"{robot} completes {sum(steps[-count:])} rounds with {count} goals"
+            yield f"{robot} completes {sum(steps[-count:])} rounds with {count} goals"
             steps.clear()
-            return problem
-        return ""
 
 
 class HoldRule(Rule):
