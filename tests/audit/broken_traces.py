@@ -311,13 +311,7 @@ CASES: list[Case] = [
         11,
         "rover",
     ),
-    (
-        "hold",
-        "nested",
-        retell("drone", (3, 15, 16), (4, 16, 16), (5, 16, 16)),
-        3,
-        "drone",
-    ),
+    ("hold", "nested", retell("drone", (3, 15, 16), (4, 16, 16), (5, 16, 16)), 3, "drone"),
     (
         "missed-pop",
         "door",

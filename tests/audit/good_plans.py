@@ -59,10 +59,7 @@ def met_on_the_way() -> list[Line]:
         [obstacle("door", 9, "push", [9, 15], ["one"])],
     )
     s.next_tick().add(
-        "plan",
-        reason="starved",
-        robots={"one": way(7, 8, 9, 10), "two": way(16)},
-        orders=[],
+        "plan", reason="starved", robots={"one": way(7, 8, 9, 10), "two": way(16)}, orders=[]
     )
     s.step("one", 8).step("two").goal("two", 0, 1).move("quad").goal("quad", 0, 1)
     s.next_tick().meet("one", "door@9")

@@ -11,6 +11,8 @@ from audit.living import living
 from audit.trace_script import Line, Script, obstacle, robot, text
 from safenav.audit.check import check_trace
 from safenav.audit.judging import NAMES_RULE, RULES
+from safenav.audit.lines import read_line
+from safenav.audit.situation import Situation
 
 CASES: list[Case] = [*CASES_OF_RUNS, *CASES_OF_PLANS, *CASES_OF_LIVE]
 GOOD = GOOD_IN_TICKS | GOOD_LIVE
@@ -185,6 +187,15 @@ def test_who_holds_leaves_only_where_signals_send_it(assigned: int, rules: list[
     s.lines[-1]["signal"] = {"request": True, "assigned": assigned, "wait": False}
     audit = check_trace(text(s.end("interrupted", {"a": 1})))
     assert [f.rule for f in audit.findings] == rules
+
+
+def test_the_signal_of_a_robot_that_stays_to_act_takes_effect() -> None:
+    s = Script("....\n####", {"a": robot("ground", [], 0, {"hold": 0})}, [])
+    now = Situation(read_line({"tick": 0, **s.lines[0], "clock": "live"}, 1), [])
+    signal = {"request": True, "assigned": 1, "wait": False}
+    hold = {"type": "hold", "tick": 1, "t": 1.0, "robot": "a", "why": "acting", "signal": signal}
+    now.apply(read_line(hold, 2))
+    assert now.signals["a"].assigned == 1
 
 
 @pytest.mark.parametrize(

@@ -170,11 +170,7 @@ def test_robots_that_keep_apart_do_not_lift_together_on_one_region(
     apart: bool, accepted: bool
 ) -> None:
     beam = moment(
-        [
-            robot("a", 1, 5, 1),
-            robot("b", 1, 1, can="lift"),
-            robot("c", 2, 2, can="lift"),
-        ],
+        [robot("a", 1, 5, 1), robot("b", 1, 1, can="lift"), robot("c", 2, 2, can="lift")],
         obstacle("beam@4", 4, need("lift", 3, robots=2, together=True), blocks="a b c"),
         together=apart,
     )
