@@ -68,11 +68,10 @@ FEW_GROUPS = 300
 """Number of groups of each size, those that stand nearest to each other first."""
 FEW_STATES = 20_000
 
-CERTIFICATE_ROUNDS = 1
-CERTIFICATE_STATES = 2_000
 CERTIFICATE_CHAIN = 1_000
-"""Budget for a certificate. A move that has none is refused, and may be tried again in the next
-tick. A chain as for a plan takes 5 s in a team of 20."""
+CERTIFICATE = 1, 2_000, CERTIFICATE_CHAIN
+"""Rounds, states and chain of the search for a certificate. A move that has none is refused, and
+may be tried again in the next tick. A chain as for a plan takes 5 s in a team of 20."""
 CERTIFICATE_WORK = 600_000
 """Effort of certificates in a row without success, as of ``MOST_WORK``: after it, moves are refused
 without a search until there is a joint plan."""
@@ -88,6 +87,11 @@ AIM_NODES = 20_000
 """Nodes of a strategy that are searched for the next thing that a robot remembers."""
 REMEMBERED_STATES = 4_000
 """Poses with a formula's memory; with more, plans are made over poses alone."""
+
+AT_ONCE = 0.02
+"""Live: seconds in which most searches have ended; others are heard of when they have."""
+LONGEST = 60
+"""Live: steps that robots which can undo them take meanwhile; then they wait for the answer."""
 
 MOST_HELPERS = 2
 """Robots that can help and move in a plan for a request that is due, unless it takes more."""

@@ -12,14 +12,7 @@ from itertools import pairwise
 
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import TeamState
-from safenav.runtime.traffic.budgets import (
-    CERTIFICATE_CHAIN,
-    CERTIFICATE_ROUNDS,
-    CERTIFICATE_STATES,
-    CERTIFICATE_WORK,
-    CERTIFICATES_KEPT,
-    REJOIN_PLACES,
-)
+from safenav.runtime.traffic import budgets
 from safenav.runtime.traffic.joint import Answer, Course, Effort, Found, Joint
 from safenav.runtime.traffic.remembering import StateGraph
 from safenav.runtime.traffic.searches import Searches
@@ -36,7 +29,7 @@ class Certificates:
         self._last: tuple[Course, Sequence[Joint]] | None = None
         self._known: dict[tuple[Joint, int, int], bool] = {}
         self._about: Course | None = None
-        self._work = Effort(CERTIFICATE_WORK)
+        self._work = Effort(budgets.CERTIFICATE_WORK)
 
     @property
     def known(self) -> tuple[int, int]:
@@ -93,9 +86,9 @@ class Certificates:
             if answer is None:
                 own = self._searches.own_of_charging()
                 search = self._searches.search(floor, course, start, own, work=self._work)
-                answer = search.run(CERTIFICATE_ROUNDS, CERTIFICATE_STATES, CERTIFICATE_CHAIN)
+                answer = search.run(*budgets.CERTIFICATE)
             known = isinstance(answer, Found)
-            if len(self._known) > CERTIFICATES_KEPT:
+            if len(self._known) > budgets.CERTIFICATES_KEPT:
                 self._known.clear()
             self._known[key] = known
             if isinstance(answer, Found):
@@ -114,7 +107,7 @@ class Certificates:
 
     def keep(self, course: Course, states: Sequence[Joint]) -> None:
         """The rest of a plan is the certificate of the moves that it makes."""
-        self._last, self._work = (course, states), Effort(CERTIFICATE_WORK)
+        self._last, self._work = (course, states), Effort(budgets.CERTIFICATE_WORK)
         self._concern(course)
         for before, after in pairwise(states):
             for index, pose in enumerate(after.poses):
@@ -141,7 +134,7 @@ def rejoined(course: Course, start: Joint, plan: Sequence[Joint]) -> tuple[Joint
         pairs = zip(plan[at].poses, start.poses, strict=True)
         return sum(pose != now for pose, now in pairs), -at
 
-    for at in sorted(range(len(plan)), key=apart)[:REJOIN_PLACES]:
+    for at in sorted(range(len(plan)), key=apart)[: budgets.REJOIN_PLACES]:
         if plan[at].stages != start.stages:
             continue
         states = _return(course, start, plan[at].poses)

@@ -219,11 +219,7 @@ class Course:
         return found
 
     def _settled(
-        self,
-        poses: tuple[int, ...],
-        counts: tuple[Count, ...],
-        stages: Stages,
-        who: Iterable[int],
+        self, poses: tuple[int, ...], counts: tuple[Count, ...], stages: Stages, who: Iterable[int]
     ) -> Joint:
         """Let every robot act where it stands, and count the goals that waiting meets there."""
         acting = self._acting_at(stages)

@@ -20,26 +20,8 @@ from enum import Enum
 from itertools import count as counting
 
 from safenav.runtime.resolution.problem import Stages
-from safenav.runtime.traffic.budgets import (
-    CHAIN_BUDGET,
-    FIRST_BUDGET,
-    MOST_FOR_AN_ORDER,
-    PROOF_BUDGET,
-    ROUNDS_OF_SEARCH,
-    SINGLES_BUDGET,
-)
+from safenav.runtime.traffic import budgets, joint
 from safenav.runtime.traffic.immobile import Stuck
-from safenav.runtime.traffic.joint import (
-    Answer,
-    Count,
-    Course,
-    Effort,
-    Exhausted,
-    Found,
-    Joint,
-    Spent,
-    way_to,
-)
 from safenav.runtime.traffic.legs import by_legs
 from safenav.runtime.traffic.pibt import Field, Generator
 from safenav.world.poses import FAR, Mask, region_mask
@@ -48,7 +30,7 @@ Guide = Callable[[Stages, tuple[int, ...]], Sequence[Mask | None]]
 """The goal poses that coordination gives each robot at stages and poses: a set of poses, 0 for
 nothing, None for its own objective."""
 
-Goal = Callable[[Joint], bool]
+Goal = Callable[[joint.Joint], bool]
 
 
 class Variant(Enum):
@@ -66,76 +48,76 @@ class Search:
 
     def __init__(
         self,
-        course: Course,
+        course: joint.Course,
         guide: Guide,
-        start: Joint,
+        start: joint.Joint,
         goal: Goal,
         *,
         seed: int = 0,
         stopping: Callable[[], None] = lambda: None,
-        work: Effort | None = None,
+        work: joint.Effort | None = None,
     ) -> None:
         self.course = course
-        self.work = work or Effort(sys.maxsize)
+        self.work = work or joint.Effort(sys.maxsize)
         self.start = start
         self.goal = goal
         self._guide = guide
         self._rng = random.Random(seed)
         self.stopping = stopping
         self._guided: dict[Stages, Sequence[Mask | None]] = {}
-        self._known: dict[Stages, dict[tuple[int, Count], Field]] = {}
+        self._known: dict[Stages, dict[tuple[int, joint.Count], Field]] = {}
         self._generator = Generator(course, self._rng)
         self._stuck = Stuck(course)
         self._immobile = self._stuck.robots(start.poses)
 
     def run(
         self,
-        rounds: int = ROUNDS_OF_SEARCH,
-        proof: int = PROOF_BUDGET,
-        chain: int = CHAIN_BUDGET,
-    ) -> Answer:
+        rounds: int = budgets.ROUNDS_OF_SEARCH,
+        proof: int = budgets.PROOF_BUDGET,
+        chain: int = budgets.CHAIN_BUDGET,
+    ) -> joint.Answer:
         """The first plan that a variant finds; the cheap ones first. ``proof``, ``chain``: budgets
         in place of the usual ones."""
         if self.goal(self.start):
-            return Found((self.start,))
+            return joint.Found((self.start,))
         few = len(self.start.poses) <= 4
         if not few and self._stuck.cannot_complete(self.start):
-            return Spent(0)  # as good as refuted; the proof is about those who are stuck
+            return joint.Spent(0)  # as good as refuted; the proof is about those who are stuck
         spent = 0
-        budget = FIRST_BUDGET
+        budget = budgets.FIRST_BUDGET
         for turn in range(max(1, rounds)):
             if self.work.done:
-                return Spent(spent)
+                return joint.Spent(spent)
             for variant, states in _attempts(budget):
                 answer = self.by(variant, states)
-                if isinstance(answer, Found):
+                if isinstance(answer, joint.Found):
                     return answer
-                if isinstance(answer, Exhausted):
+                if isinstance(answer, joint.Exhausted):
                     # Counts the hopeless states as well; hardly more than were examined.
-                    return self.singles(proof or PROOF_BUDGET)
+                    return self.singles(proof or budgets.PROOF_BUDGET)
                 spent += answer.states
             answer = by_legs(self, self._rng, chain << turn)
-            if isinstance(answer, Found):
+            if isinstance(answer, joint.Found):
                 return answer
             spent += answer.states
             if turn == 0 and few:
-                answer = self.singles(min(SINGLES_BUDGET, proof))
-                if not isinstance(answer, Spent):
+                answer = self.singles(min(budgets.SINGLES_BUDGET, proof))
+                if not isinstance(answer, joint.Spent):
                     return answer
                 spent += answer.states
             budget *= 2
-        if few and proof > SINGLES_BUDGET:
+        if few and proof > budgets.SINGLES_BUDGET:
             answer = self.singles(proof)
-            if not isinstance(answer, Spent):
+            if not isinstance(answer, joint.Spent):
                 return answer
             spent += answer.states
-        return Spent(spent)
+        return joint.Spent(spent)
 
-    def singles(self, budget: int) -> Answer:
+    def singles(self, budget: int) -> joint.Answer:
         """Every state that steps of one robot lead to, breadth first: a shortest plan, or the
         proof that there is none."""
         course = self.course
-        before: dict[Joint, Joint | None] = {self.start: None}
+        before: dict[joint.Joint, joint.Joint | None] = {self.start: None}
         queue = deque([self.start])
         while queue:
             self.stopping()
@@ -146,14 +128,14 @@ class Search:
                     continue
                 before[after] = state
                 if self.goal(after):
-                    return way_to(before, after)
+                    return joint.way_to(before, after)
                 queue.append(after)
                 self.work.left -= len(state.poses)
             if len(before) > budget or self.work.done:
-                return Spent(len(before))
-        return Exhausted(frozenset(before))
+                return joint.Spent(len(before))
+        return joint.Exhausted(frozenset(before))
 
-    def by(self, variant: Variant, budget: int) -> Answer:
+    def by(self, variant: Variant, budget: int) -> joint.Answer:
         """One variant of the search, at most ``budget`` states."""
         order = list(range(len(self.start.poses)))
         if variant in (Variant.STATIC, Variant.ONE):
@@ -162,15 +144,17 @@ class Search:
             return self._best_first(budget)
         return self._depth_first(self.start, self.goal, budget, variant, order)
 
-    def with_one_wish(self, start: Joint, goal: Goal, budget: int, order: list[int]) -> Answer:
+    def with_one_wish(
+        self, start: joint.Joint, goal: Goal, budget: int, order: list[int]
+    ) -> joint.Answer:
         """Search from another start for another goal: only the first robot of ``order`` that has
         goal poses pursues them, and all others give way."""
         return self._depth_first(start, goal, budget, Variant.ONE, order)
 
     def _depth_first(
-        self, start: Joint, goal: Goal, budget: int, variant: Variant, order: list[int]
-    ) -> Answer:
-        before: dict[Joint, Joint | None] = {start: None}
+        self, start: joint.Joint, goal: Goal, budget: int, variant: Variant, order: list[int]
+    ) -> joint.Answer:
+        before: dict[joint.Joint, joint.Joint | None] = {start: None}
         stack = [(start, self._following(start, variant, order))]
         edges = 0
         while stack:
@@ -182,20 +166,20 @@ class Search:
                 continue
             edges += 1
             if edges > budget * 12 or self.work.done:
-                return Spent(len(before))
+                return joint.Spent(len(before))
             if after in before:
                 continue
             before[after] = state
             if goal(after):
-                return way_to(before, after)
+                return joint.way_to(before, after)
             if len(before) > budget:
-                return Spent(len(before))
+                return joint.Spent(len(before))
             stack.append((after, self._following(after, variant, order)))
-        return Exhausted(frozenset(before))
+        return joint.Exhausted(frozenset(before))
 
-    def _best_first(self, budget: int) -> Answer:
+    def _best_first(self, budget: int) -> joint.Answer:
         """Always on from the state with the least left to do."""
-        before: dict[Joint, Joint | None] = {self.start: None}
+        before: dict[joint.Joint, joint.Joint | None] = {self.start: None}
         order = list(range(len(self.start.poses)))
         ticket = counting()
         heap = [(self._left(self.start), next(ticket), self.start)]
@@ -203,19 +187,19 @@ class Search:
             self.stopping()
             _, _, state = heapq.heappop(heap)
             if self.work.done:
-                return Spent(len(before))
+                return joint.Spent(len(before))
             for after in self._following(state, Variant.FARTHEST, order):
                 if after in before:
                     continue
                 before[after] = state
                 if self.goal(after):
-                    return way_to(before, after)
+                    return joint.way_to(before, after)
                 if len(before) > budget:
-                    return Spent(len(before))
+                    return joint.Spent(len(before))
                 heapq.heappush(heap, (self._left(after), next(ticket), after))
-        return Exhausted(frozenset(before))
+        return joint.Exhausted(frozenset(before))
 
-    def _left(self, state: Joint) -> int:
+    def _left(self, state: joint.Joint) -> int:
         """Return the remaining effort: goals, and the paths to the next ones."""
         weight = 4 * self.course.problem.members[0].graph.world.cols
         found = weight * len(self.course.problem.open(state.stages))
@@ -227,13 +211,17 @@ class Search:
             found -= state.counts[i][2] * 2
         return found
 
-    def _following(self, state: Joint, variant: Variant, order: list[int]) -> Iterator[Joint]:
+    def _following(
+        self, state: joint.Joint, variant: Variant, order: list[int]
+    ) -> Iterator[joint.Joint]:
         """The states that may come next and are not known to be hopeless."""
         for after in self._proposed(state, variant, order):
             if not self._stuck.cannot_complete(after):
                 yield after
 
-    def _proposed(self, state: Joint, variant: Variant, order: list[int]) -> Iterator[Joint]:
+    def _proposed(
+        self, state: joint.Joint, variant: Variant, order: list[int]
+    ) -> Iterator[joint.Joint]:
         """The states that may come next: proposals first, then every step of one robot."""
         course = self.course
         fields = self.fields(state)
@@ -268,7 +256,7 @@ class Search:
                 self.work.left -= len(poses)
                 yield course.after(state, robot, pose)
 
-    def fields(self, state: Joint) -> list[Field]:
+    def fields(self, state: joint.Joint) -> list[Field]:
         """Return for each robot the distances to its goal poses in a state."""
         guided = self._guided.get(state.stages)
         if guided is None:
@@ -303,6 +291,6 @@ def _attempts(budget: int) -> Iterator[tuple[Variant, int]]:
     rather than one for long, for a lucky one needs few states and an unlucky one any number."""
     for variant in Variant:
         drawn = variant in (Variant.STATIC, Variant.ONE)
-        times = max(1, budget // MOST_FOR_AN_ORDER) if drawn else 1
+        times = max(1, budget // budgets.MOST_FOR_AN_ORDER) if drawn else 1
         for _ in range(times):
             yield variant, budget // times

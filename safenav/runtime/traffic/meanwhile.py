@@ -13,12 +13,10 @@ from msgspec import Struct
 
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import RobotState
+from safenav.runtime.traffic import budgets
 from safenav.runtime.traffic.joint import Count, Course, Joint
 from safenav.runtime.traffic.remembering import remembering
 from safenav.scenario.objective import formulas_in
-
-LONGEST = 60
-"""Steps after which the robots wait for the answer."""
 
 
 class Pending(Struct):
@@ -43,7 +41,7 @@ class Pending(Struct):
 
     def may_go_on(self, name: str) -> bool:
         """Whether a robot may take another step."""
-        return name in self.free and len(self.poses) <= LONGEST
+        return name in self.free and len(self.poses) <= budgets.LONGEST
 
     def set_out(self, poses: tuple[int, ...]) -> None:
         """A robot has set out: ``poses`` are where all will be."""

@@ -10,15 +10,7 @@ from msgspec import Struct, field
 
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import RobotState, Role, TeamState
-from safenav.runtime.traffic.approach import following
-from safenav.runtime.traffic.budgets import (
-    CERTIFICATE_CHAIN,
-    CERTIFICATE_ROUNDS,
-    CERTIFICATE_STATES,
-    LOOKS_FOR_FEW,
-    MOST_WORK,
-    ROUNDS_FIRST,
-)
+from safenav.runtime.traffic import budgets
 from safenav.runtime.traffic.continuation_plans import Certificates
 from safenav.runtime.traffic.deadlock import deadlock_of_few, deadlocked
 from safenav.runtime.traffic.execution import schedule
@@ -27,11 +19,9 @@ from safenav.runtime.traffic.joint_plan import Search
 from safenav.runtime.traffic.local import local_plan
 from safenav.runtime.traffic.remembering import plain_poses, remembering
 from safenav.runtime.traffic.searches import Searches
-from safenav.runtime.traffic.shortening import shortened, timed
+from safenav.runtime.traffic.shortening import following, shortened, timed
 from safenav.runtime.traffic.thinking import Thinking
 from safenav.runtime.traffic.timed import quickest
-
-CERTIFICATE = CERTIFICATE_ROUNDS, CERTIFICATE_STATES, CERTIFICATE_CHAIN
 
 
 class PlanSearch(Struct):
@@ -48,7 +38,7 @@ class PlanSearch(Struct):
     failures: int = 0
     used: int = 0
     spent: int = 0
-    work: Effort = field(default_factory=lambda: Effort(MOST_WORK))
+    work: Effort = field(default_factory=lambda: Effort(budgets.MOST_WORK))
     starved: str = ""
     hopeless: frozenset[int] = frozenset()
     _cut_off: frozenset[int] = frozenset()
@@ -72,7 +62,7 @@ class PlanSearch(Struct):
     ) -> tuple[Floor, Course, Joint, Answer]:
         """Search for a plan, the last resorts included; return also where it begins. Raises
         RunEnded as ``_look_for_few``."""
-        self.work = Effort(MOST_WORK - self.used)
+        self.work = Effort(budgets.MOST_WORK - self.used)
         course, start, search, answer = self._searched(floor, helping)
         if self.state.live and start.stages != floor.stages:
             return floor, course, start, answer
@@ -116,7 +106,10 @@ class PlanSearch(Struct):
         if self.turning:
             known = known or floor
             after = self.searches.search(
-                known, self.searches.course(known), states[-1], work=Effort(MOST_WORK - self.used)
+                known,
+                self.searches.course(known),
+                states[-1],
+                work=Effort(budgets.MOST_WORK - self.used),
             ).run(1)
             if not isinstance(after, Found):
                 return None
@@ -159,7 +152,9 @@ class PlanSearch(Struct):
         if after is None or (before is not None and before <= after):
             return states
         if self.turning:
-            rest = self.searches.search(floor, course, found[-1], work=self.work).run(*CERTIFICATE)
+            rest = self.searches.search(floor, course, found[-1], work=self.work).run(
+                *budgets.CERTIFICATE
+            )
             if not isinstance(rest, Found):
                 return states
             self.certificates.keep(course, (*found, *rest.states[1:]))
@@ -176,7 +171,7 @@ class PlanSearch(Struct):
                 for i, count in enumerate(start.counts)
             )
         )
-        answer = search.run(*CERTIFICATE)
+        answer = search.run(*budgets.CERTIFICATE)
         if not isinstance(answer, Found):
             return None
         states = shortened(course, answer.states, ())
@@ -267,7 +262,7 @@ class PlanSearch(Struct):
         search = self.searches.search(floor, course, start, work=self.work)
         if self.turning or remembering(floor.problem):
             hindered = self.hindered
-            answer = search.run(1, chain=CERTIFICATE_CHAIN) if hindered else search.run(1)
+            answer = search.run(1, chain=budgets.CERTIFICATE_CHAIN) if hindered else search.run(1)
             if isinstance(answer, Spent):
                 answer = self.certificates.again(course, start) or answer
             if isinstance(answer, Spent) and self.turning and self.searches.own_of_charging():
@@ -285,7 +280,7 @@ class PlanSearch(Struct):
             self.hopeless = frozenset(course.sent.values())  # others may be served without those
             course = course.serving(frozenset())
             search.goal = course.completed
-            answer = search.run(ROUNDS_FIRST)
+            answer = search.run(budgets.ROUNDS_FIRST)
         return course, start, search, answer
 
     def _begun(self, floor: Floor, course: Course) -> Joint:
@@ -333,13 +328,13 @@ class PlanSearch(Struct):
     def _rounds(self) -> int:
         """Rounds of the next search. A team that moves on for a while often has it easier, so
         each effort is made four times before a larger one."""
-        return ROUNDS_FIRST + self.failures // 4
+        return budgets.ROUNDS_FIRST + self.failures // 4
 
     def _look_for_few(self, floor: Floor, course: Course) -> None:
         """When a search has spent its budget for the first time, and now and then: whether a few
         of the robots can never complete. Raises RunEnded with the proof."""
         self.spent += 1
-        if self.spent not in LOOKS_FOR_FEW:
+        if self.spent not in budgets.LOOKS_FOR_FEW:
             return
         counts = self.searches.counts(floor, course.rounds)
         active = [i for i, robot in enumerate(self.state.robots.values()) if robot.active]

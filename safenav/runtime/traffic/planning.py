@@ -21,23 +21,9 @@ from safenav.runtime.formulas import formulas_of
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded, Stop
-from safenav.runtime.traffic.budgets import (
-    MOST_FAILURES,
-    MOST_FAILURES_HINDERED,
-    MOST_WORK,
-    PROOF_BUDGET,
-)
+from safenav.runtime.traffic import budgets, execution
 from safenav.runtime.traffic.continuation_plans import Certificates
 from safenav.runtime.traffic.deadlock import deadlocked, meets_the_rest_alone
-from safenav.runtime.traffic.execution import (
-    Execution,
-    Schedule,
-    dues_of,
-    schedule,
-    still,
-    still_needed,
-    with_steps_under_way,
-)
 from safenav.runtime.traffic.joint import (
     Answer,
     Count,
@@ -71,7 +57,7 @@ class Traffic:
         self.state = state
         self.stop = stop
         self.clock = clock
-        self.execution: Execution | None = None
+        self.execution: execution.Execution | None = None
         self.wanted: str | None = None
         self.hopeless: frozenset[str] = frozenset()
         """Obstacles that no joint state serves, as the last search has shown."""
@@ -176,7 +162,9 @@ class Traffic:
         if self.execution is None:
             return 0
         floor = self.state.last_settled.floor
-        return still_needed(floor.problem, self.execution, floor.index(name), floor.stages)
+        return execution.still_needed(
+            floor.problem, self.execution, floor.index(name), floor.stages
+        )
 
     def quiescent(self, *, all_still: bool) -> bool:
         """Live: make a plan now if robots wait only for robots that wait; whether there is one.
@@ -200,7 +188,7 @@ class Traffic:
             waits[name] = [other.name for other in rivals if other.occupied & sides]
         moving = [name for name, robot in robots.items() if robot.transit is not None]
         floor = self._searches.aimed(self._searches.floor())
-        unmoved = still(waits, moving)
+        unmoved = execution.still(waits, moving)
         for name in robots:  # in this order: the first is named, and the plan is made for it
             if name not in unmoved or not self._rivals[name] or not robots[name].active:
                 continue
@@ -209,7 +197,9 @@ class Traffic:
             # The same again is worth it only while the budgets grow, and somebody must move first.
             key = floor.poses, floor.stages, tuple(robot.active for robot in robots.values())
             self._tried[key] += 1
-            if self._tried[key] > (1 if not all_still or not all(key[2]) else 4 * MOST_FAILURES):
+            if self._tried[key] > (
+                1 if not all_still or not all(key[2]) else 4 * budgets.MOST_FAILURES
+            ):
                 return False
             self.search.starved = name
             self._plan(f"{name} makes no progress towards its target")
@@ -406,9 +396,9 @@ class Traffic:
             raise deadlocked(self.state, floor, course, answer)
         if isinstance(answer, Spent):
             self.search.failures += 1
-            self.search.used = MOST_WORK - self.search.work.left
+            self.search.used = budgets.MOST_WORK - self.search.work.left
             self._watch.begin_anew()
-            most = MOST_FAILURES_HINDERED if self.search.hindered else MOST_FAILURES
+            most = budgets.MOST_FAILURES_HINDERED if self.search.hindered else budgets.MOST_FAILURES
             if self.search.failures > most or self.search.work.done:
                 said = f"search budget exhausted while planning joint moves: {reason}"
                 raise RunEnded(Conclusion(Outcome.SEARCH_LIMIT, said))
@@ -449,10 +439,10 @@ class Traffic:
             return end
         course = Course(floor.problem, wanted, any_first=True)
         start = course.begun(floor.poses, self._searches.counts(floor, wanted), floor.stages)
-        search = self._searches.search(floor, course, start, work=Effort(MOST_WORK))
+        search = self._searches.search(floor, course, start, work=Effort(budgets.MOST_WORK))
         answer: Answer = Spent(0)
         if start.stages == floor.stages and not floor.problem.sweeping:
-            answer = search.singles(PROOF_BUDGET)
+            answer = search.singles(budgets.PROOF_BUDGET)
         if not isinstance(answer, Exhausted):
             said = f"{end.explanation}; that no order of moves helps is not proven"
             return Conclusion(Outcome.SEARCH_LIMIT, said)
@@ -486,7 +476,7 @@ class Traffic:
         """Whether a plan moves no robot, and lets none wait for a goal that it has yet to meet."""
         if len({state.poses for state in states}) > 1:
             return False
-        dues = enumerate(dues_of(states, counts))
+        dues = enumerate(execution.dues_of(states, counts))
         return all(self._has_met(floor, i, count) for i, due in dues for count in due.values())
 
     def _begin(
@@ -504,11 +494,11 @@ class Traffic:
             if robot.transit is not None:
                 under_way[index] = floor.problem.members[index].graph.number(robot.pose)
                 robot.transit = replace(robot.transit, planned=True)
-        poses, states = with_steps_under_way(poses, states, counts, under_way)
+        poses, states = execution.with_steps_under_way(poses, states, counts, under_way)
         apart = floor.problem.exclusions(states[0].stages)
-        plan = schedule(poses, sizes, floor.problem.conflicts, apart, under_way)
+        plan = execution.schedule(poses, sizes, floor.problem.conflicts, apart, under_way)
         self._followed = self.state.last_settled.found
-        self.execution = Execution(plan, dues_of(states, counts))
+        self.execution = execution.Execution(plan, execution.dues_of(states, counts))
         self.state.changes += 1
         self._watch.begin_anew()
         self.state.emit(_record(self.state.tick, floor, plan, reason))
@@ -526,7 +516,7 @@ class Traffic:
         ]
 
 
-def _record(tick: int, floor: Floor, plan: Schedule, reason: str) -> records.Plan:
+def _record(tick: int, floor: Floor, plan: execution.Schedule, reason: str) -> records.Plan:
     """A plan as it stands in a trace."""
     robots = {}
     for index, (name, way) in enumerate(zip(floor.names, plan.ways, strict=True)):

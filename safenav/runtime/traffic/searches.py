@@ -11,16 +11,11 @@ from safenav.runtime.coordination.snapshot import awaited_by
 from safenav.runtime.duties.settlement import settle
 from safenav.runtime.resolution.problem import Floor, Problem, SpentError, Stages
 from safenav.runtime.team import RobotState, Role, TeamState
+from safenav.runtime.traffic import remembering
 from safenav.runtime.traffic.budgets import ROUNDS_AHEAD
 from safenav.runtime.traffic.joint import Count, Course, Effort, Joint
 from safenav.runtime.traffic.joint_plan import Search
 from safenav.runtime.traffic.milestone import Aims
-from safenav.runtime.traffic.remembering import (
-    StateGraph,
-    plain_poses,
-    state_graph,
-    with_memory,
-)
 from safenav.runtime.traffic.thinking import Thinking
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import Ltl
@@ -55,12 +50,12 @@ class Searches:
         """The problem with what they remember for robots whose formulas do, unless that is too
         much."""
         poses = list(floor.poses)
-        graphs: dict[int, StateGraph] = {}
+        graphs: dict[int, remembering.StateGraph] = {}
         for index, robot in enumerate(self._state.robots.values()):
             objective, mobility = robot.robot.objective, robot.robot.model.mobility
             if not isinstance(objective, Ltl) or not robot.active:
                 continue
-            graph = state_graph(objective, self._state.scenario.map, mobility)
+            graph = remembering.state_graph(objective, self._state.scenario.map, mobility)
             state = graph.state(poses[index], robot.memory.values) if graph is not None else None
             if graph is not None and state is not None:
                 graphs[index], poses[index] = graph, state
@@ -68,7 +63,7 @@ class Searches:
             return floor
         of, who, problem = self._remembering
         if problem is None or of is not floor.problem or who != graphs.keys():
-            problem = with_memory(floor.problem, graphs)
+            problem = remembering.with_memory(floor.problem, graphs)
             self._remembering = floor.problem, frozenset(graphs), problem
         return replace(floor, problem=problem, poses=tuple(poses))
 
@@ -87,7 +82,7 @@ class Searches:
             objective = robot.robot.objective
             if not isinstance(objective, Ltl) or robot.planner is None or not robot.active:
                 continue
-            known = isinstance(members[index].graph, StateGraph)
+            known = isinstance(members[index].graph, remembering.StateGraph)
             if known or not guarantees_of(objective).remember_something:
                 continue
             if robot.assignment.role is not Role.OWN or self._has_done_all(robot):
@@ -248,7 +243,7 @@ class Searches:
             return wishes
         requests = floor.problem.open(stages)
         try:
-            plain = plain_poses(floor.problem, poses)
+            plain = remembering.plain_poses(floor.problem, poses)
             found = settle(self._state.last_settled.solver, plain, stages, requests, {})
         except SpentError:
             return [None] * len(poses)
@@ -259,4 +254,4 @@ class Searches:
 def _lifted(floor: Floor, index: int, poses: Mask) -> Mask:
     """Poses of a robot in the numbers of a floor."""
     graph = floor.problem.members[index].graph
-    return graph.lifted(poses) if isinstance(graph, StateGraph) else poses
+    return graph.lifted(poses) if isinstance(graph, remembering.StateGraph) else poses

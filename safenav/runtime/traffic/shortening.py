@@ -17,7 +17,7 @@ from safenav.runtime.traffic.budgets import SHORTENING_LAYERS, SHORTENING_ROUNDS
 from safenav.runtime.traffic.execution import Execution, Schedule, schedule
 from safenav.runtime.traffic.joint import Course, Joint, has_met
 from safenav.runtime.traffic.remembering import remembering
-from safenav.world.poses import Mask, PoseGraph, bits, region_mask
+from safenav.world.poses import FAR, Mask, PoseGraph, bits, region_mask
 
 Timed = Sequence[tuple[int, ...]]
 """The joint poses at each tick, from the first to the last."""
@@ -141,12 +141,7 @@ class TimedPath(Struct, frozen=True):
     final: Mask
 
     def ways(
-        self,
-        joint: Timed,
-        robot: int,
-        rivals: Collection[int],
-        sizes: Sequence[int],
-        arrival: int,
+        self, joint: Timed, robot: int, rivals: Collection[int], sizes: Sequence[int], arrival: int
     ) -> Iterator[list[int]]:
         """The path with the fewest steps among those that end in time, then, for a robot that is
         among the last to arrive, the earliest. One pose per tick."""
@@ -259,3 +254,39 @@ class TimedPath(Struct, frozen=True):
 
 _Cell = list[int]
 """The poses in which a robot may be, by how many of ``via`` it has passed."""
+
+
+def following(course: Course, states: Sequence[Joint], robot: int) -> list[Joint] | None:
+    """Return a plan of the same ticks in which a robot, once it has done its way, comes as near as
+    possible to its next target; None if it comes no nearer, or the plan would be another.
+
+    A plan ends when an obstacle is resolved. By then a robot that waits for that, and has done its
+    way on the plan, may stand behind the helper instead of where it let it pass.
+    """
+    problem, first, last = course.problem, states[0], states[-1]
+    sizes = [member.graph.size for member in problem.members]
+    graph = problem.members[robot].graph
+    joint = timed(schedule([s.poses for s in states], sizes, problem.conflicts))
+    goal = course.awaited(robot, last.counts[robot])
+    far = graph.distances(goal, problem.allowed(robot, last.stages))
+    begin = arrival_of(joint, robot)
+    here, allowed = joint[begin][robot], course.steps(first.stages)[robot].allowed
+    closed = closed_by(joint[begin:], problem.conflicts[robot], sizes, graph)
+    reached = 1 << here
+    for shut in closed:
+        free = reached & ~shut
+        reached = free | graph.forward(free) & allowed & ~shut
+    pose = min(bits(reached), key=far.__getitem__, default=here)
+    if not far[pose] < min(far[here], FAR):
+        return None
+    path = TimedPath(graph, allowed, (), 1 << pose)
+    way = path.way(here, closed, [0] * len(closed) + [1 << pose], len(closed), early=False)
+    if way is None:
+        return None
+    found = [first]
+    for tick, poses in enumerate(joint[1:], 1):
+        step = poses[robot] if tick <= begin else way[tick - begin]
+        new = (*poses[:robot], step, *poses[robot + 1 :])
+        found.append(course.moved(found[-1], new, range(len(new))))
+    same = all(state.stages == first.stages for state in found[:-1])
+    return found if same and found[-1].stages == last.stages else None

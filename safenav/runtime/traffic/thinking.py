@@ -10,10 +10,9 @@ from threading import get_ident
 from typing import Any, TypeVar
 
 from safenav.runtime.termination import Stop
+from safenav.runtime.traffic import budgets
 
 Answer = TypeVar("Answer")
-AT_ONCE = 0.02
-"""Seconds in which most searches have ended."""
 
 
 class Unknown(Exception):  # noqa: N818 - it is not an error
@@ -59,7 +58,7 @@ class Thinking:
             self._asked = moment, self._pool.submit(self._searched, search)
         future: Future[Answer] = self._asked[1]
         try:
-            found = future.result(AT_ONCE)
+            found = future.result(budgets.AT_ONCE)
         except TimeoutError:
             if future.done():  # the search has raised it
                 raise
