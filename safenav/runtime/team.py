@@ -228,11 +228,6 @@ class TeamState(Struct):
         return self.settled
 
     @property
-    def poses(self) -> dict[str, Pose]:
-        """The pose of each robot; the start pose of its step until it arrives."""
-        return {name: state.pose for name, state in self.robots.items()}
-
-    @property
     def live(self) -> bool:
         return self.now is not None
 

@@ -110,7 +110,8 @@ def _times(
             }
             told = prod(map(len, pools.values())) <= MOST_MOMENTS
             whole = whole and told
-            for places in _choices(pools) if told else _one_by_one(pools):
+            every = (dict(zip(pools, each, strict=True)) for each in product(*pools.values()))
+            for places in every if told else _one_by_one(pools):
                 if monotonic() > ends:
                     whole = False
                     break
@@ -121,11 +122,6 @@ def _times(
                 if worst is not None and (ticks is None or ticks > worst):
                     worst, moment = ticks, at
     return Times(best, worst, moment, whole) if met else None
-
-
-def _choices(pools: Mapping[str, Sequence[Pose]]) -> Iterator[dict[str, Pose]]:
-    for places in product(*pools.values()):
-        yield dict(zip(pools, places, strict=True))
 
 
 def _one_by_one(pools: Mapping[str, Sequence[Pose]]) -> Iterator[dict[str, Pose]]:
