@@ -1,6 +1,8 @@
 """Strict ordered patrolling: the targets in order, forever, and none touched out of its turn."""
 
+import json
 import re
+import textwrap
 from collections import deque
 from collections.abc import Callable
 from itertools import pairwise
@@ -9,8 +11,9 @@ from random import Random
 
 import pytest
 
-from certify.making import CIRCUIT, bundle_at, files_of, rewrite, run_checker, shipped
+from certify.making import CIRCUIT, bundle_at, certified, files_of, rewrite, run_checker, shipped
 from runtime.played import Line, Run, play
+from safenav.audit.check import check_trace
 from safenav.runtime.progress import Progress
 from safenav.scenario.objective import Circuit
 from safenav.spec.forms import can_keep
@@ -288,3 +291,26 @@ def test_a_bundle_is_refused_whose_strategies_keep_less(
         assert changes
         files[name] = told.encode()
     assert run_checker(rewrite(bundle, files, tmp_path))[0] == 1
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+def test_a_literal_objective_lost_among_others_is_noted_and_certified(clock: str) -> None:
+    text = f"""
+        safenav: 1
+        clock: {clock}
+        map: {{grid: ["######", "#....#", "#....#", "######"], resolution: 1}}
+        robots:
+          a: {{model: quadcopter, start: 7, objective: {{patrol: [7, 10], form: literal}}}}
+          b: {{model: quadcopter, start: 13, objective: {{visit: [13, 16]}}}}
+        obstacles: [{{type: door, region: 9}}]
+        until: {{rounds: 2}}
+        """
+    run = play(text)
+    assert (run.outcome["outcome"], run.outcome["cause"]) == ("operator_needed", "unrealizable")
+    (note,) = check_trace(map(json.dumps, run.records)).notes
+    assert note.explanation.startswith("not judged: whether others can keep a from its literal")
+    said = certified(textwrap.dedent(text))
+    assert "there is no strategy for a" in said
+    assert "Not judged: whether others can keep a" in said
+    run.records[:] = [line for line in run.records if line.get("verdict") != "unrealizable"]
+    assert "but that is not proven" in run.findings

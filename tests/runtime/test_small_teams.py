@@ -6,7 +6,7 @@ import re
 import pytest
 
 from runtime.played import play
-from safenav.scenario.model import Clock
+from safenav.scenario.settings import Clock
 
 TRAP = """\
 # b has been at 17 and is to visit 7 before a, which never leaves it again.

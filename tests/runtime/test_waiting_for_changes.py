@@ -6,7 +6,7 @@ import pytest
 
 from certify.making import certified
 from runtime.played import Run, play
-from safenav.scenario.model import Clock
+from safenav.scenario.settings import Clock
 
 CART = """
 safenav: 1
@@ -336,3 +336,22 @@ def test_an_order_is_requested_again_after_the_wait(clock: Clock) -> None:
     assert again["tick"] == gone["tick"]
     run.records[:] = [line for line in run.records if line["type"] != "waiting"]
     assert "a synthesis for the reason service, which no line records" in run.findings
+
+
+@pytest.mark.parametrize("clock", Clock)
+def test_a_strategy_suffices_again_when_the_obstacle_is_away(clock: Clock) -> None:
+    run = play(f"""
+        safenav: 1
+        clock: {clock.value}
+        map: {{grid: ["######", "#....#", "######"], resolution: 1}}
+        robots:
+          r0: {{model: quadcopter, start: 7, objective: {{once: [10, 8]}}}}
+        obstacles: [{{type: door, region: 9, until: 30}}]
+        until: {{rounds: 1}}
+        """)
+    assert run.outcome["outcome"] == "completed"
+    verdicts = [line["verdict"] for line in run.all("synthesis", robot="r0")]
+    assert verdicts == ["realizable", "unrealizable"]
+    gone = run.one("gone")
+    run.records.remove(gone)
+    assert "strategy" in run.broken

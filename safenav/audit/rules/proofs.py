@@ -52,7 +52,15 @@ class ProofRule(Rule):
                 return
             proof = proof_of(record)
             if proof is None:
-                if not self._unrealizable(record, now):
+                if self._unrealizable(record, now):
+                    return
+                failed = {s.robot for s in now.turn.all("synthesis") if s.verdict == "unrealizable"}
+                lost = [name for name in _lost(record, now) if name in failed]
+                among = [name for name in lost if _is_literal_among_others(name, now)]
+                if among:
+                    what = f"whether others can keep {among[0]} from its literal objective forever"
+                    yield self.not_judged(record, among[0], f"{what} (a bundle proves it)")
+                else:
                     yield None, "an operator is needed, but that is not proven"
                 return
             for name in _could_be_given_up(proof, now):
@@ -66,12 +74,7 @@ class ProofRule(Rule):
     def _unrealizable(self, record: Line, now: Situation) -> bool:
         """Return whether some robot has permanently lost its objective, as a synthesis states:
         alone, and without any obstacle that may yet be resolved, it cannot continue forever."""
-        team = team_of(now, shut=self._never)
-        if record.type == "outcome":
-            told = record.unrealizable or {}
-        else:  # a wait: by the syntheses of the turn
-            failed = [s for s in now.turn.all("synthesis") if s.verdict == "unrealizable"]
-            told = {synthesis.robot: synthesis.spec for synthesis in failed}
+        team, told = team_of(now, shut=self._never), _lost(record, now)
         return any(
             team is None or not _continues(name, now, team, self._memory.get((name, spec)))
             for name, spec in told.items()
@@ -104,6 +107,23 @@ class ProofRule(Rule):
         else:
             yield f"{record.obstacle} is given up without proof"
         self._never.add(record.obstacle)
+
+
+def _lost(record: Line, now: Situation) -> Mapping[str, str]:
+    """Return the robots that have lost their objective by a line, each with its specification."""
+    if record.type == "outcome":
+        return record.unrealizable or {}
+    failed = [s for s in now.turn.all("synthesis") if s.verdict == "unrealizable"]
+    return {synthesis.robot: synthesis.spec for synthesis in failed}  # a wait: those of the turn
+
+
+def _is_literal_among_others(name: str, now: Situation) -> bool:
+    """Return whether a robot must keep a strict objective by the letter on a shared floor: whether
+    it has a strategy is a game against the others, which this check does not solve."""
+    own = now.own.get(name)
+    if own is None or not (own.literal and shape_of(own.kind).strict):
+        return False
+    return any(now.conflict(name, other) for other in now.header.robots if other != name)
 
 
 def _could_be_given_up(proof: Mapping[str, Any], now: Situation) -> Iterator[str]:

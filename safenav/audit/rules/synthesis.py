@@ -93,21 +93,31 @@ class SynthesisRule(Rule):
 
 class StrategyRule(Rule):
     """No robot moves without a strategy: the last synthesis for its objective in force exists, was
-    realizable, and its strategy was not refuted (D 1 and 10). Once an assumption was violated a
-    robot may hold without a strategy."""
+    realizable, and its strategy was not refuted (D 1 and 10). One that was not realizable beside an
+    obstacle says nothing when that is away: the strategy before it suffices again. Once an
+    assumption was violated a robot may hold without a strategy."""
 
-    name, kinds = "strategy", ("synthesis", "assumption", "move")
+    name, kinds = "strategy", ("synthesis", "assumption", "move", "gone", "resolved")
 
     def __init__(self) -> None:
         self._last: dict[tuple[str, Objective], Line] = {}
+        self._kept: dict[tuple[str, Objective], Line] = {}
+        """The last realizable one."""
         self._excused: set[str] = set()
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
         if record.type == "synthesis":
             self._last[record.robot, record.objective] = record
+            if record.verdict == "realizable":
+                self._kept[record.robot, record.objective] = record
             self._excused.discard(record.robot)
         elif record.type == "assumption":
             self._excused.add(record.robot)
+        elif record.type in ("gone", "resolved"):
+            shut = f"obstacles.{record.obstacle}"
+            for key, last in self._last.items():
+                if key in self._kept and any(name == shut for _, name in last.closed or ()):
+                    self._last[key] = self._kept[key]
         elif record.robot not in self._excused:
             yield from self._moved(record.robot, record.by, now)
 
