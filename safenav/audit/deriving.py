@@ -143,12 +143,24 @@ def serving(now: Situation, *, own: bool = False) -> dict[str, frozenset[str]]:
             robot
             for robot in now.helping.get(name, ())
             if (own or now.objectives[robot] != now.own[robot])
-            and _goes(now.objectives[robot].targets[:1], regions, now.objectives[robot].kind)
+            and (
+                _goes(now.objectives[robot].targets[:1], regions, now.objectives[robot].kind)
+                or is_stop(robot, now.objectives[robot], now)
+            )
         )
     for robot, name in now.named.items():
         if robot in found.get(name, ()):
             found = {one: who if one == name else who - {robot} for one, who in found.items()}
     return found
+
+
+def is_stop(robot: str, objective: Objective, now: Situation) -> bool:
+    """Whether a robot with a battery goes to a charger first, or to one of its targets; there it
+    may have to turn."""
+    if now.header.robots[robot].battery is None or len(objective.targets) != 1:
+        return False
+    stops = [{*(now.header.chargers or ())}, *now.own[robot].targets]
+    return any(objective.targets[0] <= stop for stop in stops)
 
 
 def _goes(first: tuple[frozenset[int], ...], regions: list[frozenset[int]], kind: str) -> bool:

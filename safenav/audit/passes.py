@@ -26,7 +26,8 @@ def _ends_pass(record: Line) -> bool:
     """Return whether a line comes when all robots have had their turns in a pass."""
     reached = record.type == "plan_end" and record.reason == "reached"
     completed = record.type == "outcome" and record.outcome == "completed"
-    return reached or completed or record.type == "plan"
+    set_aside = record.type == "request" and record.aside
+    return reached or completed or set_aside or record.type == "plan"
 
 
 class Passes:

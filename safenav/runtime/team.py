@@ -49,8 +49,9 @@ class Role(Enum):
 
 
 class Assignment(Struct, frozen=True):
-    """Current assignment of one robot. ``obstacle``: the one that it resolves, if it helps, and at
-    which poses (``goal``, a mask). ``safe_poses``: those that it may go to (a mask; None: all)."""
+    """Current assignment of one robot. ``obstacle``: the one that it resolves, if it helps (or will
+    once it has charged), and at which poses (``goal``, a mask). ``safe_poses``: those that it may
+    go to (a mask; None: all)."""
 
     role: Role
     objective: Objective
@@ -280,7 +281,7 @@ class TeamState(Struct):
         """Return the regions that a robot must not enter now: those occupied by robots with which
         it must not collide, those where it is never together with one that is there, and ``swept``
         ones."""
-        return self._had_by_others(robot) | self.swept(robot)
+        return self.had_by_others(robot) | self.swept(robot)
 
     def swept(self, robot: Robot) -> set[Region]:
         """The regions that the resolution of an obstacle under way sweeps, for all but the robots
@@ -335,7 +336,8 @@ class TeamState(Struct):
             and self.clear_of(work.obstacle, robot)
         ]
 
-    def _had_by_others(self, robot: Robot) -> set[Region]:
+    def had_by_others(self, robot: Robot) -> set[Region]:
+        """The regions that other robots keep a robot out of by where they are."""
         found = set[Region]()
         if self.scenario.never_together:
             at = {name: other.occupied for name, other in self.robots.items()}
@@ -351,7 +353,7 @@ class TeamState(Struct):
         positions = {o.name: self.robots[o.name].pose.region for o in task.observed}
         known = self.beliefs.look(task, self.scenario.map, here, positions)
         moving = [self.robots[o.name] for o in task.observed if o.danger]
-        taken = self._had_by_others(state.robot) if moving else set[Region]()
+        taken = self.had_by_others(state.robot) if moving else set[Region]()
         sides = set(self.scenario.map.neighbours(here))
         # A specification assumes at most as many busy sides as robots (spec.other_robots.nearby).
         room = len(sides) if task.exclusive else len(moving) - len(sides & taken)

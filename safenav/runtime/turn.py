@@ -89,7 +89,11 @@ class Turns:
 
     def goes_on(self, robot: RobotState) -> bool:
         """Whether a robot pursues its own objective while the team waits for an operator: it can
-        undo each of its moves alone, waits for nothing, and has a strategy for that objective."""
+        undo each of its moves alone, waits for nothing, and has a strategy for that objective,
+        which none of those has that the wait is about."""
+        waiting = self.state.waiting
+        if waiting is not None and robot.name in (waiting.unrealizable or {}):
+            return False
         asked = (*self.state.requests, *self.state.requests.given_up)
         waits = any(robot.name in request.requesters for request in asked)
         own = robot.assignment.role is Role.OWN and not isinstance(robot.robot.objective, Ltl)
@@ -207,13 +211,15 @@ class Turns:
         if planner.switch is not None or planner.task.tracking is not Tracking.NEARBY:
             return None
         sides = self.state.scenario.map.neighbours(robot.pose.region)
-        busy = self.state.taken(robot.robot).intersection(sides)
+        busy = self.state.had_by_others(robot.robot).intersection(sides)
+        swept = self.state.swept(robot.robot).intersection(sides)
         ahead = self.traffic.ahead(robot.name)
         return (
             planner.strategy,
             planner.node,
             planner.behind,
             frozenset(busy),
+            frozenset(swept),
             frozenset(side for side in sides if ahead >> side & 1),
             tuple(self.state.inputs.values()),
             self.traffic.holds(robot.name),

@@ -63,7 +63,7 @@ def reserved(patch: pytest.MonkeyPatch, region: Callable[[RobotState], int]) -> 
         return {region(other) for other in rivals if other.name != robot.name}
 
     patch.setattr(RobotState, "occupied", property(lambda self: frozenset({region(self)})))
-    patch.setattr(TeamState, "_had_by_others", taken)
+    patch.setattr(TeamState, "had_by_others", taken)
 
 
 def destination_not_reserved(patch: pytest.MonkeyPatch) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from safenav.audit.deriving import open_obstacles, pose_of, serving, team_of
+from safenav.audit.deriving import is_stop, open_obstacles, pose_of, serving, team_of
 from safenav.audit.kinds import ALTERNATION, STAYING
 from safenav.audit.lines import Line, Objective
 from safenav.audit.members import Act, Settlement
@@ -256,7 +256,7 @@ class HelperRule(Rule):
         if duty is not None:
             kind = STAYING if duty.stays else ALTERNATION
             serves = objective.kind == kind and objective.targets[:1] == (duty.regions,)
-            if serves or _is_stop(robot, objective, now):
+            if serves or is_stop(robot, objective, now):
                 return ""
             where = _list(sorted(duty.regions))
             return f"{robot} is to resolve {duty.obstacle} from {where}, but gets {objective}"
@@ -266,7 +266,7 @@ class HelperRule(Rule):
             if objective not in (own_wait, None) and objective.kind != STAYING:
                 return f"{robot} waits for {obstacle}, but gets {objective}"
             return "" if objective == own_wait else self._hinders(robot, objective, found, now)
-        if objective != own and objective.kind != STAYING and not _is_stop(robot, objective, now):
+        if objective != own and objective.kind != STAYING and not is_stop(robot, objective, now):
             return f"{robot} has no part in this, but gets {objective}"
         return ""
 
@@ -287,15 +287,6 @@ class HelperRule(Rule):
         clear = team.clear(robot, *derived) - held - {region for region, _ in at.values()}
         way = f"{robot} waits at {now.show(place)} in a helper's way"
         return f"{way}, not at {now.show(min(clear))}" if clear else ""
-
-
-def _is_stop(robot: str, objective: Objective, now: Situation) -> bool:
-    """Whether a robot with a battery goes to a charger first, or to one of its targets; there it
-    may have to turn."""
-    if now.header.robots[robot].battery is None or len(objective.targets) != 1:
-        return False
-    stops = [{*(now.header.chargers or ())}, *now.own[robot].targets]
-    return any(objective.targets[0] <= stop for stop in stops)
 
 
 def _other_syntheses(lines: list[Line]) -> Iterator[Said]:

@@ -224,7 +224,8 @@ class Evidence(Rule):
         known = [one for name, one in now.obstacles.items() if name in now.discovered]
         wanted = [{*need.regions} for one in known for need in one.all_needs]
         serves = any(aim <= there for aim in objective.targets for there in wanted)
-        fits = bool(entries) and (objective.kind != ALTERNATION or serves)
+        asked = bool(entries or now.requests)  # on the stack, or still to be pushed
+        fits = asked and (objective.kind != ALTERNATION or serves)
         fits = fits or objective == robot.objective or objective.serves(robot.own)
         while_waiting = robot.data.get("while_waiting")
         own = [robot.own, *([Objective(while_waiting)] if while_waiting else [])]

@@ -98,7 +98,10 @@ class Assigner(Struct, frozen=True):
             objective = alternation((frozenset({charger.region}),), own)
         goal = self._mask(index, {charger.region})
         role = Role.OWN if objective == robot.own.objective else Role.CHARGES
-        assignment = Assignment(role, objective, goal=goal, safe_poses=self.found.safe_poses[index])
+        duty = self.found.duties.get(index)  # for after that
+        obstacle = None if duty is None else self.floor.problem.gates[duty.gate].name
+        safe = self.found.safe_poses[index]
+        assignment = Assignment(role, objective, obstacle, goal, safe)
         forbidden = self._forbidden(robot, index, (goal,))
         return TaskDraft(assignment, objective, pending, pending, forbidden)
 

@@ -140,8 +140,7 @@ def stack(
         helpers = tuple(
             robot
             for robot, draft in drafts.items()
-            if (draft.assignment.role is Role.HELPS and draft.assignment.obstacle == name)
-            or _charges_first(team, floor, found, robot, name)
+            if draft.assignment.obstacle == name and team.robots[robot].active
         )
         aside = name in team.requests.aside and not request.aside
         if request.recorded is None or helpers not in ((), request.recorded) or aside:
@@ -188,16 +187,6 @@ def stack(
         ]
     given_up, set_aside = team.requests.given_up, team.requests.aside
     return Requests(tuple(after), given_up=given_up, aside=set_aside), tuple(lines)
-
-
-def _charges_first(
-    team: TeamState, floor: Floor, found: Settlement, name: str, obstacle: str
-) -> bool:
-    """Whether a robot that goes to a charger has its duty for the obstacle after that."""
-    robot, duty = team.robots[name], found.duties.get(floor.index(name))
-    if robot.stop is None or duty is None or not robot.active:
-        return False
-    return floor.problem.gates[duty.gate].name == obstacle
 
 
 _Entry = tuple[str | None, tuple[str, ...]]
