@@ -3,6 +3,7 @@
 Among the tests the campaign is short; SAFENAV_FUZZ=1000 tries as many others.
 """
 
+import json
 import os
 from pathlib import Path
 from random import Random
@@ -11,8 +12,10 @@ import pytest
 import yaml
 
 from fuzz.missions import random_mission
+from fuzz.mixed import mixed_mission
 from safenav.certify.record import bundle_of_run
 from safenav.errors import InputError
+from safenav.scenario.reading.loader import load_scenario
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "12"))
 FIRST = int(os.environ.get("SAFENAV_FUZZ_FIRST", "5000")) if "SAFENAV_FUZZ" in os.environ else 0
@@ -27,3 +30,17 @@ def test_the_run_of_a_random_mission_is_certified(seed: int, tmp_path: Path) -> 
     except InputError:  # a target that nobody can reach: refused before anything runs
         return
     assert made.verdict.accepted
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+@pytest.mark.parametrize("seed", range(FIRST, FIRST + COUNT))
+def test_the_run_of_a_scenario_with_many_keys_is_certified(
+    seed: int, clock: str, tmp_path: Path
+) -> None:
+    scenario = tmp_path / "mission.yaml"
+    scenario.write_text(json.dumps(mixed_mission(seed, live=clock == "live")))
+    try:
+        load_scenario(scenario)
+    except InputError:
+        return
+    assert bundle_of_run(scenario, tmp_path / "bundle").verdict.accepted

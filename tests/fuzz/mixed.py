@@ -1,0 +1,196 @@
+"""Random small scenarios with many keys at once, as users combine them: loads, orders, inputs,
+changes, batteries, deadlines, zones, swept regions, obstacles that come later, rules beside
+objectives."""
+
+from __future__ import annotations
+
+from random import Random
+from typing import Any
+
+Data = dict[str, Any]
+
+CAPABILITIES = ("clear", "lift", "look", "push")
+FEATURES = ("zones", "inputs", "orders", "loads", "changes", "avoids", "waiting", "later")
+
+
+def mixed_mission(seed: int, *, live: bool = False) -> Data:
+    """A scenario as data; about half of them are refused by the loader, most for targets that are
+    out of reach."""
+    random = Random(seed)
+    grid, free = _floor(random)
+    features = set(random.sample(FEATURES, random.choice([0, 1, 2, 3])))
+    count = min(random.choice([1, 2, 2, 2, 3]), len(free) - 2)
+    starts = random.sample(free, count)
+    layers = random.choice([["ground"], ["ground"], ["ground", "air"]])
+    models: Data = {}
+    robots: Data = {}
+    types: Data = {}
+    for k, start in enumerate(starts):
+        models[f"m{k}"] = _model(random, layers)
+        robots[f"r{k}"] = {
+            "model": f"m{k}",
+            "start": start,
+            "heading": random.choice(["north", "east", "south", "west"]),
+            "objective": _objective(random, free, [*starts]),
+        }
+    data: Data = {
+        "safenav": 1,
+        "map": {"grid": grid},
+        "catalogue": {"robots": models, "obstacles": types},
+        "robots": robots,
+        "obstacles": _obstacles(random, [r for r in free if r not in starts], types, features),
+        "until": {"rounds": random.choice([1, 1, 2])},
+        "limits": {"ticks": 300, "synthesis_seconds": 20},
+        "order": random.choice(["newest", "newest", "newest", "oldest"]),
+        "seed": seed,
+    }
+    if live:
+        data["clock"] = "live"
+    if random.random() < 0.15:
+        data["coordination"] = "assignable"
+    _add_work(random, free, data, features)
+    _add_people(random, free, data, features)
+    if random.random() < 0.4:
+        _add_batteries(random, free, data)
+    if random.random() < 0.3:
+        _add_promises(random, data)
+    return data
+
+
+def _floor(random: Random) -> tuple[list[str], list[int]]:
+    rows, cols = random.choice([(1, 4), (1, 5), (2, 3), (2, 4), (3, 3), (3, 4), (2, 5)])
+    while True:
+        cells = ("".join(random.choices("#.", [1, 5], k=cols)) for _ in range(rows))
+        grid = ["#" * (cols + 2), *(f"#{row}#" for row in cells), "#" * (cols + 2)]
+        free = [k for k, cell in enumerate("".join(grid)) if cell == "."]
+        if len(free) >= 4:
+            return grid, free
+
+
+def _model(random: Random, layers: list[str]) -> Data:
+    model: Data = {
+        "mobility": random.choice(["free", "free", "heading"]),
+        "layer": random.choice(layers),
+        "capabilities": sorted(random.sample(CAPABILITIES, random.choice([0, 1, 2, 3]))),
+        "carries": random.choice([1, 1, 2]),
+    }
+    if random.random() < 0.15:
+        model["timing"] = random.choice([2, {"least": 1, "most": 3}])
+    if random.random() < 0.15:
+        model["vision"] = random.randint(1, 3)
+    return model
+
+
+def _objective(random: Random, free: list[int], starts: list[int]) -> Data:
+    kind = random.choice(["visit", "visit", "patrol", "circuit", "cover", "hold", "once"])
+    many = {"hold": 1, "patrol": 2, "circuit": 3}.get(kind, random.choice([1, 2, 2, 3]))
+    wide = random.random() < 0.3
+    targets: list[Any] = [
+        {"any": sorted({region, *random.sample(free, 2)})} if wide else region
+        for region in random.sample(free, many)
+    ]
+    objective: Data = {kind: targets[0] if kind == "hold" else targets}
+    aims = {r for t in targets for r in (t["any"] if isinstance(t, dict) else [t])}
+    others = [region for region in free if region not in {*starts, *aims}]
+    if others and random.random() < 0.2:
+        objective["avoid"] = [random.choice(others)]
+    if random.random() < 0.15:
+        one = random.choice(free)
+        objective["always"] = f"region = {one} -> region' != {one + 1}"
+    if kind in ("visit", "patrol") and random.random() < 0.1:
+        objective["within"] = random.randint(6, 30)
+    return objective
+
+
+def _type(random: Random, free: list[int]) -> Data:
+    action, other = random.choices(CAPABILITIES, k=2)
+    where = random.choice(["self", "neighbours", "neighbours", random.sample(free, 2)])
+    two = {"action": "lift", "robots": 2, "at": "neighbours", "together": True}
+    match random.randrange(6):
+        case 0:
+            made: Data = {"needs": [{"action": action, "at": where}, {"action": other}]}
+        case 1:
+            made = {"needs": [two]}
+        case 2:
+            made = {"action": "look", "resolve_at": "neighbours", "has_truth": True}
+        case _:
+            made = {"action": action, "resolve_at": where}
+    blocks = random.choice([None, None, ["ground"], ["air"], ["r0"]])
+    return made if blocks is None else {**made, "blocks": blocks}
+
+
+def _obstacles(random: Random, places: list[int], types: Data, features: set[str]) -> list[Data]:
+    found = []
+    for k, region in enumerate(random.sample(places, min(len(places), random.choice([0, 1, 2])))):
+        types[f"t{k}"] = _type(random, places if len(places) > 1 else [*places, *places])
+        obstacle: Data = {"type": f"t{k}", "region": region}
+        if types[f"t{k}"].get("has_truth"):
+            obstacle["traversable"] = random.random() < 0.5
+        if "later" in features and random.random() < 0.5:
+            obstacle["from"] = random.randint(2, 12)
+        elif "action" in types[f"t{k}"] and random.random() < 0.1:
+            obstacle["sweeps"] = "neighbours"
+        found.append(obstacle)
+    return found
+
+
+def _add_work(random: Random, free: list[int], data: Data, features: set[str]) -> None:
+    if not features & {"orders", "loads"}:
+        return
+    data["orders"] = []
+    for k in range(random.choice([1, 2, 3])):
+        one, other = random.choices(free, k=2)
+        fetched = {"action": "lift", "at": [one]}, {"action": "lift", "at": [other], "same": True}
+        done = {"action": random.choice(CAPABILITIES), "at": [one]}
+        needs = [*fetched] if "loads" in features else [done]
+        data["catalogue"]["obstacles"][f"p{k}"] = {"needs": needs, "blocks": []}
+        data["orders"].append({"at": random.randint(1, 8), "type": f"p{k}", "region": one})
+
+
+def _add_people(random: Random, free: list[int], data: Data, features: set[str]) -> None:
+    """What others decide, and who may be where."""
+    robots, places = data["robots"], random.sample(free, 2)
+    names = sorted(robots)
+    if "inputs" in features:
+        data["inputs"] = {"alarm": {"at": [random.choice(["3-9", "5", "2-4"])]}}
+        robots["r0"]["when"] = {"alarm": {"visit": places}}
+    elif "changes" in features:
+        at = random.randint(1, 10)
+        data["changes"] = [{"at": at, "robot": "r0", "objective": {"cover": places}}]
+        if random.random() < 0.3:
+            data["changes"] += [
+                {"at": at + 2, "robot": names[-1], "service": "out"},
+                {"at": at + 9, "robot": names[-1], "service": "back"},
+            ]
+    if "waiting" in features:
+        robots["r0"]["while_waiting"] = {"hold": places[0]}
+    if "avoids" in features and len(names) > 1:
+        robots["r0"]["avoids"] = random.choice([[], ["r1"]])
+    if "zones" in features and len(names) > 1:
+        data["never_together"] = [{"robots": names[:2], "in": random.sample(free, 3)}]
+
+
+def _add_batteries(random: Random, free: list[int], data: Data) -> None:
+    for model in data["catalogue"]["robots"].values():
+        if random.random() < 0.6:
+            model["battery"] = {
+                "capacity": random.randint(6, 24),
+                "charge": random.choice([1, 3]),
+                "stay": random.choice([0, 0, 0, 1]),
+            }
+    data["chargers"] = random.sample(free, random.randint(1, 3))
+    if random.random() < 0.4:
+        swap = {"action": "lift", "at": "neighbours"}
+        fetch = {"action": "lift", "at": [random.choice(free)]}
+        needs = random.choice([[swap], [fetch, {**swap, "same": True}]])
+        data["catalogue"]["obstacles"]["empty"] = {"needs": needs, "blocks": []}
+        data["flat"] = "empty"
+
+
+def _add_promises(random: Random, data: Data) -> None:
+    if random.random() < 0.5:
+        data["until"]["by"] = random.randint(5, 40)
+        data["late"] = random.choice(["go_on", "stop"])
+    for obstacle in data["obstacles"]:
+        if random.random() < 0.5:
+            obstacle["resolve_within"] = random.randint(3, 20)
