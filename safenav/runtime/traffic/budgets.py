@@ -33,9 +33,10 @@ while often has it easier, so each effort is made four times before a larger one
 MOST_FAILURES = 24
 MOST_FAILURES_HINDERED = 6
 """The same with a robot out of service, which no search can move: the end is then no verdict."""
-MOST_WORK = 3_000_000
+MOST_WORK = 1_000_000
 """Effort of searches in a row without success, in steps of one robot in a joint state: the run ends
-at ``search_limit`` then. Some 250,000 a second were measured: about 12 s of the processor."""
+at ``search_limit`` then. Some 220,000 a second were measured: about 5 s of the processor. No plan
+of ``benchmarks/teams.py --bars``, with up to 50 robots, takes more than 31,000."""
 LOOKS_FOR_FEW = (1, 6, MOST_FAILURES)
 """After which spent searches a few robots are examined: the first, and now and then."""
 ROUNDS_AHEAD = 2
