@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from functools import cache
+from math import inf
 from typing import Any, NamedTuple
 
 MOST_STATES = 200_000
@@ -33,16 +34,19 @@ def require(holds: object, reason: str) -> None:
         raise RefusedError(reason)
 
 
-def closure(starts: Iterable[Any], after: Callable[[Any], Iterable[Any]]) -> list[Any]:
-    """Return everything that is reachable from ``starts``."""
-    found = dict.fromkeys(starts)
-    queue = list(found)
+def closure(
+    starts: Iterable[Any], after: Callable[[Any], Iterable[Any]], most: float = inf
+) -> list[Any]:
+    """Return everything that is reachable from ``starts``: at most so many states."""
+    queue = [*dict.fromkeys(starts)]
+    found = {*queue}
     for state in queue:
-        fresh = dict.fromkeys(other for other in after(state) if other not in found)
-        found |= fresh
-        queue += fresh
-        if len(queue) > MOST_STATES:
-            raise TooLargeError(f"more than {MOST_STATES} states; not certified")
+        for other in after(state):
+            if other not in found:
+                found.add(other)
+                queue.append(other)
+        if len(queue) > most:
+            raise TooLargeError(f"more than {most} states; not certified")
     return queue
 
 

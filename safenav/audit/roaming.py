@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from itertools import combinations, product
 
-from safenav.audit.language import Pose
+from safenav.audit.language import Pose, closure
 from safenav.audit.members import Duty, Member, OpenObstacle, OpenObstacles, Poses
 
 
@@ -33,7 +33,7 @@ class Roaming:
     def around(self, name: str, pose: Pose, obstacles: OpenObstacles) -> Poses:
         """Return the poses that a robot can go back and forth between."""
         there, walls = self.reach(name, frozenset([pose]), obstacles), self.walls(name, obstacles)
-        back = _spread({pose}, lambda p: (q for q in self._before[name].get(p, ()) if q in there))
+        back = closure({pose}, lambda p: (q for q in self._before[name].get(p, ()) if q in there))
         return frozenset(p for p in back if p == pose or p[0] not in walls)
 
     def goes_on(self, name: str, poses: Poses, obstacles: OpenObstacles) -> bool:
@@ -59,7 +59,8 @@ class Roaming:
 
     def _reached(self, name: str, poses: Poses, walls: frozenset[int]) -> Poses:
         steps = self.members[name].steps
-        return _spread(poses, lambda p: (q for q in steps.get(p, ()) if q[0] not in walls))
+        ways = closure(poses, lambda p: (q for q in steps.get(p, ()) if q[0] not in walls))
+        return frozenset(ways)
 
     def _lively(self, name: str, walls: frozenset[int]) -> Poses:
         before = self._before[name]
@@ -71,7 +72,7 @@ class Roaming:
         while True:
             size = len(kept)
             for aim in self.members[name].aims:
-                kept = _spread(aim & kept, back)
+                kept = frozenset(closure(aim & kept, back))
             if len(kept) == size:
                 return kept
 
@@ -128,15 +129,3 @@ class Roaming:
         """Return the regions that a robot can reach in which it is in no helper's way."""
         reached = {region for region, _ in self.reach(name, frozenset([at[name]]), obstacles)}
         return frozenset(r for r in reached if not self.in_the_way(name, r, at, obstacles, duties))
-
-
-def _spread(starts: Iterable[Pose], after: Callable[[Pose], Iterator[Pose]]) -> Poses:
-    """Return all poses that are reached from some poses."""
-    found = set(starts)
-    queue = list(found)
-    while queue:
-        for pose in after(queue.pop()):
-            if pose not in found:
-                found.add(pose)
-                queue.append(pose)
-    return frozenset(found)

@@ -21,6 +21,7 @@ from typing import Any
 
 from safenav.audit.language import (
     HEADINGS,
+    MOST_STATES,
     Clause,
     Key,
     Pose,
@@ -124,8 +125,8 @@ class Strategy:
 
     def reach(self, begin: Iterable[int]) -> list[int]:
         """Return the nodes that paths from some nodes reach."""
-        firsts = {self.first[node] for node in begin}
-        return closure(firsts, lambda node: {self.first[target] for target in self.next[node]})
+        firsts, next_ = {self.first[node] for node in begin}, self.next
+        return closure(firsts, lambda k: {self.first[target] for target in next_[k]}, MOST_STATES)
 
     def holds(self, clauses: Sequence[Clause], edges: Edges) -> Met:
         """Return on which edges all clauses hold, for the values before the edge and (primed) after
