@@ -95,7 +95,9 @@ class MissedGoalRule(Rule):
             return  # it is leaving: only a robot that ends a step, or stays, meets a target
         met = {goal.goal for goal in turn.all("goal")}
         crosses = shape_of(progress.objective.kind).strict and not _by_strategy(turn)
-        if progress.awaited is None and (now.alternates(robot) or crosses):
+        move = turn.first("move")
+        begun = move is not None and move.by is None  # perhaps under another objective
+        if progress.awaited is None and (now.alternates(robot) or crosses or begun):
             return  # which target is next is not known yet
         if now.live and _stays_in_all(progress.objective, turn.origin, here):
             own = progress.objective == now.own[robot]
