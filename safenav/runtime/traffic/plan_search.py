@@ -63,9 +63,12 @@ class PlanSearch(Struct):
         """Search for a plan, the last resorts included; return also where it begins. Raises
         RunEnded as ``_look_for_few``."""
         self.work = Effort(budgets.MOST_WORK - self.used)
-        course, start, search, answer = self._searched(floor, helping)
+        course = self.searches.course(floor)
+        counts = self.searches.counts(floor, course.rounds)
+        start = course.begun(floor.poses, counts, floor.stages)
         if self.state.live and start.stages != floor.stages:
-            return floor, course, start, answer
+            return floor, course, start, Spent(0)  # a robot is about to resolve something
+        course, start, search, answer = self._searched(floor, helping)
         if isinstance(answer, Exhausted) and floor is not plain:
             if remembering(floor.problem):
                 self.searches.give_up(plain)
