@@ -102,6 +102,12 @@ class Interventions(Struct):
             yield from self._bring_about(wanted)
         yield from self._inputs()
 
+    @property
+    def more_changes(self) -> bool:
+        """Whether the scenario has changes of this moment that have not been applied yet."""
+        left = self.state.scenario.changes[self._made :]
+        return any(change.at <= self.state.time for change in left)
+
     def _orders(self) -> Iterator[events.Event]:
         """Tell the team the orders of the scenario that are due, in a world that does not."""
         for obstacle in self.state.scenario.obstacles:

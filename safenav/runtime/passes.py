@@ -159,18 +159,25 @@ class Passes(Algorithm):
             part()
             return True
         except RunEnded as over:
-            conclusion = self._for_want_of(self.traffic.proven(over.conclusion))
-            if not self._may_be_helped(conclusion):
+            conclusion = self._ends(over.conclusion)
+            if conclusion is not None:
                 raise RunEnded(conclusion) from over
-            self.wait(conclusion)
             return False
 
     def waits_on(self, end: Conclusion) -> bool:
-        conclusion = self._for_want_of(end)
-        if not self._may_be_helped(conclusion):
-            return False
-        self.wait(conclusion)
-        return True
+        return self._ends(end) is None
+
+    def _ends(self, end: Conclusion) -> Conclusion | None:
+        """The end of the run as it is told; None if the team waits instead, or decides again after
+        the other changes of this moment."""
+        conclusion = self._for_want_of(self.traffic.proven(end))
+        if conclusion.outcome in WAITS and self.interventions.more_changes:
+            self._together = True
+        elif self._may_be_helped(conclusion):
+            self.wait(conclusion)
+        else:
+            return conclusion
+        return None
 
     def _may_be_helped(self, conclusion: Conclusion) -> bool:
         """Whether an operator, or what the scenario still changes, can help."""

@@ -162,28 +162,35 @@ class NeedRule(Rule):
 class MissedResolutionRule(Rule):
     """Robots that have the action which an obstacle needs next, and stand after a turn where it is
     performed, as many as it takes, have met the need, whether or not a request was made (D 5.2);
-    they act on it before they depart, but for robots that keep to their acts. Where two could be
-    resolved and the first ended the run, the second is not missed; where the world is not
-    simulated, actions may fail."""
+    they act on it before they depart, but for robots that keep to their acts; live, on what nobody
+    has requested only when they come. Where two could be resolved and the first ended the run, the
+    second is not missed; where the world is not simulated, actions may fail."""
 
-    name, kinds = "missed-resolution", ("acted", "arrive", "depart", "move")
+    name, kinds = "missed-resolution", ("acted", "appeared", "arrive", "depart", "met", "move")
 
     def __init__(self) -> None:
         self._tried: set[tuple[str, str]] = set()
+        self._came: dict[str, int] = {}
+        self._changed: dict[str, int] = {}
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
+        if record.type in ("appeared", "met"):
+            self._changed[record.obstacle] = record.line
+            return
         robot = record.robot
         if record.type == "acted":
             self._tried |= {(robot, name) for name in record.results}
         elif record.type == "arrive":
+            self._came[robot] = record.line
             self._tried = {tried for tried in self._tried if tried[0] != robot}
         elif _departs(record, now) and not now.external and not now.has_act(robot):
             for name in now.obstacles:
                 need, standing = now.need(name), now.standing(name)
                 lacks = len(standing) < need.robots if need.together else robot in now.done[name]
                 tried = (robot, name) in self._tried
-                if now.live and need.robots > 1 and name not in now.discovered:
-                    continue  # nobody knows that one who has come makes an action possible
+                later = self._changed.get(name, 0) > self._came.get(robot, 0)
+                if now.live and name not in now.requests and (later or need.robots > 1):
+                    continue  # it acts when it comes; nobody knows what is possible since then
                 if not lacks and not tried and _can_act(robot, name, now):
                     yield f"{robot} departs without acting on {name}, as it could"
 

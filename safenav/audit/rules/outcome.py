@@ -68,7 +68,8 @@ class OutcomeRule(Rule):
             yield "a live run has no limit of ticks"
         limit = now.header.limits.seconds
         early = limit is not None and outcome.t is not None and outcome.t < limit
-        if outcome.outcome == "time_limit" and early:
+        still = not (any(now.toward.values()) or now.acting)  # nothing would come until the limit
+        if outcome.outcome == "time_limit" and early and not still:
             yield f"it reports the time limit after {outcome.t} s, but the limit is {limit} s"
         if outcome.outcome == "completed" and now.acting:
             yield f"the run is completed while {', '.join(sorted(now.acting))} act"
