@@ -168,8 +168,8 @@ class Passes(Algorithm):
         return self._ends(end) is None
 
     def _ends(self, end: Conclusion) -> Conclusion | None:
-        """The end of the run as it is told; None if the team waits instead, or decides again after
-        the other changes of this moment."""
+        """The end of the run, with its proof; None if the team waits instead, or decides again
+        after the other changes of this moment."""
         conclusion = self._for_want_of(self.traffic.proven(end))
         if conclusion.outcome in WAITS and self.interventions.more_changes:
             self._together = True

@@ -205,7 +205,7 @@ class TeamState(Struct):
                 robot, robot.start, own, Assignment(Role.OWN, robot.objective), own
             )
         team = cls(scenario, robots, Knowledge(scenario), tuple(listeners))
-        team.recorded = {r.name: objective_in_trace(r.objective) for r in scenario.robots}
+        team.recorded = team.objectives()
         team.inputs = team.inputs_before = {each.name: False for each in scenario.inputs}
         return team
 
@@ -227,6 +227,18 @@ class TeamState(Struct):
         """The last settlement: there is one from the start of the run on."""
         assert self.settled is not None
         return self.settled
+
+    @property
+    def poses(self) -> dict[str, Pose]:
+        """Where each robot stands; in transit, where it set out."""
+        return {name: robot.pose for name, robot in self.robots.items()}
+
+    def objectives(self) -> dict[str, TracedObjective]:
+        """The objectives in force, as in a trace."""
+        return {
+            name: objective_in_trace(robot.assignment.objective)
+            for name, robot in self.robots.items()
+        }
 
     @property
     def live(self) -> bool:

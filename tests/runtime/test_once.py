@@ -8,7 +8,7 @@ import pytest
 from certify.making import certified
 from runtime.played import Line, play
 from safenav.errors import InputError
-from safenav.runtime.traffic import planning
+from safenav.runtime.traffic import budgets
 from safenav.scenario.reading.loader import load_scenario_text
 
 ROOMS = """
@@ -196,5 +196,5 @@ def test_a_bundle_proves_that_no_order_of_moves_completes() -> None:
 
 
 def test_what_is_not_shown_in_the_budget_is_no_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(planning, "PROOF_BUDGET", 1)
+    monkeypatch.setattr(budgets, "PROOF_BUDGET", 1)
     assert play(TRAPPED_HELPER).outcome["outcome"] == "search_limit"
