@@ -127,11 +127,13 @@ class Algorithm(Struct):
         for record in decision.records:
             team.emit(record)
         if decision.end is not None:
-            if team.waiting is not None and self.waits_on(decision.end):
-                lost = {**(team.waiting.unrealizable or {}), **(decision.end.unrealizable or {})}
-                team.waiting = replace(team.waiting, unrealizable=lost)
-                return None  # and the turn continues
-            raise RunEnded(decision.end)
+            before = team.waiting
+            if not self.waits_on(decision.end):
+                raise RunEnded(decision.end)
+            if before is not None:
+                lost = {**(before.unrealizable or {}), **(decision.end.unrealizable or {})}
+                team.waiting = replace(before, unrealizable=lost)
+            return None  # and the turn continues
         match decision.event:
             case events.ServiceChanged(name, active):
                 self.turns.put_in_service(team.robots[name], active=active)
