@@ -91,19 +91,18 @@ class Turns:
         """Whether a robot pursues its own objective while the team waits for an operator: it can
         undo each of its moves alone, waits for nothing, and has a strategy for that objective,
         which none of those has that the wait is about."""
-        waiting = self.state.waiting
+        planner, waiting = robot.planner, self.state.waiting
+        if planner is None or planner.node is None or robot.assignment.role is not Role.OWN:
+            return False
+        if isinstance(robot.robot.objective, Ltl) or not robot.active or robot.held is not None:
+            return False
+        if relaxed(planner.task.objective) != relaxed(robot.own.objective):
+            return False
         if waiting is not None and robot.name in (waiting.unrealizable or {}):
             return False
         asked = (*self.state.requests, *self.state.requests.given_up)
         waits = any(robot.name in request.requesters for request in asked)
-        own = robot.assignment.role is Role.OWN and not isinstance(robot.robot.objective, Ltl)
-        free = own and not graph_of(robot.robot, self.state.scenario.map).one_way
-        planner, waiting = robot.planner, self.state.waiting
-        if planner is None or planner.node is None:
-            return False
-        known = relaxed(planner.task.objective) == relaxed(robot.own.objective)
-        lost = waiting is not None and robot.name in (waiting.unrealizable or ())
-        return free and known and robot.active and robot.held is None and not (waits or lost)
+        return not waits and not graph_of(robot.robot, self.state.scenario.map).one_way
 
     def _stand_still(self, robot: RobotState, why: HoldReason) -> Iterator[Event]:
         """The turn of a robot that makes no decisions: it looks around, and stays."""
