@@ -129,11 +129,13 @@ class Passes(Algorithm):
             raise RunEnded(Conclusion(Outcome.TIME_LIMIT, said))
 
     def _times(self) -> list[float]:
-        """The times to come at which the scenario changes something."""
-        now = self.world.now()
+        """The times to come at which the scenario changes something; inputs that are drawn change
+        each second."""
+        now, inputs = self.world.now(), self.team.scenario.inputs
         changes = (float(change.at) for change in self.team.scenario.changes)
-        seconds = [float(int(now) + 1)] if self.team.inputs and self.world.simulated else []
-        times = (*changes, *seconds, *self.world.times(), *self.batteries.times())
+        seconds = [float(int(now) + 1)] if any(each.probability for each in inputs) else []
+        switches = [*map(float, switching(inputs)), *seconds] if self.world.simulated else []
+        times = (*changes, *switches, *self.world.times(), *self.batteries.times())
         return [time for time in times if time > now]
 
     def _to_come(self) -> list[float]:
