@@ -258,8 +258,8 @@ class Passes(Algorithm):
             raise RunEnded(Conclusion(Outcome.COMPLETED, said))
         left = [robot for robot in team.robots.values() if robot.own.rounds < wanted]
         served = team.last_settled.found.served
-        out = any(not robot.active for robot in left)
-        if out and free and not served and self.traffic.only_out(left):
+        out = any(not robot.active for robot in team.robots.values())
+        if out and left and free and not served and self.traffic.only_out(left):
             self.guarded(self._unless_back)
         if team.live:
             if self.limit is not None and self.world.now() >= self.limit:

@@ -107,7 +107,8 @@ class ChargeRule(Rule):
             return
         if now.live and tick >= turn.tick:
             return  # no line tells where in the pass a robot stays
-        alone = not any(now.conflict(move.robot, o) for o in now.region if o != move.robot)
+        others = (name for name in now.region if name != move.robot)
+        alone = not any(now.conflict(move.robot, o) or now.zones(move.robot, o) for o in others)
         if alone and taken(move) == {move.from_} and move.to not in stop.targets[0]:
             yield move.robot, f"{move.robot} is to {stop}, and stays at {now.show(move.to)}", move
 
