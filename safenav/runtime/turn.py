@@ -105,9 +105,16 @@ class Turns:
         return not waits and not graph_of(robot.robot, self.state.scenario.map).one_way
 
     def _stand_still(self, robot: RobotState, why: HoldReason) -> Iterator[Event]:
-        """The turn of a robot that makes no decisions: it looks around, and stays."""
+        """The turn of a robot that makes no decisions: it looks around, and stays. Its strategy
+        learns what it has seen."""
+        planner = robot.planner
         self._look_around(robot)
         yield from self._move(robot, robot.pose, {}, MovedBy.STAY, why=why)
+        if planner is None or planner.node is None or robot.planner is not planner:
+            return
+        if planner.task.tracking is not Tracking.NEARBY:
+            planner.behind = True
+            self.strategies.catch_up(robot)
 
     def _released(self, robot: RobotState) -> bool:
         """Live: whether a robot has done its way of the joint plan, and continues by its strategy
