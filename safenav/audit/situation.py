@@ -117,6 +117,8 @@ class Situation(State):
                     self._begin(name)
             case "discovered":
                 self.introduced.add(record.obstacle.name)
+                if self.external:  # nobody can tell what was done to it before
+                    self._begin(record.obstacle.name)
             case "resolved":
                 self._fit_again(obstacle=name)
                 self.stage[name] = len(self.obstacles[name].all_needs)
