@@ -2,7 +2,7 @@
 
 import json
 import textwrap
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -74,9 +74,6 @@ class Run:
     def broken(self) -> set[str]:
         """The rules that the records break as they are now."""
         return {finding.rule for finding in self.audit}
-
-
-Runner = Callable[[str], Run]
 
 
 def play(scenario: str | Mapping[str, Any] | Scenario, *, world: Any = None) -> Run:

@@ -1,8 +1,0 @@
-import pytest
-
-from runtime.played import Runner, play
-
-
-@pytest.fixture
-def run() -> Runner:
-    return play
