@@ -226,7 +226,9 @@ class Evidence(Rule):
         serves = any(aim <= there for aim in objective.targets for there in wanted)
         asked = bool(entries or now.requests)  # on the stack, or still to be pushed
         fits = asked and (objective.kind != ALTERNATION or serves)
-        fits = fits or objective == robot.objective or objective.serves(robot.own)
+        before = robot.objective  # under other rules, perhaps: they came with another objective
+        fits = fits or (objective.kind, objective.targets) == (before.kind, before.targets)
+        fits = fits or objective.serves(robot.own)
         while_waiting = robot.data.get("while_waiting")
         own = [robot.own, *([Objective(while_waiting)] if while_waiting else [])]
         fits = fits or objective in own
