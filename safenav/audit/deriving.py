@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from itertools import product
 
 from safenav.audit.formulas import Formulas, rules_of
@@ -145,7 +146,7 @@ def serving(now: Situation, *, own: bool = False) -> dict[str, frozenset[str]]:
             if (own or now.objectives[robot] != now.own[robot])
             and (
                 _goes(now.objectives[robot].targets[:1], regions, now.objectives[robot].kind)
-                or is_stop(robot, now.objectives[robot], now)
+                or is_stop(robot, now.objectives[robot].targets, now)
             )
         )
     for robot, name in now.named.items():
@@ -154,13 +155,14 @@ def serving(now: Situation, *, own: bool = False) -> dict[str, frozenset[str]]:
     return found
 
 
-def is_stop(robot: str, objective: Objective, now: Situation) -> bool:
+def is_stop(robot: str, targets: Sequence[AbstractSet[int]], now: Situation) -> bool:
     """Whether a robot with a battery goes to a charger first, or to one of its targets; there it
     may have to turn."""
-    if now.header.robots[robot].battery is None or len(objective.targets) != 1:
+    header, waiting = now.header.robots[robot], now.header.robots[robot].while_waiting
+    if header.battery is None or len(targets) != 1:
         return False
-    stops = [{*(now.header.chargers or ())}, *now.own[robot].targets]
-    return any(objective.targets[0] <= stop for stop in stops)
+    own = (*now.own[robot].targets, *(waiting.targets if waiting else ()))
+    return any(targets[0] <= stop for stop in ({*(now.header.chargers or ())}, *own))
 
 
 def _goes(first: tuple[frozenset[int], ...], regions: list[frozenset[int]], kind: str) -> bool:

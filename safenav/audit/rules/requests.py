@@ -256,7 +256,7 @@ class HelperRule(Rule):
         if duty is not None:
             kind = STAYING if duty.stays else ALTERNATION
             serves = objective.kind == kind and objective.targets[:1] == (duty.regions,)
-            if serves or is_stop(robot, objective, now):
+            if serves or is_stop(robot, objective.targets, now):
                 return ""
             where = _list(sorted(duty.regions))
             return f"{robot} is to resolve {duty.obstacle} from {where}, but gets {objective}"
@@ -266,7 +266,8 @@ class HelperRule(Rule):
             if objective not in (own_wait, None) and objective.kind != STAYING:
                 return f"{robot} waits for {obstacle}, but gets {objective}"
             return "" if objective == own_wait else self._hinders(robot, objective, found, now)
-        if objective != own and objective.kind != STAYING and not is_stop(robot, objective, now):
+        stays = objective.kind == STAYING or is_stop(robot, objective.targets, now)
+        if objective != own and not stays:
             return f"{robot} has no part in this, but gets {objective}"
         return ""
 

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from itertools import chain
 from typing import Any
 
-from safenav.audit.deriving import pose_of
+from safenav.audit.deriving import is_stop, pose_of
 from safenav.audit.judging import RULES, findings
 from safenav.audit.kinds import ALTERNATION
 from safenav.audit.language import Pose, RefusedError, TooLargeError, require
@@ -230,11 +230,8 @@ class Evidence(Rule):
         fits = fits or (objective.kind, objective.targets) == (before.kind, before.targets)
         fits = fits or objective.serves(robot.own)
         while_waiting = robot.data.get("while_waiting")
-        own = [robot.own, *([Objective(while_waiting)] if while_waiting else [])]
-        fits = fits or objective in own
-        if robot.data.get("battery") and len(objective.targets) == 1:  # a charger or a target
-            stops = [{*(now.header.chargers or ())}, *(stop for one in own for stop in one.targets)]
-            fits = fits or any(objective.targets[0] <= stop for stop in stops)
+        fits = fits or (while_waiting is not None and objective == Objective(while_waiting))
+        fits = fits or is_stop(robot.name, objective.targets, now)
         require(fits, f"{robot.name} receives an objective that serves no request")
         robot.objective = objective
 
