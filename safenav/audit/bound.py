@@ -6,10 +6,11 @@ in which its needs could all be met (docs/deadlines.md). Turn ``tick * n + i`` i
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from heapq import heappop, heappush
 
 from safenav.audit.deriving import pose_of
+from safenav.audit.formulas import rules_of
 from safenav.audit.kinds import shape_of
 from safenav.audit.language import Pose
 from safenav.audit.lines import Line
@@ -125,9 +126,16 @@ class Bound:
                 after = max(after, met[last - 1])
         return after
 
-    def ticks(self, robot: str, seeds: Ticks, ends_in: Collection[int] = ()) -> tuple[Ticks, Ticks]:
+    def ticks(
+        self,
+        robot: str,
+        seeds: Ticks,
+        ends_in: Collection[int] = (),
+        allows: Callable[[Pose, Pose], bool] | None = None,
+    ) -> tuple[Ticks, Ticks]:
         """The earliest tick at whose end a robot is in each pose; in which a step ends there.
-        ``ends_in``: regions through which no path leads, only into them."""
+        ``ends_in``: regions through which no path leads, only into them; ``allows``: which steps
+        it takes (None: all of its mobility)."""
         own, takes = self.names.index(robot), self.takes(robot)
         mobility = self.now.header.robots[robot].mobility
         best, stepped = dict(seeds), Ticks()
@@ -137,7 +145,7 @@ class Bound:
             if tick > best[pose]:
                 continue
             for there in self.now.grid.steps(mobility, pose):
-                if there[0] in self.sealed[robot]:
+                if there[0] in self.sealed[robot] or (allows and not allows(pose, there)):
                     continue
                 after = self._closed_until(robot, there[0])
                 if after >= NEVER:
@@ -219,8 +227,8 @@ def mission_end(bound: Bound) -> int | None:
 
 def least_within(now: Situation, robot: str) -> int | None:
     """The least number of ticks that every round of a robot can take, alone, forever: by trying
-    one after the other. A strict objective that may not be weakened takes the least in which it
-    touches no target out of turn, if there is one."""
+    one after the other, by the rules of its objective. A strict objective that may not be weakened
+    takes the least in which it touches no target out of turn, if there is one."""
     own = now.own[robot]
     strict = _least_round(now, robot, True) if own.literal and shape_of(own.kind).strict else None
     return _least_round(now, robot, False) if strict is None else strict
@@ -228,12 +236,16 @@ def least_within(now: Situation, robot: str) -> int | None:
 
 def _least_round(now: Situation, robot: str, strict: bool) -> int | None:
     bound = Bound(now, 0, len(now.header.robots), {})
-    targets = now.own[robot].targets
+    own = now.own[robot]
+    targets, rules = own.targets, rules_of(own) if own.always else None
     every = frozenset[int]().union(*targets)
+
+    def allows(before: Pose, after: Pose) -> bool:
+        return after[0] not in own.avoid and (rules is None or rules.allows(before, after))
 
     def way(seeds: Ticks) -> Ticks:
         for goal in targets:
-            stayed, stepped = bound.ticks(robot, seeds, every if strict else goal)
+            stayed, stepped = bound.ticks(robot, seeds, every if strict else goal, allows)
             seeds = {
                 pose: min(stepped.get(pose, NEVER), stayed.get(pose, NEVER) + 1)
                 for pose in stayed.keys() | stepped.keys()

@@ -7,10 +7,10 @@ from functools import cached_property, lru_cache
 
 from safenav.scenario.guarantees import Guarantees, guarantees_of
 from safenav.scenario.model import Robot
-from safenav.scenario.objective import Ltl, formulas_in
+from safenav.scenario.objective import Ltl, avoided, formulas_in
 from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility
-from safenav.world.poses import Mask, PoseGraph, bits, plain_graph
+from safenav.world.poses import Mask, PoseGraph, bits, plain_graph, region_mask
 
 
 class Formulas:
@@ -74,3 +74,8 @@ def graph_of(robot: Robot, world: RegionMap) -> PoseGraph:
     return (
         plain_graph(world, mobility) if found is None else _formulas(found, world, mobility).graph
     )
+
+
+def permitted(robot: Robot, graph: PoseGraph) -> Mask:
+    """The poses on free regions that a robot's own objective does not avoid."""
+    return graph.everywhere & ~graph.poses_on(region_mask(avoided(robot.objective)))

@@ -64,7 +64,7 @@ class Reason(StrEnum):
 
 
 class Form(StrEnum):
-    """The form of an objective in the specification (docs/theory.md)."""
+    """The form of an objective in the specification (docs/scenario.md, forms of a patrol)."""
 
     LITERAL = "literal"
     OTHER_MEMORY = "other_memory"

@@ -12,10 +12,10 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.runtime.deadlines.within import Walk, best_places, keep, least_within, next_places
-from safenav.runtime.formulas import graph_of
+from safenav.runtime.formulas import graph_of, permitted
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
 from safenav.scenario.model import Tracking
-from safenav.scenario.objective import Ltl, Objective, targets_of
+from safenav.scenario.objective import Ltl, Objective, avoided, targets_of
 from safenav.scenario.settings import Coordination
 from safenav.spec.forms import Rung, forms
 from safenav.spec.objective import Memory
@@ -94,11 +94,8 @@ def wants_places(team: TeamState, robot: RobotState, draft: TaskDraft) -> bool:
     graph = graph_of(robot.robot, team.scenario.map)
     plain = team.scenario.coordination is not Coordination.ASSIGNABLE and not draft.forbidden
     several = any(len(target) > 1 for target in targets_of(draft.objective))
-    return (
-        plain
-        and (graph.one_way or several)
-        and not team.knowledge.walls_for(robot.robot, draft.avoid)
-    )
+    walls = {known.region for known in team.knowledge.walls_for(robot.robot, draft.avoid)}
+    return plain and (graph.one_way or several) and walls <= avoided(robot.robot.objective)
 
 
 def goal_places(
@@ -128,7 +125,8 @@ def _walk(team: TeamState, robot: RobotState, objective: Objective, memory: Memo
         turned = objective.turned(objective.begin(pose.region, memory.index), pose.region)
     targets = tuple(graph.poses_on(region_mask(target)) for target in targets_of(objective))
     ticks, strict = robot.robot.model.timing.most, objective.strict
-    return Walk(graph, targets, graph.everywhere, graph.number(pose), ticks, turned, strict=strict)
+    allowed = permitted(robot.robot, graph)
+    return Walk(graph, targets, allowed, graph.number(pose), ticks, turned, strict=strict)
 
 
 def misses_its_rounds(team: TeamState, robot: RobotState) -> bool:

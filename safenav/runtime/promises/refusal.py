@@ -8,12 +8,13 @@ from safenav.outcome import Outcome
 from safenav.runtime.deadlines.bound import earliest
 from safenav.runtime.deadlines.within import Walk, least_within
 from safenav.runtime.energy.batteries import Batteries, least_charge
+from safenav.runtime.formulas import graph_of, permitted
 from safenav.runtime.promises.ledger import MISSION, mission_end
 from safenav.runtime.promises.moment import moment_of, objectives_change
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.termination import Conclusion
 from safenav.scenario.objective import targets_of
-from safenav.world.poses import plain_graph, region_mask
+from safenav.world.poses import region_mask
 
 _NUMBERS = {1: "its target", 2: "both targets"}
 
@@ -66,12 +67,12 @@ def _charge_words(team: TeamState, robot: RobotState, need: int | None) -> str:
 
 
 def _least(team: TeamState, robot: RobotState) -> int | None:
-    graph = plain_graph(team.scenario.map, robot.robot.model.mobility)
+    graph = graph_of(robot.robot, team.scenario.map)
     targets = targets_of(robot.robot.objective)
     masks = tuple(graph.poses_on(region_mask(target)) for target in targets)
     start = graph.number(robot.pose)
     ticks = robot.robot.model.timing.least
-    walk = Walk(graph, masks, graph.everywhere, start, ticks)
+    walk = Walk(graph, masks, permitted(robot.robot, graph), start, ticks)
     least = least_within(replace(walk, strict=robot.robot.objective.literal))
     return least_within(walk) if least is None else least  # without any strict one, synthesis says
 
