@@ -13,13 +13,12 @@ from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.traffic import budgets
 from safenav.runtime.traffic.continuation_plans import Certificates
 from safenav.runtime.traffic.deadlock import deadlock_of_few, deadlocked
-from safenav.runtime.traffic.execution import schedule
 from safenav.runtime.traffic.joint import Answer, Course, Effort, Exhausted, Found, Joint, Spent
 from safenav.runtime.traffic.joint_plan import Search
 from safenav.runtime.traffic.local import local_plan
 from safenav.runtime.traffic.remembering import plain_poses, remembering
 from safenav.runtime.traffic.searches import Searches
-from safenav.runtime.traffic.shortening import following, shortened, timed
+from safenav.runtime.traffic.shortening import Separation, following, shortened, timed
 from safenav.runtime.traffic.thinking import Thinking
 from safenav.runtime.traffic.timed import quickest
 
@@ -139,7 +138,7 @@ class PlanSearch(Struct):
         """A plan that ends with a resolution, on which robots that wait come nearer to their
         targets behind the others, if that makes the next plan shorter."""
         problem, first, last = floor.problem, states[0], states[-1]
-        if last.stages == first.stages or problem.apart or remembering(problem):
+        if last.stages == first.stages or remembering(problem):
             return states
         course, found = self.searches.course(floor), list(states)
         for index, robot in enumerate(self.state.robots.values()):
@@ -178,9 +177,8 @@ class PlanSearch(Struct):
         if not isinstance(answer, Found):
             return None
         states = shortened(course, answer.states, ())
-        sizes = [member.graph.size for member in floor.problem.members]
-        poses = [state.poses for state in states]
-        return len(timed(schedule(poses, sizes, floor.problem.conflicts)))
+        apart = Separation.of(floor.problem, start.stages)
+        return len(timed(apart.schedule([state.poses for state in states])))
 
     def leg(self, floor: Floor, course: Course, start: Joint) -> list[Joint] | None:
         """Return moves that bring at least the starving robot to its target: formulas may

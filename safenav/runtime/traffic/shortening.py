@@ -13,6 +13,7 @@ from itertools import pairwise
 
 from msgspec import Struct
 
+from safenav.runtime.resolution.problem import KeepOut, Problem, Stages
 from safenav.runtime.traffic.budgets import SHORTENING_LAYERS, SHORTENING_ROUNDS
 from safenav.runtime.traffic.execution import Execution, Schedule, schedule
 from safenav.runtime.traffic.joint import Course, Joint, has_met
@@ -23,19 +24,48 @@ Timed = Sequence[tuple[int, ...]]
 """The joint poses at each tick, from the first to the last."""
 
 
+class Separation(Struct, frozen=True):
+    """Rules that separate robots until the stages change. ``sizes``: number of regions of each
+    robot's map, which gives a pose's region; ``exclusions``: regions that are closed while others
+    are in some, beside those where the others are."""
+
+    sizes: tuple[int, ...]
+    conflicts: tuple[frozenset[int], ...]
+    exclusions: tuple[KeepOut, ...]
+
+    @staticmethod
+    def of(problem: Problem, stages: Stages) -> Separation:
+        sizes = tuple(member.graph.size for member in problem.members)
+        return Separation(sizes, problem.conflicts, tuple(problem.exclusions(stages)))
+
+    def schedule(self, joint: Timed) -> Schedule:
+        return schedule(joint, self.sizes, self.conflicts, self.exclusions)
+
+    def closed(self, robot: int, *moments: tuple[int, ...]) -> Mask:
+        """The regions that other robots close to one at some joint poses."""
+        found = 0
+        for other in self.conflicts[robot]:
+            found |= region_mask(poses[other] % self.sizes[other] for poses in moments)
+        for each in self.exclusions:
+            others = each.others - {robot} if robot in each.robots else ()
+            if any(each.there >> p[o] % self.sizes[o] & 1 for o in others for p in moments):
+                found |= each.zone
+        return found
+
+
 def shortened(course: Course, states: Sequence[Joint], fixed: Collection[int]) -> Sequence[Joint]:
     """Return a plan of at most as many ticks and steps as ``states``: the same stages are reached,
     or, where these do not change, the same goals counted (rounds restart with a resolution).
     ``fixed``: the robots that must end in the same pose. The plan stays as it is where goals depend
     on what a robot remembers."""
     problem, first, last = course.problem, states[0], states[-1]
-    if len(states) < 3 or problem.apart or remembering(problem):
+    if len(states) < 3 or remembering(problem):
         return states
-    sizes = [member.graph.size for member in problem.members]
-    plan = schedule([state.poses for state in states], sizes, problem.conflicts)
+    apart = Separation.of(problem, first.stages)
+    plan = apart.schedule([state.poses for state in states])
     joint = timed(plan)
     if last.stages != first.stages:
-        fixed = range(len(sizes))
+        fixed = range(len(apart.sizes))
     paths = [
         TimedPath(
             member.graph,
@@ -49,8 +79,8 @@ def shortened(course: Course, states: Sequence[Joint], fixed: Collection[int]) -
         )
         for robot, member in enumerate(problem.members)
     ]
-    best = _improved(joint, paths, problem.conflicts)
-    turns = timed(schedule(best, sizes, problem.conflicts), in_turn=True)
+    best = _improved(joint, paths, apart)
+    turns = timed(apart.schedule(best), in_turn=True)
     if best is joint or len(turns) > len(timed(plan, in_turn=True)):
         return states
     found = [first]
@@ -85,18 +115,15 @@ def timed(plan: Schedule, *, in_turn: bool = False) -> list[tuple[int, ...]]:
     return joint
 
 
-def _improved(
-    joint: Timed, paths: Sequence[TimedPath], conflicts: Sequence[frozenset[int]]
-) -> Timed:
+def _improved(joint: Timed, paths: Sequence[TimedPath], apart: Separation) -> Timed:
     """The plan after each robot's path was searched again, until nothing changes."""
-    sizes = [path.graph.size for path in paths]
     for _ in range(SHORTENING_ROUNDS):
         before = joint
         arrivals = [arrival_of(joint, robot) for robot in range(len(paths))]
         for robot in sorted(range(len(paths)), key=lambda robot: -arrivals[robot]):
-            for way in paths[robot].ways(joint, robot, conflicts[robot], sizes, arrivals[robot]):
+            for way in paths[robot].ways(joint, robot, apart, arrivals[robot]):
                 new = [(*p[:robot], q, *p[robot + 1 :]) for p, q in zip(joint, way, strict=True)]
-                found = timed(schedule(new, sizes, conflicts))
+                found = timed(apart.schedule(new))
                 (ticks, steps), (most_ticks, most_steps) = _cost(found), _cost(joint)
                 shorter = ticks < most_ticks or steps < most_steps
                 if shorter and ticks <= most_ticks and steps <= most_steps:
@@ -118,17 +145,9 @@ def arrival_of(joint: Timed, robot: int) -> int:
     return max((t for t in ticks if joint[t][robot] != joint[t - 1][robot]), default=0)
 
 
-def closed_by(
-    joint: Timed, rivals: Collection[int], sizes: Sequence[int], graph: PoseGraph
-) -> list[Mask]:
+def closed_by(joint: Timed, robot: int, apart: Separation, graph: PoseGraph) -> list[Mask]:
     """The poses that other robots close in each tick: where they are before or after it."""
-    closed = []
-    for now, then in pairwise(joint):
-        regions = 0
-        for other in rivals:
-            regions |= 1 << now[other] % sizes[other] | 1 << then[other] % sizes[other]
-        closed.append(graph.poses_on(regions))
-    return closed
+    return [graph.poses_on(apart.closed(robot, *ends)) for ends in pairwise(joint)]
 
 
 class TimedPath(Struct, frozen=True):
@@ -141,7 +160,7 @@ class TimedPath(Struct, frozen=True):
     final: Mask
 
     def ways(
-        self, joint: Timed, robot: int, rivals: Collection[int], sizes: Sequence[int], arrival: int
+        self, joint: Timed, robot: int, apart: Separation, arrival: int
     ) -> Iterator[list[int]]:
         """The path with the fewest steps among those that end in time, then, for a robot that is
         among the last to arrive, the earliest. One pose per tick."""
@@ -154,8 +173,8 @@ class TimedPath(Struct, frozen=True):
         fewer, earlier = steps > least, arrival == ticks > least
         if not (fewer or earlier):
             return
-        closed = closed_by(joint, rivals, sizes, self.graph)
-        later = self.graph.poses_on(region_mask(joint[-1][o] % sizes[o] for o in rivals))
+        closed = closed_by(joint, robot, apart, self.graph)
+        later = self.graph.poses_on(apart.closed(robot, joint[-1]))
         ends = [self.final & ~later]
         for poses in reversed(closed):
             later |= poses
@@ -264,14 +283,14 @@ def following(course: Course, states: Sequence[Joint], robot: int) -> list[Joint
     way on the plan, may stand behind the helper instead of where it let it pass.
     """
     problem, first, last = course.problem, states[0], states[-1]
-    sizes = [member.graph.size for member in problem.members]
+    apart = Separation.of(problem, first.stages)
     graph = problem.members[robot].graph
-    joint = timed(schedule([s.poses for s in states], sizes, problem.conflicts))
+    joint = timed(apart.schedule([s.poses for s in states]))
     goal = course.awaited(robot, last.counts[robot])
     far = graph.distances(goal, problem.allowed(robot, last.stages))
     begin = arrival_of(joint, robot)
     here, allowed = joint[begin][robot], course.steps(first.stages)[robot].allowed
-    closed = closed_by(joint[begin:], problem.conflicts[robot], sizes, graph)
+    closed = closed_by(joint[begin:], robot, apart, graph)
     reached = 1 << here
     for shut in closed:
         free = reached & ~shut
