@@ -9,17 +9,9 @@ from msgspec.structs import replace
 
 from safenav.runtime.formulas import formulas_of, graph_of
 from safenav.runtime.progress import Progress
-from safenav.runtime.resolution.problem import (
-    Floor,
-    GateNeed,
-    Member,
-    OpenObstacle,
-    Problem,
-    Stage,
-    Zones,
-)
+from safenav.runtime.resolution.problem import Floor, Member, OpenObstacle, Problem, Stage, Zones
 from safenav.runtime.team import RobotState, TeamState
-from safenav.scenario.model import Robot, Scenario
+from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.objective import Ltl, Objective, targets_of
 from safenav.scenario.settings import RequestOrder
 from safenav.trace.header import heading_in_trace
@@ -39,37 +31,13 @@ def floor_of(
     newest_first = scenario.order is RequestOrder.NEWEST
     requests = tuple(state.requests)[:: -1 if newest_first else 1]
     for request in requests:
-        work = state.knowledge.pending[request.obstacle.name]
-        obstacle = work.obstacle
-        needs = tuple(
-            GateNeed(
-                need.action,
-                need.robots,
-                region_mask(obstacle.resolution_regions(scenario.map, number)),
-                need.together,
-                need.same,
-            )
-            for number, need in enumerate(obstacle.needs)
-        )
-        closed_to = tuple(
-            frozenset(i for i, r in enumerate(robots) if obstacle.closed_to(r, number))
-            for number in range(len(needs))
-        )
+        obstacle = state.knowledge.pending[request.obstacle.name].obstacle
         none = {*refused, *state.failures.barred}
         if state.live and not hopeful:  # who is out of service does nothing
             none |= {(name, obstacle.name) for name, e in state.robots.items() if not e.active}
         barred = frozenset(i for i, name in enumerate(names) if (name, obstacle.name) in none)
-        swept = region_mask(obstacle.swept(scenario.map))
-        order = obstacle.order
-        gates.append(
-            OpenObstacle(obstacle.name, obstacle.region, closed_to, needs, barred, swept, order)
-        )
-        done = frozenset(names.index(name) for name in work.done)
-        number = state.knowledge.need_of(obstacle)
-        group = None
-        if needs[number].same:
-            group = frozenset(names.index(name) for name in work.groups[number - 1])
-        stages.append(Stage(number, done, group))
+        gates.append(OpenObstacle.of(obstacle, robots, scenario.map, barred))
+        stages.append(stage_of(state, obstacle))
     members = tuple(
         _member(robot, state) if hopeful or entry.active else _out_of_service(entry, state)
         for robot, entry in zip(robots, state.robots.values(), strict=True)
@@ -87,6 +55,15 @@ def floor_of(
         tuple(request.obstacle.name for request in requests),
         tuple(state.knowledge.given_up()),
     )
+
+
+def stage_of(state: TeamState, obstacle: Obstacle) -> Stage:
+    """How far an open obstacle is resolved."""
+    work, number = state.knowledge.pending[obstacle.name], state.knowledge.need_of(obstacle)
+    index = [*state.robots].index
+    same = obstacle.needs[number].same
+    group = frozenset(map(index, work.groups[number - 1])) if same else None
+    return Stage(number, frozenset(map(index, work.done)), group)
 
 
 def awaited_by(floor: Floor, robot: str, progress: Progress) -> Mask:

@@ -11,9 +11,8 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from msgspec import Struct
 
-from safenav.scenario.model import Obstacle, Robot
-from safenav.world.map import RegionMap
-from safenav.world.poses import Mask, PoseGraph, bits, region_mask
+from safenav.runtime.resolution.problem import GateNeed, OpenObstacle, Stage
+from safenav.world.poses import Mask, PoseGraph, bits
 
 NEVER = 1 << 40
 
@@ -37,69 +36,35 @@ class BoundRobot(Struct, frozen=True, eq=False):
     unloaded: int = 0
 
 
-class BoundNeed(Struct, frozen=True):
-    """A need: ``actions`` that a robot must have, regions (a mask), how many robots, whether all
-    act in one tick, and whether they are those of the need before it."""
-
-    actions: frozenset[str]
-    regions: Mask
-    robots: int
-    together: bool
-    same: bool
-
-
 class BoundObstacle(Struct, frozen=True):
-    """An open obstacle: the needs from ``stage`` on are left, ``done`` have had a part in the next
-    one, ``group`` met the one before it. ``closed``: the robots that must keep out while need k is
-    the next. ``met``: the turns to come in which the last needs before ``stage`` are met."""
+    """An open obstacle, as far as it is resolved. ``met``: the turns to come in which the last
+    needs before its stage are met."""
 
-    region: int
-    parts: tuple[BoundNeed, ...]
-    closed: tuple[frozenset[int], ...]
-    stage: int = 0
-    done: frozenset[int] = frozenset()
-    group: frozenset[int] = frozenset()
+    gate: OpenObstacle
+    stage: Stage = Stage()
     met: tuple[int, ...] = ()
 
     @property
     def over(self) -> bool:
-        return self.stage == len(self.parts)
+        return self.gate.resolved(self.stage)
+
+    @property
+    def next(self) -> GateNeed:
+        return self.gate.needs[self.stage.need]
+
+    def open_to(self, robot: int) -> bool:
+        """Whether a robot may have its part in the next need, and has not had it."""
+        group = self.stage.group
+        return robot not in self.stage.done and (group is None or robot in group)
 
     @property
     def takes(self) -> bool:
         """Whether the robots that meet the next need carry a load from then on."""
-        left = self.parts[self.stage : self.stage + 2]
-        return len(left) == 2 and left[1].same and not left[0].same
-
-    @property
-    def carriers(self) -> frozenset[int]:
-        """The robots that carry it, or have had a part in taking it."""
-        if not self.over and self.parts[self.stage].same:
-            return self.group
-        return self.done if self.takes else frozenset()
+        return self.gate.takes(self.stage)
 
     def turns(self, now: int) -> list[int]:
-        """The turns of the needs before ``stage``."""
-        return [*[now] * (self.stage - len(self.met)), *self.met]
-
-
-def bound_obstacle(
-    obstacle: Obstacle,
-    robots: Sequence[Robot],
-    world: RegionMap,
-    stage: int = 0,
-    done: frozenset[int] = frozenset(),
-    group: frozenset[int] = frozenset(),
-) -> BoundObstacle:
-    """An obstacle of the scenario, as far as it is resolved."""
-    parts, closed = [], []
-    for number, need in enumerate(obstacle.needs):
-        actions = obstacle.type.actions(number)
-        regions = region_mask(obstacle.resolution_regions(world, number))
-        parts.append(BoundNeed(actions, regions, need.robots, need.together, need.same))
-        shut = (i for i, robot in enumerate(robots) if obstacle.closed_to(robot, number))
-        closed.append(frozenset(shut))
-    return BoundObstacle(obstacle.region, tuple(parts), tuple(closed), stage, done, group)
+        """The turns of the needs before its stage."""
+        return [*[now] * (self.stage.need - len(self.met)), *self.met]
 
 
 class BoundMoment(Struct, frozen=True):
@@ -125,7 +90,8 @@ Fields = dict[tuple[object, ...], "ReachByTick"]
 def known(moment: BoundMoment) -> Times:
     """The turns of the needs that are met; NEVER for the others."""
     return tuple(
-        (*one.turns(moment.now), *(NEVER,) * (len(one.parts) - one.stage)) for one in moment.opens
+        (*one.turns(moment.now), *(NEVER,) * (len(one.gate.needs) - one.stage.need))
+        for one in moment.opens
     )
 
 
@@ -173,7 +139,7 @@ class Spread:
             opens = _opens(one, robot, turns)
             if opens is not None:
                 first = NEVER if opens >= NEVER else (opens - robot) // self._count + 1
-                self._gates.append((self.walker.graph.poses_on(1 << one.region), first))
+                self._gates.append((self.walker.graph.poses_on(1 << one.gate.region), first))
 
     def field(self, seeds: Mapping[int, Mask]) -> ReachByTick:
         """Its poses by tick, if it may be in those of ``seeds`` from the end of their ticks on."""
@@ -224,7 +190,7 @@ class Spread:
                 closed |= poses
         return closed
 
-    def leaving(self, part: BoundNeed, since: int) -> int:
+    def leaving(self, part: GateNeed, since: int) -> int:
         """The first turn from ``since`` on in which it can have its part in a need where it set
         out, before it arrives; NEVER if there is none."""
         walker = self.walker
@@ -273,9 +239,9 @@ class ReachByTick:
 
 def _opens(one: BoundObstacle, robot: int, turns: Sequence[int]) -> int | None:
     """The turn after which an obstacle no longer stops a robot; None if it does not now."""
-    first = one.stage - len(one.met)
-    for number in range(first, len(one.parts)):
-        if robot not in one.closed[number]:
+    first = one.stage.need - len(one.met)
+    for number in range(first, len(one.gate.needs)):
+        if robot not in one.gate.closed_to[number]:
             return turns[number - 1] if number > first else None
     return turns[-1]
 
@@ -286,30 +252,29 @@ def _needs(moment: BoundMoment, one: BoundObstacle, spreads: Sequence[Spread]) -
     fields: dict[int, ReachByTick] = {}
     previous: Mapping[int, ReachByTick] = {}
     before = moment.now + 1
-    for number in range(one.stage, len(one.parts)):
+    parts, skills, stage, done = one.gate.needs, one.gate.skills, one.stage.need, one.stage.done
+    for number in range(stage, len(parts)):
         # Needs may be met one after the other in one turn, the next one not before the next turn.
-        part = one.parts[number]
-        begun, before = before, found[-1] if one.met or number > one.stage else moment.now + 1
+        part = parts[number]
+        begun, before = before, found[-1] if one.met or number > stage else moment.now + 1
         if before >= NEVER:
-            return found + [NEVER] * (len(one.parts) - number)
+            return found + [NEVER] * (len(parts) - number)
         turns = []
         fields = {}
         for robot, spread in enumerate(spreads):
             walker = spread.walker
-            if not part.actions <= walker.capabilities:
+            if not skills[number] <= walker.capabilities:
                 continue
-            if number == one.stage and robot in one.done:
+            if number == stage and not one.open_to(robot):
                 continue
-            if number == one.stage and part.same and robot not in one.group:
-                continue
-            if part.same and number > one.stage:
+            if part.same and number > stage:
                 if robot not in previous:
                     continue
-                former = one.parts[number - 1]  # alone, it may have left long before that is met
+                former = parts[number - 1]  # alone, it may have left long before that is met
                 part_at = before if former.together else own_turn(begun, robot, moment.count)
                 since = still(part_at, robot, moment.count, walker.ticks)
                 had = previous[robot].on(walker.graph.poses_on(former.regions), since)
-                took_part = number - 1 == one.stage and robot in one.done
+                took_part = number - 1 == stage and robot in done
                 if took_part or spread.leaving(former, part_at) < NEVER:
                     had = spread.start()
                 if not had:
@@ -326,11 +291,11 @@ def _needs(moment: BoundMoment, one: BoundObstacle, spreads: Sequence[Spread]) -
             turn = min(turn, spread.leaving(part, before))
             if turn < NEVER:
                 turns.append(turn)
-        if number == one.stage and one.done and number + 1 < len(one.parts):
-            for robot in one.done:
+        if number == stage and done and number + 1 < len(parts):
+            for robot in done:
                 fields[robot] = spreads[robot].field(spreads[robot].start())
         previous = fields
-        missing = part.robots - (len(one.done) if number == one.stage else 0)
+        missing = part.robots - (len(done) if number == stage else 0)
         turns.sort()
         met = turns[missing - 1] if len(turns) >= missing > 0 else NEVER
         found.append(met if missing > 0 else before)

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from safenav.runtime.deadlines.bound import NEVER, BoundMoment, BoundNeed, BoundObstacle, BoundRobot
+from safenav.runtime.deadlines.bound import NEVER, BoundMoment, BoundObstacle, BoundRobot
 from safenav.runtime.deadlines.schedule import Acts, Scheduler, possible
 from safenav.runtime.resolution.problem import Floor, SpentError, Stages
 from safenav.runtime.resolution.solve import Plan, Solver, Step
@@ -189,27 +189,8 @@ def moment_on(floor: Floor, dues: Dues) -> BoundMoment:
             problem.members, floor.poses, dues.ready, dues.leaves, strict=True
         )
     )
-    opens = tuple(
-        BoundObstacle(
-            gate.region,
-            tuple(
-                BoundNeed(
-                    frozenset(part.action for part in gate.chain(number)),
-                    need.regions,
-                    need.robots,
-                    need.together,
-                    need.same,
-                )
-                for number, need in enumerate(gate.needs)
-            ),
-            gate.closed_to,
-            stage.need,
-            stage.done,
-            stage.group or frozenset(),
-        )
-        for gate, stage in zip(problem.gates, floor.stages, strict=True)
-    )
-    return BoundMoment(walkers, opens, dues.now)
+    opens = map(BoundObstacle, problem.gates, floor.stages)
+    return BoundMoment(walkers, tuple(opens), dues.now)
 
 
 def after(floor: Floor, acts: Acts) -> tuple[tuple[int, ...], Stages]:
@@ -218,12 +199,7 @@ def after(floor: Floor, acts: Acts) -> tuple[tuple[int, ...], Stages]:
     for act in acts:
         for robot, pose, came in zip(act.group, act.poses, act.came, strict=True):
             poses[robot] = poses[robot] if came is None else pose
-        stage, need = stages[act.gate], floor.problem.next_need(act.gate, stages)
-        done = stage.done.union(act.group)
-        if need.together or len(done) >= need.robots:
-            stages = floor.problem.advanced(act.gate, stages, act.group)
-        else:
-            stages = (*stages[: act.gate], replace(stage, done=done), *stages[act.gate + 1 :])
+        stages = floor.problem.acted(act.gate, stages, act.group)
     return tuple(poses), stages
 
 

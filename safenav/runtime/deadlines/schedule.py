@@ -109,7 +109,7 @@ class Scheduler(Struct, eq=False):
         for gate, one in enumerate(moment.opens):
             if one.over:
                 continue
-            part, next_ = one.parts[one.stage], _since(moment, gate)
+            part, next_ = one.next, _since(moment, gate)
             spots: dict[int, list[Spot]] = {}
             for robot in self._able(moment, gate):
                 walker = moment.walkers[robot]
@@ -129,7 +129,7 @@ class Scheduler(Struct, eq=False):
                     TimedAct(
                         bound.own_turn(spot.turn, robot, moment.count),
                         gate,
-                        one.stage,
+                        one.stage.need,
                         (robot,),
                         (spot.pose,),
                         (spot.came,),
@@ -140,24 +140,21 @@ class Scheduler(Struct, eq=False):
 
     def _able(self, moment: bound.BoundMoment, gate: int) -> list[int]:
         """The robots that can have a part in the next need of an obstacle, and have not had it."""
-        one = moment.opens[gate]
-        part, out = one.parts[one.stage], one.done
-        out |= self.barred[gate] if self.barred else frozenset()
+        one, out = moment.opens[gate], self.barred[gate] if self.barred else frozenset[int]()
         out |= _full(moment) if one.takes else frozenset()
+        skills = one.gate.skills[one.stage.need]
         return [
             robot
             for robot, walker in enumerate(moment.walkers)
-            if robot not in out
-            and part.actions <= walker.capabilities
-            and (not part.same or robot in one.group)
+            if robot not in out and skills <= walker.capabilities and one.open_to(robot)
         ]
 
     def _together(
         self, moment: bound.BoundMoment, gate: int, spots: Mapping[int, list[Spot]]
     ) -> Iterator[TimedAct]:
         one, since = moment.opens[gate], _since(moment, gate)
-        fewest = one.parts[one.stage].robots
-        then = one.parts[one.stage + 1 : one.stage + 2]
+        fewest = one.next.robots
+        then = one.gate.needs[one.stage.need + 1 : one.stage.need + 2]
         # All that are there meet it (a load is taken by those that are to); who of them meets the
         # next one is a choice.
         most = len(spots) if then and then[0].same and not one.takes else fewest
@@ -181,7 +178,7 @@ class Scheduler(Struct, eq=False):
                 if any(turn >= arrival for arrival in until):
                     continue
                 poses, came = tuple(s.pose for s in places), tuple(s.came for s in places)
-                found.append(TimedAct(turn, gate, one.stage, group, poses, came))
+                found.append(TimedAct(turn, gate, one.stage.need, group, poses, came))
             found.sort(key=lambda act: act.turn)
             yield from found[:1] if all(self._idle_after(moment, i, gate) for i in group) else found
 
@@ -190,15 +187,15 @@ class Scheduler(Struct, eq=False):
         not matter."""
         skills = moment.walkers[robot].capabilities
         return not any(
-            part.actions <= skills
+            actions <= skills
             for number, one in enumerate(moment.opens)
-            for part in one.parts[one.stage + (number == gate) :]
+            for actions in one.gate.skills[one.stage.need + (number == gate) :]
         )
 
 
 def _full(moment: bound.BoundMoment) -> frozenset[int]:
     """The robots that carry as many loads as they can."""
-    loads = [robot for one in moment.opens for robot in one.carriers]
+    loads = [robot for one in moment.opens for robot in one.gate.carriers(one.stage)]
     return frozenset(i for i, w in enumerate(moment.walkers) if loads.count(i) >= w.room)
 
 
@@ -223,18 +220,14 @@ def _after(moment: bound.BoundMoment, act: TimedAct) -> bound.BoundMoment:
     """The moment after an act; a robot may have set out by then, and arrives later."""
     walkers, opens, count = list(moment.walkers), list(moment.opens), moment.count
     one, full = opens[act.gate], _full(moment)
-    part = one.parts[one.stage]
     for robot, pose, came in zip(act.group, act.poses, act.came, strict=True):
         if came is None:
             continue
         ready = max(came, bound.still(act.turn, robot, count, walkers[robot].ticks))
         walkers[robot] = replace(walkers[robot], pose=pose, ready=ready, leaves=None)
-    done = one.done | frozenset(act.group)
-    if part.together or len(done) >= part.robots:
-        group, met = frozenset(act.group) if part.together else done, (*one.met, act.turn)
-        opens[act.gate] = replace(one, stage=one.stage + 1, done=frozenset(), group=group, met=met)
-    else:
-        opens[act.gate] = replace(one, done=done)
+    stage = one.gate.acted(one.stage, act.group)
+    met = (*one.met, act.turn) if stage.need > one.stage.need else one.met
+    opens[act.gate] = replace(one, stage=stage, met=met)
     after = bound.BoundMoment(tuple(walkers), tuple(opens), moment.now)
     if full <= _full(after):
         return after

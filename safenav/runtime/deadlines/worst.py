@@ -17,6 +17,7 @@ from msgspec import Struct
 
 from safenav.runtime.deadlines import bound
 from safenav.runtime.navigation import pose_of
+from safenav.runtime.resolution.problem import OpenObstacle
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.spec.task import Task
 from safenav.synthesis.strategy import Strategy
@@ -84,8 +85,10 @@ def _times(
 ) -> Times | None:
     """None if nobody who must keep out can meet the obstacle."""
     robots, shut = scenario.robots, {o.region for o in standing}
-    opens = tuple(bound.bound_obstacle(each, robots, scenario.map) for each in standing)
-    skills = [part.actions for one in opens for part in one.parts]
+    opens = tuple(
+        bound.BoundObstacle(OpenObstacle.of(each, robots, scenario.map)) for each in standing
+    )
+    skills = [each for one in opens for each in one.gate.skills]
     useful = [r.name for r in robots if any(each <= r.capabilities for each in skills)]
     best: int | None = None
     worst: int | None = -1

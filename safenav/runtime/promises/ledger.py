@@ -328,12 +328,11 @@ def mission_end(team: TeamState, moment: bound.BoundMoment, times: bound.Times) 
 def _nearest(team: TeamState, moment: bound.BoundMoment, number: int) -> str:
     """``: digit is 12 steps away``, of the robots that can meet the next need the nearest."""
     one = moment.opens[number]
-    part = one.parts[one.stage]
-    steps: dict[str, int] = {}
+    skills, steps = one.gate.skills[one.stage.need], dict[str, int]()
     for name, walker in zip(team.robots, moment.walkers, strict=True):
-        goal = walker.graph.poses_on(part.regions)
+        goal = walker.graph.poses_on(one.next.regions)
         found = walker.graph.steps_between(1 << walker.pose, goal, walker.graph.everywhere)
-        if part.actions <= walker.capabilities and found is not None:
+        if skills <= walker.capabilities and found is not None:
             steps[name] = found
     if not steps:
         return ""

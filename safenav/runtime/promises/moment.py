@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from safenav.runtime.deadlines.bound import BoundMoment, BoundRobot, bound_obstacle
+from safenav.runtime.coordination.snapshot import stage_of
+from safenav.runtime.deadlines.bound import BoundMoment, BoundObstacle, BoundRobot
+from safenav.runtime.resolution.problem import OpenObstacle
 from safenav.runtime.team import RobotState, TeamState
 from safenav.scenario.objective import Ltl, targets_of
 from safenav.scenario.settings import switching
@@ -30,10 +32,8 @@ def moment_of(
         obstacle = request.obstacle
         if obstacle.goes is not None:
             continue
-        work, number = team.knowledge.pending[obstacle.name], team.knowledge.need_of(obstacle)
-        group = work.groups[number - 1] if number and len(work.groups) >= number else ()
-        done, met = (frozenset(map(names.index, some)) for some in (work.done, group))
-        opens.append(bound_obstacle(obstacle, robots, team.scenario.map, number, done, met))
+        gate = OpenObstacle.of(obstacle, robots, team.scenario.map)
+        opens.append(BoundObstacle(gate, stage_of(team, obstacle)))
         listed.append(obstacle.name)
     now = team.tick * len(names) + had_turn - 1
     return BoundMoment(walkers, tuple(opens), now), listed

@@ -12,10 +12,13 @@ from collections.abc import Collection, Sequence
 from functools import cached_property
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from safenav.scenario import needs
+from safenav.scenario.model import Obstacle, Robot
 from safenav.scenario.pursuit import Pursuit
-from safenav.world.poses import Mask, PoseGraph, bits
+from safenav.world.map import RegionMap
+from safenav.world.poses import Mask, PoseGraph, bits, region_mask
 
 
 class SpentError(Exception):
@@ -34,7 +37,20 @@ class GateNeed(Struct, frozen=True):
     same: bool = False
 
 
-class OpenObstacle(Struct, frozen=True):
+class Stage(Struct, frozen=True):
+    """Progress of an obstacle: the next need, and the robots that fulfilled their part of it.
+    ``group``: those that met the need before it, if the same must meet this one (None: any)."""
+
+    need: int = 0
+    done: frozenset[int] = frozenset()
+    group: frozenset[int] | None = None
+
+
+Stages = tuple[Stage, ...]
+"""The stage of each obstacle."""
+
+
+class OpenObstacle(Struct, frozen=True, dict=True):
     """An obstacle that is known and not resolved. ``closed_to``: the robots that must not enter
     it, for each need as long as it is the next. ``barred``: robots that cannot serve it although
     they have the action (no strategy was found). ``sweeps``: the regions where no other robot may
@@ -49,9 +65,58 @@ class OpenObstacle(Struct, frozen=True):
     sweeps: Mask = 0
     order: tuple[str, int, int] = ("", 0, 0)
 
+    @classmethod
+    def of(
+        cls,
+        obstacle: Obstacle,
+        robots: Sequence[Robot],
+        world: RegionMap,
+        barred: frozenset[int] = frozenset(),
+    ) -> OpenObstacle:
+        """An obstacle of the scenario."""
+        parts, closed = [], []
+        for number, need in enumerate(obstacle.needs):
+            regions = region_mask(obstacle.resolution_regions(world, number))
+            parts.append(GateNeed(need.action, need.robots, regions, need.together, need.same))
+            shut = (i for i, robot in enumerate(robots) if obstacle.closed_to(robot, number))
+            closed.append(frozenset(shut))
+        sweeps, about = region_mask(obstacle.swept(world)), (obstacle.name, obstacle.region)
+        return cls(*about, tuple(closed), tuple(parts), barred, sweeps, obstacle.order)
+
+    @cached_property
+    def skills(self) -> tuple[frozenset[str], ...]:
+        """For each need the actions that a robot must have: its own, and those of the needs that
+        the same robots must meet after it."""
+        return tuple(needs.actions(self.needs, number) for number in range(len(self.needs)))
+
     def chain(self, need: int) -> tuple[GateNeed, ...]:
         """A need, and those after it that the same robots must meet."""
         return tuple(needs.chain(self.needs, need))
+
+    def resolved(self, stage: Stage) -> bool:
+        return stage.need >= len(self.needs)
+
+    def takes(self, stage: Stage) -> bool:
+        """Whether the robots that meet the next need carry a load from then on."""
+        return needs.takes(self.needs, stage.need)
+
+    def carriers(self, stage: Stage) -> frozenset[int]:
+        """The robots that carry it, a load: those that took it, or had a part in taking it."""
+        if not self.resolved(stage) and self.needs[stage.need].same:
+            return stage.group or frozenset()
+        return stage.done if stage.done and self.takes(stage) else frozenset()
+
+    def advanced(self, stage: Stage, group: Collection[int] | None) -> Stage:
+        """The stage after the next need is met, by ``group`` (None: nobody knows) and those that
+        had their part in it before."""
+        met = stage.group if group is None else stage.done.union(group)
+        same = len(self.chain(stage.need)) > 1
+        return Stage(stage.need + 1, group=met if same else None)
+
+    def acted(self, stage: Stage, group: Collection[int]) -> Stage:
+        """The stage after a group has had its part in the next need."""
+        done, met = needs.group_of(self.needs[stage.need], stage.done, group)
+        return self.advanced(stage, group) if met else replace(stage, done=done)
 
 
 class Member(Struct, frozen=True, eq=False):
@@ -93,19 +158,6 @@ class Member(Struct, frozen=True, eq=False):
     def turns(self) -> bool:
         """Whether some moves cannot be undone by the way they came."""
         return self.graph.one_way
-
-
-class Stage(Struct, frozen=True):
-    """Progress of an obstacle: the next need, and the robots that fulfilled their part of it.
-    ``group``: those that met the need before it, if the same must meet this one (None: any)."""
-
-    need: int = 0
-    done: frozenset[int] = frozenset()
-    group: frozenset[int] | None = None
-
-
-Stages = tuple[Stage, ...]
-"""The stage of each obstacle."""
 
 
 Zones = tuple[tuple[frozenset[int], Mask], ...]
@@ -193,7 +245,7 @@ class Problem(Struct, frozen=True, eq=False, dict=True):
         return apart or bool(self.conflicts[robot])
 
     def resolved(self, gate: int, stages: Stages) -> bool:
-        return stages[gate].need >= len(self.gates[gate].needs)
+        return self.gates[gate].resolved(stages[gate])
 
     def open(self, stages: Stages) -> list[int]:
         """The obstacles that are not resolved."""
@@ -221,25 +273,19 @@ class Problem(Struct, frozen=True, eq=False, dict=True):
 
     def takes(self, gate: int, stages: Stages) -> bool:
         """Whether the robots that meet an obstacle's next need carry a load from then on."""
-        return needs.takes(self.gates[gate].needs, stages[gate].need)
-
-    def carriers(self, gate: int, stages: Stages) -> frozenset[int]:
-        """The robots that carry a load: those that took it, or had a part in taking it."""
-        stage, gate_ = stages[gate], self.gates[gate]
-        if stage.need < len(gate_.needs) and gate_.needs[stage.need].same:
-            return stage.group or frozenset()
-        return stage.done if stage.done and self.takes(gate, stages) else frozenset()
+        return self.gates[gate].takes(stages[gate])
 
     def full(self, stages: Stages) -> frozenset[int]:
         """The robots that carry as much as they can."""
-        loads = [i for gate in range(len(self.gates)) for i in self.carriers(gate, stages)]
+        gates = zip(self.gates, stages, strict=True)
+        loads = [i for gate, stage in gates for i in gate.carriers(stage)]
         return frozenset(i for i, m in enumerate(self.members) if loads.count(i) >= m.room)
 
     def skilled(self, gate: int, stages: Stages) -> list[int]:
         """The robots that have the action of the obstacle's next need, and what the same robots
         must do after it; only those that met the need before it if the same must meet this one."""
         stage = stages[gate]
-        actions = needs.actions(self.gates[gate].needs, stage.need)
+        actions = self.gates[gate].skills[stage.need]
         return [
             i
             for i, member in enumerate(self.members)
@@ -257,14 +303,12 @@ class Problem(Struct, frozen=True, eq=False, dict=True):
         return self.next_need(gate, stages).robots - len(stages[gate].done)
 
     def advanced(self, gate: int, stages: Stages, group: Collection[int] | None = None) -> Stages:
-        """The stages after the next need of an obstacle is met, by ``group`` (None: nobody knows)
-        and those that had their part in it before."""
-        stage = stages[gate]
-        met = None if group is None else stage.done.union(group)
-        met = stage.group if met is None else met
-        same = len(self.gates[gate].chain(stage.need)) > 1
-        after = Stage(stage.need + 1, group=met if same else None)
-        return (*stages[:gate], after, *stages[gate + 1 :])
+        """The stages after the next need of an obstacle is met, see ``OpenObstacle.advanced``."""
+        return put(stages, gate, self.gates[gate].advanced(stages[gate], group))
+
+    def acted(self, gate: int, stages: Stages, group: Collection[int]) -> Stages:
+        """The stages after a group has had its part in the next need of an obstacle."""
+        return put(stages, gate, self.gates[gate].acted(stages[gate], group))
 
     @property
     def nothing_done(self) -> Stages:
@@ -284,6 +328,10 @@ class Problem(Struct, frozen=True, eq=False, dict=True):
     @cached_property
     def _memo(self) -> dict[tuple[int, tuple[int, ...]], Mask]:
         return {}
+
+
+def put(stages: Stages, gate: int, stage: Stage) -> Stages:
+    return (*stages[:gate], stage, *stages[gate + 1 :])
 
 
 class Floor(Struct, frozen=True):

@@ -14,10 +14,8 @@ from functools import reduce
 from operator import or_
 
 from msgspec import Struct
-from msgspec.structs import replace
 
 from safenav.runtime.resolution.problem import Problem, Stages
-from safenav.scenario.needs import group_of
 from safenav.world.poses import Mask, PoseGraph, bits
 
 Count = tuple[int, int, int]
@@ -292,15 +290,11 @@ def performed(
                 continue
             if takes and not need.together:  # one after the other, in the order of their turns
                 here = here[: problem.missing(gate, stages)]
-            done, met = group_of(need, stage.done, here)
-            if met:
-                stages = problem.advanced(gate, stages, here)
-            elif done == stage.done:
+            stages = problem.acted(gate, stages, here)
+            if stages[gate] == stage:
                 continue
-            else:
-                stages = (*stages[:gate], replace(stage, done=done), *stages[gate + 1 :])
-            changing = changing or stages[gate] != stage
-            if changing and takes:
+            changing = True
+            if takes:
                 break  # another load may have to wait for that
     return stages
 
@@ -314,7 +308,8 @@ def _keeps_room(
         return False
     need = problem.next_need(load, stages)
     whole = need.together or need.robots == 1
-    carried = sum(robot in problem.carriers(each, stages) for each in range(len(stages)))
+    gates = zip(problem.gates, stages, strict=True)
+    carried = sum(robot in each.carriers(stage) for each, stage in gates)
     return whole and carried + 1 >= problem.members[robot].room
 
 

@@ -67,9 +67,7 @@ def _program() -> subprocess.Popen[str]:
 def _numbers(
     moment: BoundMoment, due: Mapping[int, int], foes: Sequence[frozenset[int]] | None
 ) -> list[int]:
-    skills = sorted(
-        {action for one in moment.opens for part in one.parts for action in part.actions}
-    )
+    skills = sorted({need.action for one in moment.opens for need in one.gate.needs})
 
     def able(actions: frozenset[str]) -> int:
         return sum(1 << k for k, action in enumerate(skills) if action in actions)
@@ -91,10 +89,12 @@ def _numbers(
             found += [region, face]
         found += [left, able(walker.capabilities), team(foes[i] if foes else frozenset())]
     for gate, one in enumerate(moment.opens):
-        found += [one.region, due.get(gate, -1), one.stage, team(one.done), team(one.group)]
-        found.append(len(one.parts))
-        for part, closed in zip(one.parts, one.closed, strict=True):
+        needs, stage = one.gate.needs, one.stage
+        found += [one.gate.region, due.get(gate, -1), stage.need, team(stage.done)]
+        found += [team(stage.group or frozenset()), len(needs)]
+        parts = zip(needs, one.gate.closed_to, one.gate.skills, strict=True)
+        for part, closed, actions in parts:
             where = [region for region in range(world.size) if part.regions >> region & 1]
-            found += [team(closed), able(part.actions), part.robots]
+            found += [team(closed), able(actions), part.robots]
             found += [int(part.together), int(part.same), len(where), *where]
     return found

@@ -7,9 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from random import Random
 
-from msgspec.structs import replace
-
-from safenav.runtime.deadlines.bound import BoundMoment, BoundNeed, BoundObstacle, BoundRobot
+from safenav.runtime.deadlines.bound import BoundMoment, BoundObstacle, BoundRobot
+from safenav.runtime.resolution.problem import GateNeed, OpenObstacle, Stage
 from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility
 from safenav.world.poses import PoseGraph, bits, region_mask
@@ -106,28 +105,27 @@ def _obstacle(
     random: Random, world: RegionMap, walkers: list[BoundRobot], used: set[int]
 ) -> BoundObstacle:
     free, count = sorted(world.free), len(walkers)
-    parts: list[BoundNeed] = []
+    parts: list[GateNeed] = []
     for k in range(random.choice((1, 1, 2))):
         same = k > 0 and random.random() < 0.3
         robots = parts[-1].robots if same else random.choice((1, 1, 2))
         where = region_mask(random.sample(free, random.choice((1, 2, 2))))
         together = robots > 1 and random.random() < 0.5
-        action = frozenset(random.choice("ab"))
-        parts.append(BoundNeed(action, where, robots, together, same))
-    if parts[-1].same:  # who cannot meet both needs meets neither
-        parts[0] = replace(parts[0], actions=parts[0].actions | parts[1].actions)
+        parts.append(GateNeed(random.choice("ab"), robots, where, together, same))
+    skills = OpenObstacle("", 0, (), tuple(parts)).skills
     stage = random.choice((0, 0, 0, len(parts) - 1))
     able = [
-        [i for i, walker in enumerate(walkers) if part.actions <= walker.capabilities]
-        for part in parts
+        [i for i, walker in enumerate(walkers) if actions <= walker.capabilities]
+        for actions in skills
     ]
-    group = frozenset[int]()
+    group = None
     if stage:
         most = min(parts[stage - 1].robots, len(able[stage - 1]))
-        group = frozenset(random.sample(able[stage - 1], most))
+        former = frozenset(random.sample(able[stage - 1], most))
+        group = former if parts[stage].same else None
     done = frozenset[int]()
     part = parts[stage]
-    mine = [i for i in able[stage] if not part.same or i in group]
+    mine = [i for i in able[stage] if group is None or i in group]
     if part.robots > 1 and not part.together and mine and random.random() < 0.3:
         done = frozenset([random.choice(mine)])
     stopped = frozenset(i for i in range(count) if random.random() < 0.7)
@@ -137,10 +135,11 @@ def _obstacle(
     last = stopped
     if enters and parts[-1].regions >> region & 1:
         last = stopped - {
-            i for i, walker in enumerate(walkers) if parts[-1].actions <= walker.capabilities
+            i for i, walker in enumerate(walkers) if skills[-1] <= walker.capabilities
         }
     closed = (*[stopped] * (len(parts) - 1), last)
-    return BoundObstacle(region, tuple(parts), closed, stage, done, group)
+    gate = OpenObstacle("", region, closed, tuple(parts))
+    return BoundObstacle(gate, Stage(stage, done, group))
 
 
 SlowTeam = tuple[BoundMoment, list[int], dict[int, int]]
@@ -207,9 +206,14 @@ def _corridor(
         walkers[0] = BoundRobot(graph, toward, 3, 3, frozenset("ac"), 0, first, 3)
     opens = tuple(
         BoundObstacle(
-            number,
-            tuple(BoundNeed(frozenset(a), region_mask(at), *how) for a, at, how in parts),
-            (frozenset[int](),) * len(parts),
+            OpenObstacle(
+                "",
+                number,
+                (frozenset[int](),) * len(parts),
+                tuple(
+                    GateNeed(a, robots, region_mask(at), *how) for a, at, (robots, *how) in parts
+                ),
+            )
         )
         for number, parts in enumerate(obstacles)
     )

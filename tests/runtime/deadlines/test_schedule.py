@@ -72,5 +72,5 @@ def told(moment: BoundMoment, due: Mapping[int, int], plan: Acts) -> None:
     assert [act.turn for act in plan] == sorted(act.turn for act in plan)
     for gate, last in due.items():
         needs, one = [act.need for act in plan if act.gate == gate], moment.opens[gate]
-        assert sorted(set(needs)) == list(range(one.stage, len(one.parts)))
+        assert sorted(set(needs)) == list(range(one.stage.need, len(one.gate.needs)))
         assert max(act.turn for act in plan if act.gate == gate) <= last
