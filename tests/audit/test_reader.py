@@ -95,11 +95,14 @@ def test_a_broken_line_in_the_middle_is_told_with_its_place() -> None:
         ("push", {"reason": "boredom"}, "`reason` must be one of request, yield"),
         ("outcome", {"seconds": -1}, "`seconds` must be 0 or more"),
         ("outcome", {"synthesis_seconds": -1}, "`synthesis_seconds` must be 0 or more"),
+        ("outcome", {"syntheses": -1}, "`syntheses` must be 0 or more"),
         ("goal", {"round": -1}, "`round` must be"),
+        ("pop", {"reason": 3}, "`reason` must be one of request, yield"),
+        ("blocked", {"reason": "boredom"}, "`reason` must be one of untraversable"),
     ],
 )
 def test_a_field_of_the_wrong_kind_is_named(kind: str, changes: Line, words: str) -> None:
-    lines = GOOD["door"]()
+    lines = GOOD["untraversable" if kind == "blocked" else "door"]()
     edit(kind, {}, **changes)(lines)
     (problem,) = refused(text(lines))
     assert words in problem.found
