@@ -2,7 +2,9 @@
 
 import base64
 import errno
+import hashlib
 import json
+import os
 import re
 import shutil
 import zipfile
@@ -138,6 +140,67 @@ def test_a_file_that_the_manifest_does_not_name_is_refused(tmp_path: Path) -> No
     status, said = run_checker(bundle)
     assert status == 1
     assert "extra is either missing or not in the manifest" in said
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("dataclasses.py", "notes.txt", "measures/x.json", "rules/x.json", "audit/x.txt"),
+        *(
+            "../evil",
+            "a/../../evil",
+            "/etc/evil",
+            "source/..",
+            "source/a/b",
+            "source\\evil",
+            "a//b",
+        ),
+    ],
+)
+def test_a_file_that_no_claim_needs_is_refused(name: str, tmp_path: Path) -> None:
+    packed = tmp_path / "bundle.zip"
+    files = {**files_of(shipped("hello")), name: b"{}"}
+    manifest = json.loads((shipped("hello") / "manifest.json").read_bytes())
+    manifest["files"][name] = {"bytes": 2, "sha256": hashlib.sha256(b"{}").hexdigest()}
+    with zipfile.ZipFile(packed, "w") as archive:
+        for each, data in (files | {"manifest.json": json.dumps(manifest).encode()}).items():
+            archive.writestr(each, data)
+    status, said = run_checker(packed, program=shipped("hello") / "check.py")
+    assert status == 1
+    assert f"{name} is not a file of this bundle" in said
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("check_run/__init__.py", "check_run.abi3.so", "check_run.pyc", "audit/state.abi3.so"),
+        *("__pycache__/check_run.cpython-311.pyc", "audit/__pycache__/x.pyc", "dataclasses.py"),
+    ],
+)
+def test_a_copy_of_the_checker_runs_nothing_but_its_own_text(name: str, tmp_path: Path) -> None:
+    copy = shutil.copytree(shipped("hello"), tmp_path / "copy")
+    (copy / name).parent.mkdir(exist_ok=True)
+    (copy / name).write_text("print('accepted')\nraise SystemExit(0)\n")
+    status, said = run_checker(copy)
+    assert status == 1
+    assert said.startswith("refused: ")
+
+
+def test_a_file_that_a_line_names_and_that_is_missing_is_named(tmp_path: Path) -> None:
+    files = files_of(shipped("hello"))
+    gone = next(name for name in files if name.startswith("measures/"))
+    del files[gone]
+    status, said = run_checker(rewrite(shipped("hello"), files, tmp_path / "b"))
+    assert status == 1
+    assert f"{gone} is missing" in said
+
+
+def test_a_name_that_is_no_text_is_refused_without_a_traceback(tmp_path: Path) -> None:
+    copy = shutil.copytree(shipped("hello"), tmp_path / "copy")
+    (copy / os.fsdecode(b"\xff")).write_bytes(b"")
+    status, said = run_checker(copy)
+    assert status == 1
+    assert said.startswith("refused: \\udcff is either missing or not in the manifest")
 
 
 def test_a_claim_that_was_not_established_is_refused(tmp_path: Path) -> None:

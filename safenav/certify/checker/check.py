@@ -26,13 +26,26 @@ from pathlib import Path
 from typing import Any
 
 if __name__ == "__main__":
+    own = Path(__file__).resolve().parent
+    parts = [*own.glob("__pycache__"), *own.glob("check_*"), *(own / "audit").rglob("*")]
+    unread = [p for p in parts if p.suffix != ".py" and (p.parent == own or not p.is_dir())]
+    if unread:  # compiled, or a package of that name
+        sys.exit(
+            f"refused: Python may run {unread[0]} in place of a part of this checker: remove it"
+        )
     sys.dont_write_bytecode = True  # a bundle stays as it is
-    sys.path.insert(0, str(Path(__file__).resolve().parent))
+    sys.path.append(str(own))  # behind the library: no file of a bundle stands in for a part of it
 
 from safenav.audit.language import RefusedError, TooLargeError, require
 from safenav.certify.checker.check_objectives import STRICTLY, Objective
 from safenav.certify.checker.check_run import Evidence, read_json
 from safenav.certify.checker.check_strategies import Json
+
+KNOWN = re.compile(
+    r"(trace|motion)\.jsonl|(scenario|assurance)\.json|index\.html"
+    r"|(check|audit/(\w+/)*)\w*\.py|source/(?!\.+$)[^/\\]+"
+)
+"""Files of every bundle. The others are named by the lines of its trace."""
 
 
 def open_bundle(place: Path) -> tuple[dict[str, Any], Json]:
@@ -97,6 +110,8 @@ def check(place: Path, *, compare: bool = True) -> tuple[str, str, list[Json]]:
         run.replay()
         same = not compare or manifest["claims"] == run.claims
         require(same, "the manifest does not claim what the evidence establishes")
+        loose = sorted(f for f in files if not (f in run.named or KNOWN.fullmatch(f)))
+        require(not loose, f"{', '.join(loose)} is not a file of this bundle: no line names it")
         if "assurance.json" in files or "index.html" in files:
             check_page(run)
         verdict = "accepted"
@@ -105,7 +120,8 @@ def check(place: Path, *, compare: bool = True) -> tuple[str, str, list[Json]]:
     except RefusedError as error:
         reason = str(error)
     except Exception as error:
-        reason = f"a file is not as documented: {error!r}"
+        last = f" (perhaps {run.last}, the last one that was read)" if run and run.last else ""
+        reason = f"a file is not as documented{last}: {error!r}"
     where = f"trace.jsonl, line {run.number}: " if run and run.number else ""
     return verdict, where + reason, run.claims if run else []
 
@@ -116,6 +132,7 @@ def main() -> int:
     parser.add_argument("--json", action="store_true", help="print what is established as JSON")
     parser.add_argument("--any-claims", action="store_true", help="whatever the manifest claims")
     options = parser.parse_args()
+    sys.stdout.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
     if not (options.bundle / "manifest.json").is_file() and not zipfile.is_zipfile(options.bundle):
         print(f"{options.bundle} is not a bundle: a folder with a manifest.json, or a .zip of one")
         return 2

@@ -92,8 +92,9 @@ class Objective:
             return f"be at {', '.join(listed)} once, in this order, and stay at the last"
         if self.shape.covers:
             return f"be at each of {', '.join(listed)} infinitely often, in any order"
+        turns = " in turn" if len(listed) > 1 else ""
         how = {"literal": STRICTLY, "alternation": LOOSELY}.get(form, "") * self.shape.strict
-        return f"be at {' and '.join(listed)} in turn, infinitely often{how}"
+        return f"be at {' and '.join(listed)}{turns}, infinitely often{how}"
 
     def permits(self, before: Pose, after: Pose) -> bool:
         """Return whether a step keeps its formulas and what it avoids."""

@@ -86,6 +86,7 @@ class Evidence(Rule):
 
     def __init__(self, files: Mapping[str, Any]) -> None:
         self.files, self.claims, self.number = files, list[Json](), 1
+        self.named, self.last = set[str](), ""  # files that lines name; the last one that was read
         header, *self.trace = map(json.loads, files["trace.jsonl"].read_bytes().splitlines())
         self.scenario, self.tick = header["scenario"], 0
         same = header["type"] == "header" and self.scenario == self.json("scenario.json")
@@ -100,11 +101,16 @@ class Evidence(Rule):
         self.shown: dict[Any, Any] = {}  # what files show, each once
         self.hopeless: set[tuple[str, str]] = set()  # robots that have no strategy, and for what
 
+    def file(self, path: str) -> Any:
+        require(path in self.files, f"{path} is missing")
+        self.last = path
+        return self.files[path]
+
     def text(self, path: str) -> str:
-        return str(self.files[path].read_bytes().decode())
+        return str(self.file(path).read_bytes().decode())
 
     def json(self, path: str) -> Any:
-        return read_json(self.files[path]) if path in self.files else None
+        return read_json(self.file(path))
 
     def claim(self, kind: str, text: str, *files: str | None) -> None:
         """Record a claim that some files establish (None: this line of the trace)."""
@@ -138,7 +144,7 @@ class Evidence(Rule):
         but = f" but {self.strayed}, which ended elsewhere than commanded," if self.strayed else ""
         moves = self.departed if self.live else self.turns
         said = f"All {moves} moves{but} are legal: no wall, unresolved obstacle or collision"
-        timed = "; in seconds, robots in conflict never have a region both" if self.live else ""
+        timed = "; at no instant are robots in conflict in one region" if self.live else ""
         others = "follow a joint plan" if self.live else "stay, back up or follow a joint plan"
         what = f"{said}{timed}. {self.answered} follow strategies; the others {others}."
         self.claim("moves", what, "trace.jsonl")
@@ -245,6 +251,7 @@ class Evidence(Rule):
         for tried in (*(record.get("tried") or ()), record):
             text = f"specs/{tried['spec']}.structuredslugs"
             path = f"counterstrategies/{tried['spec']}.json"
+            self.named |= {text, path, rules}
             if path in self.files and path not in self.shown:
                 proof = self.json(path)
                 self.shown[path] = graph = Strategy(proof["automaton"], self.text(text))
@@ -259,10 +266,11 @@ class Evidence(Rule):
             check_counterstrategy(task, task.graph, self.json(path), self.json(rules))
             self.claim("unrealizable", f"No strategy exists for {said}.", None, text, path, rules)
             self.hopeless.add((robot.name, spec))
+        files = text, f"strategies/{name}.json", f"measures/{spec}-{name}.json"
+        self.named |= {*files}
         if record["verdict"] != "realizable" or node is None:
             return
         require(name, "its strategy is not listed: no proof of its moves")
-        files = text, f"strategies/{name}.json", f"measures/{spec}-{name}.json"
         if files not in self.shown:
             self.shown[files] = graph = Strategy(self.json(files[1]), self.text(text))
             check_realizes(graph, self.json(files[2]))
