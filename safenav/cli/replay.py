@@ -58,7 +58,7 @@ Exit codes:
 @click.option(
     "--speed",
     type=FiniteRange(0.1, 100),
-    help="Ticks per second, or times as fast as a run in seconds (GIF, terminal).  [4 or 12]",
+    help="Ticks per second; for a run in seconds, the speed-up (GIF, terminal).  [4 or 12]",
 )
 @click.option(
     "--sight", metavar="ROBOT", help="Shade what this robot sees and believes (SVG, PNG, GIF)."
@@ -146,7 +146,7 @@ def _page3d(run: Trace, trace: Path, file: Path | None) -> str:
         if motion.header.trace != run.digest:
             raise UsageError(
                 f"{file}: the motion of another trace than {trace}\n"
-                f"    make it again: safenav motion {trace} -o {file}"
+                f"    recompute it: safenav motion {trace} -o {file}"
             )
     return page3d_of(run, trace.name, motion)
 

@@ -60,7 +60,7 @@ def held_ways(task: Task, world: RegionMap, scenario: Scenario) -> tuple[Known, 
     if isinstance(task.objective, Ltl):
         return ()
     held = tuple(
-        Known(other.region, f"robots.{other.name}", f"{other.name} holds this place")
+        Known(other.region, f"robots.{other.name}", f"{other.name} holds this region")
         for other in task.observed
         if other.danger and other.region in (station(scenario.robot(other.name).objective) or ())
     )

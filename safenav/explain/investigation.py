@@ -106,7 +106,7 @@ def helpful_assumptions(
     """Yield the weakest of the tried assumptions on the other robots that makes it realizable."""
     if not task.endangered:
         return
-    for words, constraints in _promises(task, world):
+    for words, constraints in _demands(task, world):
         variant = Specification(
             spec.robot, spec.title, spec.variables, (*spec.constraints, *constraints)
         )
@@ -115,19 +115,19 @@ def helpful_assumptions(
             return
 
 
-def _promises(task: Task, world: RegionMap) -> Iterator[tuple[str, list[Constraint]]]:
+def _demands(task: Task, world: RegionMap) -> Iterator[tuple[str, list[Constraint]]]:
     """Yield assumptions in words and as constraints, from the weakest to the strongest."""
     names = " and ".join(other.name for other in task.observed if other.danger)
     me = task.robot.name
     regions = frozenset().union(*task.targets)
     if regions:
-        words = f"{names} never next to {me} while it is at one of its targets"
+        words = f"keep {names} away from {me} while it is at one of its targets"
         yield words, list(_keeps_clear(task, world, regions))
         if task.tracking is not Tracking.NEARBY:
-            words = f"{names} never in a target of {me}, nor next to one"
+            words = f"keep {names} away from the targets of {me}"
             around = regions | {n for r in regions for n in world.neighbours(r)}
             yield words, list(_stays_out(task, around))
-    yield f"{names} never next to {me}", list(_keeps_clear(task, world, None))
+    yield f"keep {names} away from {me}", list(_keeps_clear(task, world, None))
 
 
 def _keeps_clear(

@@ -144,7 +144,7 @@ class HiddenKeys(Table):
 class SimulationKeys(Table):
     about = "Settings of the transport 'simulation'."
     made = SimulationUse
-    pace = Key(POSITIVE, "At most this many times as fast as a clock.")
+    pace = Key(POSITIVE, "Upper limit of the speed-up over real time.")
     obstacles = Key(form(many(HiddenKeys)), "The true obstacles. Default: those of the scenario.")
 
 
@@ -161,7 +161,7 @@ class PyrobosimKeys(Table):
         "The type of obstacle of a closed hallway, in the region of its middle.",
         required="'hallway: door', the type of obstacle that a closed hallway is",
     )
-    pace = Key(POSITIVE, "Times as fast as a clock.")
+    pace = Key(POSITIVE, "Speed-up over real time.")
     closing = Key(form(named(POSITIVE)), "Hallways, and the seconds after which each closes.")
 
 

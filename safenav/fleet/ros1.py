@@ -240,7 +240,7 @@ class Ros1Transport:
         for topic in self._topics:
             topic.unregister()
         self._post = ignore
-        self._ros.signal_shutdown("the mission is over")
+        self._ros.signal_shutdown("the mission has ended")
         self._ros = None
 
     def _located(self, robot: str, odometry: Any) -> None:

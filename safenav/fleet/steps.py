@@ -92,7 +92,7 @@ class FleetSteps:
     def check(scenario: Scenario) -> Frame:
         """Where the map lies in metres. Raises FleetError if the scenario does not say."""
         if scenario.map.frame is None:
-            said = "the scenario's map has no metres: add 'resolution: 1.0' (metres a region)"
+            said = "the map has no size in metres: add 'resolution: 1.0' (metres per region)"
             raise FleetError(f"{said} to 'map', or take the map from map_server with 'ros:'")
         return scenario.map.frame
 
@@ -207,7 +207,7 @@ class FleetSteps:
             self._end(body, pose, moved)
         else:
             off = self._metres_to(body, task.to.region)
-            far = f"it says that it arrived, {off:.2f} m from the middle of {task.to.region}"
+            far = f"it reported its arrival {off:.2f} m from the middle of {task.to.region}"
             task.phase = Phase.GOING
             self._again_or_back(body, task, far)
 

@@ -228,7 +228,7 @@ class FleetWorld(FleetSteps):
             if task.phase is Phase.LOOKING:
                 self._looked(body, task)
             elif task.phase is Phase.GOING:
-                self._stop(body, task, f"no end of the goal in {task.due:.1f} s")
+                self._stop(body, task, f"the goal did not end within {task.due:.1f} s")
             elif task.phase is Phase.STOPPING:
                 self._go_back(body, task)
             elif task.phase is Phase.RETURNING:

@@ -82,7 +82,7 @@ def read_text(path: Path) -> str:
         raise UsageError(f"{path} cannot be read as text: {error}") from error
     if is_trace(text):
         raise UsageError(
-            f"{path}: this is a trace, not a scenario\n    look at it with: safenav replay {path}"
+            f"{path}: this is a trace, not a scenario\n    show it with: safenav replay {path}"
         )
     return text
 

@@ -162,7 +162,7 @@ catalogue: {robots: {r: {mobility: free, layer: ground, capabilities: []}}}
     )
     found = explain(scenario, task, Synthesizer(), lambda _: False)
     assert found.cause is NoStrategyCause.PARKED_ROBOT
-    assert "14 [1, 5]: guard holds this place" in cause_words(found, world)
+    assert "14 [1, 5]: guard holds this region" in cause_words(found, world)
 
 
 @pytest.mark.parametrize("seed", range(40))

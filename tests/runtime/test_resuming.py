@@ -59,7 +59,7 @@ def test_what_a_trace_does_not_describe_is_named(tmp_path: Path) -> None:
     path = tmp_path / "trace.jsonl"
     written(load_scenario(SCENARIOS / "battery_delivery.yaml"), path)
     path.write_text("".join(path.read_text().splitlines(keepends=True)[:20]))
-    said = "does not fully describe batteries: name the scenario, too"
+    said = "does not fully describe batteries: also name the scenario"
     with pytest.raises(UsageError, match=said):
         resumed(read_trace(path))
 

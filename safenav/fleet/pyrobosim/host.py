@@ -148,7 +148,7 @@ class HostedRobot:
             why = opened.message
         back, problem = self._drive(home, line["within"], turns=True)
         if back != "succeeded":
-            return "failed", f"it did not come back: {problem}"
+            return "failed", f"it did not return to its region: {problem}"
         return ("done", why or "") if went == "done" else ("failed", why or "")
 
 

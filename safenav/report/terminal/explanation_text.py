@@ -106,7 +106,7 @@ def repair_words(repair: Repair, world: RegionMap) -> str:
         case RepairKind.REMOVE_WALLS:
             return f"{repair.change[0][1]}"
         case RepairKind.ASSUMPTION:
-            return f"see to it that {repair.change[0][1]}"
+            return repair.change[0][1]
         case _:
             return change
 

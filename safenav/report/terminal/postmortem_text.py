@@ -48,7 +48,7 @@ def postmortem_lines(found: Postmortem) -> Iterator[str]:
 
 
 def _late(lost: tuple[str, ...]) -> str:
-    return "these promises could not be kept:" if lost else "nothing to explain"
+    return "these deadlines could not be met:" if lost else "nothing to explain"
 
 
 def postmortem_data(found: Postmortem, scenario: Scenario) -> dict[str, Any]:

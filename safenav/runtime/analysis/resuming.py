@@ -215,7 +215,7 @@ def _scenario(header: setting.ScenarioHeader, clock: settings.Clock) -> Scenario
     missing += ["'when'"] if any(robot.when for robot in robots) else []
     if missing:
         said = f"the trace does not fully describe {listed(missing)}"
-        raise UsageError(f"{said}: name the scenario, too (safenav resume TRACE SCENARIO)")
+        raise UsageError(f"{said}: also name the scenario (safenav resume TRACE SCENARIO)")
     world = RegionMap.from_grid(header.map.grid, header.map.names, header.map.areas)
     if header.map.resolution is not None:
         x, y, yaw = header.map.origin or (0.0, 0.0, 0.0)

@@ -99,7 +99,7 @@ def read_robots(
     for key, _ in team.entries:
         if key.text in known:
             found = f"the team has a robot {clipped(key.text)} already"
-            reading.add(key, found, "name it otherwise")
+            reading.add(key, found, "choose another name")
     standing: list[Standing] = [(robot, None, None) for robot in others]
     robots = [_robot(key, item, standing, reading) for key, item in team.entries]
     _check_starts(standing, reading)

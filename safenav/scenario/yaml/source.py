@@ -143,7 +143,7 @@ def read_root(path: Path, findings: Findings, named_at: Node | None = None) -> N
 def parsed(text: str, findings: Findings) -> Node | None:
     """The YAML document in a text; its flaws are reported."""
     if is_trace(text):
-        hint = f"look at it with: safenav replay {findings.file}"
+        hint = f"show it with: safenav replay {findings.file}"
         findings.add(None, "this is a trace, not a scenario", hint)
         return None
     if len(text) > MAX_BYTES:
