@@ -116,7 +116,7 @@ class CompletedRule(Rule):
     name = "completed"
 
     def __init__(self) -> None:
-        self._held: dict[str, int] = {}
+        self._held: dict[str, set[int]] = {}  # ticks
         self._tick = 0
         self._time = 0.0  # the tick; in a live run the seconds
         self._goes_on = False
@@ -139,11 +139,20 @@ class CompletedRule(Rule):
             self._held.clear()
         elif record.type == "objective":
             self._held.pop(record.robot, None)
-        elif record.type == "move":
-            own = now.own[record.robot]
-            stays = now.objectives[record.robot] == own and _stays(record.robot, now)
-            if stays and record.to in own.targets[-1]:
-                self._held[record.robot] = self._held.get(record.robot, 0) + 1
+        elif record.type in ("move", "synthesis"):
+            self._hold(record, now)
+
+    def _hold(self, record: Line, now: Situation) -> None:
+        """Count a tick that a robot ends at its last target, or in which it gets its own objective
+        back there."""
+        robot, own, region = record.robot, now.own[record.robot], now.region[record.robot]
+        objective = now.objectives[robot]
+        if record.type == "move":
+            region = record.to
+        elif record.tick > 0 and record.node is not None:
+            objective = record.objective
+        if objective == own and _stays(robot, now) and region in own.targets[-1]:
+            self._held.setdefault(robot, set()).add(record.tick)
 
     def ending(self, now: Situation) -> Iterator[Said]:
         outcome, wanted = now.outcome, now.header.until.rounds
@@ -175,9 +184,9 @@ class CompletedRule(Rule):
                 yield f"{robot} has {most} rounds of {wanted} since the last resolution"
             elif shape_of(objective.kind).ends and now.ahead[robot] < len(objective.targets):
                 yield f"{robot} has met {now.ahead[robot]} of its {len(objective.targets)} targets"
-            elif _stays(robot, now) and self._held.get(robot, 0) + 1 < wanted:
+            elif _stays(robot, now) and (held := len(self._held.get(robot, ()))) + 1 < wanted:
                 # The region where it stands when counting begins may also count.
-                yield f"{robot} has held for {self._held.get(robot, 0)} ticks of {wanted}"
+                yield f"{robot} has held for {held} ticks of {wanted}"
 
     def _over(self, now: Situation) -> bool:
         """Return whether the run is certainly completed."""

@@ -329,3 +329,28 @@ def test_a_battery_that_is_brought_at_once_brings_its_robot_back() -> None:
         """)
     assert trace.outcome["outcome"] == "completed"
     assert [line["active"] for line in trace.all("service", robot="cart")] == [False, True]
+
+
+CHARGES_AT_THE_END = """
+safenav: 1
+map: {grid: ["#######", "##..###", "#...#.#", "#######"]}
+catalogue:
+  robots:
+    cart: {mobility: heading, layer: ground, capabilities: [],
+           battery: {capacity: 9, move: 1, stay: 1, charge: 3, start: 4}}
+robots:
+  r: {model: cart, start: 10, heading: west, objective: {once: [16, 10]}}
+chargers: [19, 17]
+until: {rounds: 3}
+"""
+
+
+def test_rounds_at_a_last_target_go_on_after_a_charge() -> None:
+    """Rounds count in the ticks in which the robot ends a stop to charge there, too; the audit
+    counts them itself (``play``)."""
+    run = play(CHARGES_AT_THE_END)
+    assert (run.outcome["outcome"], run.outcome["rounds"]) == ("completed", {"r": 3})
+    own = {"once": [16, 10]}
+    assert [line["tick"] for line in run.all("synthesis", objective=own)] == [0, 2, 5, 11]
+    run.records[0]["scenario"]["until"]["rounds"] = run.outcome["rounds"]["r"] = 4
+    assert "completed" in run.broken
