@@ -93,6 +93,7 @@ def command(
     from safenav.report.terminal.story import Story
     from safenav.runtime.analysis.expectation import Ledger
     from safenav.runtime.mission import Mission, default_synthesizer
+    from safenav.scenario.lint import oversized
     from safenav.scenario.reading.loader import load_scenario
     from safenav.scenario.settings import Clock
     from safenav.trace.writing import TraceWriter, next_part
@@ -103,6 +104,8 @@ def command(
     if motion is not None and rehearse:
         raise click.UsageError("--motion: no robot moves in a rehearsal; use safenav motion")
     stations = load_fleet(fleet, plan)
+    for warning in (*plan.map.notes, *oversized(plan)):
+        click.echo(f"warning: {warning}", err=True)
     recording = None if motion is None else DriveRecording()
     kept = trace
     operator = attendant(operator, True, as_json)

@@ -306,10 +306,8 @@ def _next_steps(outcome: str, scenario: Path, trace: Path | None, html: Path | N
         steps.append(f"view: safenav replay {quote(str(trace))}")
     else:
         steps.append(f"view: safenav run {name} --html {quote(scenario.stem)}.html")
-    if outcome == "unrealizable":
+    if outcome in ("unrealizable", "operator_needed"):
         steps.append(f"explain: safenav explain {name}")
-    elif outcome == "operator_needed":
-        steps.append(f"capabilities: safenav catalogue {name}")
     elif outcome == "tick_limit":
         steps.append(f"run longer: safenav run {name} --max-ticks N")
     return steps

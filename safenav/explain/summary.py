@@ -59,4 +59,7 @@ def why_words(found: Diagnosis, task: Task, world: RegionMap) -> str:
 
 
 def target_words(target: Target, world: RegionMap) -> str:
+    """An area by its name; other targets region by region."""
+    if target in world.areas.values():
+        return world.word(target)
     return " or ".join(world.label(region) for region in sorted(target))

@@ -1,7 +1,7 @@
 """Probable mistakes in a valid scenario: warnings of ``safenav check``.
 
 An obstacle with an action that no robot has, or too few; a capability that no obstacle needs; one
-region that several robots must hold; a seed without effect.
+region that several robots must hold; a robot larger than a region; a seed without effect.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from safenav.scenario.model import Obstacle, Scenario
+from safenav.scenario.motion import resolved
 from safenav.scenario.objective import station
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.yaml.findings import closest
@@ -19,12 +20,29 @@ def lint(scenario: Scenario) -> tuple[str, ...]:
     found = [*scenario.map.notes, *_needless(scenario), *_crowded(scenario)]
     for obstacle in scenario.obstacles:
         found += _unable(obstacle, scenario)
+    found += oversized(scenario)
     if scenario.seed and not _draws(scenario):
         found.append(
             f"seed {scenario.seed} has no effect: no probabilities, no variable timing, "
             "no robots sharing a floor"
         )
     return tuple(dict.fromkeys(found))
+
+
+def oversized(scenario: Scenario) -> Iterator[str]:
+    """Robots that do not fit into a region of a map in metres: coordination keeps robots of
+    different regions apart, not bodies that reach into the next one."""
+    frame = scenario.map.frame
+    side = None if frame is None else min(frame.resolution)
+    for robot in scenario.robots:
+        model = robot.model
+        values = resolved(model.motion, model.size, model.speed, model.layer) or {}
+        size = model.size or values.get("size")
+        if side is not None and isinstance(size, int | float) and size > side:
+            yield (
+                f"{robot.name} ({model.name}, {size:g} m) is larger than a region ({side:g} m) and "
+                "reaches into the next ones, where other robots may be; give the map larger regions"
+            )
 
 
 def _unable(obstacle: Obstacle, scenario: Scenario) -> Iterator[str]:

@@ -203,7 +203,8 @@ class Patrol(TargetObjective, frozen=True):
     @classmethod
     def wrong(cls, targets: Sequence[Target]) -> tuple[str, str] | None:
         if len(targets) != 2:
-            found = f"{len(targets)} targets, and a patrol has two"
+            count = "1 target" if len(targets) == 1 else f"{len(targets)} targets"
+            found = f"{count}, and a patrol has two"
             return found, "use 'visit' or 'cover' for any number of targets"
         first, second = targets
         if first == second:

@@ -315,7 +315,6 @@ class Wording(Struct, frozen=True):
             f"{name} cannot reach it" if bid is None else f"{name} needs {counted(bid, 'tick')}"
             for name, bid in line.bids.items()
         )
-        bids = bids or "no robot has the capability"
         if line.requester is not None and helpers == (line.requester,):
             actions = self.actions.get(line.obstacle, ())
             act = actions[line.need or 0] if actions else "resolve"
@@ -326,7 +325,8 @@ class Wording(Struct, frozen=True):
             asks = f"{self.robot(line.requester)} requests help with {about}"
         if not helpers:
             help_ = f"no robot helps: {line.because}" if line.because else "no robot helps"
-        return f"{asks}: {bids}; {help_}"
+            bids = bids or ("" if line.because else "no robot has the capability")
+        return f"{asks}: {bids}; {help_}" if bids else f"{asks}: {help_}"
 
     def _met(self, line: records.Met) -> str:
         what = f"need {line.need + 1} of {self.strong(self.obstacle(line.obstacle))}"

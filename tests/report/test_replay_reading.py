@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from report import made_traces
+from runtime.played import play
 from safenav.audit.check import audit
 from safenav.errors import InputError
 from safenav.report.replay.reading import read_replay
@@ -114,6 +115,18 @@ def test_a_violation_is_told_with_the_safe_action(replays: dict[str, Replay]) ->
 def test_holding_on_is_told_once(replays: dict[str, Replay]) -> None:
     goals = [e for e in replays["door"].events if e.kind is StoryKind.GOAL and 11 <= e.tick < 16]
     assert [e.text for e in goals] == ["quad holds 46"]
+
+
+def test_only_the_last_target_of_once_is_held(tmp_path: Path) -> None:
+    scenario = """
+safenav: 1
+map: {grid: ["######", "#....#", "######"]}
+robots: {quad: {model: quadcopter, start: 7, objective: {once: [9, 8]}}}
+until: {rounds: 1}
+"""
+    replay = read_replay(made_traces.write(play(scenario).records, tmp_path / "t.jsonl"))
+    goals = [e.text for e in replay.events if e.kind is StoryKind.GOAL]
+    assert goals == ["quad reaches 9", "quad holds 8"]
 
 
 def test_between_two_ticks_a_robot_is_on_its_way(replays: dict[str, Replay]) -> None:

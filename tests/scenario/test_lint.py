@@ -81,6 +81,15 @@ PLAIN = {
             [],
             id="a truth that is drawn",
         ),
+        pytest.param(
+            {"names": "{}, resolution: 0.4"},
+            [
+                "b (quadcopter, 0.5 m) is larger than a region (0.4 m) and reaches into the next "
+                "ones, where other robots may be; give the map larger regions"
+            ],
+            id="a robot larger than a region",
+        ),
+        pytest.param({"names": "{}, resolution: 0.5"}, [], id="a robot as large as a region"),
     ],
 )
 def test_warnings(changes: dict[str, str], said: list[str], tmp_path: Path) -> None:

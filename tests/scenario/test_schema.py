@@ -176,6 +176,7 @@ WELL_SHAPED = {
     "obstacles_in_bad_places": True,
     "partition_with_gaps": True,
     "ragged_map": True,
+    "ragged_map_with_areas": True,
     "two_map_forms": False,
     "no_map_form": False,
     "keys_of_another_map_form": False,
@@ -183,6 +184,7 @@ WELL_SHAPED = {
     "regions_in_walls": True,
     "regions_outside_map": False,  # one region is negative
     "robots_that_avoid_each_other": True,
+    "texts_and_places": False,
     "tracking_of_slow_robots": True,
     "two_robots_on_one_region": True,
     "unknown_keys": False,

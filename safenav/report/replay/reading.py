@@ -321,10 +321,12 @@ class ReplayBuilder:
         told = self.progress[line.robot]
         before = told[-1][1] if told else RobotProgress()
         objective = self._objective(line.robot)
-        holding = isinstance(objective, TargetObjective) and objective.settles
-        rounds = 0 if holding else line.round  # ticks on the spot are not rounds to show
+        settles = isinstance(objective, TargetObjective) and objective.settles
+        last = objective.listed()[-1] if isinstance(objective, TargetObjective) else frozenset()
+        holding = settles and line.region in last
+        rounds = 0 if settles else line.round  # ticks on the spot are not rounds to show
         told.append((line.tick, RobotProgress(rounds, self._on_map(line.region))))
-        if not holding or before.reached != line.region:  # continued holding is not an event
+        if not settles or before.reached != line.region:  # continued holding is not an event
             self._event(line, StoryKind.GOAL)
             if holding:
                 self._reword(self.wording.holding(line))

@@ -37,6 +37,7 @@ from safenav.scenario.model import Obstacle
 from safenav.scenario.settings import Coordination
 from safenav.trace.records import Appeared, Record, Reopened, Service
 from safenav.trace.vocabulary import BlockReason, Reason
+from safenav.trace.words import obstacle_words
 
 
 class Decision(Struct, frozen=True):
@@ -233,7 +234,8 @@ def _never_resolved(team: TeamState, event: Unsettled, stopping: Stopping) -> De
         because = shortfall_words(lacks[floor.gates[gate]], team.scenario.map.word, "it")
         if request.recorded is None or not enough:
             said.append(lines.requested(team, request, floor, (), because))
-        why = "no robot can ever resolve it" if enough else "too few robots can remove it"
+        what = obstacle_words(request.obstacle.name, team.scenario.map.word)
+        why = f"{'no robot can ever' if enough else 'this team cannot'} resolve {what}"
         knowledge.join(request.obstacle, why)
         reason = BlockReason.UNRESOLVABLE if enough else BlockReason.NO_CAPABLE_ROBOT
         proof = infeasibility.recorded_closure(floor, closure)

@@ -83,7 +83,7 @@ def _area(node: Node, what: str, reading: Reading) -> frozenset[Region] | None:
             found |= set() if region is None else {region}
     if not found and reading.world is not None and len(reading) == before:
         reading.add(node, f"{what} has no free region", f"expected {_EXPECTED}")
-    return frozenset(found) if len(reading) == before else None
+    return frozenset(found) if found and len(reading) == before else None
 
 
 def _rectangle(node: Mapping, what: str, reading: Reading) -> set[Region]:

@@ -55,6 +55,7 @@ UNLIMITED = "unlimited"
 MOST_CHARGE = 1_000_000
 MOST_ROBOTS = 100
 MOST_LOADS = 100
+LISTED = "'safenav catalogue' lists them; 'catalogue' in the scenario adds others"
 ACTION = "for example 'action: push'"
 
 VISION = form(

@@ -17,6 +17,7 @@ from safenav.scenario.model import Catalogue, ObstacleType, Scenario
 from safenav.scenario.objective import Ltl
 from safenav.scenario.reading.areas import AREAS, read_areas
 from safenav.scenario.reading.catalogue import (
+    LISTED,
     CatalogueKeys,
     built_in,
     read_catalogue,
@@ -340,7 +341,7 @@ def _flat(item: ScenarioKeys, reading: Reading) -> ObstacleType | None:
     word, node, types = item.flat, item.where(ScenarioKeys.flat), reading.catalogue.obstacles
     kind = types.get(word or "")
     if word is not None and kind is None and not reading.catalogue.may_hold(word):
-        reading.unknown(node, "'flat': unknown obstacle type", word, types)
+        reading.unknown(node, "'flat': unknown obstacle type", word, types, LISTED)
     if kind is not None and kind.blocks != frozenset():
         found = f"'flat': a {kind.name} appears where a robot stands, and it stops some"
         reading.add(node, found, f"give {kind.name} 'blocks: []'")

@@ -60,6 +60,7 @@ FORMULAS = form(either(TEXT, many(TEXT)), "formulas")
 class LtlKeys(Table):
     about = "Guarantees in structured slugs over region, heading and memory."
     definition = "ltl"
+    example = "{liveness: [region = 14, region = 20], safety: region' != 47}"
     rules: ClassVar = either({"required": ["safety"]}, {"required": ["liveness"]})
     init = Key(FORMULAS, "What holds at the start (no next values).")
     safety = Key(FORMULAS, "What holds on every step.")
@@ -80,6 +81,7 @@ def _targets(kind: type[TargetObjective]) -> Key[Node]:
 class ObjectiveKeys(Table, more=[_targets(kind) for kind in KINDS.values()]):
     about = "The task of a robot, round after round."
     definition = "objective"
+    example = EXAMPLE
     rules: ClassVar = {
         "oneOf": [{"required": [kind]} for kind in (*KINDS, "ltl")],
         "dependentSchemas": {
@@ -315,6 +317,8 @@ def _line(
         hint = problem.hint
         if problem.unknown == "heading":
             hint = "only robots with heading mobility have one"
+        elif problem.unknown in {*reading.names, *reading.areas}:
+            hint = f"it names a place: write region = {problem.unknown}"
         elif problem.unknown:
             hint = suggestion(problem.unknown, {*declared, *reading.names, *reading.areas})
         reading.add_inside(node, problem.column, f"{what}: {problem.found}", hint)

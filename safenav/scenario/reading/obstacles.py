@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from safenav.scenario.model import Obstacle, ObstacleType, Robot
-from safenav.scenario.reading.catalogue import SWEEPS, swept
+from safenav.scenario.reading.catalogue import LISTED, SWEEPS, swept
 from safenav.scenario.reading.regions import REGION, Reading
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar
@@ -149,7 +149,8 @@ def _type(node: Node | None, reading: Reading) -> ObstacleType | None:
     word = read.text(node, "'type' of an obstacle", reading)
     kind = reading.catalogue.obstacles.get(word or "")
     if word is not None and kind is None and not reading.catalogue.may_hold(word):
-        reading.unknown(node, "unknown obstacle type", word, reading.catalogue.obstacles)
+        known = reading.catalogue.obstacles
+        reading.unknown(node, "unknown obstacle type", word, known, LISTED)
     return kind
 
 

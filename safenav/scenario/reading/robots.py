@@ -23,7 +23,7 @@ from safenav.scenario.objective import (
     targets_of,
 )
 from safenav.scenario.reachability import Reachability
-from safenav.scenario.reading.catalogue import VISION, read_vision
+from safenav.scenario.reading.catalogue import LISTED, VISION, read_vision
 from safenav.scenario.reading.naming import IDENTIFIER, well_named
 from safenav.scenario.reading.objective import (
     OWN_VARIABLES,
@@ -182,7 +182,8 @@ def _model(item: RobotKeys, name: str, reading: Reading) -> RobotModel | None:
     model = reading.catalogue.robots.get(word or "")
     if word is not None and model is None and not reading.catalogue.may_hold(word):
         found = f"'model' of {name}: unknown robot model"
-        reading.unknown(item.where(RobotKeys.model), found, word, reading.catalogue.robots)
+        node, known = item.where(RobotKeys.model), reading.catalogue.robots
+        reading.unknown(node, found, word, known, LISTED)
     if item.vision is None:
         return model
     vision = read_vision(item.vision, f"'vision' of {name}", reading)

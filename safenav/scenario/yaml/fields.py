@@ -52,13 +52,16 @@ def mapping(
     known: Iterable[str] | None = None,
     required: Wanted[str, str] | None = None,
     elsewhere: Wanted[str, str] | None = None,
+    example: str = "",
 ) -> Mapping | None:
     """A mapping, whose keys are ``known`` (None: any) and hold the ``required`` ones (each
-    with a hint what to write). ``elsewhere``: hints for keys that belong in something else."""
+    with a hint what to write). ``elsewhere``: hints for keys that belong in something else;
+    ``example``: of such a mapping, for messages."""
     if node is None:
         return None
     if not isinstance(node, Mapping):
-        wrong_type(node, what, "a mapping (key: value)", findings)
+        hint = f"for example {example}" if example else ""
+        wrong_type(node, what, "a mapping (key: value)", findings, hint)
         return None
     misspelt = set()
     if known is not None:

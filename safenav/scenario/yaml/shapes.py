@@ -139,12 +139,13 @@ class Table:
     """A mapping with known keys; an instance is such a mapping in a document.
 
     ``made``: what it becomes, whose fields of the same names have the defaults. ``rules``: what its
-    JSON Schema says beside its keys. ``definition``: its name there. A subclass has the keys of
-    its base, and ``more``.
+    JSON Schema says beside its keys. ``definition``: its name there. ``example``: one, for
+    messages. A subclass has the keys of its base, and ``more``.
     """
 
     about: ClassVar[str] = ""
     definition: ClassVar[str] = ""
+    example: ClassVar[str] = ""
     made: ClassVar[type[Struct] | None] = None
     rules: ClassVar[Schema] = {}
     known: ClassVar[Mapping[str, Key[Any]]] = {}
@@ -175,7 +176,7 @@ class Table:
         else; ``needed``: in place of the keys that always are."""
         keys = cls.needed if needed is None else needed
         required = {key.name: key.hint for key in keys}
-        found = read.mapping(node, what, findings, cls.known, required, elsewhere)
+        found = read.mapping(node, what, findings, cls.known, required, elsewhere, cls.example)
         return None if found is None else cls(found, f"of {what}" if of is None else of, findings)
 
     @classmethod

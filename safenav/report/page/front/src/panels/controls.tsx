@@ -34,7 +34,7 @@ export function Controls({ run, player, tick }: ControlsProps) {
         </div>
         <p class="clock">
           {player.timed ? <Seconds player={player} /> : <>tick <b>{tick}</b> of {run.last}</>}
-          {run.within && tick === run.last && <span class="quiet">, ended within it</span>}
+          {run.within && tick === run.last && <span class="quiet">(ended within it)</span>}
           <LinkButton player={player} />
         </p>
         <SpeedButtons player={player} />
