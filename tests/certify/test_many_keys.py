@@ -98,6 +98,51 @@ robots: {r: {model: slow, start: 8, objective: {circuit: [10, 9, 17]},
              when: {alarm: {visit: [10, 16]}}}}
 inputs: {alarm: {at: ["2-4"]}}
 """,
+    "one robot can close several regions of a zone": """
+map: {grid: ["..####..", "........", "..####.."]}
+robots:
+  r0:
+    model: cart
+    start: 7
+    objective:
+      ltl:
+        memory: {m: bool}
+        init: "!m"
+        safety: ["region' = 13 -> m'", "region' = 12 -> !m'", "m -> region' != 13",
+                 "region' != 13 & region' != 12 -> (m' <-> m)"]
+        liveness: [region = 13, region = 12]
+  r1: {model: cart, start: 0, objective: {visit: [8]}}
+never_together: [{robots: [r0, r1], in: [{any: [17, 13]}]}]
+""",
+    "a joint plan has a robot remember what its strategy never does there": """
+map: {grid: ["......", "#.##.#", "......"]}
+robots:
+  r0:
+    model: cart
+    start: 0
+    objective:
+      ltl:
+        memory: {c: [0, 2]}
+        init: c = 0
+        safety: ["region' = 4 & region != 4 & c = 0 -> c' = 1",
+                 "region' = 4 & region != 4 & c = 1 -> c' = 2",
+                 "region' = 4 & region != 4 & c = 2 -> c' = 0",
+                 "!(region' = 4 & region != 4) -> c' = c"]
+        liveness: [c = 2 & region = 7]
+  r1:
+    model: cart
+    start: 13
+    objective:
+      ltl:
+        memory: {c: [0, 2]}
+        init: c = 0
+        safety: ["region' = 3 & region != 3 & c = 0 -> c' = 1",
+                 "region' = 3 & region != 3 & c = 1 -> c' = 2",
+                 "region' = 3 & region != 3 & c = 2 -> c' = 0",
+                 "!(region' = 3 & region != 3) -> c' = c"]
+        liveness: [c = 2 & region = 4]
+seed: 23
+""",
 }
 
 

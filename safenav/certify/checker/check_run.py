@@ -158,8 +158,9 @@ class Evidence(Rule):
             robot.forms.clear()
 
     def opening(self, now: Situation) -> Iterable[Said]:
+        apart = {*chain(*(zone["robots"] for zone in self.scenario.get("never_together") or ()))}
         for name, data in self.scenario["robots"].items():
-            self.robots[name] = robot = Robot(name, data, now)
+            self.robots[name] = robot = Robot(name, {**data, "zones": name in apart}, now)
             turning = {"free": False, "heading": True}.get(data["mobility"]) is bool(robot.pose[1])
             require(turning and data["start"] not in robot.own.avoid, f"{name} cannot start so")
         names = {SOMEBODY, *self.robots, *(f"robots.{name}" for name in self.robots)}
@@ -384,7 +385,8 @@ class Evidence(Rule):
             said = sorted({str(task.poses[n]) for n in answers})
             require(fits, f"{name} goes to {after}, but its strategy answers {said}")
             self.answered += by != "backtrack" and not (self.live and after == before)
-        robot.came_from, robot.nodes = robot.nodes, fits
+        # On a plan, a robot may remember what it never does on its strategy's moves.
+        robot.came_from, robot.nodes = set() if by == "plan" else robot.nodes, fits
 
 
 def read_json(file: Any) -> Any:

@@ -17,7 +17,6 @@ from safenav.runtime.resolution.problem import KeepOut, Problem, Stages
 from safenav.runtime.traffic.budgets import SHORTENING_LAYERS, SHORTENING_ROUNDS
 from safenav.runtime.traffic.execution import Execution, Schedule, schedule
 from safenav.runtime.traffic.joint import Course, Joint, has_met
-from safenav.runtime.traffic.remembering import remembering
 from safenav.world.poses import FAR, Mask, PoseGraph, bits, region_mask
 
 Timed = Sequence[tuple[int, ...]]
@@ -56,10 +55,9 @@ class Separation(Struct, frozen=True):
 def shortened(course: Course, states: Sequence[Joint], fixed: Collection[int]) -> Sequence[Joint]:
     """Return a plan of at most as many ticks and steps as ``states``: the same stages are reached,
     or, where these do not change, the same goals counted (rounds restart with a resolution).
-    ``fixed``: the robots that must end in the same pose. The plan stays as it is where goals depend
-    on what a robot remembers."""
+    ``fixed``: the robots that must end in the same pose."""
     problem, first, last = course.problem, states[0], states[-1]
-    if len(states) < 3 or remembering(problem):
+    if len(states) < 3:
         return states
     apart = Separation.of(problem, first.stages)
     plan = apart.schedule([state.poses for state in states])
