@@ -124,16 +124,11 @@ def realizable(document: dict[str, Any], kept: Any, met: Any, again: tuple[bool,
 
 
 @pytest.mark.parametrize("seed", range(3 * WANTED))
-def test_realizable_iff_the_game_is_won(seed: int) -> None:
+def test_realizable_iff_the_game_is_won_and_then_kept(seed: int) -> None:
     document, kept, met, again = drawn(seed)
     mission = Mission(load_scenario_text(json.dumps(document)))
     wanted = realizable(document, kept, met, again)
     assert mission.first_results()["bot"].realizable == wanted, document
-
-
-@pytest.mark.parametrize("seed", range(WANTED))
-def test_runs_keep_the_formulas(seed: int) -> None:
-    document, kept, met, _ = drawn(seed)
     run = play(document)
     goals = before = alarm = at = 0
     for line in run.records:
@@ -143,8 +138,7 @@ def test_runs_keep_the_formulas(seed: int) -> None:
             assert kept(at, line["to"], before, alarm), line
             goals += met(at, line["to"], before, alarm)
             at, before = line["to"], alarm
-    if run.outcome["outcome"] == "completed":
-        assert goals >= 2
+    assert goals >= 2 or run.outcome["outcome"] != "completed"
     if seed % BUNDLED == 0:
         certified(json.dumps(document))
 

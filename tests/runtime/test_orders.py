@@ -1,13 +1,10 @@
-"""Orders: requests that no robot has made. Judged by a walk over the trace of this file's own."""
+"""Orders: requests that no robot has made. Random ones: ``test_loads``."""
 
 import json
-import os
-import random
 from typing import Any
 
 import pytest
 
-from certify.making import certified
 from once import SCENARIOS
 from runtime.played import Run, play
 from safenav.errors import UsageError
@@ -17,9 +14,6 @@ from safenav.runtime.user_changes import PlaceOrder
 from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 
-WANTED = int(os.environ.get("SAFENAV_FUZZ", "6"))
-ROWS, COLS = 3, 5
-BUNDLED = 5
 CATALOGUE = {
     "robots": {
         "cart": {"mobility": "free", "layer": "ground", "capabilities": ["lift"]},
@@ -28,135 +22,8 @@ CATALOGUE = {
     "obstacles": {
         "parcel": {"action": "lift", "blocks": []},
         "photo": {"action": "look", "blocks": []},
-        "heavy": {
-            "needs": [{"action": "lift", "robots": 2, "at": "neighbours", "together": True}],
-            "blocks": [],
-        },
     },
 }
-ACTIONS = {"parcel": ("lift", 1), "photo": ("look", 1), "heavy": ("lift", 2)}
-
-
-def drawn(seed: int) -> dict[str, Any]:
-    """Some robots on a floor with walls, and orders; no other obstacles."""
-    rng = random.Random(f"orders {seed}")
-    walls = {r for r in range(ROWS * COLS) if rng.random() < 0.25}
-    free = [r for r in range(ROWS * COLS) if r not in walls]
-    starts = rng.sample(free, rng.randint(1, min(3, len(free))))
-    robots = {}
-    for k, start in enumerate(starts):
-        model = rng.choice(["cart", "eye"])
-        near = sorted(reached(start, {*free}))
-        robots[f"r{k}"] = {
-            "model": model,
-            "start": start,
-            "objective": {"visit": rng.sample(near, min(len(near), 2))},
-        }
-    orders = [
-        {
-            "at": rng.randint(1, 25),
-            "type": rng.choice([*ACTIONS]),
-            "region": rng.choice(free),
-        }
-        for _ in range(rng.randint(1, 3))
-    ]
-    if rng.random() < 0.5:  # the same work once more
-        orders.append(orders[0] | {"at": rng.randint(1, 25)})
-    cells = ["#" if r in walls else "." for r in range(ROWS * COLS)]
-    return {
-        "safenav": 1,
-        "clock": "lockstep",
-        "map": {"grid": ["".join(cells[k : k + COLS]) for k in range(0, ROWS * COLS, COLS)]},
-        "catalogue": CATALOGUE,
-        "robots": robots,
-        "orders": orders,
-        "coordination": rng.choice(["resynthesis", "resynthesis", "assignable"]),
-        "until": {"rounds": 1},
-        "limits": {"ticks": 300},
-    }
-
-
-def named(document: dict[str, Any]) -> dict[str, int]:
-    """The orders by name, and when each is due to come."""
-    found: dict[str, int] = {}
-    for order in document["orders"]:
-        name = first = f"{order['type']}@{order['region']}"
-        number = 1
-        while name in found:
-            number += 1
-            name = f"{first}#{number}"
-        found[name] = order["at"]
-    return found
-
-
-def work_of(name: str) -> tuple[str, int]:
-    kind, _, place = name.partition("@")
-    return kind, int(place.partition("#")[0])
-
-
-def beside(region: int) -> set[int]:
-    row, col = divmod(region, COLS)
-    ways = ((row - 1, col), (row + 1, col), (row, col - 1), (row, col + 1))
-    return {r * COLS + c for r, c in ways if 0 <= r < ROWS and 0 <= c < COLS}
-
-
-def reached(start: int, free: set[int]) -> set[int]:
-    found, queue = {start}, [start]
-    while queue:
-        for after in beside(queue.pop()) & free - found:
-            found.add(after)
-            queue.append(after)
-    return found
-
-
-@pytest.mark.parametrize("seed", range(WANTED))
-def test_an_order_is_done_by_robots_that_can(seed: int) -> None:
-    document = drawn(seed)
-    lines = play(document).records
-    at = {name: robot["start"] for name, robot in document["robots"].items()}
-    skills = {n: CATALOGUE["robots"][r["model"]] for n, r in document["robots"].items()}
-    told, done, given_up = dict[str, int](), dict[str, int](), set[str]()
-    for line in lines:
-        match line["type"]:
-            case "move":
-                at[line["robot"]] = line["to"]
-            case "order":
-                told[line["obstacle"]] = line["tick"]
-            case "request":
-                assert line["requester"] is None
-                assert line["obstacle"] in told
-            case "resolved":
-                kind, region = work_of(line["obstacle"])
-                action, count = ACTIONS[kind]
-                where = beside(region) if kind == "heavy" else {region}
-                there = [n for n in at if action in skills[n]["capabilities"] and at[n] in where]
-                assert line["obstacle"] in told
-                assert len(there) >= count, line
-                done[line["obstacle"]] = line["tick"]
-            case "blocked":
-                given_up.add(line["obstacle"])
-    wanted = named(document)
-    if lines[-1]["outcome"] != "completed":
-        return
-    _, _, undone = lines[-1]["explanation"].partition("not done: ")
-    left = {*undone.split(", ")} - {""}
-    assert {*told} == {*wanted} == {*done} | left
-    assert given_up <= left and not left & {*done}
-    assert all(wanted[name] <= told[name] <= done.get(name, 10**6) for name in wanted)
-    free = {r for r, cell in enumerate("".join(document["map"]["grid"])) if cell == "."}
-    for name in wanted:  # who can, does, wherever it stands between its moves
-        kind, region = work_of(name)
-        action, count = ACTIONS[kind]
-        where = (beside(region) if kind == "heavy" else {region}) & free
-        able = [
-            n
-            for n, robot in document["robots"].items()
-            if action in skills[n]["capabilities"] and reached(robot["start"], free) & where
-        ]
-        if kind != "heavy" or len(where) < 2:
-            assert (name in done) == (len(able) >= count and len(where) >= count), (seed, name)
-    if seed % BUNDLED == 0:
-        certified(json.dumps(document))
 
 
 PLAN = {
