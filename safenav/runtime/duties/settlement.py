@@ -92,7 +92,8 @@ def settle(
             here = bool(duty.goal >> poses[robot] & 1)
             duties[robot] = replace(duty, stays=duty.stays or here)
     safe_poses = tuple(
-        _safe_poses(solver, i, sets, stages, frozenset(served), duties.get(i))
+        _safe_poses(solver, i, sets, stages, frozenset(served))
+        | (duties[i].goal if i in duties else 0)
         for i in range(len(solver.problem.members))
     )
     return Settlement(tuple(served), plan, duties, reserved, safe_poses)
@@ -122,39 +123,18 @@ def _walk(
             continue
         for robot, there in zip(step.group, at, strict=True):
             now = Step(step.gate, step.need, step.group, at)
-            goal = _lasting(solver, now, robot, there, sets, stages, served)
+            goal = _sifted(solver, robot, there, *solver.after(now, sets, stages), served)
             stays = need.together or len(step.group) > 1
             duties[robot] = Duty(step.gate, step.need, step.group, goal or there, stays)
     return duties, frozenset(busy - duties.keys())
 
 
-def _lasting(
-    solver: Solver,
-    step: Step,
-    robot: int,
-    there: Mask,
-    sets: Sets,
-    stages: Stages,
-    served: frozenset[int],
-) -> Mask:
-    """Return the poses of ``there`` from which every robot can continue after the step."""
-    after, then = solver.after(step, sets, stages)
-    return _sifted(solver, robot, there, after, then, served)
-
-
 def _safe_poses(
-    solver: Solver,
-    robot: int,
-    sets: Sets,
-    stages: Stages,
-    served: frozenset[int],
-    duty: Duty | None,
+    solver: Solver, robot: int, sets: Sets, stages: Stages, served: frozenset[int]
 ) -> Mask:
     """Return the poses that a robot may go to: it can come back, or the team can continue."""
-    reach = solver.reach(robot, sets[robot], stages)
-    lost = reach & ~sets[robot]
-    found = sets[robot] | _sifted(solver, robot, lost, sets, stages, served)
-    return found if duty is None else found | duty.goal
+    lost = solver.reach(robot, sets[robot], stages) & ~sets[robot]
+    return sets[robot] | _sifted(solver, robot, lost, sets, stages, served)
 
 
 def _sifted(

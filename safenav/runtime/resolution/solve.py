@@ -140,32 +140,23 @@ class Solver(Struct):
         if self._nodes > self.budget:
             raise SpentError
         self.stopping()
-        found = self._search(sets, origins, stages, wanted, present)
-        if origins is None or found is None:
-            self._memo[key] = found
-        return found
-
-    def _search(
-        self,
-        sets: Sets,
-        origins: Sets | None,
-        stages: Stages,
-        wanted: frozenset[int],
-        present: Mapping[int, tuple[int, ...]],
-    ) -> Plan | None:
-        done = all(self.problem.resolved(gate, stages) for gate in wanted)
-        if done and all(self.goes_on(i, poses, stages) for i, poses in enumerate(sets)):
-            return ()
-        for option in self.options(sets, origins, stages, present):
+        found: Plan | None = () if self._done(sets, stages, wanted) else None
+        for option in self.options(sets, origins, stages, present) if found is None else ():
             step = option.step
             after, then = self.after(step, sets, stages)
             there = None if origins is None else self.after(step, origins, stages)[0]
             rest = self._solve(after, there, then, wanted, present)
-            if rest is not None:
-                return (step, *rest)
-            if option.lossless:
-                return None  # nothing was lost by it, so nothing else would do either
-        return None
+            found = None if rest is None else (step, *rest)
+            if found is not None or option.lossless:
+                break  # nothing was lost by it, so nothing else would do either
+        if origins is None or found is None:
+            self._memo[key] = found
+        return found
+
+    def _done(self, sets: Sets, stages: Stages, wanted: frozenset[int]) -> bool:
+        """Whether ``wanted`` is resolved and all robots can continue forever."""
+        resolved = all(self.problem.resolved(gate, stages) for gate in wanted)
+        return resolved and all(self.goes_on(i, poses, stages) for i, poses in enumerate(sets))
 
     def _options_for(
         self,
@@ -246,10 +237,7 @@ class Solver(Struct):
             fresh = Step(step.gate, step.need, step.group, tuple(at))
             rebuilt.append(fresh)
             sets, stages = self.after(fresh, sets, stages)
-        done = all(self.problem.resolved(gate, stages) for gate in wanted)
-        if done and all(self.goes_on(i, poses, stages) for i, poses in enumerate(sets)):
-            return tuple(rebuilt)
-        return None
+        return tuple(rebuilt) if self._done(sets, stages, wanted) else None
 
 
 def fits(problem: Problem, group: tuple[int, ...], places: Mapping[int, Mask]) -> bool:

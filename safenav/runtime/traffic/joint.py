@@ -13,7 +13,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from functools import reduce
 from operator import or_
 
-from msgspec import Struct
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from safenav.runtime.resolution.problem import Problem, Stages
 from safenav.world.poses import Mask, PoseGraph, bits
@@ -24,8 +25,6 @@ turn it is (0 where they have no order) and those met in this round (0 where the
 goals or rounds met."""
 
 DONE_HOLDING = 1
-NOBODY: Mapping[int, int] = {}
-"""No robot is sent for an obstacle."""
 
 
 def has_met(count: Count, due: Count) -> bool:
@@ -69,7 +68,7 @@ class Reached(dict[int, int]):
         return found
 
 
-class Course:
+class Course(Struct, eq=False, dict=True):
     """The rules by which joint states follow one another.
 
     ``rounds``: what each robot is to do after the last resolution. ``parked``: robots that are
@@ -80,41 +79,26 @@ class Course:
     first that they reach, which may miss a plan).
     """
 
-    def __init__(
-        self,
-        problem: Problem,
-        rounds: int,
-        parked: frozenset[int] = frozenset(),
-        served: frozenset[int] = frozenset(),
-        sent: Mapping[int, int] = NOBODY,
-        excused: frozenset[int] = frozenset(),
-        *,
-        any_first: bool = False,
-    ) -> None:
-        self.problem = problem
-        self.rounds = rounds
-        self.parked = parked
-        self.served = served
-        self.sent = sent
-        self.excused = excused
-        self.any_first = any_first
-        self._steps: dict[Stages, tuple[Steps, ...]] = {}
-        self._hopeful: dict[Stages, tuple[Steps, ...]] = {}
-        self._alive: dict[Stages, tuple[Mask, ...]] = {}
-        self._acting: dict[Stages, tuple[Mask, ...]] = {}
-        self._pursuits = [member.pursuit for member in problem.members]
-        self._reached = [Reached(member.targets) for member in problem.members]
+    problem: Problem
+    rounds: int
+    parked: frozenset[int] = frozenset()
+    served: frozenset[int] = frozenset()
+    sent: Mapping[int, int] = field(default_factory=dict)
+    excused: frozenset[int] = frozenset()
+    any_first: bool = False
+    _steps: dict[Stages, tuple[Steps, ...]] = field(default_factory=dict)
+    _hopeful: dict[Stages, tuple[Steps, ...]] = field(default_factory=dict)
+    _alive: dict[Stages, tuple[Mask, ...]] = field(default_factory=dict)
+    _acting: dict[Stages, tuple[Mask, ...]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self._pursuits = [member.pursuit for member in self.problem.members]
+        self._reached = [Reached(member.targets) for member in self.problem.members]
 
     def serving(self, served: frozenset[int]) -> Course:
         """The same rules where others must be resolved; robots keep room only for those."""
         sent = {robot: gate for robot, gate in self.sent.items() if gate in served}
-        told = self.problem, self.rounds, self.parked, served, sent, self.excused
-        return Course(*told, any_first=self.any_first)
-
-    def beginning_with_any(self) -> Course:
-        """The same rules where robots begin with any of their targets where they may."""
-        told = self.problem, self.rounds, self.parked, self.served, self.sent, self.excused
-        return Course(*told, any_first=True)
+        return replace(self, served=served, sent=sent)
 
     def begun(self, poses: tuple[int, ...], counts: tuple[Count, ...], stages: Stages) -> Joint:
         """Return the start state of a search: goals that waiting meets count as met."""

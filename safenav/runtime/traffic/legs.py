@@ -9,32 +9,18 @@ legs.
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from itertools import chain
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from safenav.runtime.traffic.budgets import LEG_BUDGET, LEGS_OF_A_ROBOT
-from safenav.runtime.traffic.joint import Answer, Effort, Found, Joint, Spent
-from safenav.runtime.traffic.pibt import Field
+from safenav.runtime.traffic.joint import Found, Joint, Spent
+
+if TYPE_CHECKING:
+    from safenav.runtime.traffic.joint_plan import Search
 
 
-class LegSearch(Protocol):
-    """Interface that a chain needs: its start and goal, and a search for one leg."""
-
-    start: Joint
-    goal: Callable[[Joint], bool]
-    work: Effort
-
-    def fields(self, state: Joint) -> Sequence[Field]:
-        """Return for each robot the distances to its goal poses in a state."""
-
-    def with_one_wish(
-        self, start: Joint, goal: Callable[[Joint], bool], budget: int, order: list[int]
-    ) -> Answer:
-        """Search while only the first robot of ``order`` with goal poses pursues them."""
-
-
-def by_legs(search: LegSearch, rng: random.Random, most_vain: int) -> Found | Spent:
+def by_legs(search: Search, rng: random.Random, most_vain: int) -> Found | Spent:
     """Return one chain from the start of a search to its goal. ``rng`` draws which robot is next,
     and how far to backtrack where no leg leads further; ``most_vain``: limit on states examined
     without success."""
@@ -56,7 +42,7 @@ def by_legs(search: LegSearch, rng: random.Random, most_vain: int) -> Found | Sp
 
 
 def _next_leg(
-    search: LegSearch, state: Joint, rng: random.Random
+    search: Search, state: Joint, rng: random.Random
 ) -> tuple[tuple[Joint, ...] | None, int]:
     """Return the states until some robot reaches its current goal poses, and the number of states
     examined without success."""
@@ -78,7 +64,7 @@ def _next_leg(
     return None, vain
 
 
-def _reached(search: LegSearch, start: Joint, robot: int) -> Callable[[Joint], bool]:
+def _reached(search: Search, start: Joint, robot: int) -> Callable[[Joint], bool]:
     """Return a test whether a robot has reached its goal poses of ``start``, the stages or its
     count have changed, or the goal of the search is reached."""
     field = search.fields(start)[robot]

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 from msgspec import Struct, field
+from msgspec.structs import replace
 
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import RobotState, Role, TeamState
@@ -76,7 +77,7 @@ class PlanSearch(Struct):
         exhausted = isinstance(answer, Exhausted)
         if (exhausted or self.hopeless) and any(m.any_first for m in floor.problem.members):
             for rules in (self.searches.course(floor), *([course] if exhausted else ())):
-                other = rules.beginning_with_any()
+                other = replace(rules, any_first=True)
                 begun = self._begun(floor, other)
                 search = self.searches.search(floor, other, begun, work=self.work)
                 found = search.run(1)

@@ -36,26 +36,20 @@ class TimedPlan(Struct, frozen=True, eq=False):
         return len(self.poses) - 1
 
 
-class Quickest:
+class Quickest(Struct, eq=False, dict=True):
     """Searches from ``poses`` for the next need of an obstacle (``gate``)."""
 
-    def __init__(
-        self,
-        problem: Problem,
-        stages: Stages,
-        poses: tuple[int, ...],
-        gate: int,
-        stopping: Callable[[], None] = lambda: None,
-    ) -> None:
-        self.problem = problem
-        self.stages = stages
-        self.poses = poses
-        self.gate = gate
-        self.stopping = stopping
-        need = problem.next_need(gate, stages)
+    problem: Problem
+    stages: Stages
+    poses: tuple[int, ...]
+    gate: int
+    stopping: Callable[[], None] = lambda: None
+
+    def __post_init__(self) -> None:
+        need = self.problem.next_need(self.gate, self.stages)
         self._regions, self._together = need.regions, need.together
-        self._missing = problem.missing(gate, stages)
-        self._able = frozenset(problem.able(gate, stages))
+        self._missing = self.problem.missing(self.gate, self.stages)
+        self._able = frozenset(self.problem.able(self.gate, self.stages))
 
     def plan(self) -> TimedPlan | None:
         """The earliest plan that is found; None if there is none, or the budget is exhausted."""
