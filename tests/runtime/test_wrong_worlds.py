@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from runtime.played import Run
 from safenav import Mission
 from safenav.errors import ExitCode
-from safenav.runtime.worlds.checked_world import WorldError
+from safenav.runtime.worlds.adapter import WorldError
 from safenav.runtime.worlds.world import Change, SimulatedWorld
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.reading.catalogue import built_in

@@ -101,7 +101,7 @@ class LiveRun:
             "progress": encode.changed(
                 self._new(telling.progress[name], "progress", name), encode.progress_data
             ),
-            "charge": self._new(telling.charges.percent.get(name, ()), "charge", name),
+            "charge": self._new(telling.percent.get(name, ()), "charge", name),
             "view": self._view_news(name, last),
         }
 

@@ -14,7 +14,6 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError
-from safenav.report.replay.charges import ChargeLevels
 from safenav.report.replay.timeline import (
     Changes,
     Event,
@@ -30,6 +29,7 @@ from safenav.report.replay.timeline import (
     StackRow,
     StoryKind,
 )
+from safenav.runtime.energy.charges import TracedCharges
 from safenav.scenario.objective import Objective, TargetObjective
 from safenav.trace import records, setting
 from safenav.trace.objective import Objective as TracedObjective
@@ -97,7 +97,10 @@ class ReplayBuilder:
         self.statuses: dict[str, list[tuple[int, ObstacleStatus]]] = {n: [] for n in self.hidden}
         self.objectives = {n: [(-1, objective_of(r.objective))] for n, r in robots.items()}
         self.progress: dict[str, list[tuple[int, RobotProgress]]] = {name: [] for name in robots}
-        self.charges = ChargeLevels(header)
+        self.charges = TracedCharges(trace.header)
+        self.percent: dict[str, list[tuple[int, int]]] = {name: [] for name in self.charges.charge}
+        """The level of each robot with a battery, as [from tick, level]."""
+        self._charges(0, 0.0)
         self.frames: list[StackRow] = []
         self.stack: list[tuple[int, tuple[StackRow, ...]]] = []
         self.events: list[Event] = []
@@ -146,6 +149,8 @@ class ReplayBuilder:
         """Add the next line. Raises ContradictionError if it does not fit those before."""
         if self.times is not None:
             line = self._timed(line, self.times)
+        self.charges.take(line)
+        self._charges(line.tick, line.t or 0.0)
         match line:
             case records.Move():
                 self._move(line)
@@ -182,9 +187,6 @@ class ReplayBuilder:
                 self._event(line, StoryKind.RESOLVED)
             case records.Resolved():
                 self._put_down(line)
-                if (known := self.hidden.get(line.obstacle)) is not None:
-                    here = {name: regions[-1] for name, regions in self.regions.items()}
-                    self.charges.filled(line.tick, known.type, known.region, here)
                 untraversable = line.traversable is False
                 status = ObstacleStatus.BLOCKED if untraversable else ObstacleStatus.RESOLVED
                 self._status(line, status)
@@ -228,7 +230,6 @@ class ReplayBuilder:
     def _timed(self, line: records.Record, times: list[float]) -> records.Record:
         """Return the line with the number of its instant; until then all is as it was."""
         if line.t is not None and line.t > times[-1] + SAME:
-            self.charges.passed(line.t - times[-1], len(times), self._standing)
             times.append(line.t)
             for name in self.tracks:
                 self.regions[name].append(self.regions[name][-1])
@@ -237,6 +238,14 @@ class ReplayBuilder:
                 if steps and steps[-1].last == len(times) - 2:
                     steps[-1] = replace(steps[-1], last=len(times) - 1)
         return replace(line, tick=len(times) - 1)
+
+    def _charges(self, tick: int, time: float) -> None:
+        """Note the charges that have changed; live, those of this time."""
+        for name, told in self.percent.items():
+            capacity = self.charges.batteries[name].capacity
+            level = round(100 * self.charges.at(name, time) / capacity)
+            if not told or told[-1][1] != level:
+                told.append((tick, level))
 
     def _step(self, line: records.Depart | records.Arrive) -> None:
         self._known(line.robot)
@@ -249,7 +258,6 @@ class ReplayBuilder:
             return
         if not steps or steps[-1].last < line.tick:
             raise ContradictionError(f"{line.robot} arrives, and is not under way")
-        self.charges.arrived(line.robot, line.tick)
         steps[-1] = replace(steps[-1], last=line.tick - 1, end=now)
         if steps[-1].last < steps[-1].first:
             del steps[-1]
@@ -265,7 +273,6 @@ class ReplayBuilder:
             expected = f"the next move of {line.robot} is that of tick {len(regions)}"
             raise ContradictionError(f"{expected}, not of tick {line.tick}")
         regions.append(self._on_map(line.to))
-        self.charges.moved(line)
         headings.append(HEADINGS[line.heading] if line.heading is not None else None)
         toward = None if line.toward is None else self._on_map(line.toward)
         self.bound.setdefault(line.robot, [None]).append(toward)
@@ -383,11 +390,6 @@ class ReplayBuilder:
             begin = next(begun, 0)
         self.deadlines.append(Slack(line.tick, of, begin, line.due, line.verdict.value))
 
-    def _standing(self, robot: str) -> Region | None:
-        """Return the region of a robot that is not on its way, in a live run."""
-        steps, now = self.steps[robot], len(self.times or ()) - 1
-        return None if steps and steps[-1].last == now else self.regions[robot][-1]
-
     def _objective(self, name: str) -> Objective | None:
         return self.objectives[name][-1][1]
 
@@ -471,7 +473,7 @@ class ReplayBuilder:
             deadlines=tuple(self.deadlines),
             loads={name: Changes.of((), told) for name, told in self.loads.items()},
             chargers=tuple(self._on_map(one) for one in self.header.chargers or ()),
-            charges={name: Changes.of(100, told) for name, told in self.charges.percent.items()},
+            charges={name: Changes.of(100, told) for name, told in self.percent.items()},
         )
 
 

@@ -17,12 +17,12 @@ from safenav.runtime.coordination import coordination_recorder as lines
 from safenav.runtime.coordination import events, infeasibility
 from safenav.runtime.coordination.assignable_goals import own_objective
 from safenav.runtime.coordination.assignment import Assigner
+from safenav.runtime.coordination.coordination_recorder import synthesis_record
 from safenav.runtime.coordination.events import Event, Unsettled
 from safenav.runtime.coordination.ladder import Ladder, TaskDraft, ladder
 from safenav.runtime.coordination.snapshot import floor_of
 from safenav.runtime.coordination.strategies import outdated
 from safenav.runtime.coordination.strategy_search import TaskResult, failed
-from safenav.runtime.coordination.synthesis_recorder import synthesis_record
 from safenav.runtime.deadlines.choice import InTime, after, choose
 from safenav.runtime.duties.reasons import Shortfall, shortfall_words, shortfalls
 from safenav.runtime.duties.requests import OpenRequest, Requests

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 from msgspec import Struct
 
+from safenav.runtime.coordination.coordination_recorder import synthesis_record
 from safenav.runtime.coordination.ladder import TaskDraft, wants_places
 from safenav.runtime.coordination.strategy_search import TaskResult
-from safenav.runtime.coordination.synthesis_recorder import synthesis_record
 from safenav.runtime.navigation import Controller, Planner
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.scenario.model import Tracking

@@ -7,8 +7,7 @@ from math import ceil
 
 from safenav.runtime.coordination.events import Event, ServiceChanged, Unsettled
 from safenav.runtime.energy.charges import SHARPNESS, Charges
-from safenav.runtime.energy.need import NEVER
-from safenav.runtime.energy.stops import Stops
+from safenav.runtime.energy.stops import NEVER, Stops
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.turn import Turns

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from functools import cached_property, partial
+from heapq import heappop, heappush
+
 from msgspec import Struct, field
 
-from safenav.runtime.energy.need import NEVER, Needs, needs
 from safenav.scenario.model import Battery
 from safenav.world.poses import FAR, Mask, PoseGraph, bits
 
+NEVER = 1 << 40
+"""No charge suffices."""
 
-class Stops(Struct, eq=False):
+
+class Stops(Struct, eq=False, dict=True):
     """The stops of one robot on one floor. ``targets`` (pose masks) are met in turn; ``full``:
     it charges to the full, since others can keep it waiting; ``settles``: it stays at the last
     target."""
@@ -22,20 +27,64 @@ class Stops(Struct, eq=False):
     full: bool = False
     settles: bool = False
     _hops: dict[int, dict[int, int]] = field(default_factory=dict)
-    _needs: Needs | None = None
 
-    @property
-    def needs(self) -> Needs:
-        if self._needs is None:
-            self._needs = needs(
-                self.graph,
-                self.targets,
-                self.allowed,
-                self.chargers,
-                self.battery,
-                settles=self.settles,
+    @cached_property
+    def needs(self) -> tuple[dict[int, int], ...]:
+        """For each next target the need of each pose from which some charge suffices: the least
+        charge with which the robot can continue forever. More charge is never worse, so one number
+        says all, without a product with the charge: ``need_k(p)`` is the least over steps p -> q of
+        ``move`` + (``need_{k+1}(q)`` if q is target k, else ``need_k(q)``), and 0 at a charger if
+        what leaving it takes is at most the capacity; the greatest fixpoint of that."""
+        targets = [target & self.allowed for target in self.targets]
+        before: dict[int, list[int]] = {pose: [] for pose in bits(self.allowed)}
+        for pose in before:
+            for step in self.graph.steps(pose):
+                if step in before:
+                    before[step].append(pose)
+        found = tuple(dict.fromkeys(before, 0) for _ in targets)
+        while True:
+            then = [found[self.turn(k + 1)] for k in range(len(targets))]
+            after = map(partial(self._leg, before), targets, then)
+            grown = tuple(
+                {pose: max(new[pose], old[pose]) for pose in new if pose in old}
+                for new, old in zip(after, found, strict=True)
             )
-        return self._needs
+            if grown == found:
+                return found
+            found = grown
+
+    def _leg(
+        self, before: dict[int, list[int]], target: Mask, then: dict[int, int]
+    ) -> dict[int, int]:
+        """The charge that a way to the target takes, with what is needed there; chargers take
+        none."""
+        best: dict[int, int] = {}
+        queue: list[tuple[int, int]] = []
+
+        def offer(pose: int, charge: int) -> None:
+            if charge > self.battery.capacity:
+                return
+            if self.chargers >> pose & 1:
+                charge = 0
+            if charge < best.get(pose, NEVER):
+                best[pose] = charge
+                heappush(queue, (charge, pose))
+
+        for pose in bits(target):
+            if pose not in then:
+                continue
+            for former in before[pose]:
+                offer(former, then[pose] + self.battery.move)
+            if self.chargers >> pose & 1:
+                offer(pose, then[pose])
+            else:  # without charge for a step it is out of service, and meets nothing by staying
+                offer(pose, max(then[pose] + self.battery.stay, self.battery.move))
+        while queue:
+            charge, pose = heappop(queue)
+            if charge == best[pose]:
+                for former in before[pose]:
+                    offer(former, charge + self.battery.move)
+        return best
 
     def turn(self, index: int) -> int:
         """The target that is next after so many."""

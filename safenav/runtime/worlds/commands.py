@@ -14,8 +14,7 @@ from statistics import median
 from msgspec import Struct
 
 from safenav.runtime.worlds import protocol
-from safenav.runtime.worlds.adapter import BlockingAdapter
-from safenav.runtime.worlds.checked_world import WorldError
+from safenav.runtime.worlds.adapter import BlockingAdapter, WorldError
 from safenav.runtime.worlds.world import NO_TAKERS, Change, ChangingWorld, Takers
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult

@@ -10,11 +10,11 @@ from itertools import count
 
 from msgspec.structs import replace
 
-from safenav.pace.robot import Pace, acted_by
+from safenav.pace.robot import SIDE, Pace, acted_by, pace_of
 from safenav.runtime.worlds.protocol import Acted, Arrived, Blocked, Ended, WorldEvent
 from safenav.runtime.worlds.world import Change, SimulatedWorld, Work
 from safenav.scenario.model import Obstacle, Robot, Scenario
-from safenav.scenario.pace import paces
+from safenav.scenario.motion import resolved
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
 from safenav.world.moves import Pose
@@ -148,3 +148,16 @@ class LiveSimulation:
             pace.placed(self._now, None)
             self.truth.move(robot, pose)
         return event
+
+
+def paces(scenario: Scenario) -> dict[str, Pace]:
+    """A pace for each robot, at its start at time 0."""
+    frame, found = scenario.map.frame, {}
+    side = SIDE if frame is None else max(frame.resolution)
+    for robot in scenario.robots:
+        model, heading = robot.model, robot.start.heading
+        motion = resolved(model.motion, model.size, model.speed, model.layer)
+        facing = None if heading is None else heading.label
+        least = model.timing.least
+        found[robot.name] = pace_of(motion, scenario.map.cols, side, facing, least)
+    return found

@@ -5,8 +5,7 @@ from random import Random
 
 import pytest
 
-from safenav.runtime.energy.need import NEVER
-from safenav.runtime.energy.stops import Stops
+from safenav.runtime.energy.stops import NEVER, Stops
 from safenav.scenario.model import Battery
 from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility
