@@ -14,7 +14,7 @@ NEVER = 1 << 40
 """No charge suffices."""
 
 
-class Stops(Struct, eq=False, dict=True):
+class Stops(Struct, frozen=True, eq=False, dict=True):
     """The stops of one robot on one floor. ``targets`` (pose masks) are met in turn; ``full``:
     it charges to the full, since others can keep it waiting; ``settles``: it stays at the last
     target."""

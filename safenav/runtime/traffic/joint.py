@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Mapping
-from functools import reduce
+from functools import cached_property, reduce
 from operator import or_
 
 from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.runtime.resolution.problem import Problem, Stages
+from safenav.scenario.pursuit import Pursuit
 from safenav.world.poses import Mask, PoseGraph, bits
 
 Count = tuple[int, int, int]
@@ -68,7 +69,7 @@ class Reached(dict[int, int]):
         return found
 
 
-class Course(Struct, eq=False, dict=True):
+class Course(Struct, frozen=True, eq=False, dict=True):
     """The rules by which joint states follow one another.
 
     ``rounds``: what each robot is to do after the last resolution. ``parked``: robots that are
@@ -91,9 +92,13 @@ class Course(Struct, eq=False, dict=True):
     _alive: dict[Stages, tuple[Mask, ...]] = field(default_factory=dict)
     _acting: dict[Stages, tuple[Mask, ...]] = field(default_factory=dict)
 
-    def __post_init__(self) -> None:
-        self._pursuits = [member.pursuit for member in self.problem.members]
-        self._reached = [Reached(member.targets) for member in self.problem.members]
+    @cached_property
+    def _pursuits(self) -> list[Pursuit]:
+        return [member.pursuit for member in self.problem.members]
+
+    @cached_property
+    def _reached(self) -> list[Reached]:
+        return [Reached(member.targets) for member in self.problem.members]
 
     def serving(self, served: frozenset[int]) -> Course:
         """The same rules where others must be resolved; robots keep room only for those."""

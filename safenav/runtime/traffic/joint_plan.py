@@ -4,7 +4,7 @@ LaCAM (Okumura: LaCAM, search-based algorithm for quick multi-agent pathfinding,
 joint states: a depth-first search whose next state is PIBT's proposal, then PIBT with one robot
 forced, then every step of one robot alone, so that it is complete with few edges per state. One
 deep search makes needlessly long plans; many small ones, with other priorities and doubled budgets,
-find short ones, and where the floor is full chains of legs find them (``legs``). States in which
+find short ones, and where the floor is full chains of legs find them (``by_legs``). States in which
 some robot can no longer continue are left out. A search that exhausts its space without robots left
 out is repeated with all states, which is the proof.
 """
@@ -17,12 +17,12 @@ import sys
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from enum import Enum
+from itertools import chain
 from itertools import count as counting
 
 from safenav.runtime.resolution.problem import Stages
 from safenav.runtime.traffic import budgets, joint
 from safenav.runtime.traffic.immobile import Stuck
-from safenav.runtime.traffic.legs import by_legs
 from safenav.runtime.traffic.pibt import Field, Generator
 from safenav.world.poses import FAR, Mask, region_mask
 
@@ -142,18 +142,13 @@ class Search:
             self._rng.shuffle(order)
         if variant is Variant.BEST:
             return self._best_first(budget)
-        return self._depth_first(self.start, self.goal, budget, variant, order)
+        return self.depth_first(self.start, self.goal, budget, variant, order)
 
-    def with_one_wish(
-        self, start: joint.Joint, goal: Goal, budget: int, order: list[int]
-    ) -> joint.Answer:
-        """Search from another start for another goal: only the first robot of ``order`` that has
-        goal poses pursues them, and all others give way."""
-        return self._depth_first(start, goal, budget, Variant.ONE, order)
-
-    def _depth_first(
+    def depth_first(
         self, start: joint.Joint, goal: Goal, budget: int, variant: Variant, order: list[int]
     ) -> joint.Answer:
+        """Search from a start for a goal. With ``ONE`` goal at a time only the first robot of
+        ``order`` that has goal poses pursues them, and all others give way."""
         before: dict[joint.Joint, joint.Joint | None] = {start: None}
         stack = [(start, self._following(start, variant, order))]
         edges = 0
@@ -294,3 +289,66 @@ def _attempts(budget: int) -> Iterator[tuple[Variant, int]]:
         times = max(1, budget // budgets.MOST_FOR_AN_ORDER) if drawn else 1
         for _ in range(times):
             yield variant, budget // times
+
+
+def by_legs(search: Search, rng: random.Random, most_vain: int) -> joint.Found | joint.Spent:
+    """Return one chain from the start of a search to its goal. ``rng`` draws which robot is next,
+    and how far to backtrack where no leg leads further; ``most_vain``: limit on states examined
+    without success.
+
+    On full floors one search for all robots together makes no progress; a leg for one robot, with
+    all others pushed aside, takes some ten states. Any robot that succeeds may be the next. A chain
+    that ends in a state from which no leg leads further backtracks to an earlier one, and continues
+    by other legs."""
+    legs: list[tuple[joint.Joint, ...]] = [(search.start,)]
+    most = budgets.LEGS_OF_A_ROBOT * len(search.start.poses)
+    spent, made = 0, 0
+    while not search.goal(legs[-1][-1]):
+        leg, vain = _next_leg(search, legs[-1][-1], rng)
+        spent += vain
+        made += 1
+        over = spent > most_vain or made > most or search.work.done
+        if over or (leg is None and len(legs) == 1):
+            return joint.Spent(spent + sum(map(len, legs)))
+        if leg is None:
+            del legs[rng.randrange(1, len(legs)) :]
+        else:
+            legs.append(leg)
+    return joint.Found((search.start, *chain.from_iterable(leg[1:] for leg in legs[1:])))
+
+
+def _next_leg(
+    search: Search, state: joint.Joint, rng: random.Random
+) -> tuple[tuple[joint.Joint, ...] | None, int]:
+    """Return the states until some robot reaches its current goal poses, and the number of states
+    examined without success."""
+    fields = search.fields(state)
+    wanting = [i for i, field in enumerate(fields) if field is not None and field[state.poses[i]]]
+    rng.shuffle(wanting)
+    vain = 0
+    for robot in wanting:
+        others = [other for other in range(len(fields)) if other != robot]
+        rng.shuffle(others)
+        field = fields[robot]
+        assert field is not None
+        budget = budgets.LEG_BUDGET + 2 * field[state.poses[robot]]
+        goal = _reached(search, state, robot)
+        answer = search.depth_first(state, goal, budget, Variant.ONE, [robot, *others])
+        if isinstance(answer, joint.Found):
+            return answer.states, vain
+        vain += budget
+    return None, vain
+
+
+def _reached(search: Search, start: joint.Joint, robot: int) -> Goal:
+    """Return a test whether a robot has reached its goal poses of ``start``, the stages or its
+    count have changed, or the goal of the search is reached."""
+    field = search.fields(start)[robot]
+    assert field is not None
+
+    def reached(state: joint.Joint) -> bool:
+        if state.stages != start.stages or state.counts[robot] != start.counts[robot]:
+            return True
+        return field[state.poses[robot]] == 0 or search.goal(state)
+
+    return reached

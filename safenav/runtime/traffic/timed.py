@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property
 from itertools import count as counting
 
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.runtime.resolution.problem import Floor, Problem, Stages
+from safenav.runtime.resolution.problem import Floor, GateNeed, Problem, Stages
 from safenav.runtime.traffic.budgets import MOST_HELPERS, TIMED_STATES
 from safenav.world.poses import FAR, Mask
 
@@ -36,7 +37,7 @@ class TimedPlan(Struct, frozen=True, eq=False):
         return len(self.poses) - 1
 
 
-class Quickest(Struct, eq=False, dict=True):
+class Quickest(Struct, frozen=True, eq=False, dict=True):
     """Searches from ``poses`` for the next need of an obstacle (``gate``)."""
 
     problem: Problem
@@ -45,11 +46,17 @@ class Quickest(Struct, eq=False, dict=True):
     gate: int
     stopping: Callable[[], None] = lambda: None
 
-    def __post_init__(self) -> None:
-        need = self.problem.next_need(self.gate, self.stages)
-        self._regions, self._together = need.regions, need.together
-        self._missing = self.problem.missing(self.gate, self.stages)
-        self._able = frozenset(self.problem.able(self.gate, self.stages))
+    @cached_property
+    def _need(self) -> GateNeed:
+        return self.problem.next_need(self.gate, self.stages)
+
+    @cached_property
+    def _missing(self) -> int:
+        return self.problem.missing(self.gate, self.stages)
+
+    @cached_property
+    def _able(self) -> frozenset[int]:
+        return frozenset(self.problem.able(self.gate, self.stages))
 
     def plan(self) -> TimedPlan | None:
         """The earliest plan that is found; None if there is none, or the budget is exhausted."""
@@ -82,7 +89,7 @@ class Quickest(Struct, eq=False, dict=True):
             if i in self._able:
                 graph = self.problem.members[i].graph
                 allowed = self._allowed(i, movers) if parked else self._floor(i)
-                goal = graph.poses_on(self._regions) & (allowed | 1 << self.poses[i])
+                goal = graph.poses_on(self._need.regions) & (allowed | 1 << self.poses[i])
                 found[i] = graph.distances(goal, allowed)
         return found
 
@@ -166,7 +173,7 @@ class Quickest(Struct, eq=False, dict=True):
         for option in options:
             there = option[0] if option[2] == 0 else pose
             after, part = (*robots[:at], option, *robots[at + 1 :]), done
-            if not self._together and robot in self._able and self._is_there(robot, there):
+            if not self._need.together and robot in self._able and self._is_there(robot, there):
                 part = done | {robot} if self._clear(after, robot, movers) else done
             yield after, part
 
@@ -198,11 +205,11 @@ class Quickest(Struct, eq=False, dict=True):
         return self.problem.clear_of(self.gate, robot, self._regions_of(robots, movers))
 
     def _is_there(self, robot: int, pose: int) -> bool:
-        return bool(self._regions >> self._region(robot, pose) & 1)
+        return bool(self._need.regions >> self._region(robot, pose) & 1)
 
     def _met(self, state: State, movers: Sequence[int]) -> bool:
         robots, done = state
-        if not self._together:
+        if not self._need.together:
             return len(done) >= self._missing
         here = dict(zip(movers, (pose for pose, _, _ in robots), strict=True))
         there = sum(
@@ -222,10 +229,10 @@ class Quickest(Struct, eq=False, dict=True):
             if robot in self._able and robot not in done:
                 away = fields[robot][to]
                 ticks = left + away * self.problem.members[robot].ticks
-                acts = 0 if self._together and not ticks else max(1, ticks)
+                acts = 0 if self._need.together and not ticks else max(1, ticks)
                 ends.append(tick + (at < had) + acts if away < FAR else FAR)
         ends += [tick] * len(done)
-        if self._together:
+        if self._need.together:
             parked = self._able.difference(movers)
             ends += [tick for i in parked if self._is_there(i, self.poses[i])]
         ends.sort()
