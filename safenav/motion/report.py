@@ -30,13 +30,13 @@ def report_of(motion: Motion) -> str:
     lines = [f"makespan {outcome.makespan:.1f} s, regions of {motion.header.side:g} m"]
     if outcome.chain:
         lines += ["", "critical path:", *(f"  {_told(link)}" for link in _joined(outcome.chain))]
-    lines += ["", "robot            busy s  waiting s  way m  mean m/s  most m/s  room m"]
+    lines += ["", "robot            busy s  waiting s  path m  mean m/s  most m/s  room m"]
     for name in motion.header.robots:
         travel = travel_of(motion, name)
         busy, waiting = outcome.busy[name], outcome.waiting[name]
         mean = travel.metres / busy if busy else 0.0
         lines.append(
-            f"{name:15s} {busy:7.1f}  {waiting:9.1f}  {travel.metres:5.1f}  {mean:8.2f}  "
+            f"{name:15s} {busy:7.1f}  {waiting:9.1f}  {travel.metres:6.1f}  {mean:8.2f}  "
             f"{travel.fastest:8.2f}  {travel.room:6.2f}"
         )
     waits = _waits(motion)

@@ -95,7 +95,7 @@ def test_report_names_the_chain_and_the_waiting(safenav: Command, moved: Path) -
     del moved
     found = safenav("motion", "run.jsonl", "--report")
     assert found.returncode == 0
-    for words in ("makespan", "critical path", "push door@17", "way m", "rover"):
+    for words in ("makespan", "critical path", "push door@17", "path m", "rover"):
         assert words in found.stdout
 
 
