@@ -209,6 +209,10 @@ class ReachByTick:
     def __init__(self, first: int, masks: Sequence[Mask]) -> None:
         self.first, self.masks = first, masks
 
+    def at(self, tick: int) -> Mask:
+        """The poses in which it may be at the end of a tick from the first one on."""
+        return self.masks[min(tick - self.first, len(self.masks) - 1)]
+
     def contact(self, goal: Mask) -> int:
         """The first tick at whose end it may be in a pose of ``goal``."""
         for k, mask in enumerate(self.masks):

@@ -10,7 +10,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.runtime.deadlines.bound import NEVER, BoundMoment, BoundObstacle, BoundRobot
-from safenav.runtime.deadlines.schedule import Acts, Scheduler, possible
+from safenav.runtime.deadlines.schedule import Acts, Scheduler, leads_through, possible
 from safenav.runtime.resolution.problem import Floor, SpentError, Stages
 from safenav.runtime.resolution.solve import Plan, Solver, Step
 from safenav.world.map import Region
@@ -100,9 +100,10 @@ def choose(solver: Solver, floor: Floor, served: frozenset[int], dues: Dues) -> 
         walls = walker.graph.poses_on(regions) & ~(1 << walker.pose)
         walkers.append(replace(walker, walls=walker.walls | walls))
     standing = replace(moment, walkers=tuple(walkers))
-    if possible(standing, hopeful.acts):
+    if not leads_through(moment, hopeful.acts, dues.suspected):
         return hopeful
-    careful = _choose(solver, floor, served, dues, standing)
+    known = possible(standing, hopeful.acts)  # by other ways that take no longer
+    careful = hopeful if known else _choose(solver, floor, served, dues, standing)
     crowded = any(floor.problem.interferes(i) for act in careful.acts for i in act.group)
     if careful.spent or careful.beyond or crowded:
         return hopeful  # joint plans keep out of known obstacles only

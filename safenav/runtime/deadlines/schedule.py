@@ -16,6 +16,7 @@ from msgspec.structs import replace
 
 from safenav.runtime.deadlines import bound
 from safenav.runtime.resolution.problem import SpentError
+from safenav.world.poses import Mask
 
 BUDGET = 300
 """Nodes of all searches from one moment; the campaigns needed 111 at most for one of them."""
@@ -208,6 +209,29 @@ def possible(moment: bound.BoundMoment, acts: Acts) -> bool:
                 return False
         moment = _after(moment, act)
     return True
+
+
+def leads_through(moment: bound.BoundMoment, acts: Acts, regions: Sequence[Mask]) -> bool:
+    """Whether a fastest path of a robot to the region of one of its acts leads through ``regions``
+    (for each robot), other than where it stands. Strategies go there with any heading."""
+    for act in acts:
+        for robot, pose, came in zip(act.group, act.poses, act.came, strict=True):
+            if came is None:
+                continue
+            walker = moment.walkers[robot]
+            spread = bound.Spread(moment, robot, bound.known(moment))
+            field = spread.field(spread.start())
+            shut = walker.graph.poses_on(regions[robot]) & ~(1 << walker.pose)
+            there = walker.graph.poses_on(1 << pose % walker.graph.size)
+            on_time = {came: there}  # from where it still arrives in time, by tick
+            for tick in reversed(range(field.first, came + 1)):
+                after = on_time.get(tick + walker.ticks, 0)
+                here = on_time.get(tick + 1, 0) | walker.graph.backward(after)
+                on_time[tick] = (here | on_time.get(tick, 0)) & field.at(tick)
+                if on_time[tick] & shut:
+                    return True
+        moment = _after(moment, act)
+    return False
 
 
 def _since(moment: bound.BoundMoment, gate: int) -> int:

@@ -123,3 +123,52 @@ class Floor:
             f"orders: [{{at: 1, type: parcel, region: {self.parcel}, resolve_within: {limit}}}]\n"
             "until: {rounds: 1}\nlimits: {ticks: 60}\n"
         )
+
+
+ALONE = """
+safenav: 1
+map: {{grid: {grid}}}
+catalogue:
+  robots: {{walker: {{mobility: {mobility}, layer: ground, capabilities: [fetch]}}}}
+  obstacles:
+    parcel: {{action: fetch, blocks: []}}
+    debris: {{action: clear, resolve_at: neighbours}}
+robots:
+  a: {{model: walker, start: {start}, heading: south, objective: {{visit: [{start}]}}}}
+obstacles: {there}
+suspects: [{{type: debris, region: {suspect}}}]
+orders: [{{at: 1, type: parcel, region: {parcel}, resolve_within: {limit}}}]
+until: {{rounds: 1}}
+"""
+RING = ["#######", "#.....#", "#.###.#", "#.....#", "#######"]
+BENT = ["########", "#......#", "#..#...#", "#..##..#", "##.....#", "########"]
+
+
+@pytest.mark.parametrize("stands", [False, True], ids=["absent", "there"])
+@pytest.mark.parametrize(
+    ("grid", "mobility", "start", "suspect", "parcel", "limit"),
+    [
+        (RING, "free", 8, 10, 26, 5),  # both ways take six steps
+        (BENT, "heading", 36, 18, 17, 4),  # it may arrive facing west, or as soon facing north
+    ],
+    ids=["two ways", "two headings"],
+)
+def test_of_two_fastest_ways_a_robot_takes_that_without_suspects(
+    grid: list[str], mobility: str, start: int, suspect: int, parcel: int, limit: int, stands: bool
+) -> None:
+    there = f"[{{type: debris, region: {suspect}}}]" if stands else "[]"
+    text = ALONE.format(
+        grid=grid,
+        mobility=mobility,
+        start=start,
+        suspect=suspect,
+        parcel=parcel,
+        limit=limit,
+        there=there,
+    )
+    played = play(text)
+    assert played.outcome["late"] == []
+    resolved = played.one("resolved")["tick"]
+    assert resolved == limit + 1
+    assert suspect not in played.path("a")[:resolved]
+    assert played.all("acts")[0]["around"] == {"a": [suspect]}
