@@ -62,24 +62,13 @@ robots:
 """
 """A patrol that only its weakest form allows."""
 
-CIRCUIT = """
-safenav: 1
-map:
-  grid: |
-    #############
-    #.......#...#
-    #.......#...#
-    #...#.......#
-    #.......#...#
-    #.......#...#
-    #############
-robots:
-  quad: {model: quadcopter, start: 14, objective: {circuit: [54, 49, 37]}}
-  digit: {model: digit, start: 71, heading: east, objective: {circuit: [58, 28, 20], form: literal}}
-obstacles: [{type: door, region: 47}]
-until: {rounds: 2}
-limits: {ticks: 200}
-"""
+CIRCUIT = (
+    (SCENARIOS / "case_study_1.yaml")
+    .read_text()
+    .split("expect:")[0]
+    .replace("patrol: [54, 49]", "circuit: [54, 49, 37]")
+    .replace("patrol: [58, 28]", "circuit: [58, 28, 20], form: literal")
+)
 """Rounds in strict order, and a detour."""
 
 ONE_WAY = 177

@@ -6,29 +6,14 @@ from collections.abc import Callable
 import pytest
 
 from certify.making import certified
+from once import SCENARIOS
 from runtime.played import Line, play
 from safenav.errors import InputError
 from safenav.runtime.traffic import budgets
 from safenav.scenario.reading.loader import load_scenario_text
 
-ROOMS = """
-safenav: 1
-map:
-  grid: |
-    #############
-    #.......#...#
-    #.......#...#
-    #...#.......#
-    #.......#...#
-    #.......#...#
-    #############
-robots:
-  quad: {model: quadcopter, start: 14, objective: {once: [54, 49, 37]}}
-  digit: {model: digit, start: 71, heading: east, objective: {once: [58, 28]}}
-obstacles: [{type: door, region: 47}]
-until: {rounds: 2}
-limits: {ticks: 200}
-"""
+CASE_STUDY_1 = (SCENARIOS / "case_study_1.yaml").read_text().split("expect:")[0]
+ROOMS = CASE_STUDY_1.replace("patrol: [54, 49]", "once: [54, 49, 37]").replace("patrol", "once")
 DEAD_END = """
 safenav: 1
 map: {grid: ["#########", "#.......#", "#.#####.#", "#.#####.#", "#########"]}
