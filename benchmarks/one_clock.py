@@ -3,8 +3,6 @@
     python benchmarks/one_clock.py                          # shipped teams, rooms, large floors
     python benchmarks/one_clock.py --draws 5 --only floor-20
     python benchmarks/one_clock.py --only floor --long-plans   # joint plans as they are found
-    git archive 0d548be safenav | tar x -C /tmp/before         # the last before live runs
-    python benchmarks/one_clock.py --before /tmp/before        # its serial runs, beside
 
 Each draw gives every robot a speed from 0.5 to 2 steps per second; a tenth of the steps takes
 five times as long; an action takes 2 s over the speed. ``rooms``: three to six robots in rooms
@@ -16,23 +14,17 @@ with doors one region wide, two rounds; ``closed``: one round, some doors closed
 robot alone on the floor, without obstacles, its objective in the form in which it shares a floor.
 Seconds of the simulated clock, medians.
 ``serial/bound`` is what ``serial/live`` can be at most: runs in which nobody waits for anybody.
-``before``: seconds of ``serial`` in another tree, of the draws that it completes as well (with this
-tree's synthesizer; an old one may let robots move after their last round, for instance).
 ``ms``: CPU milliseconds of the runtime for each step of the live run, without syntheses. Nothing
 here is a test: it reports.
 """
 
-import json
-import os
 import random
-import subprocess
 import sys
 import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
-from tempfile import TemporaryDirectory
 from typing import Any
 from unittest.mock import patch
 
@@ -53,7 +45,6 @@ from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.objective import Patrol, Visit
 from safenav.scenario.reading.loader import load_scenario_text
-from safenav.synthesis.binary import find_binary
 from safenav.trace.records import Record
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
@@ -63,15 +54,8 @@ SCENARIOS = Path(__file__).parents[1] / "scenarios"
 HEADINGS = (
     *("team", "runs", "serial s", "live s", "bound s"),
     *("serial/live", "live/bound", "serial/bound", "ms"),
-    *("before", "before s", "before/live", "before/bound"),
 )
 SIDE = 2.7
-PROGRAM = """\
-import runpy, sys
-sys.meta_path[:] = [f for f in sys.meta_path if "editable" not in str(f.__module__)]
-runpy.run_path(sys.argv[1], run_name="__main__")
-"""
-"""Run a file with the tree on the path, whichever is installed."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +66,6 @@ class Draw:
     live: float
     bound: float
     milliseconds: float
-    before: float | None = None
 
 
 class Serial:
@@ -134,28 +117,8 @@ def simulation(scenario: Scenario, draw: int) -> LiveSimulation:
     return LiveSimulation(scenario, speeds=speeds, delayed=0.1, seed=draw, paces_of=paces)
 
 
-def before(tree: Path, text: str, draw: int) -> float | None:
-    """Seconds of the serial run in another tree; None if it does not complete there."""
-    speeds = speeds_of(load_scenario_text(text), draw)
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "scenario.yaml"
-        path.write_text(text)
-        variables = {"SAFENAV_SLUGS": str(find_binary().path), "PYTHONPATH": str(tree)}
-        done = subprocess.run(
-            [sys.executable, "-c", PROGRAM, str(Path(__file__).with_name("serial_run.py"))],
-            input=json.dumps([[str(path), draw, speeds]]),
-            env={**os.environ, **variables},
-            cwd=tree,
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-    outcome, seconds = json.loads(done.stdout)
-    return float(seconds) if outcome == Outcome.COMPLETED.value else None
-
-
-def measure(text: str, draw: int, other: Path | None = None) -> Draw | None:
-    """None if a run is not completed. ``other``: a tree for ``before``."""
+def measure(text: str, draw: int) -> Draw | None:
+    """None if a run is not completed."""
     scenario = load_scenario_text(text)
     serial, live = simulation(scenario, draw), simulation(scenario, draw)
     first = Mission(scenario, world=Serial(serial)).run()
@@ -199,8 +162,7 @@ def measure(text: str, draw: int, other: Path | None = None) -> Draw | None:
             alone, speeds=world._speeds, delayed=0.1, seed=draw, paces_of=world._paces
         )
         bound = max(bound, Mission(alone, world=world).run().makespan or 0.0)
-    earlier = None if other is None else before(other, text, draw)
-    return Draw(serial.now(), second.makespan or 0.0, bound, 1000 * spent / max(1, moves), earlier)
+    return Draw(serial.now(), second.makespan or 0.0, bound, 1000 * spent / max(1, moves))
 
 
 def floor(robots: int, seed: int, side: int = 32) -> str:
@@ -302,8 +264,7 @@ def families(draws: int) -> dict[str, Iterable[tuple[str, int]]]:
 @click.option("--draws", default=20, show_default=True, help="Runs of each line.")
 @click.option("--only", help="Only lines with this in their name.")
 @click.option("--long-plans", is_flag=True, help="Follow joint plans without shortening them.")
-@click.option("--before", "other", type=Path, help="Another tree, for its serial runs.")
-def main(draws: int, only: str | None, long_plans: bool, other: Path | None) -> None:
+def main(draws: int, only: str | None, long_plans: bool) -> None:
     """Print a line for each team."""
     if long_plans:
         patch.object(planning, "shortened", lambda _, states, __: states).start()
@@ -311,12 +272,11 @@ def main(draws: int, only: str | None, long_plans: bool, other: Path | None) -> 
     for name, cases in families(draws).items():
         if only is not None and only not in name:
             continue
-        found = [m for text, draw in cases if (m := measure(text, draw, other)) is not None]
+        found = [m for text, draw in cases if (m := measure(text, draw)) is not None]
         if not found:
             continue
         keys = ("serial", "live", "bound", "milliseconds")
         middle = {key: median(getattr(d, key) for d in found) for key in keys}
-        earlier = [(d.before, d) for d in found if d.before is not None]
         rows.append(
             (
                 name,
@@ -326,11 +286,6 @@ def main(draws: int, only: str | None, long_plans: bool, other: Path | None) -> 
                 f"{median(d.live / d.bound for d in found):.2f}",
                 f"{median(d.serial / d.bound for d in found):.1f}",
                 f"{middle['milliseconds']:.2f}",
-                str(len(earlier)),
-                *(f"{median(seconds for seconds, _ in earlier):.0f}" for _ in earlier[:1]),
-                *(f"{median(s / d.live for s, d in earlier):.1f}" for _ in earlier[:1]),
-                *(f"{median(s / d.bound for s, d in earlier):.1f}" for _ in earlier[:1]),
-                *("" for _ in range(0 if earlier else 3)),
             )
         )
         click.echo(" ".join(rows[-1]))
