@@ -18,6 +18,7 @@ EPILOG = """\b
 Examples:
   safenav new lab.yaml && safenav explain lab.yaml
   safenav explain lab.yaml --robot walker --json
+  safenav synth lab.yaml -o out && safenav explain out/walker.structuredslugs
 \b
 Exit codes:
   0  nothing to explain   1  a robot is unrealizable, or the run needs an operator
@@ -33,13 +34,21 @@ def command(scenario: Path, robot: str | None, as_json: bool) -> int:
     """Explain why robots are unrealizable: a minimal unrealizable core, a losing play and
     verified repairs. A SCENARIO whose targets cannot be reached, which every other command refuses,
     is explained as well. If all robots are realizable, the run is played; where it ends with an
-    operator, its proof is shown step by step, with repairs under which a run was completed."""
+    operator, its proof is shown step by step, with repairs under which a run was completed.
+
+    SCENARIO may be a specification of your own, in slugsin or structured slugs: then the core is
+    one of its lines, and the repairs are assumptions."""
+    from safenav.cli import specification
     from safenav.report.terminal.explanation_text import explanation_data, explanation_lines
     from safenav.report.terminal.synthesis_progress import WaitingLine
     from safenav.runtime.explanation import explain_team
     from safenav.runtime.mission import default_synthesizer
     from safenav.scenario.reading.loader import load_scenario
 
+    if specification.is_specification(scenario):
+        if robot is not None:
+            raise UsageError(f"{scenario} is a specification: without --robot")
+        return specification.explain(scenario, as_json)
     refused: InputError | None = None
     try:
         plan = load_scenario(scenario)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from safenav.errors import UsageError
 from safenav.outfile import try_folder, try_out
 
 
@@ -30,6 +31,15 @@ class _Output(click.ParamType[Path]):
         elif str(path) != "-":
             try_out(path)
         return path
+
+
+def made_folder(folder: Path) -> Path:
+    """The folder, made if it is missing. Raises UsageError where that is impossible."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UsageError(f"cannot write to {folder}: {error.strerror}") from error
+    return folder
 
 
 FILE = _Output()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from safenav.cli.output import FOLDER
+from safenav.cli.output import FOLDER, made_folder
 from safenav.errors import ExitCode, UsageError
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ Examples:
   safenav new lab.yaml && safenav synth lab.yaml
   safenav synth lab.yaml --robot walker -o out
   safenav synth lab.yaml -o out --plot
+  safenav synth out/walker.structuredslugs -o again
 \b
 Files written for each robot R into DIR:
   R.structuredslugs  the specification, with the origin of each constraint
@@ -29,7 +30,8 @@ Files written for each robot R into DIR:
   R.dot              the automaton for Graphviz
   R.graphml          the automaton for networkx, Gephi, yEd
   R.svg              with --plot: the automaton, or a summary on the map if it is large
-With 'controllers: on_demand' only the specification is written.
+With 'controllers: on_demand' only the specification is written. A specification S gets
+S.json, or the strategy of the environment, S.counterstrategy.json; with DOT and GraphML.
 \b
 Exit codes:
   0  all realizable   1  some robot is unrealizable (--strict: or warned)   2  bad input
@@ -52,13 +54,22 @@ def command(
     verify: bool,
     strict: bool,
 ) -> int:
-    """Synthesize the controllers for the start of SCENARIO and print their size."""
+    """Synthesize the controllers for the start of SCENARIO and print their size.
+
+    SCENARIO may be a specification of your own, in slugsin or structured slugs; an unrealizable one
+    gets the environment's strategy.
+    """
+    from safenav.cli import specification
     from safenav.report.terminal.synthesis_progress import WaitingLine
     from safenav.runtime.mission import default_synthesizer, first_results
     from safenav.scenario.reading.loader import load_scenario
 
     if plot and output is None:
         raise UsageError("--plot writes files: name a directory with -o")
+    if specification.is_specification(scenario):
+        if robot is not None or plot:
+            raise UsageError(f"{scenario} is a specification: without --robot and --plot")
+        return specification.synthesize(scenario, output, verify, strict)
     plan = load_scenario(scenario)
     names = [r.name for r in plan.robots]
     if robot is not None and robot not in names:
@@ -147,10 +158,7 @@ def _explain_failures(answers: dict[str, TaskResult], plan: Scenario) -> int:
 def _write_all(answer: TaskResult, plan: Scenario, directory: Path, plot: bool) -> None:
     from safenav.outfile import write_whole
 
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UsageError(f"cannot write to {directory}: {error.strerror}") from error
+    made_folder(directory)
     name = answer.task.robot.name
     for suffix, data in _files(answer, plan, plot):
         write_whole(directory / f"{name}{suffix}", partial(Path.write_bytes, data=data))

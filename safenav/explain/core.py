@@ -51,6 +51,17 @@ def find_core(
     return Core(tuple(core), alone, tuple(fairness), not search.unknown, ask.asked - before)
 
 
+def find_line_core(spec: Specification, ask: Questions) -> Core:
+    """Return a minimal core of an unrealizable specification, each line of which counts alone."""
+    before = ask.asked
+    search = _Search(spec, ask)
+    lines = [CoreMember(c.origin, (c,)) for c in spec.constraints if is_guarantee(c)]
+    core = search.minimal(lines, [])
+    alone = ask.verdict(cooperative(search.with_only(core))) is Verdict.UNREALIZABLE
+    fairness = dict.fromkeys(c.origin for c in spec.section(Section.ENV_LIVENESS))
+    return Core(tuple(core), alone, tuple(fairness), not search.unknown, ask.asked - before)
+
+
 class _Search:
     """Queries on subsets of one specification's guarantees. ``unknown``: whether one of them got no
     verdict within the limits."""

@@ -6,7 +6,6 @@ brings it nearest to the target that it awaits."""
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice, product
 
@@ -18,19 +17,17 @@ from safenav.explain.explanation import (
     Witness,
     WitnessEnd,
 )
+from safenav.explain.play import MOST_INPUTS, MOST_MOMENTS, Play
 from safenav.scenario.guarantees import values_of
 from safenav.scenario.objective import Ltl, Target
 from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.spec.task import Task
 from safenav.synthesis.strategy import Strategy
-from safenav.verify.automaton import Automaton, clauses
-from safenav.verify.completions import Clause, Completions
+from safenav.verify.automaton import clauses
+from safenav.verify.completions import Clause
 from safenav.verify.counterstrategy import counterstrategy_starts
 from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.moves import Pose, moves
-
-MOST_MOMENTS = 200
-_MOST_INPUTS = 4096
 
 
 def confinement(found: Diagnosis) -> Witness | None:
@@ -71,55 +68,16 @@ def play_out(
     )
 
 
-class _Play:
-    """One counterstrategy, and queries on its nodes."""
+class _Play(Play):
+    """A play on a map."""
 
     def __init__(
         self, spec: Specification, counterstrategy: Strategy, task: Task, world: RegionMap
     ) -> None:
-        self._spec = spec
-        self._strategy = counterstrategy
+        super().__init__(spec, counterstrategy)
         self._task = task
         self._world = world
-        self._inputs = [v.name for v in spec.owned(Owner.INPUT)]
         self._fields: dict[Target, Mapping[Region, int]] = {}
-
-    def goals_first(self, start: int) -> list[int]:
-        """Return a walk from ``start`` that meets goals as long as one of a round can be met."""
-        walk = [start]
-        goals = clauses(self._spec, Section.SYS_LIVENESS)
-        open_goals = list(goals)
-        while open_goals and len(walk) < MOST_MOMENTS:
-            leg, met = self._nearest(walk[-1], open_goals)
-            if met is None:
-                break
-            walk += leg
-            open_goals = [g for g in open_goals if g is not met] or list(goals)
-        return walk
-
-    def _nearest(self, start: int, goals: Sequence[Clause]) -> tuple[list[int], Clause | None]:
-        """Return the nodes of a shortest walk after ``start`` whose last step meets a goal."""
-        before = {start: start}
-        queue = deque([start])
-        while queue:
-            node = queue.popleft()
-            now = self._strategy.values(node)
-            for after in self.answers(node):
-                later = self._strategy.values(after)
-                met = next((g for g in goals if g.holds(now, later)), None)
-                if met is not None:
-                    leg = [after]
-                    while node != start:
-                        leg.append(node)
-                        node = before[node]
-                    return leg[::-1], met
-                if after not in before:
-                    before[after] = node
-                    queue.append(after)
-        return [], None
-
-    def answers(self, node: int) -> Sequence[int]:
-        return self._strategy.transitions[node]
 
     def moment(self, node: int) -> PlayMoment:
         values = self._strategy.values(node)
@@ -154,30 +112,6 @@ class _Play:
         left = (target for target in self._task.targets if here not in target)
         return frozenset().union(*left) or frozenset().union(*self._task.targets)
 
-    def starved(self, cycle: Sequence[int]) -> Constraint | None:
-        """Return a goal that is met on no transition of the cycle."""
-        rounds = list(zip(cycle, (*cycle[1:], cycle[0]), strict=True))
-        for clause in clauses(self._spec, Section.SYS_LIVENESS):
-            if not any(
-                clause.holds(self._strategy.values(a), self._strategy.values(b)) for a, b in rounds
-            ):
-                return clause.constraint
-        return None
-
-    def pressure(self, node: int) -> dict[str, int]:
-        """Return next inputs that the assumptions allow and that leave the robot no reply."""
-        automaton = Automaton(self._spec, self._strategy, (node,))
-        assumed = automaton.clauses(Section.ENV_TRANS)
-        promised = automaton.clauses(Section.SYS_TRANS)
-        row = automaton.values[node]
-        choices = Completions(automaton.current, automaton.next_inputs, assumed)
-        known = (*automaton.current, *automaton.next_inputs)
-        answers = Completions(known, automaton.next_outputs, promised)
-        for inputs in islice(choices.each(row), _MOST_INPUTS):
-            if next(iter(answers.each((*row, *inputs))), None) is None:
-                return dict(zip(self._inputs, inputs, strict=True))
-        return {}
-
     def dilemmas(self, node: int, pressure: Mapping[str, int]) -> Iterator[Dilemma]:
         """Yield for each move of its mobility the guarantee that it would break."""
         values = self._strategy.values(node)
@@ -198,7 +132,7 @@ class _Play:
         free = [v for v in self._spec.owned(Owner.OUTPUT) if v.name not in later]
         ranges = [range((v.bounds or (0, 1))[0], (v.bounds or (0, 1))[1] + 1) for v in free]
         best: list[Constraint] | None = None
-        for choice in islice(product(*ranges), _MOST_INPUTS):
+        for choice in islice(product(*ranges), MOST_INPUTS):
             after = {**later, **{v.name: c for v, c in zip(free, choice, strict=True)}}
             broken = [c.constraint for c in promised if not c.holds(now, after)]
             if best is None or len(broken) < len(best):

@@ -39,7 +39,7 @@ def read_specification(text: str, file: str = "-", robot: str = "robot") -> Spec
             comment = line.lstrip("# ")
             title = title or comment
         elif line.startswith("["):
-            section = _section(line)
+            section, comment = _section(line), ""
             if section is None:
                 hint = "sections: " + " ".join(f"[{s}]" for s in (*Owner, *Section))
                 problems.append(Diagnostic(file, number, 1, f"unknown section {line}", hint))

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PAGES = {"tutorial": 12, "objectives": 4, "recipes": 7, "drive": 3}
+PAGES = {"tutorial": 12, "objectives": 4, "recipes": 7, "specifications": 5, "drive": 3}
 """Pages to follow, each with the number of commands that it has at least."""
 BLOCK = re.compile(r'^```(\w+)(?: title="([^"]+)")?\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 

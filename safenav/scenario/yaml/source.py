@@ -17,6 +17,9 @@ STDIN = "-"
 """The name of standard input where a scenario is read."""
 
 _TRACE = re.compile(r'\s*\{"type"\s*:\s*"header"')
+_SPECIFICATION = re.compile(
+    r"(?:\s|#[^\n]*\n)*\[(?:INPUT|OUTPUT|(?:ENV|SYS)_(?:INIT|TRANS|LIVENESS))\]"
+)
 _IMAGES = {b"\x89PNG": "PNG", b"P5": "PGM", b"P2": "PGM", b"\xff\xd8\xff": "JPEG", b"GIF8": "GIF"}
 
 
@@ -134,6 +137,11 @@ def is_trace(text: str) -> bool:
     return _TRACE.match(text) is not None
 
 
+def is_specification(text: str) -> bool:
+    """Whether a text begins as a specification of slugs does, which is not a scenario."""
+    return _SPECIFICATION.match(text) is not None
+
+
 def read_root(path: Path, findings: Findings, named_at: Node | None = None) -> Node | None:
     """The YAML document in a file; None if it was reported."""
     text = read_source(path, findings, named_at)
@@ -145,6 +153,10 @@ def parsed(text: str, findings: Findings) -> Node | None:
     if is_trace(text):
         hint = f"show it with: safenav replay {findings.file}"
         findings.add(None, "this is a trace, not a scenario", hint)
+        return None
+    if is_specification(text):
+        hint = f"its strategy: safenav synth {findings.file}; why not: safenav explain"
+        findings.add(None, "this is a specification, not a scenario", hint)
         return None
     if len(text) > MAX_BYTES:
         findings.add(None, f"the text is larger than {MAX_BYTES // 1_000_000} MB")

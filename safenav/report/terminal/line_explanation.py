@@ -1,0 +1,130 @@
+"""Why a specification from a file is unrealizable, or wins too easily, by its lines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import click
+
+from safenav.explain.explanation import WitnessEnd
+from safenav.explain.lines import LineExplanation
+from safenav.explain.play import LosingPlay
+from safenav.explain.vacuity import Vacuity, Way
+from safenav.report.terminal.strategy_failure import node_words
+from safenav.spec.specification import Constraint
+from safenav.synthesis.strategy import Strategy
+
+_SHOWN = 24
+
+_WAYS = {
+    Way.NO_BEGINNING: "no initial state satisfies the assumptions, so nothing is guaranteed",
+    Way.DEAD_END: "it can drive the environment where the assumptions allow no move",
+    Way.UNFAIR: "it can drive the environment where that can never meet this assumption",
+    Way.FORCED: "it could make the environment break an assumption from the start",
+}
+
+
+def line_explanation_lines(found: LineExplanation, file: str) -> Iterator[str]:
+    """Yield the explanation as text."""
+    yield f"{file}: {click.style('unrealizable', fg='red', bold=True)}"
+    if found.core.members:
+        yield "These guarantees conflict; without any one of them, the rest is realizable:"
+        yield from (
+            f"  - {line_words(c, file)}"
+            for member in found.core.members
+            for c in member.constraints
+        )
+    if not found.core.alone:
+        yield "  (realizable if the environment cooperated)"
+    if not found.core.minimal:
+        yield "  (some checks timed out: the core may not be minimal)"
+    if found.fairness and not found.core.alone:
+        yield "even under these assumptions:"
+        yield from (f"  - {line_words(c, file)}" for c in found.fairness)
+    if found.play is not None and found.counterstrategy is not None:
+        yield ""
+        yield "What happens:"
+        yield from (f"  {line}" for line in _play_lines(found.play, found.counterstrategy, file))
+    if found.assumptions:
+        yield ""
+        yield "Any one of these assumptions suffices (each was tried):"
+        yield from (f"  - [ENV_LIVENESS] {line}" for line in found.assumptions)
+
+
+def line_words(constraint: Constraint, file: str) -> str:
+    """Return a constraint with its place in the file."""
+    note = f"  # {constraint.origin.rule}" if constraint.origin.rule else ""
+    place = f"line {constraint.origin.item.removeprefix(f'{file}:')}"
+    return f"{place} [{constraint.section}] {constraint.formula}{note}"
+
+
+def line_explanation_data(found: LineExplanation) -> dict[str, Any]:
+    """Return the same for machines; values are those of the specification."""
+    play, strategy = found.play, found.counterstrategy
+    told: dict[str, Any] | None = None
+    if play is not None and strategy is not None:
+        told = {
+            "ending": play.ending.value,
+            "moments": [strategy.values(node) for node in play.walk],
+            "cycle": [strategy.values(node) for node in play.cycle],
+            "inputs": dict(play.pressure),
+            "goal": None if play.goal is None else _data(play.goal),
+        }
+    return {
+        "core": [_data(c) for member in found.core.members for c in member.constraints],
+        "minimal": found.core.minimal,
+        "realizable_with_a_cooperating_environment": not found.core.alone,
+        "play": told,
+        "assumptions": list(found.assumptions),
+    }
+
+
+def win_lines(vacuity: Vacuity, strategy: Strategy, file: str) -> Iterator[str]:
+    """Yield a warning of a vacuous win; the first line is the warning itself."""
+    verb = "could win" if vacuity.way is Way.FORCED else "may win"
+    yield f"the system {verb} by breaking its own assumptions: {_WAYS[vacuity.way]}"
+    if vacuity.way in (Way.UNFAIR, Way.NO_BEGINNING):
+        known = strategy.specification.constraints
+        failing = [c for c in known if c.origin in vacuity.origins]
+        yield from (f"  assumption: {line_words(c, file)}" for c in failing[:_SHOWN])
+    if vacuity.path:
+        yield f"  it happens after {len(vacuity.path) - 1} steps:"
+        yield from (f"    {line}" for line in _moments(vacuity.path, strategy))
+
+
+def _play_lines(play: LosingPlay, strategy: Strategy, file: str) -> Iterator[str]:
+    match play.ending:
+        case WitnessEnd.NO_BEGINNING:
+            yield "no initial state satisfies the guarantees"
+        case WitnessEnd.STUCK:
+            yield from _moments(play.walk, strategy)
+            inputs = " ".join(f"{name}={value}" for name, value in play.pressure)
+            happens = f"the inputs {inputs} leave" if inputs else "the environment's move leaves"
+            yield f"then {happens} no reply that keeps all guarantees"
+        case _:
+            yield from _moments(play.walk, strategy)
+            again = "this again" if len(play.cycle) == 1 else f"these {len(play.cycle)} again"
+            yield f"then forever {again}:"
+            yield from (f"  {line}" for line in _moments(play.cycle, strategy))
+            if play.goal is not None:
+                yield f"and never {line_words(play.goal, file)}"
+
+
+def _moments(nodes: Sequence[int], strategy: Strategy) -> Iterator[str]:
+    half = _SHOWN // 2
+    for place, node in enumerate(nodes):
+        if len(nodes) > _SHOWN and half <= place < len(nodes) - half:
+            if place == half:
+                yield f"... {len(nodes) - 2 * half} more"
+            continue
+        yield node_words(node, strategy)
+
+
+def _data(constraint: Constraint) -> dict[str, str]:
+    return {
+        "section": constraint.section.value,
+        "formula": constraint.formula,
+        "item": constraint.origin.item,
+        "rule": constraint.origin.rule,
+    }

@@ -1,0 +1,53 @@
+"""Specifications in files: slugsin and structured slugs."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from safenav.errors import Diagnostic, InputError
+from safenav.spec.parsing import read_specification
+from safenav.spec.specification import Specification
+from safenav.synthesis.binary import find_own_binary
+from safenav.synthesis.process import Crew
+from safenav.synthesis.result import ExitStatus
+
+_ERROR = re.compile(r"-:(\d+):(\d+): error: (.*)")
+_HINT = re.compile(r"\s*hint: (.*)")
+_SECONDS = 60.0
+
+
+def load_specification(path: Path) -> Specification:
+    """The specification in a file.
+
+    Raises InputError with everything that safenav's synthesizer finds wrong with its text.
+    """
+    try:
+        data = path.read_bytes()
+        text = data.decode("utf-8")
+    except OSError as error:
+        raise InputError([Diagnostic(str(path), 0, 0, error.strerror or str(error))]) from error
+    except UnicodeDecodeError as error:
+        raise InputError([Diagnostic(str(path), 0, 0, "not valid UTF-8 text")]) from error
+    own = find_own_binary()
+    if own is not None:
+        done = Crew().run([str(own.path), "--translate", "-"], data, _SECONDS)
+        if done.status == ExitStatus.BAD_INPUT:
+            raise InputError(_diagnostics(done.stderr.decode("utf-8", "replace"), str(path), text))
+    return read_specification(text, str(path), path.stem)
+
+
+def _diagnostics(said: str, file: str, text: str) -> list[Diagnostic]:
+    """Errors as the synthesizer wrote them on standard error."""
+    found: list[Diagnostic] = []
+    lines = text.split("\n")
+    hint = ""
+    for line in reversed(said.splitlines()):  # a hint follows its error
+        if error := _ERROR.fullmatch(line):
+            row = int(error[1])
+            source = lines[row - 1] if 0 < row <= len(lines) else ""
+            found.append(Diagnostic(file, row, int(error[2]), error[3], hint, source))
+            hint = ""
+        elif told := _HINT.fullmatch(line):
+            hint = told[1]
+    return found[::-1] or [Diagnostic(file, 0, 0, said.strip() or "not a specification")]

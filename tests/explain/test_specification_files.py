@@ -1,0 +1,196 @@
+"""``safenav synth`` and ``safenav explain`` of specifications that users bring."""
+
+import json
+import subprocess
+from itertools import pairwise
+from pathlib import Path
+from random import Random
+
+import pytest
+
+from explain.conftest import Invoke
+from oracle.generator import random_specification
+from oracle.rendering import to_slugsin
+from safenav.cli import explain, synth, verify
+from safenav.explain.explanation import with_guarantees
+from safenav.explain.lines import explain_lines
+from safenav.outcome import Verdict
+from safenav.report.terminal.line_explanation import line_explanation_lines
+from safenav.synthesis.binary import find_binary
+from safenav.synthesis.slugs import Synthesizer
+from safenav.synthesis.specification_file import load_specification
+from safenav.verify.verification import first_failure
+
+LIFT = """\
+# a lift
+[INPUT]
+request
+[OUTPUT]
+floor: 0...3
+[SYS_INIT]
+floor = 0
+[SYS_TRANS]
+floor' <= floor + 1 & floor <= floor' + 1
+[ENV_LIVENESS]
+request'
+[SYS_LIVENESS]
+request & floor = 3
+floor = 0
+"""
+DOOR = """\
+[INPUT]
+open
+[OUTPUT]
+x: 0...4
+[SYS_INIT]
+x = 0
+[SYS_TRANS]
+x' <= x + 1 & x <= x' + 1
+# the door
+!open' -> x' != 2
+[SYS_LIVENESS]
+x = 4
+x = 0
+"""
+TRAP = """\
+[INPUT]
+a
+[OUTPUT]
+b
+[SYS_TRANS]
+b' <-> !b
+b' -> a'
+"""
+LAZY = """\
+[INPUT]
+a
+[OUTPUT]
+b
+[ENV_LIVENESS]
+a & b
+[SYS_LIVENESS]
+a & !a
+"""
+
+
+def written(folder: Path, name: str, text: str) -> Path:
+    file = folder / name
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+def test_a_strategy_is_that_of_slugs_and_is_correct(tmp_path: Path, invoke: Invoke) -> None:
+    file, out = written(tmp_path, "lift.spec", LIFT), tmp_path / "out"
+    answer = invoke(synth.command, file, "-o", out)
+    assert answer.status == 0
+    heading, _, row, *_ = answer.output.splitlines()
+    assert heading.split()[:3] == ["file", "verdict", "states"]
+    assert row.split()[:3] == ["lift", "realizable", "13"]
+    assert {path.name for path in out.iterdir()} == {"lift.json", "lift.dot", "lift.graphml"}
+    options = ["--explicitStrategy", "--jsonOutput"]
+    slugs = subprocess.run([find_binary().path, *options, file], capture_output=True, check=True)
+    assert (out / "lift.json").read_bytes() == slugs.stdout
+    assert invoke(verify.command, file, out / "lift.json").status == 0
+    assert "nothing to explain" in invoke(explain.command, file).output
+
+
+def test_an_unrealizable_one_gets_the_strategy_of_the_environment(
+    tmp_path: Path, invoke: Invoke
+) -> None:
+    file = written(tmp_path, "door.structuredslugs", DOOR)
+    answer = invoke(synth.command, file, "-o", tmp_path)
+    assert answer.status == 1 and f"safenav explain {file}" in answer.error
+    strategy = tmp_path / "door.counterstrategy.json"
+    assert invoke(verify.command, "--counterstrategy", file, strategy).status == 0
+
+
+def test_a_core_names_lines_and_assumptions_were_tried(tmp_path: Path, invoke: Invoke) -> None:
+    file = written(tmp_path, "door.structuredslugs", DOOR)
+    answer = invoke(explain.command, file)
+    assert answer.status == 1
+    assert [line for line in answer.output.splitlines() if line.startswith("  - ")] == [
+        "  - line 6 [SYS_INIT] x = 0",
+        "  - line 8 [SYS_TRANS] x' <= x + 1 & x <= x' + 1",
+        "  - line 10 [SYS_TRANS] !open' -> x' != 2  # the door",
+        "  - line 12 [SYS_LIVENESS] x = 4",
+        "  - [ENV_LIVENESS] open'",
+    ]
+    told = json.loads(invoke(explain.command, file, "--json").output)["unrealizable"]
+    assert told["assumptions"] == ["open'"]
+    assert told["play"]["goal"]["formula"] == "x = 4"
+    mended = written(tmp_path, "mended", DOOR + "[ENV_LIVENESS]\nopen'\n")
+    assert invoke(explain.command, mended).status == 0
+
+
+def test_a_system_that_gets_stuck_is_told_with_the_inputs(tmp_path: Path, invoke: Invoke) -> None:
+    answer = invoke(explain.command, written(tmp_path, "trap", TRAP))
+    assert answer.status == 1
+    assert "then the inputs a=0 leave no reply that keeps all guarantees" in answer.output
+
+
+def test_a_win_against_its_own_assumptions_is_a_warning(tmp_path: Path, invoke: Invoke) -> None:
+    file = written(tmp_path, "lazy", LAZY)
+    answer = invoke(synth.command, file)
+    assert answer.status == 0
+    assert "warning: the system may win by breaking its own assumptions" in answer.error
+    assert "assumption: line 6 [ENV_LIVENESS] a & b" in answer.error
+    assert invoke(synth.command, file, "--strict").status == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (DOOR.replace("x = 4", "y = 4"), "door:12:1: undeclared variable 'y'"),
+        (DOOR.replace("x = 4", "F(x = 4)"), "door:12:1: temporal operator 'F'"),
+        (
+            DOOR.replace("[SYS_INIT]", "[ENV_TRANS]\nx' = 1\n[SYS_INIT]"),
+            "the environment moves first",
+        ),
+        (DOOR.replace("[SYS_LIVENESS]", "[LIVENESS]"), "door:11:"),
+    ],
+)
+def test_flaws_are_shown_at_their_places(
+    text: str, said: str, tmp_path: Path, invoke: Invoke
+) -> None:
+    file = written(tmp_path, "door", text)
+    for command in (synth.command, explain.command):
+        answer = invoke(command, file)
+        assert answer.status == 2 and said in answer.error
+
+
+@pytest.mark.parametrize("option", [("--robot", "door"), ("--plot", "-o", "out")])
+def test_options_of_scenarios_are_refused(
+    option: tuple[str, ...], tmp_path: Path, invoke: Invoke
+) -> None:
+    answer = invoke(synth.command, written(tmp_path, "door", DOOR), *option)
+    assert answer.status == 2 and "is a specification" in answer.error
+
+
+def test_other_commands_name_those_that_take_it(tmp_path: Path, invoke: Invoke) -> None:
+    from safenav.cli import check
+
+    answer = invoke(check.command, written(tmp_path, "door", f"# a door\n\n{DOOR}"))
+    assert answer.status == 2
+    assert "this is a specification, not a scenario" in answer.error
+    assert "safenav synth" in answer.error
+
+
+@pytest.mark.parametrize("seed", range(1, 25, 2))
+def test_cores_are_minimal_and_plays_are_the_environments(seed: int, tmp_path: Path) -> None:
+    source = Random(seed)
+    text = to_slugsin(random_specification(source), source)
+    spec = load_specification(written(tmp_path, "random.slugsin", text))
+    synthesizer = Synthesizer(verifier=first_failure)
+    if synthesizer.synthesize(spec, strategy=False).verdict is Verdict.REALIZABLE:
+        return
+    found = explain_lines(spec, synthesizer)
+    core = [c for member in found.core.members for c in member.constraints]
+    fewer = [[*core[:k], *core[k + 1 :]] for k in range(len(core))]
+    specs = [with_guarantees(spec, some) for some in (core, *fewer)]
+    whole, *rest = synthesizer.synthesize_all(specs, strategy=False)
+    assert whole.verdict is Verdict.UNREALIZABLE
+    assert all(result.verdict is Verdict.REALIZABLE for result in rest)
+    assert found.play is not None and found.counterstrategy is not None
+    for before, after in pairwise((*found.play.walk, *found.play.cycle, *found.play.cycle[:1])):
+        assert after in found.counterstrategy.transitions[before]
+    assert any("[SYS_" in line for line in line_explanation_lines(found, "random.slugsin"))
