@@ -36,9 +36,13 @@ def open_obstacles(
 
 
 def open_obstacle(
-    name: str, now: Situation, refused: Collection[tuple[str, str]] = ()
+    name: str,
+    now: Situation,
+    refused: Collection[tuple[str, str]] = (),
+    out: Collection[str] | None = None,
 ) -> OpenObstacle:
-    """One obstacle with the needs that are not met yet."""
+    """One obstacle with the needs that are not met yet. ``out``: the robots out of service
+    (default: those of the moment), which live do nothing where they stand."""
     obstacle = now.obstacles[name]
     needs = []
     for number, need in [*enumerate(obstacle.all_needs)][now.stage[name] :]:
@@ -49,6 +53,8 @@ def open_obstacle(
         needs.append(Need(able, *how))
     done = frozenset() if now.need(name).together else frozenset(now.done[name])
     barred = frozenset(robot for robot, left in {*refused, *now.barred} if left == name)
+    if now.live:
+        barred |= {*(now.out if out is None else out)}
     order, blocks = now.load_order(name), frozenset(obstacle.blocks)
     return OpenObstacle(name, obstacle.region, blocks, tuple(needs), done, barred, order)
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from safenav.audit.lines import Line, Objective
 from safenav.audit.state import State
-from safenav.audit.turn import StackEntry, Status, Turn, helpers_of, is_over
+from safenav.audit.turn import StackEntry, Status, Turn, helpers_of, is_of_user, is_over
 
 RESYNTHESIS = "resynthesis"
 WITHOUT_EFFECT = ("failed", "nothing")
@@ -45,7 +45,7 @@ class Situation(State):
     def _ends_wait(self, wait: Line, record: Line) -> bool:
         """Return whether a line ends a wait: one for a change of the scenario ends at its time."""
         told = wait.until is None and record.type in SCENARIO_CHANGES
-        return told or record.type == "operator" or is_over(wait, record)
+        return told or is_of_user(record) or is_over(wait, record)
 
     def apply(self, record: Line) -> None:
         """Let a line take effect."""
@@ -116,9 +116,10 @@ class Situation(State):
                 if self.external and closed:  # a door has fallen shut again
                     self._begin(name)
             case "discovered":
-                self.introduced.add(record.obstacle.name)
-                if self.external:  # nobody can tell what was done to it before
-                    self._begin(record.obstacle.name)
+                found = record.obstacle
+                self.introduced.add(found.name)
+                if self.external and found.from_ is None:  # nobody knows what was done to it before
+                    self._begin(found.name)
             case "resolved":
                 self._fit_again(obstacle=name)
                 self.stage[name] = len(self.obstacles[name].all_needs)

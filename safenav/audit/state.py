@@ -61,7 +61,7 @@ class State:
         }
         """All obstacles of one name: an obstacle may reappear."""
         self.status = {
-            name: Status.ABSENT if all(o.from_ for o in listed) else Status.UNRESOLVED
+            name: Status.ABSENT if all(o.from_ is not None for o in listed) else Status.UNRESOLVED
             for name, listed in self.listed.items()
         }
         self.stage = dict.fromkeys(self.obstacles, 0)

@@ -86,6 +86,12 @@ def is_over(wait: Line, record: Line) -> bool:
     return wait.until is not None and wait.until <= moment(record)
 
 
+def is_of_user(record: Line) -> bool:
+    """Return whether a line is of what somebody does who watches the run."""
+    told = getattr(record, "cause", None) == "user" or bool(getattr(record, "user", None))
+    return record.type == "operator" or told
+
+
 def taken(move: Line) -> set[int]:
     """Return the regions that a robot occupies after a move."""
     return {move.to} if move.toward is None else {move.to, move.toward}

@@ -112,13 +112,13 @@ class Actions(Struct):
             yield from self._acted(robot, event, barred=bool(barred))
         return True
 
-    def gone(self, obstacle: Obstacle) -> Iterator[Event]:
+    def gone(self, obstacle: Obstacle, *, by_user: bool = False) -> Iterator[Event]:
         """An obstacle that the team knows has disappeared."""
         self.state.failures.gone(obstacle.name, self.world.now())
         self.state.knowledge.sighted.pop(obstacle.name, None)
         if self.state.knowledge.knows(obstacle):
             yield from self.leave_plan()
-            yield ObstacleChanged(Change(obstacle, appeared=False))
+            yield ObstacleChanged(Change(obstacle, appeared=False, by_user=by_user))
 
     def _must_not_sweep(self, robot: RobotState) -> list[str]:
         """The obstacles that a robot would resolve where it stands, but for other robots where
@@ -170,17 +170,17 @@ class Actions(Struct):
 
     def _answered(self, event: Acted | None, obstacles: Sequence[Obstacle]) -> Acted | None:
         """The results of an action; one on an obstacle for the last need of which nothing is
-        reported has failed."""
+        reported has failed, unless that is gone meanwhile."""
         if event is None:
             return None
-        told = {obstacle.name for obstacle, _ in event.found}
-        missing = [
-            (obstacle, ActResult.FAILED)
-            for obstacle in obstacles
-            if obstacle.name not in told
-            and self.state.knowledge.need_of(obstacle) == len(obstacle.needs) - 1
-            and obstacle.needs[-1].robots == 1
-        ]
+        told, knowledge = {obstacle.name for obstacle, _ in event.found}, self.state.knowledge
+        missing = []
+        for obstacle in (o for o in obstacles if o.name not in told):
+            last = knowledge.need_of(obstacle) == len(obstacle.needs) - 1
+            if not knowledge.knows(obstacle):
+                missing.append((obstacle, ActResult.NOTHING))
+            elif last and obstacle.needs[-1].robots == 1:
+                missing.append((obstacle, ActResult.FAILED))
         return replace(event, found=(*event.found, *missing))
 
     def _within_reach(self, robot: RobotState) -> tuple[list[Obstacle], tuple[str, ...]]:

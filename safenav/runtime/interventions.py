@@ -26,11 +26,15 @@ from safenav.spec.objective import NO_MEMORY
 from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace, objective_in_trace
 from safenav.trace.vocabulary import OperatorIntervention
+from safenav.world.map import Region
 from safenav.world.moves import Mobility, Pose
 
 _USER = vocabulary.ChangeCause.USER
 _SCENARIO = vocabulary.ChangeCause.SCENARIO
 _INPUT = vocabulary.ChangeCause.INPUT
+
+
+_AWAY = (user_changes.MarkResolved, user_changes.TakeAway)
 
 
 class Interventions(Struct):
@@ -53,6 +57,10 @@ class Interventions(Struct):
 
     def ask(self, wanted: user_changes.Intervention) -> None:
         """Raises UsageError for what cannot be; the message names place and reason."""
+        self._check(wanted)
+        self._asked.append(wanted)
+
+    def _check(self, wanted: user_changes.Intervention) -> None:
         match wanted:
             case user_changes.Close():
                 self._may_close(wanted)
@@ -65,20 +73,21 @@ class Interventions(Struct):
                     raise UsageError(f"{name} has no truth to reveal")
             case user_changes.Give():
                 self._may_give(wanted)
-            case user_changes.Serve(name):
-                self._robot(name)
+            case user_changes.Serve(name, active):
+                if active and self._is_lost(self._robot(name).name):
+                    raise UsageError(f"{name} is lost: say where it is (put_back {name} REGION)")
             case user_changes.SetInput(name):
                 if name not in self.state.inputs:
                     raise UsageError(f"there is no input '{name}'")
             case user_changes.MarkResolved(name):
                 self._met(name)
             case user_changes.MarkPermanent(name):
+                self._live("obstacles become permanent")
                 self._met(name)
                 if name not in self.state.knowledge.pending | self.state.knowledge.given_up():
                     raise UsageError(f"{name} is permanent already")
             case user_changes.PutBack():
                 self._may_put(wanted)
-        self._asked.append(wanted)
 
     def apply(self) -> Iterator[events.Event]:
         """Apply the scenario's changes of this tick and every requested one: yield the events that
@@ -91,12 +100,22 @@ class Interventions(Struct):
             robot = self._robot(change.robot)
             if change.objective is not None:
                 yield from self._give(robot, change.objective, _SCENARIO, change.within)
-            if change.active is not None:
+            if change.active and self._is_lost(robot.name):
+                said = f"{robot.name} is lost: only an operator can bring it back"
+                self.turns.tell.late("service", said, robot.name, None, self.state.time)
+            elif change.active is not None:
                 yield from self.turns.serve(robot, active=change.active, cause=_SCENARIO)
         if not isinstance(self.world, ChangingWorld):
             yield from self._orders()
         while self._asked:
             wanted = self._asked.pop(0)
+            try:
+                self._check(wanted)
+            except UsageError as error:  # since then it has become impossible, maybe by another
+                if self.state.live:
+                    now = self.state.time
+                    self.turns.tell.late("intervention", str(error), None, None, now)
+                continue
             if self.state.live:
                 self._tell(wanted)
             yield from self._bring_about(wanted)
@@ -213,11 +232,10 @@ class Interventions(Struct):
                 self._chosen[name] = on
             case user_changes.MarkResolved(name):
                 obstacle = self._met(name)
-                if self.world is not None and self.world.stands(obstacle):
-                    self.world.take_away(name)  # the world reports it
-                else:
+                there = self.world is not None and self.world.remove(name)
+                if not there:
                     self.turns.world.cleared(obstacle)
-                    yield from self.turns.actions.gone(obstacle)
+                yield from self.turns.actions.gone(obstacle, by_user=there)
             case user_changes.MarkPermanent(name):
                 yield from self.turns.leave_plan()
                 yield events.ObstacleSealed(self._met(name))
@@ -226,11 +244,13 @@ class Interventions(Struct):
 
     def _put_back(self, robot: RobotState, pose: Pose) -> Iterator[events.Event]:
         """The robot continues from another pose; it is no longer lost."""
-        yield from self.turns.leave_plan()
         robot.pose = pose
         self.turns.world.placed(robot.robot, pose)
         if robot.planner is not None:
             self.turns.monitors.watch(robot.robot, robot.planner)
+            robot.planner.node = None
+        yield from self.turns.leave_plan()
+        if robot.planner is not None:
             robot.planner.node = None
         self.state.failures.back(robot.name)
         for obstacle in self.state.knowledge.obstacles.values():
@@ -301,7 +321,16 @@ class Interventions(Struct):
             raise UsageError(f"the team knows of no obstacle '{name}'; known: {listed}")
         return known[name]
 
+    def _is_lost(self, name: str) -> bool:
+        known = self.state.knowledge.obstacles.values()
+        return any(obstacle.type.name == f"lost_{name}" for obstacle in known)
+
+    def _live(self, what: str) -> None:
+        if not self.state.live:
+            raise UsageError(f"only in live runs {what}: use 'clock: live'")
+
     def _may_put(self, wanted: user_changes.PutBack) -> None:
+        self._live("robots are put down")
         robot, world = self._robot(wanted.robot), self.state.scenario.map
         region, heading = wanted.pose.region, wanted.pose.heading
         if robot.transit is not None or robot.acting is not None:
@@ -313,6 +342,17 @@ class Interventions(Struct):
             raise UsageError(f"{robot.name} {said}")
         if region in self.state.taken(robot.robot):
             raise UsageError(f"another robot is in region {region}")
+        for there in self._standing_at(region):
+            own = there.type.name == f"lost_{robot.name}"  # it is lost no more
+            if not own and self.state.knowledge.closed_to(there, robot.robot):
+                raise UsageError(f"{there.name} is in region {region}: resolve it first")
+
+    def _standing_at(self, region: Region) -> list[Obstacle]:
+        """The obstacles in a region, without those that an operator takes away before."""
+        away = {asked.obstacle for asked in self._asked if isinstance(asked, _AWAY)}
+        known = [*self.state.knowledge.obstacles.values()]
+        known += [] if self.world is None else [*self.world.standing().values()]
+        return [o for o in known if o.region == region and o.name not in away]
 
     def _there(self, name: str) -> Obstacle:
         for obstacle in self._simulation().standing().values():

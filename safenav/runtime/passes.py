@@ -135,7 +135,7 @@ class Passes(Algorithm):
         changes = (float(change.at) for change in self.team.scenario.changes)
         seconds = [float(int(now) + 1)] if any(each.probability for each in inputs) else []
         switches = [*map(float, switching(inputs)), *seconds] if self.world.simulated else []
-        times = (*changes, *switches, *self.world.times(), *self.batteries.times())
+        times = (*changes, *switches, *self._from_outside(), *self.batteries.times())
         return [time for time in times if time > now]
 
     def _to_come(self) -> list[float]:
@@ -144,8 +144,14 @@ class Passes(Algorithm):
         now, scenario = self.world.now(), self.team.scenario
         last = self.limit if self.team.live else float(scenario.limits.ticks)
         changes = (float(change.at) for change in scenario.changes)
-        times = (*changes, *self.world.times(), *map(float, switching(scenario.inputs)))
+        times = (*changes, *self._from_outside(), *map(float, switching(scenario.inputs)))
         return [time for time in times if now < time and (last is None or time <= last)]
+
+    def _from_outside(self) -> list[float]:
+        """The times at which the world changes something by itself, and those of the orders, of
+        which the run tells the team in a world that knows of none."""
+        orders = (o.appears for o in self.team.scenario.obstacles if o.ordered)
+        return [*self.world.times(), *(float(at) for at in orders if at is not None)]
 
     def _due(self) -> float | None:
         """The time at which there is something to do, whatever the world reports until then."""
@@ -297,6 +303,8 @@ class Passes(Algorithm):
             for robot in self.team.robots.values()
             if robot.own.rounds < wanted
         ]
+        away = [name for name, robot in self.team.robots.items() if robot.base is not None]
+        left += [f"an input keeps {name} from its own objective" for name in away]
         left += [
             f"{' and '.join(request.requesters)} wait for "
             f"{' and '.join(request.helpers) or 'help'} to resolve {request.obstacle.name}"

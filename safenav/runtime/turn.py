@@ -176,6 +176,8 @@ class Turns:
             by = MovedBy.STRATEGY if proposal.answers else MovedBy.STAY
         violation = self._violation(robot, proposal.pose.region)
         if violation is not None and self.state.waiting is not None:
+            if self.state.live:  # a request has to wait, but a sensor may miss it next time
+                self.state.knowledge.sight(violation.obstacle)
             yield from self._move(robot, robot.pose, {}, MovedBy.STAY, why=HoldReason.OPERATOR)
             return
         if violation is not None:

@@ -61,7 +61,8 @@ def case_of(now: Situation, never: Collection[str], *, hopeful: bool = False) ->
     """Return the case at a line of the trace; None if some robot's formulas are not read here.
     ``never``: obstacles that were shown to be never resolvable by any robot. ``hopeful``: as if
     every robot were in service."""
-    team = team_of(now, shut=never, out=() if hopeful else now.out)
+    out: Collection[str] = () if hopeful else now.out
+    team = team_of(now, shut=never, out=out)
     if team is None:
         return None
     known = [
@@ -73,7 +74,7 @@ def case_of(now: Situation, never: Collection[str], *, hopeful: bool = False) ->
     return Case(
         team,
         {name: pose_of(name, now) for name in team.names},
-        tuple(open_obstacle(name, now) for name in known),
+        tuple(open_obstacle(name, now, out=out) for name in known),
         {name: len(now.obstacles[name].all_needs) for name in known},
         {name: _wish(name, now, now.goals[name], team) for name in team.names},
         frozenset(never),

@@ -27,7 +27,8 @@ class AppearedRule(Rule):
                 place = now.show(obstacle.region)
                 yield robot, f"{obstacle.name} appears at {place}, where {robot} is"
         if record.cause == "scenario":
-            since = min((o.from_ for o in now.listed[obstacle.name] if o.from_), default=None)
+            listed = now.listed[obstacle.name]
+            since = min((o.from_ for o in listed if o.from_ is not None), default=None)
             if since is None:
                 yield f"the scenario does not let {obstacle.name} appear"
             elif moment(record) < since:

@@ -7,8 +7,8 @@ from itertools import combinations
 
 from safenav.audit.lines import Line
 from safenav.audit.rules.rule import Finding, Rule, Said
-from safenav.audit.situation import SCENARIO_CHANGES, Situation
-from safenav.audit.turn import Status, is_over, moment, taken
+from safenav.audit.situation import SCENARIO_CHANGES, WITHOUT_EFFECT, Situation
+from safenav.audit.turn import Status, is_of_user, is_over, moment, taken
 
 _ROUNDED = 1e-6
 """Seconds by which sums of written times may differ."""
@@ -125,7 +125,7 @@ class CommandRule(Rule):
             yield f"{robot} has acted by command {record.command}, which is not open"
         elif missing := {n for n in act.obstacles if _single(n, now)} - record.results.keys():
             yield f"no result for {', '.join(sorted(missing))}, on which {robot} acted"
-        if record.reason and record.results and "failed" not in record.results.values():
+        if record.reason and record.results and not {*WITHOUT_EFFECT} & {*record.results.values()}:
             yield f"{robot} has acted, and has a reason for a failure: {record.reason}"
         for name in record.barred or ():
             if record.results.get(name) != "failed":
@@ -284,6 +284,8 @@ class WaitingRule(Rule):
                 pass  # nobody comes
             case "depart" | "act" | "move" if self._waits(record, now):
                 yield f"{record.robot} gets a command while the team waits"
+            case "appeared" | "gone" | "inputs" | "order" if is_of_user(record):
+                self._waiting, self._hope = None, True
             case "gone":
                 timed = self._waiting is not None and self._waiting.until is not None
                 self._waiting, self._hope = self._waiting if timed else None, True

@@ -98,12 +98,12 @@ class MissedGoalRule(Rule):
         progress = _steady(turn, now)
         if progress is None or turn.robot is None or now.is_cut_short():
             return
-        robot, here = turn.robot, now.region[turn.robot]
+        robot, move = turn.robot, turn.first("move")
+        here = now.region[robot] if move is None else move.to  # an operator may have moved it since
         if now.toward[robot] is not None:
             return  # it is leaving: only a robot that ends a step, or stays, meets a target
         met = {goal.goal for goal in turn.all("goal")}
         crosses = shape_of(progress.objective.kind).strict and not _by_strategy(turn)
-        move = turn.first("move")
         begun = move is not None and move.line in self._ends  # perhaps under another objective
         if progress.awaited is None and (now.alternates(robot) or crosses or begun):
             return  # which target is next is not known yet
@@ -219,13 +219,13 @@ class HoldRule(Rule):
             return
         if turn.on_the_way:
             return  # that was decided when it set out
-        toward = now.toward[turn.robot]
-        here = now.region[turn.robot] if toward is None else toward
+        toward, move = now.toward[turn.robot], turn.first("move")
+        here = move.to if move is not None and toward is None else toward
         target = objective.targets[-1]
         signal = now.signals.get(turn.robot)
         if signal is not None and signal.request and signal.assigned not in target:
             return  # it is assigned another region, for the next of several needs
-        if turn.origin in target and here not in target:
+        if here is not None and turn.origin in target and here not in target:
             yield f"{turn.robot} holds, but leaves for {now.show(here)}"
 
 

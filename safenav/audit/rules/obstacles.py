@@ -85,7 +85,7 @@ class ResolutionRule(Rule):
             yield f"{robot} resolves {name} from {at}, but is at {now.show(now.region[robot])}"
         if record.at not in need.regions:
             yield f"{name} cannot be resolved from {at}"
-        if now.status[name] is Status.ABSENT:
+        if now.status[name] is Status.ABSENT and not now.external:  # where nobody tells what comes
             yield f"{name} is absent"
             return
         again = now.status[name] is Status.RESOLVED and (now.live or not now.external)

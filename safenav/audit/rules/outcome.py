@@ -106,6 +106,10 @@ def _causes(proof: Mapping[str, Any] | None, now: Situation) -> tuple[str, ...]:
     return (*others, "no_capable_robot") if later else others
 
 
+_COUNT = ("goal", "gone", "objective", "operator")
+"""Lines that may come before all moves of a tick, after which the run may be completed."""
+
+
 class CompletedRule(Rule):
     """A run is completed if and only if each robot has met its objective ``until.rounds`` times
     since the last resolution and has it in force; requests that no robot needs any longer may be
@@ -120,7 +124,7 @@ class CompletedRule(Rule):
         self._tick = 0
         self._time = 0.0  # the tick; in a live run the seconds
         self._goes_on = False
-        self._begins = 0  # the last tick in which a goal came before all moves
+        self._begins = 0  # the last tick in which what counts came before all moves
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
         if record.t is not None or not now.live:
@@ -133,7 +137,7 @@ class CompletedRule(Rule):
                 wanted = now.header.until.rounds
                 rounds = "1 round" if wanted == 1 else f"{wanted} rounds"
                 yield None, f"every robot has completed {rounds}, but the run continues"
-        elif record.type == "goal" and record.tick > self._tick:
+        elif record.type in _COUNT and record.tick > self._tick:
             self._begins = record.tick
         if record.type == "resolved":
             self._held.clear()

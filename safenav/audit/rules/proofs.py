@@ -41,6 +41,8 @@ class ProofRule(Rule):
             self._memory[record.robot, record.spec] = record.memory
         elif record.type in ("appeared", "gone", "reopened"):
             self._never.discard(record.obstacle)
+        elif record.type == "blocked" and record.reason == "operator":
+            self._never.add(record.obstacle)
         elif record.type == "blocked" and record.reason not in _FINAL:
             yield from self._given_up(record, now)
         elif record.type == "request" and record.aside:

@@ -8,7 +8,7 @@ from safenav.audit.kinds import ALTERNATION, shape_of
 from safenav.audit.lines import Line, Objective
 from safenav.audit.rules.rule import Rule, Said
 from safenav.audit.situation import RESYNTHESIS, Situation
-from safenav.audit.turn import is_over
+from safenav.audit.turn import is_of_user, is_over
 
 _CAUSES: dict[str, tuple[str, ...]] = {
     "request": ("violation", "request", "met", "acted"),
@@ -38,7 +38,7 @@ class SynthesisRule(Rule):
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
         self._happened.add(record.type)
-        if now.waits is not None and is_over(now.waits, record):
+        if now.waits is not None and (is_of_user(record) or is_over(now.waits, record)):
             self._resumed = record.tick
         if record.type == "synthesis":
             yield from self._problems(record, now)

@@ -11,7 +11,7 @@ from typing import Any
 
 from safenav.audit.deriving import is_stop, pose_of
 from safenav.audit.judging import RULES, findings
-from safenav.audit.kinds import ALTERNATION
+from safenav.audit.kinds import ALTERNATION, STAYING
 from safenav.audit.language import Pose, RefusedError, TooLargeError, require
 from safenav.audit.lines import Line, read_line
 from safenav.audit.rules.rule import Finding, Rule, Said
@@ -233,12 +233,14 @@ class Evidence(Rule):
         serves = any(aim <= there for aim in objective.targets for there in wanted)
         asked = bool(entries or now.requests)  # on the stack, or still to be pushed
         fits = asked and (objective.kind != ALTERNATION or serves)
-        before = robot.objective  # under other rules, perhaps: they came with another objective
-        fits = fits or (objective.kind, objective.targets) == (before.kind, before.targets)
+        waiting = robot.data.get("while_waiting")
+        others = [robot.objective, *([] if waiting is None else [Objective(waiting)])]
+        # under other rules, perhaps: they came with another objective
+        told = [(one.kind, one.targets) for one in others]
+        fits = fits or (objective.kind, objective.targets) in told
         fits = fits or objective.serves(robot.own)
-        while_waiting = robot.data.get("while_waiting")
-        fits = fits or (while_waiting is not None and objective == Objective(while_waiting))
         fits = fits or is_stop(robot.name, objective.targets, now)
+        fits = fits or (robot.name in now.out and objective.kind == STAYING)  # others have its duty
         require(fits, f"{robot.name} receives an objective that serves no request")
         robot.objective = objective
 

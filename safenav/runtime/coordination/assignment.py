@@ -80,7 +80,7 @@ class Assigner(Struct, frozen=True):
                 return self._wait(robot, index)
             return _as_before(robot)
         stop = robot.stop  # if something is in its way, another one follows after this turn
-        if stop is not None and self._alternates(index, (self._mask(index, {stop.region}),)):
+        if stop is not None and self._alternates(index, (self._stop(robot, index, stop),)):
             return self._charge(robot, index, stop)
         duty = self.found.duties.get(index)
         if duty is not None:
@@ -104,6 +104,12 @@ class Assigner(Struct, frozen=True):
         assignment = Assignment(role, objective, obstacle, goal, safe)
         forbidden = self._forbidden(robot, index, (goal,))
         return TaskDraft(assignment, objective, pending, pending, forbidden)
+
+    def _stop(self, robot: RobotState, index: int, stop: Pose) -> Mask:
+        """Where a robot meets a stop: with its heading, where no other robot is to be let by."""
+        if stop.heading is None or self.state.rivals(robot.robot):
+            return self._mask(index, {stop.region})
+        return 1 << self.floor.problem.members[index].graph.number(stop)
 
     def _help(self, robot: RobotState, index: int, duty: Duty) -> TaskDraft:
         gate = self.floor.problem.gates[duty.gate]
@@ -166,6 +172,8 @@ class Assigner(Struct, frozen=True):
         pending = self._pending(index)
         other = robot.robot.while_waiting
         if other is not None and robot.name not in self.idle and self._waits_for_help(robot):
+            if not isinstance(other, Ltl):
+                other = ruled(other, robot.robot.objective)  # which may have changed
             targets = tuple(self._mask(index, target) for target in targets_of(other))
             if self._alternates(index, targets):
                 forbidden = self._forbidden(robot, index, targets)

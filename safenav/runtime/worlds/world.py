@@ -305,6 +305,10 @@ class SimulatedWorld:
             return obstacle.name not in self.works.open
         return obstacle.region not in occupied and obstacle.region not in self.standing()
 
+    def remove(self, name: str) -> bool:
+        """Remove an obstacle immediately; whether it was there."""
+        return self.works.open.pop(name, None) is not None
+
     def take_away(self, name: str) -> None:
         """Remove an obstacle that is there, or that was to appear, by the next tick."""
         self._taken_away.add(name)

@@ -1,0 +1,252 @@
+"""A campaign from the shell: ``python -m fuzz.blend --seeds 0:99 --faults --operator`` (in tests/).
+
+Plays scenarios with many keys in time, in a world in which things fail, with an operator who does
+anything at any moment; each is judged by the world's log, its trace audited, and certified.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import tempfile
+import traceback
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from random import Random
+from typing import Any
+
+from fuzz.mixed import mixed_mission
+from fuzz.troubles import Troubled, faults_of
+from fuzz.watch import Watch
+from live.campaign import SlowError, limited
+from safenav import Mission
+from safenav.audit.check import check_trace
+from safenav.certify.bundle import make_bundle
+from safenav.certify.record import syntheses_of
+from safenav.certify.run import Kept
+from safenav.errors import InputError, SafenavError, UsageError
+from safenav.lines import json_line
+from safenav.runtime.intervening import line_read
+from safenav.runtime.mission import default_synthesizer
+from safenav.scenario.model import Scenario
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.synthesis.cache import Cache
+from safenav.trace.writing import as_data
+
+LIMITS = ("tick_limit", "time_limit", "search_limit")
+MOST_PASSES = 20_000
+
+
+@dataclass
+class Played:
+    """``found``: what is wrong. ``given``: the operator's words, with the pass of each."""
+
+    outcome: str = "no outcome"
+    found: list[str] = field(default_factory=list)
+    lines: list[str] = field(default_factory=list)
+    injected: Mapping[str, int] = field(default_factory=dict)
+    given: list[tuple[int, str]] = field(default_factory=list)
+
+
+def play(
+    data: Mapping[str, Any],
+    seed: int,
+    *,
+    faults: Mapping[str, float] | None = None,
+    operator: bool = False,
+    certified: bool = True,
+    patience: int = 60,
+    words: list[tuple[int, str]] | None = None,
+) -> Played:
+    """One run, judged. Raises InputError for a scenario that is refused."""
+    scenario = load_scenario_text(json.dumps(data))
+    live = data.get("clock") == "live"
+    played = Played()
+    world = Troubled(scenario, seed, faults) if live and faults is not None else None
+    with tempfile.TemporaryDirectory() as folder:
+        cache = Cache(Path(folder) / "cache")
+        synthesizer, kept = default_synthesizer(scenario, cache=cache), Kept()
+        hand = Hand(scenario, data, seed) if operator or words is not None else None
+        mission = Mission(
+            scenario,
+            synthesizer,
+            world=world,
+            listeners=[lambda record: played.lines.append(json_line(as_data(record)))],
+            progress=kept,
+            attended=hand is not None and live and hand.attends,
+        )
+        try:
+            with limited(patience):
+                _run(mission, hand, played, words)
+            assert mission.result is not None
+            played.outcome = mission.result.outcome.value
+        except SlowError:
+            played.found.append(f"slow: no end after {patience} s")
+        except UsageError as error:
+            if not played.lines:
+                raise InputError(()) from error  # not for runs in time
+            played.found.append(f"refused: {error}")
+        except Exception as error:
+            where = traceback.extract_tb(error.__traceback__)[-3:]
+            told = " < ".join(f"{w.filename.split('/')[-1]}:{w.lineno}" for w in where[::-1])
+            played.found.append(f"crash: {type(error).__name__}: {error} ({told})")
+        if world is not None:
+            played.injected = dict(world.injected)
+            changed = {c["robot"] for c in data.get("changes", ())}
+            changed |= {n for n, r in data["robots"].items() if "when" in r}
+            changed |= {word.split()[1] for _, word in played.given if word.startswith("objective")}
+            back = {word.split()[1] for _, word in played.given if word.startswith("service")}
+            back |= {c["robot"] for c in data.get("changes", ()) if c.get("service") == "back"}
+            watch = Watch(data, world.log, changed, back)
+            played.found += [f"world: {defect}" for defect in watch.defects[:3]]
+        if played.found:
+            return played
+        try:
+            if findings := check_trace(played.lines).findings:
+                played.found.append(f"audit: {findings[0]}")
+        except Exception as error:
+            played.found.append(f"audit: crash: {type(error).__name__}: {error}")
+        kept_away = any(word.startswith("input") and " on" in word for _, word in played.given)
+        if played.outcome in LIMITS and not kept_away:  # else nobody has turned it off
+            played.found.append(f"{played.outcome}: {json.loads(played.lines[-1])['explanation']}")
+        if certified and not played.found and played.outcome != "interrupted":
+            trace = "".join(played.lines).encode()
+            try:
+                with limited(patience):
+                    kept.complete(syntheses_of(trace, "run"), cache, synthesizer)
+                    make_bundle(Path(folder) / "bundle", trace, {}, kept, synthesizer)
+            except SlowError:
+                played.found.append("certify: slow")
+            except SafenavError as error:
+                played.found.append(f"certify: {str(error)[-300:]}")
+    return played
+
+
+def _run(
+    mission: Mission,
+    hand: Hand | None,
+    played: Played,
+    words: list[tuple[int, str]] | None,
+) -> None:
+    mission.start()
+    passes = 0
+    left = list(words or ())
+    while mission.result is None:
+        passes += 1
+        if passes > MOST_PASSES:
+            mission.give_up()
+            played.found.append(f"no end after {passes} passes")
+            return
+        if words is not None:
+            told = [word for when, word in left if when == passes]
+        else:
+            told = hand.words(mission) if hand is not None else []
+        for word in told:
+            try:
+                mission.intervene(line_read(word, mission.state.scenario))
+            except UsageError:
+                continue
+            played.given.append((passes, word))
+        mission.step()
+
+
+class Hand:
+    """An operator who does anything at any moment. ``attends``: whether the run waits for him."""
+
+    def __init__(self, scenario: Scenario, data: Mapping[str, Any], seed: int) -> None:
+        self.random = Random(f"operator of {seed}")
+        self.data = data
+        self.attends = self.random.random() < 0.6
+        self.often = self.random.choice([0.02, 0.05, 0.15])
+        self.left = self.random.randint(1, 6)
+        self.free = [*scenario.map.free]
+        self.orders = [t for t in data["catalogue"]["obstacles"] if t.startswith("p")]
+
+    def words(self, mission: Mission) -> list[str]:
+        """What he does before a pass."""
+        waits = mission.waiting is not None and mission.state.waits_until is None
+        if not (waits or (self.left and self.random.random() < self.often)):
+            return []
+        if waits and not self.left:
+            return ["give_up"]
+        self.left -= 1
+        count = self.random.choice([1, 1, 2, 3])
+        return [w for w in (self._word(mission) for _ in range(count)) if w is not None]
+
+    def _word(self, mission: Mission) -> str | None:
+        random, state = self.random, mission.state
+        robot = random.choice([*state.robots])
+        known = [n for n in state.knowledge.obstacles if not n.startswith("lost_")]
+        there = [name for name in known if not name.startswith("p")]
+        other = random.choice(self.free)
+        match random.randrange(12):
+            case 0 | 1 | 2 if known:
+                return f"resolved {random.choice(known)}"
+            case 3 if there:  # nobody says of a load that is carried that it stays
+                return f"permanent {random.choice(there)}"
+            case 4 | 5:
+                heading = random.choice(["north", "east", "south", "west"])
+                turns = state.robots[robot].robot.model.mobility.value == "heading"
+                return f"put_back {robot} {other}" + (f" {heading}" if turns else "")
+            case 6:
+                return f"service {robot} out"
+            case 7 | 8:
+                return f"service {robot} back"
+            case 9:
+                kind = random.choice(["visit", "cover", "once", "patrol"])
+                return f"objective {robot} {{{kind}: {random.sample(self.free, 2)}}}"
+            case 10 if self.orders:
+                return f"order {random.choice(self.orders)} {other}"
+            case 11 if self.data.get("inputs"):
+                return f"input alarm {random.choice(['on', 'off'])}"
+        return None
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="fuzz.blend", description=__doc__)
+    parser.add_argument("--seeds", default="0:50", help="first:behind")
+    parser.add_argument("--lockstep", action="store_true")
+    parser.add_argument("--faults", action="store_true")
+    parser.add_argument("--operator", action="store_true")
+    parser.add_argument("--patience", type=int, default=60)
+    parser.add_argument("--keep", help="a folder for the scenarios and traces of findings")
+    options = parser.parse_args()
+    first, behind = map(int, options.seeds.split(":"))
+    counts: Counter[str] = Counter()
+    injected: Counter[str] = Counter()
+    found = 0
+    for seed in range(first, behind):
+        data = mixed_mission(seed, live=not options.lockstep)
+        try:
+            one = play(
+                data,
+                seed,
+                faults=faults_of(seed) if options.faults else None,
+                operator=options.operator,
+                patience=options.patience,
+            )
+        except InputError:
+            counts["refused"] += 1
+            continue
+        counts[one.outcome] += 1
+        counts["valid"] += 1
+        counts["interventions"] += len(one.given)
+        injected.update(one.injected)
+        if one.found:
+            found += 1
+            print(f"{seed}: {one.found[0][:400]}", flush=True)
+            if options.keep:
+                place = Path(options.keep)
+                place.mkdir(exist_ok=True, parents=True)
+                (place / f"{seed}.yaml").write_text(json.dumps(data))
+                (place / f"{seed}.jsonl").write_text("".join(one.lines))
+                (place / f"{seed}.words").write_text(json.dumps(one.given))
+    print(f"{counts['valid']} runs, {found} findings: {dict(counts)}; faults: {dict(injected)}")
+    return int(found > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,159 @@
+"""Runs in which everything happens at once: many keys, a world in which things fail, an operator
+who does anything at any moment.
+
+Among the tests the campaign is short; SAFENAV_FUZZ=1000 tries as many other seeds.
+"""
+
+import os
+
+import pytest
+
+from fuzz.blend import play
+from fuzz.mixed import mixed_mission
+from fuzz.troubles import faults_of
+from fuzz.watch import Watch
+from safenav.errors import InputError, UsageError
+from safenav.runtime.intervening import line_read
+from safenav.runtime.mission import Mission
+from safenav.scenario.reading.loader import load_scenario_text
+
+COUNT = int(os.environ.get("SAFENAV_FUZZ", "6"))
+FIRST = int(os.environ.get("SAFENAV_FUZZ_FIRST", "9000")) if "SAFENAV_FUZZ" in os.environ else 0
+
+FAULTS = {
+    "an order is to come, of which the world tells nothing": 2140,
+    "who waits keeps to the rules that an input has brought": 2270,
+    "what nobody has seen come is resolved": 2277,
+    "what a sensor has shown while the team waits is known": 2279,
+    "one out of service gives up its duty for a request that is closed": 2391,
+}
+OPERATOR = {
+    "what is acted on is taken away": 4004,
+    "an order in the first second": 4015,
+    "an order that nobody can do is taken away": 4031,
+    "taken out of service where it would have acted": 4083,
+    "taken away twice": 4134,
+    "put on an obstacle": 4339,
+    "put elsewhere from where it holds": 4459,
+    "put elsewhere during a plan": 4487,
+    "an input ends a wait": 4506,
+    "an order ends a wait": 4596,
+}
+BOTH = {
+    "an order where the world knows of none": 3053,
+    "an obstacle that a robot stands in is said to stay": 3105,
+    "put elsewhere when all is done": 3145,
+    "an action finds nothing, for a reason": 3149,
+    "put on its target": 3323,
+    "lost, and said to be back": 3387,
+}
+LOCKSTEP = {
+    "put somewhere, of which no line tells": 5091,
+    "a stop is behind what nobody can resolve, but for its heading": 5123,
+}
+CAUSES = [
+    *(pytest.param(seed, True, True, False, id=name) for name, seed in FAULTS.items()),
+    *(pytest.param(seed, True, False, True, id=name) for name, seed in OPERATOR.items()),
+    *(pytest.param(seed, True, True, True, id=name) for name, seed in BOTH.items()),
+    *(pytest.param(seed, False, False, True, id=name) for name, seed in LOCKSTEP.items()),
+]
+"""Seeds that once ended in a finding: live, with faults, with an operator."""
+WAYS = [(True, True, False), (True, False, True), (True, True, True), (False, False, True)]
+
+
+@pytest.mark.parametrize(("seed", "live", "faults", "operator"), CAUSES)
+def test_what_was_found_is_mended(seed: int, live: bool, faults: bool, operator: bool) -> None:
+    data = mixed_mission(seed, live=live)
+    one = play(data, seed, faults=faults_of(seed) if faults else None, operator=operator)
+    assert not one.found
+
+
+@pytest.mark.parametrize(("live", "faults", "operator"), WAYS)
+@pytest.mark.parametrize("seed", range(FIRST, FIRST + COUNT))
+def test_a_run_with_all_at_once_is_true(
+    seed: int, live: bool, faults: bool, operator: bool
+) -> None:
+    data = mixed_mission(seed, live=live)
+    try:
+        one = play(data, seed, faults=faults_of(seed) if faults else None, operator=operator)
+    except InputError:
+        return
+    assert not one.found
+
+
+CART = """
+safenav: 1
+map: {grid: ["....."]}
+catalogue:
+  robots: {cart: {mobility: free, layer: ground, capabilities: []}}
+  obstacles: {gate: {action: push}}
+robots: {c: {model: cart, start: 0, objective: {visit: [4, 0]}}}
+obstacles: [{type: gate, region: 2}]
+until: {rounds: 1}
+"""
+
+
+def waiting(clock: str) -> Mission:
+    """A mission that has met the gate, and waits for an operator if it is live."""
+    scenario = load_scenario_text(f"{CART}clock: {clock}\n")
+    mission = Mission(scenario, attended=clock == "live")
+    mission.start()
+    while not mission.state.knowledge.obstacles and mission.result is None:
+        mission.step()
+    return mission
+
+
+@pytest.mark.parametrize(
+    ("clock", "word", "said"),
+    [
+        ("live", "put_back c 2", "gate@2 is in region 2: resolve it first"),
+        ("lockstep", "put_back c 1", "only in live runs robots are put down"),
+        ("lockstep", "permanent gate@2", "only in live runs obstacles become permanent"),
+    ],
+)
+def test_what_cannot_be_is_refused(clock: str, word: str, said: str) -> None:
+    mission = waiting(clock)
+    with pytest.raises(UsageError, match=said):
+        mission.intervene(line_read(word, mission.state.scenario))
+
+
+def test_a_robot_is_put_where_an_obstacle_is_taken_away() -> None:
+    mission = waiting("live")
+    for word in ("resolved gate@2", "put_back c 2", "resolved gate@2"):
+        mission.intervene(line_read(word, mission.state.scenario))
+    mission.step()
+    assert mission.state.robots["c"].pose.region == 2
+    while mission.result is None:
+        mission.step()
+    assert mission.result.outcome == "completed"
+
+
+def test_the_judge_sees_what_must_not_be() -> None:
+    """Two robots in one region, one in a known obstacle, and one that sets out without charge."""
+    model = {"layer": "ground", "capabilities": [], "battery": {"capacity": 1, "stay": 0}}
+    robots = {
+        "a": {"model": "m", "start": 4, "objective": {"visit": [5], "avoid": [6]}},
+        "b": {"model": "m", "start": 6, "objective": {"visit": [6]}},
+    }
+    data = {
+        "map": {"grid": ["####", "....", "####"]},
+        "catalogue": {"robots": {"m": model}},
+        "robots": robots,
+        "obstacles": [],
+    }
+    step = {"log": "start", "robot": "a", "busy": False, "stops": None}
+    end = {"log": "end", "robot": "a", "how": "arrived", "within": None}
+    told = {"log": "told", "robot": "a", "event": "arrived", "fatal": False, "obstacle": None}
+    log = [
+        {"log": "shown", "t": 0.0, "obstacle": "door@5"},
+        {**step, "t": 0.0, "origin": 4, "to": 5, "stops": "door@5"},
+        {**end, "t": 1.0, "at": 5},
+        {**told, "t": 1.0},
+        {**step, "t": 1.0, "origin": 5, "to": 6},
+    ]
+    assert [defect.split(": ")[1] for defect in Watch(data, log).defects] == [
+        "a is sent into door@5, which is known",
+        "a and b have [6] at the same time",
+        "a sets out for 6, which it avoids",
+        "a sets out with a charge of 0",
+    ]

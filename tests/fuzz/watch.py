@@ -1,0 +1,208 @@
+"""Judges a run by the log of its world (``troubles``) and the scenario's data alone, in seconds.
+
+A robot has the region that it leaves and the one that it enters from the command to its end; one
+that is lost has both until an operator puts it down. It knows the scenarios of ``mixed`` only, and
+shares nothing with safenav.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any
+
+Line = Mapping[str, Any]
+NEVER = re.compile(r"region = (\d+) -> region' != (\d+)")
+CLOSE = 1e-5
+"""Of a charge: seconds of a log are not rounded."""
+
+
+class Watch:
+    """A log, followed to its end. ``defects``: what must not be. ``told``: robots whose objective
+    somebody changes, so that its rules are not those of the data; ``back``: of which somebody says
+    that they work again."""
+
+    def __init__(
+        self,
+        data: Mapping[str, Any],
+        log: Sequence[Line],
+        told: Collection[str] = (),
+        back: Collection[str] = (),
+    ) -> None:
+        self.back = {*back}
+        self.data, self.defects = data, list[str]()
+        robots, models = data["robots"], data["catalogue"]["robots"]
+        self.layers = {n: models[r["model"]]["layer"] for n, r in robots.items()}
+        self.can = {n: {*models[r["model"]]["capabilities"]} for n, r in robots.items()}
+        self.at = {name: {robot["start"]} for name, robot in robots.items()}
+        self.visits = {name: {robot["start"]} for name, robot in robots.items()}
+        self.bound: dict[str, int] = {}
+        self.out: set[str] = set()
+        self.acting: dict[str, Collection[str]] = {}
+        self.known: set[str] = set()
+        self.hidden: tuple[Any, ...] = ()
+        self.free_of_rules = {*told}
+        self.slid: set[str] = set()
+        self.charges = Charges(data)
+        for line in log:
+            self._follow(line)
+        for name in self.at:
+            self.charges.stand(name, log[-1]["t"] if log else 0.0)
+        self.defects += self.charges.defects
+
+    def _found(self, line: Line, said: str) -> None:
+        self.defects.append(f"{line['t']:.2f} s: {said}")
+
+    def _rivals(self, name: str) -> set[str]:
+        robots = self.data["robots"]
+
+        def avoids(one: str, other: str) -> bool:
+            listed = robots[one].get("avoids")
+            return self.layers[one] == self.layers[other] if listed is None else other in listed
+
+        return {o for o in robots if o != name and (avoids(name, o) or avoids(o, name))}
+
+    def _follow(self, line: Line) -> None:
+        name = line.get("robot", "")
+        self.charges.follow(line)
+        match line["log"]:
+            case "start":
+                self._start(line, name)
+            case "end":
+                bound = self.bound.pop(name, line["at"])
+                self.at[name] = {*(line["within"] or [line["at"]])}
+                if line["how"] == "elsewhere" and line["at"] != bound:
+                    self.slid.add(name)
+                    self._apart(line, name)
+                if line["how"] in ("arrived", "elsewhere"):
+                    self.visits[name].add(line["at"])
+            case "act":
+                if line["busy"] or name in self.out:
+                    self._found(line, f"{name} is to act, and cannot: {dict(line)}")
+                self.acting[name] = line["on"]
+                self._swept(line, name, line["on"])
+            case "acted":
+                self.acting.pop(name, None)
+            case "shown":
+                self.known.add(line["obstacle"])
+            case "hidden":
+                self.hidden = line["t"], name, line["obstacle"]
+            case "resolved" | "gone":
+                if line.get("open", True):
+                    self.known.discard(line["obstacle"])
+            case "told":
+                if line["event"] == "blocked":
+                    self.known.add(line["obstacle"])
+                lost = line["event"] == "lost" and len(self.at[name]) > 1  # until it is put down
+                if lost or (line["fatal"] and name not in self.back):
+                    self.out.add(name)
+            case "put":
+                self.at[name] = {line["at"]}
+                self.out.discard(name)
+                self._apart(line, name)
+
+    def _start(self, line: Line, name: str) -> None:
+        to, origin = line["to"], line["origin"]
+        if line["busy"] or name in self.acting:
+            self._found(line, f"{name} has a command already")
+        if name in self.out:
+            self._found(line, f"{name}, which is lost or broken, is sent to {to}")
+        if not self.at[name] <= {origin}:
+            self._found(line, f"{name} sets out from {origin}, and has {sorted(self.at[name])}")
+        self.at[name], self.bound[name] = {origin, to}, to
+        self._apart(line, name)
+        self._zones(line, name)
+        objective = self.data["robots"][name]["objective"]
+        if name not in self.free_of_rules and name not in self.slid:
+            if to in objective.get("avoid", ()):
+                self._found(line, f"{name} sets out for {to}, which it avoids")
+            never = NEVER.match(objective.get("always", ""))
+            if never and (origin, to) == (int(never[1]), int(never[2])):
+                self._found(line, f"{name} goes from {origin} to {to}, which its rule forbids")
+        stops = line["stops"]
+        if stops is not None and (stops in self.known or self.hidden != (line["t"], name, stops)):
+            how = "known" if stops in self.known else "before its sensor"
+            self._found(line, f"{name} is sent into {stops}, which is {how}")
+        for other, on in self.acting.items():
+            self._swept(line, other, on, only=name)
+
+    def _apart(self, line: Line, name: str) -> None:
+        for other in self._rivals(name):
+            if shared := self.at[name] & self.at[other]:
+                self._found(line, f"{name} and {other} have {sorted(shared)} at the same time")
+
+    def _zones(self, line: Line, name: str) -> None:
+        for zone in self.data.get("never_together", ()):
+            inside = {*zone["in"]}
+            if name not in zone["robots"] or line["to"] not in inside or line["origin"] in inside:
+                continue
+            for other in {*zone["robots"]} - {name} - self.slid:
+                if self.at[other] & inside:
+                    self._found(line, f"{name} enters the zone where {other} is")
+
+    def _swept(self, line: Line, name: str, on: Collection[str], only: str | None = None) -> None:
+        """Nobody else is where an action sweeps while it lasts."""
+        grid = "".join(self.data["map"]["grid"])
+        cols = len(self.data["map"]["grid"][0])
+        for entry in self.data["obstacles"]:
+            if f"{entry['type']}@{entry['region']}" not in on or "sweeps" not in entry:
+                continue
+            sides = {entry["region"] + step for step in (-cols, 1, cols, -1)}
+            swept = {r for r in sides if grid[r] != "#"}
+            for other, at in self.at.items():
+                if other in (name, *[n for n, o in self.acting.items() if {*o} & {*on}]):
+                    continue
+                if at & swept and only in (None, other):
+                    self._found(line, f"{other} is where {sorted(on)} sweeps, by {name}")
+
+
+class Charges:
+    """The charge of each robot with a battery: a step takes one when it ends, a second without a
+    step ``stay``, or gives ``charge`` on a charger. Of scenarios in which nobody brings batteries.
+    """
+
+    def __init__(self, data: Mapping[str, Any]) -> None:
+        robots, models = data["robots"], data["catalogue"]["robots"]
+        self.batteries = {n: models[r["model"]].get("battery") for n, r in robots.items()}
+        if "flat" in data:
+            self.batteries = {}
+        self.batteries = {n: b for n, b in self.batteries.items() if b}
+        self.chargers = {*data.get("chargers", ())}
+        self.charge = {n: float(b["capacity"]) for n, b in self.batteries.items()}
+        self.at = {n: robots[n]["start"] for n in self.batteries}
+        self.since: dict[str, float | None] = dict.fromkeys(self.batteries, 0.0)
+        self.command: dict[str, bool] = {}
+        self.defects: list[str] = []
+
+    def stand(self, name: str, t: float) -> None:
+        since = self.since.get(name)
+        if since is None:
+            return
+        battery = self.batteries[name]
+        there = self.at[name] in self.chargers
+        rate = battery["charge"] if there else -battery["stay"]
+        charge = self.charge[name] + rate * (t - since)
+        self.charge[name] = min(battery["capacity"], max(0.0, charge))
+        self.since[name] = t
+
+    def follow(self, line: Line) -> None:
+        name, t = line.get("robot", ""), line["t"]
+        if name not in self.batteries:
+            return
+        match line["log"]:
+            case "start":
+                self.stand(name, t)
+                self.since[name] = None
+                if self.charge[name] < 1 - CLOSE:
+                    told = f"{name} sets out with a charge of {self.charge[name]:g}"
+                    self.defects.append(f"{t:.2f} s: {told}")
+            case "end":
+                self.charge[name] = max(0.0, self.charge[name] - 1)
+                self.at[name] = line["at"]
+            case "told" if self.since[name] is None:
+                self.since[name] = t
+            case "put":
+                self.stand(name, t)
+                self.at[name] = line["at"]
+            case _:
+                pass
