@@ -8,7 +8,7 @@ the region where it set out, as the trace tells the step.
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TypeVar
 
 from msgspec.structs import replace
@@ -33,7 +33,7 @@ from safenav.motion.file.records import (
 )
 from safenav.motion.making import described, floor_of, movers_of
 from safenav.motion.mover import Mover
-from safenav.motion.timing.given import TraceLedger, actions_of, when
+from safenav.motion.timing.given import Deed, TraceLedger, actions_of, when
 from safenav.trace import records
 from safenav.trace.trace import Trace
 
@@ -72,7 +72,7 @@ def driven_motion(
         if step:
             steps.append(step)
         if action:
-            lines += _actions(trace, *action, actions.get(action[1].command, []))
+            lines += _actions(*action, actions.get(action[1].command, ()))
     steps += [(depart, None) for depart in ledger.departs.values()]
     over = max((record.t or 0.0 for record in trace.records), default=0.0)
     for name, body in movers.items():
@@ -152,17 +152,16 @@ class _Turns:
         return found
 
 
-def _actions(
-    trace: Trace, act: records.Act, acted: records.ActionEnd, actions: list[tuple[str, str]]
-) -> Iterator[Line]:
-    """The acts of each robot of an action on each obstacle, one after the other."""
+def _actions(act: records.Act, acted: records.ActionEnd, deeds: Sequence[Deed]) -> Iterator[Line]:
+    """What the robots of an action do, one after the other."""
     begin, end = act.t or 0.0, acted.t or 0.0
-    span = (end - begin) / max(1, len(actions))
-    for robot in act.robots:
-        for number, (name, action) in enumerate(actions):
-            times = (begin + number * span, begin + (number + 1) * span)
-            region = trace.obstacles[name].region
-            yield Action(robot, acted.tick, action, name, region, *times)
+    span = (end - begin) / max(1, len(deeds))
+    for number, deed in enumerate(deeds):
+        times = (begin + number * span, begin + (number + 1) * span)
+        for robot in act.robots:
+            if robot in deed.robots:
+                what = (deed.action, deed.obstacle, deed.region)
+                yield Action(robot, acted.tick, *what, *times)
 
 
 def _plan(follower: Follower, body: Mover, begun: float, over: float) -> list[Moving]:

@@ -68,9 +68,8 @@ class DiscMover(Mover):
     def face(self, tick: int, region: int) -> list[Moving]:
         if region == self.region:
             return []
-        x, y = self.floor.centre(region)
-        wanted = atan2(y - self.place[1], x - self.place[0])
-        return self._turn(tick, wanted)
+        (x, y), (u, v) = self.floor.centre(self.region), self.floor.centre(region)
+        return self._turn(tick, atan2(v - y, u - x))
 
     def resume(self, tick: int) -> list[Moving]:
         centre = self.floor.centre(self.region)

@@ -55,6 +55,7 @@ class Pace(ABC):
         self.facing = YAW[heading] if heading else 0.0
         self._since = 0.0
         self._settling = 0.0
+        self._short = False
         self._next = self.facing
         self._foot = self._then = 0
 
@@ -79,26 +80,35 @@ class Pace(ABC):
     def arrived(self, now: float) -> None:
         """The step has ended where it was to end."""
         self.facing, self._since, self._settling = self._next, now, self._halting()
+        self._short = False
         self._foot = self._then
 
     def placed(self, now: float, heading: str | None) -> None:
         """It stands somewhere, without its doing."""
-        self.facing = YAW[heading] if heading else self.facing
-        self._since, self._settling, self._foot = now, 0.0, 0
+        self.facing = self._next = YAW[heading] if heading else self.facing
+        self._since, self._settling, self._foot, self._short = now, 0.0, 0, False
 
     def ready(self, now: float, at: int, region: int) -> float:
         """The time at which it can begin to act on something in ``region``, being in ``at``: it has
         come to rest and faces it."""
+        if at == region and self._short and now <= self._since + AT_ONCE:
+            return now  # it has not left the place where it acted before
         begin = max(now, self._since + self._settling)
         if at == region or not self.turns:
             return begin
-        wanted = self._direction(at, region)
-        angle, self.facing = _between(self.facing, wanted), wanted
-        return begin + self._turning(angle)
+        before = self.facing
+        self.faces(at, region)
+        return begin + self._turning(_between(before, self.facing))
+
+    def faces(self, at: int, region: int) -> None:
+        """It has turned, being in ``at``, to what it acts on in ``region``."""
+        if at != region and self.turns:
+            self.facing = self._direction(at, region)
 
     def acted(self, now: float, at: int, region: int) -> None:
         """It has acted. In its own region it did so short of the middle, where it goes next."""
-        self._since, self._settling = now, self._resuming() if at == region else 0.0
+        self._short = at == region
+        self._since, self._settling = now, self._resuming() if self._short else 0.0
         self._foot = 0
 
     def _direction(self, origin: int, to: int) -> float:
@@ -190,6 +200,15 @@ class RoverPace(DiscPace):
     def _turning(self, angle: float) -> float:
         pull = self._values["acceleration"] / (self._values["size"] / 2)
         return glide(angle, self._values["turning"], pull)
+
+    def _resuming(self) -> float:
+        """It drives on the way that it came."""
+        return self._turning(_between(self.facing, self._next)) + super()._resuming()
+
+    def faces(self, at: int, region: int) -> None:
+        super().faces(at, region)
+        if at == region:
+            self.facing = self._next
 
 
 _KINDS: Mapping[str, Callable[..., Pace]] = {

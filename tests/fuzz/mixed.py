@@ -194,3 +194,41 @@ def _add_promises(random: Random, data: Data) -> None:
     for obstacle in data["obstacles"]:
         if random.random() < 0.5:
             obstacle["resolve_within"] = random.randint(3, 20)
+
+
+SIDES = (0.8, 1.0, 1.25, 1.5, 1.8, 2.0, 2.4, 2.7, 3.3, 4.0)
+"""Metres of a region: a walker needs 1.8."""
+
+
+def metric_mission(seed: int) -> Data:
+    """A mixed mission in metres, on either clock: robots of all kinds of motion and sizes, regions
+    of many sizes, some on a map that is turned."""
+    random = Random(f"metres {seed}")
+    data = mixed_mission(seed, live=random.random() < 0.5)
+    side = random.choice(SIDES)
+    for model in data["catalogue"]["robots"].values():
+        _add_motion(random, model, side)
+    if random.random() < 0.8:
+        data["map"]["resolution"] = side
+        data["map"]["origin"] = [random.uniform(-20, 20), 3.5, random.choice([0.0, 0.5, -1.2, 3.0])]
+    elif side < 2.7:
+        data["map"]["resolution"] = 2.7
+    return data
+
+
+def _add_motion(random: Random, model: Data, side: float) -> None:
+    walks = model["mobility"] == "heading" and side >= 1.8
+    flies = model["layer"] == "air"
+    kind = "flyer" if flies else "walker" if walks else random.choice(["rover", "disc"])
+    most = min(0.6, side / 3) if kind == "walker" else min(1.2, side * 0.85)
+    model["size"] = round(random.uniform(0.2, most), 2)
+    model["speed"] = 0.45 if kind == "walker" else round(random.uniform(0.2, 1.5), 2)
+    own: Data = {}
+    if random.random() < 0.3:
+        own["action_seconds"] = round(random.uniform(0, 6), 1)
+    if kind == "rover" and random.random() < 0.5:
+        own["acceleration"] = round(random.uniform(0.1, 2), 2)
+        own["turning"] = round(random.uniform(0.2, 3), 2)
+    if kind == "flyer" and random.random() < 0.5:
+        own["altitude"] = round(random.uniform(0.5, 3), 1)
+    model["motion"] = {"kind": kind, **own}

@@ -7,13 +7,16 @@ from itertools import combinations
 import pytest
 from msgspec.structs import replace
 
-from motion.runs import SHIPPED, motion, trace_of
+from motion.runs import SHIPPED, motion, played, trace_of
+from safenav.motion.check.verdict import check_motion
 from safenav.motion.file.records import Action, Line, Moving, Release, Reserve
 from safenav.motion.geometry import MetricFloor
 from safenav.motion.in_time import in_time
+from safenav.motion.making import motion_of
 from safenav.motion.mover import Crossing, Mover
 from safenav.motion.timing.given import when
 from safenav.motion.timing.schedule import actions_of, scheduled
+from safenav.trace.reading import read_bytes
 from safenav.trace.records import Met, Move, Resolved, Service
 from safenav.trace.trace import Trace
 
@@ -186,3 +189,86 @@ def test_a_robot_without_charge_stands_until_its_battery_is_replaced() -> None:
     told = in_time(trace_of("battery_delivery"), motion("battery_delivery")).records
     served = [(record.active, record.t) for record in told if isinstance(record, Service)]
     assert served == [(False, pytest.approx(flat)), (True, pytest.approx(replaced))]
+
+
+APART = """
+safenav: 1
+map:
+  grid: |
+    #######
+    #.....#
+    #######
+    #.....#
+    #######
+catalogue:
+  robots:
+    slow: {mobility: free, layer: ground, capabilities: [], motion: disc, speed: 0.2}
+    fast: {mobility: free, layer: ground, capabilities: [], motion: disc, speed: 2}
+robots:
+  a: {model: slow, start: [1, 1], objective: {visit: [[1, 5], [1, 1]]}}
+  b: {model: fast, start: [3, 1], objective: {visit: [[3, 5], [3, 1]]}}
+never_together:
+  - {robots: [a, b], in: [[1, 3], [3, 3]]}
+"""
+SWEPT = """
+safenav: 1
+map:
+  grid: |
+    #######
+    #.....#
+    #.....#
+    #######
+catalogue:
+  robots:
+    slow: {mobility: free, layer: air, capabilities: [], motion: disc, speed: 0.2}
+    fast: {mobility: free, layer: ground, capabilities: [push], motion: disc, speed: 2}
+robots:
+  a: {model: slow, start: [1, 3], objective: {visit: [[1, 5], [1, 4], [1, 3]]}}
+  b: {model: fast, start: [2, 1], objective: {visit: [[2, 5], [2, 1]]}}
+obstacles:
+  - {type: door, region: [2, 3], sweeps: [[1, 3], [2, 2]]}
+"""
+
+
+def had(lines: list[Line], robot: str, regions: set[int]) -> list[tuple[float, float]]:
+    """The spans in which a robot has one of these regions."""
+    since: dict[int, float] = {}
+    found = []
+    for line in sorted(lines, key=when):
+        if isinstance(line, Reserve) and line.robot == robot and line.region in regions:
+            since[line.region] = line.t
+        if isinstance(line, Release) and line.robot == robot and line.region in regions:
+            found.append((since.pop(line.region), line.t))
+    return [*found, *((t, float("inf")) for t in since.values())]
+
+
+def together(one: list[tuple[float, float]], other: list[tuple[float, float]]) -> float:
+    """The most seconds for which two spans are at the same time."""
+    return max(min(e, f) - max(b, c) for b, e in one for c, f in other)
+
+
+def test_robots_of_any_pace_are_never_together_where_the_scenario_forbids_it() -> None:
+    trace = read_bytes(played(APART))
+    runs = [[*motion_of(trace).lines], *(strolled(trace, seed) for seed in range(SLOWED))]
+    for run in runs:
+        assert together(had(run, "a", {10, 24}), had(run, "b", {10, 24})) < 1e-6
+
+
+def test_no_robot_of_any_pace_is_where_an_action_sweeps() -> None:
+    trace = read_bytes(played(SWEPT))
+    runs = [[*motion_of(trace).lines], *(strolled(trace, seed) for seed in range(SLOWED))]
+    for run in runs:
+        acts = [(line.t0, line.t1) for line in run if isinstance(line, Action)]
+        assert len(acts) == 1
+        assert together(had(run, "a", {10, 16}), acts) < 1e-6
+
+
+@pytest.mark.parametrize(("text", "rule"), [(APART, "never-together"), (SWEPT, "swept")])
+def test_a_motion_that_heeds_neither_is_refused(text: str, rule: str) -> None:
+    trace = read_bytes(played(text))
+    assert check_motion(motion_of(trace), trace) == []
+    scenario = trace.header.scenario
+    careless = tuple(replace(obstacle, sweeps=None) for obstacle in scenario.obstacles)
+    scenario = replace(scenario, never_together=None, obstacles=careless)
+    heedless = replace(trace, header=replace(trace.header, scenario=scenario))
+    assert {found.rule for found in check_motion(motion_of(heedless), trace)} == {rule}

@@ -10,7 +10,7 @@ import numpy as np
 from safenav.motion.check.examination import NEAR, STILL, Examination
 from safenav.motion.check.order import Passage
 from safenav.motion.check.paths import Array
-from safenav.motion.file.records import Action
+from safenav.motion.file.records import Action, Moving
 from safenav.trace.records import Appeared, Depart, Met, Move, Resolved, Service
 from safenav.trace.vocabulary import ChangeCause
 
@@ -75,15 +75,20 @@ def check_charge(case: Examination, steps: Mapping[int, Passage]) -> None:
     there = ""
 
     def stood(name: str, since: float, until: float) -> None:
-        for piece in case.pieces[name]:  # a walker comes to rest by a step on the spot
-            if abs(piece.t0 - since) < NEAR and piece.primitive == "stop":
+        for piece in case.pieces[name]:
+            if abs(piece.t0 - since) < NEAR and _comes_to_rest(case, piece):
                 since = piece.t1
+                break
         moved = _moved(case.body(name, since, until))
         if moved > STILL:
             what = f"moves by {moved:.3f} m without charge, before {until:.3f} s"
             case.wrong(since, name, "charge", what)
 
     for record in case.trace.records:
+        if isinstance(record, Met | Resolved):
+            own = (record.robot, record.obstacle, record.tick)
+            acted = [a.t1 for a in case.actions if (a.robot, a.obstacle, a.tick) == own]
+            ended[record.robot] = max([ended.get(record.robot, 0.0), *acted])
         match record:
             case Move() | Depart() if record.line in steps:
                 ended[record.robot] = steps[record.line].end
@@ -101,3 +106,16 @@ def check_charge(case: Examination, steps: Mapping[int, Passage]) -> None:
                 pass
     for name, (_, since) in flat.items():
         stood(name, since, case.makespan)
+
+
+def _comes_to_rest(case: Examination, piece: Moving) -> bool:
+    """Whether a robot only comes to rest: a walker by a step on the spot; who has acted short of
+    the middle of its region continues to it."""
+    if piece.origin != piece.to:
+        return False
+    path = case.body(piece.robot, piece.t0, piece.t1)
+    middle = (np.array(case.grid.place(piece.to)) + 0.5) * case.grid.side
+    off = np.hypot(*(path - middle).T)
+    if piece.primitive == "stop":
+        return True
+    return len(off) > 0 and bool(off[0] > STILL and off[-1] <= STILL)

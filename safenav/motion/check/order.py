@@ -140,6 +140,9 @@ def check_clock(case: Examination, steps: Mapping[int, Passage]) -> None:
             act = begun[record.command]
             assert isinstance(act, Act)
             acts.append((frozenset(act.robots), act.t or 0.0, t))
+    with_whom: dict[tuple[str, float], set[str]] = {}
+    for action in case.actions:
+        with_whom.setdefault((action.obstacle, action.t1), set()).add(action.robot)
     over = max((record.t or 0.0 for record in trace.records), default=0.0)
     for line in case.motion.lines:
         if isinstance(line, Reserve | Release) and line.t < over + NEAR:
@@ -152,7 +155,10 @@ def check_clock(case: Examination, steps: Mapping[int, Passage]) -> None:
             else:
                 times.remove(near)
         elif isinstance(line, Action) and not any(
-            line.robot in team and begin < line.t0 + NEAR and line.t1 < end + NEAR
+            # Who stands there takes part in what is done together, also unasked.
+            team & with_whom[line.obstacle, line.t1]
+            and begin < line.t0 + NEAR
+            and line.t1 < end + NEAR
             for team, begin, end in acts
         ):
             what = f"acts on {line.obstacle} until {line.t1:.3f} s, in the trace at another time"
@@ -185,6 +191,10 @@ class _Order:
         self.left: dict[int, dict[str, float]] = {}
         self.ended: dict[str, float] = {}
         self.bound: dict[str, float] = {}
+        """When that which the strategy of a robot answers has ended."""
+        self.acting: dict[str, tuple[float, float]] = {}
+        """In a run with a clock, when a robot had arrived as its action began, and that time; later
+        it has done the first of several things, or got another strategy."""
         self.closed: set[str] = set()
         self.opened = {name: 0.0 for name, found in self.obstacles.items() if found.from_}
         """When obstacles that stand no more were resolved; 0 for one that never stood, or went."""
@@ -205,6 +215,9 @@ class _Order:
                     self.at[record.robot] = record.at
                     self.ended[record.robot] = step.end
                     self.left.setdefault(step.origin, {})[record.robot] = step.end
+                case Act():
+                    for name in record.robots:
+                        self.acting[name] = self._since(name), self.bound.get(name, 0.0)
                 case Met():
                     done = self._acted(record, record.need)
                     self.met[record.obstacle] = record.need + 1, done
@@ -301,7 +314,8 @@ class _Order:
         spans = []
         for robot in self._team(record, self.obstacles[name], number):
             done = next((a for a in self.waiting if (a.robot, a.obstacle) == (robot, name)), None)
-            arrived = self._since(robot)
+            now = self._since(robot), self.bound.get(robot, 0.0)
+            arrived, bound = self.acting.get(robot, now)
             if done is None:
                 wrong(arrived, robot, "action", f"never acts on {name} (tick {record.tick})")
                 continue
@@ -309,7 +323,7 @@ class _Order:
             spans.append((done.t0, done.t1))
             for since, what in (
                 (arrived, "it has arrived"),
-                (self.bound.get(robot, 0.0), "what its strategy answers"),
+                (bound, "what its strategy answers"),
             ):
                 if since - done.t0 > NEAR:
                     early = f"acts on {name} {since - done.t0:.3f} s before {what}"

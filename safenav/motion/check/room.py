@@ -55,6 +55,35 @@ def check_overlaps(case: Examination) -> None:
                 case.wrong(max(one.begin, other.begin), other.robot, "overlap", what)
 
 
+def check_never_together(case: Examination) -> None:
+    """Of robots that are never together in some regions at most one has any of them."""
+    for zone in case.trace.header.scenario.never_together or ():
+        inside = [h for h in case.held if h.robot in zone.robots and h.region in zone.regions]
+        for one, other in combinations(inside, 2):
+            shared = min(one.end, other.end) - max(one.begin, other.begin)
+            if one.robot != other.robot and shared > NEAR:
+                what = f"it has region {other.region} while {one.robot} has {one.region}"
+                what += ", and they are never together there"
+                case.wrong(max(one.begin, other.begin), other.robot, "never-together", what)
+
+
+def check_swept(case: Examination) -> None:
+    """No other robot has a region that the resolution of an obstacle sweeps during the action."""
+    teams: dict[tuple[str, int], set[str]] = {}
+    for action in case.actions:
+        teams.setdefault((action.obstacle, action.tick), set()).add(action.robot)
+    for action in case.actions:
+        obstacle = case.obstacles.get(action.obstacle)
+        sweeps = () if obstacle is None else obstacle.sweeps or ()
+        for held in case.held if sweeps else ():
+            shared = min(held.end, action.t1) - max(held.begin, action.t0)
+            other = held.robot not in teams[action.obstacle, action.tick]
+            if other and held.region in sweeps and shared > NEAR:
+                what = f"has region {held.region} while {action.robot} resolves {action.obstacle}"
+                t = max(held.begin, action.t0)
+                case.wrong(t, held.robot, "swept", f"{what}, which sweeps it")
+
+
 def outside(
     case: Examination, robot: str, times: Array, places: Array, more: list[Holding], touch: float
 ) -> tuple[float, str] | None:

@@ -12,7 +12,14 @@ from safenav.motion.check.execution import GOALS, check_execution
 from safenav.motion.check.gliding import check_drive, check_flight
 from safenav.motion.check.joins import check_joins, inner_joins
 from safenav.motion.check.order import check_clock, check_order, passages
-from safenav.motion.check.room import check_distances, check_overlaps, check_room, holdings
+from safenav.motion.check.room import (
+    check_distances,
+    check_never_together,
+    check_overlaps,
+    check_room,
+    check_swept,
+    holdings,
+)
 from safenav.motion.check.tracking import check_wind
 from safenav.motion.check.walking import check_segment
 from safenav.motion.file.records import Drive, Flight, Link, Motion, Moving, Reset, Segment
@@ -54,6 +61,8 @@ def _paths(case: Examination) -> None:
             what = f"it reserves region {holding.region}, a wall"
             case.wrong(holding.begin, holding.robot, "wall", what)
     check_overlaps(case)
+    check_never_together(case)
+    check_swept(case)
     check_room(case)
     check_wind(case)
     steps = passages(case)

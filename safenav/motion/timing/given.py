@@ -6,9 +6,10 @@ walker stands first. One that has less time than its motion needs is refused.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from copy import copy
 
+from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError
@@ -29,6 +30,7 @@ from safenav.motion.geometry import MetricFloor
 from safenav.motion.mover import Crossing, Mover
 from safenav.motion.timing.schedule import ACTION_SECONDS
 from safenav.trace import records
+from safenav.trace.setting import NeedHeader
 from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import MoveEnd
 
@@ -100,6 +102,8 @@ class _Run:
         self._ledger = TraceLedger({name: mover.region for name, mover in movers.items()})
         self._lines = self._ledger.lines
         self._actions, self._short = actions_of(trace)
+        self._due: set[str] = set()
+        """Robots that have acted in their own region, and have to resume from there."""
 
     def take(self, record: records.Record) -> None:
         if step := self._ledger.step(record):
@@ -150,30 +154,36 @@ class _Run:
 
     def _acted(self, act: records.Act, acted: records.ActionEnd) -> None:
         begin, end = _time(act), _time(acted)
-        team = [self._movers[name] for name in act.robots]
-        actions = self._actions.get(acted.command, [])
-        names = [obstacle for obstacle, _ in actions] or list(act.obstacles)
-        for mover in team:
-            self._rest(mover, acted.tick, begin)
+        deeds = self._actions.get(acted.command, [])
+        names = dict.fromkeys([*act.robots, *sorted(n for deed in deeds for n in deed.robots)])
+        team = {name: self._movers[name] for name in names if name not in self._ledger.departs}
+        for name, mover in team.items():
+            stays = bool(deeds) and deeds[0].region == mover.region and begin < mover.time + SLACK
+            self._rest(mover, acted.tick, begin, stays=stays)
             self._lines += mover.halt(acted.tick)
-            if names:
-                self._lines += mover.face(acted.tick, self._obstacles[names[0]].region)
             if mover.time > end + SLACK:
-                late = f"{mover.robot} acts until {end:.2f} s, and is at rest at {mover.time:.2f} s"
+                late = f"{name} acts until {end:.2f} s, and is at rest at {mover.time:.2f} s"
                 raise self._refused(acted, late)
-        lasting = max(mover.values.get(ACTION_SECONDS, 2.0) for mover in team)
-        start = min(end, max(end - lasting, *(mover.time for mover in team)))
-        span = (end - start) / max(1, len(actions))
-        for mover in team:
-            if end > mover.time:
+        lasting = max(mover.values.get(ACTION_SECONDS, 2.0) for mover in team.values())
+        ahead = {name: copy(mover) for name, mover in team.items()}
+        _, natural = _done(ahead, deeds, acted.tick, lasting, 0.0, end)
+        if deeds and natural > end:
+            lasting = max(0.0, lasting - (natural - end) / len(deeds))
+        pause = max(0.0, end - natural)
+        lines, _ = _done(team, deeds, acted.tick, lasting, pause, end)
+        self._lines += lines
+        for name, mover in team.items():
+            if any(name in deed.robots and deed.region == mover.region for deed in deeds):
+                self._due.add(name)
+            if mover.time < end:
                 self._lines += mover.rest(acted.tick, end)
-            for number, (name, action) in enumerate(actions):
-                times = (start + number * span, start + (number + 1) * span)
-                at = self._obstacles[name].region
-                self._lines.append(Action(mover.robot, acted.tick, action, name, at, *times))
-            self._lines += mover.resume(acted.tick)
 
-    def _rest(self, mover: Mover, tick: int, until: float) -> None:
+    def _rest(self, mover: Mover, tick: int, until: float, *, stays: bool = False) -> None:
+        """Rest until then; in the middle of the region, unless the robot ``stays`` where it has
+        acted short of that."""
+        if mover.robot in self._due and not stays:
+            self._due.discard(mover.robot)
+            self._lines += mover.resume(tick)
         if until > mover.time + SLACK:
             self._lines += mover.halt(tick)
             if until > mover.time:
@@ -189,6 +199,7 @@ class _Run:
         tick = max((getattr(line, "tick", 0) for line in self._lines), default=0)
         over = max((_time(record) for record in self._trace.records), default=0.0)
         for mover in self._movers.values():
+            self._rest(mover, tick, 0.0)
             self._lines += mover.halt(tick)
         until = max([over, *(mover.time for mover in self._movers.values())]) or STANDING
         for mover in self._movers.values():
@@ -211,12 +222,20 @@ def _time(record: records.Record) -> float:
     return record.t or 0.0
 
 
-def actions_of(
-    trace: Trace,
-) -> tuple[dict[int, list[tuple[str, str]]], set[tuple[str, int]]]:
-    """By the command of each action: the obstacles that it deals with, and what it does; robots and
+class Deed(Struct, frozen=True):
+    """What robots do at an obstacle in ``region``; ``takes``: they carry it from then on."""
+
+    obstacle: str
+    region: int
+    action: str
+    robots: frozenset[str]
+    takes: bool
+
+
+def actions_of(trace: Trace) -> tuple[dict[int, list[Deed]], set[tuple[str, int]]]:
+    """By the command of each action: what is done by it, and what is taken last; robots and
     commands of the steps that end before such an obstacle in the region that they enter."""
-    found: dict[int, list[tuple[str, str]]] = {}
+    found: dict[int, list[Deed]] = {}
     short: set[tuple[str, int]] = set()
     ended: dict[tuple[str, int], records.Act] = {}
     acts: dict[int, records.Act] = {}
@@ -240,10 +259,62 @@ def actions_of(
             if isinstance(record, records.Met) and need == len(needs) - 1:
                 last.add(obstacle.name)
             if by is not None and not told:
-                found.setdefault(by.command, []).append((obstacle.name, needs[need].action))
-                steps = ((name, *entered.get(name, (-1, 0))) for name in by.robots)
+                takes = need + 1 < len(needs) and bool(needs[need + 1].same)
+                place = (obstacle.name, obstacle.region, needs[need].action)
+                team = frozenset(_team(trace, record, needs[need], entered))
+                found.setdefault(by.command, []).append(Deed(*place, team, takes))
+                steps = ((name, *entered.get(name, (-1, 0))) for name in team)
                 short |= {(name, step) for name, at, step in steps if at == obstacle.region}
+    for deeds in found.values():
+        deeds.sort(key=lambda deed: (deed.takes, deed.obstacle))
     return found, short
+
+
+def _team(
+    trace: Trace,
+    record: records.Met | records.Resolved,
+    need: NeedHeader,
+    entered: Mapping[str, tuple[int, int]],
+) -> Iterator[str]:
+    """The robots that meet a need: who is named, and of the others those who can, also unasked."""
+    yield record.robot
+    robots = trace.header.scenario.robots
+    alone = isinstance(record, records.Met) and not need.together
+    for name in () if alone else record.robots or ():
+        at, _ = entered.get(name, (robots[name].start, 0))
+        if at in need.regions and need.action in robots[name].capabilities:
+            yield name
+
+
+def _done(
+    team: Mapping[str, Mover],
+    deeds: Sequence[Deed],
+    tick: int,
+    lasting: float,
+    pause: float,
+    end: float,
+) -> tuple[list[Line], float]:
+    """The lines of robots that do one thing after the other, the first after a ``pause``, each for
+    ``lasting`` seconds, the last until ``end`` but for rounding; and when they have done it."""
+    lines: list[Line] = []
+    over = max((mover.time for mover in team.values()), default=0.0)
+    for number, deed in enumerate(deeds):
+        group = [mover for name, mover in team.items() if name in deed.robots]
+        for mover in group:
+            if number and deeds[number - 1].region == mover.region != deed.region:
+                lines += mover.resume(tick)
+            lines += mover.face(tick, deed.region)
+        start = max([over, *(mover.time for mover in group)]) + (0.0 if number else pause)
+        over = start + lasting
+        if abs(over - end) < SLACK:
+            over = end
+        for mover in group:
+            if mover.time < over:
+                lines += mover.rest(tick, over)
+            times = (min(start, over), over)
+            what = (deed.action, deed.obstacle, deed.region)
+            lines.append(Action(mover.robot, tick, *what, *times))
+    return lines, over
 
 
 def _tried(mover: Mover, step: Crossing) -> tuple[float, bool]:

@@ -20,7 +20,7 @@ from safenav.motion.geometry import MetricFloor
 from safenav.motion.mover import Crossing, Mover
 from safenav.pace.robot import AT_ONCE
 from safenav.trace import records
-from safenav.trace.setting import ObstacleHeader, RobotHeader
+from safenav.trace.setting import ExclusionHeader, ObstacleHeader, RobotHeader
 from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import ChangeCause
 
@@ -76,6 +76,7 @@ def scheduled(
     short: set[tuple[str, int]] = set()
     for _ in range(2):  # only the whole run tells which steps end before an obstacle
         run = _Run(trace, floor, {name: copy(m) for name, m in movers.items()}, frozenset(short))
+        run.sweeping = tuple(o for o in trace.obstacles.values() if o.sweeps)
         for record in trace.records:
             run.take(record)
         short = run.found_short
@@ -113,10 +114,22 @@ class _Run(Struct):
     """The action that replaced the battery of a robot, which has not moved since."""
     told: dict[str, Activity] = field(default_factory=dict)
     """The action that met the last need of each obstacle that is about to be resolved."""
+    outside: dict[int, dict[str, Activity]] = field(default_factory=lambda: defaultdict(dict))
+    """The step with which each robot left the regions of an entry of ``never_together`` last."""
+    acted: dict[str, Activity] = field(default_factory=dict)
+    """The newest action on each obstacle."""
+    sweeping: tuple[ObstacleHeader, ...] = ()
+    """The obstacles whose resolution sweeps regions."""
+    due: set[str] = field(default_factory=set)
+    """Robots that have acted in their own region, and have to resume from there."""
 
     @property
     def robots(self) -> Mapping[str, RobotHeader]:
         return self.trace.header.scenario.robots
+
+    @property
+    def zones(self) -> tuple[ExclusionHeader, ...]:
+        return self.trace.header.scenario.never_together or ()
 
     def take(self, record: records.Record) -> None:
         if isinstance(record, records.Move):
@@ -146,13 +159,45 @@ class _Run(Struct):
             if self._conflict(name, other)
         ]
         before += [(act, LinkCause.OBSTACLE) for kept, act in self.opened[move.to] if name in kept]
+        before += [*self._alone(name, move.from_, move.to), *self._not_swept(name, move.to)]
         if (replaced := self.charged.pop(name, None)) is not None:
             before.append((replaced, LinkCause.OBSTACLE))
         heading = self.floor.heading(move.from_, move.to)
         short = (name, tick) in self.short
         step = Crossing(tick, move.from_, move.to, heading, short)
-        self.left[move.from_][name] = self._do(name, tick, (name,), before, step)
+        done = self.left[move.from_][name] = self._do(name, tick, (name,), before, step)
         self.entered[name] = move.to, tick
+        for number, zone in enumerate(self.zones):
+            if move.from_ in zone.regions and move.to not in zone.regions:
+                self.outside[number][name] = done
+
+    def _alone(self, name: str, origin: int, to: int) -> Iterator[Before]:
+        """The steps with which others have left regions where at most one robot may be."""
+        for number, zone in enumerate(self.zones):
+            if name in zone.robots and to in zone.regions and origin not in zone.regions:
+                for other in {*zone.robots} - {name}:
+                    if (step := self.outside[number].get(other)) is not None:
+                        yield step, LinkCause.REGION
+
+    def _not_swept(self, name: str, to: int) -> Iterator[Before]:
+        """What others have ended so that no robot is where another one's action sweeps: their steps
+        out of swept regions before a robot enters the obstacle there, their actions and steps
+        away from it before a robot enters the swept regions."""
+        for obstacle in self.sweeping:
+            sweeps = obstacle.sweeps or ()
+            if to == obstacle.region:
+                yield from self._left(sweeps, (name,))
+            if to in sweeps:
+                yield from self._left((obstacle.region,), (name,))
+                if (act := self.acted.get(obstacle.name)) is not None:
+                    yield act, LinkCause.OBSTACLE
+
+    def _left(self, regions: Iterable[int], team: tuple[str, ...]) -> Iterator[Before]:
+        """The steps with which robots other than these have left regions."""
+        for region in regions:
+            for other, step in self.left[region].items():
+                if other not in team:
+                    yield step, LinkCause.REGION
 
     def _own(self, name: str, cause: Activity | None) -> list[Before]:
         before = [] if name not in self.last else [(self.last[name], LinkCause.OWN)]
@@ -227,13 +272,16 @@ class _Run(Struct):
             before += [(link, LinkCause.TOGETHER) for link, _ in links]
         if self.decided is not None:
             before.append((self.decided, LinkCause.SYNTHESIS))
+        before += self._left(obstacle.sweeps or (), team)
         self.deciding = False
         act = (obstacle.name, obstacle.region, need.action)
         for name in team:
             region, tick = self.entered.get(name, (-1, 0))
             if region == obstacle.region and name not in self.begun:
                 self.found_short.add((name, tick))
-        return self._do(record.robot, record.tick, team, before, act)
+        done = self._do(record.robot, record.tick, team, before, act)
+        self.acted[obstacle.name] = done
+        return done
 
     def _do(
         self,
@@ -254,6 +302,10 @@ class _Run(Struct):
         start = max([ready, *free.values()])
         movers = [self.movers[name] for name in team]
         for mover in movers:
+            stays = isinstance(what, tuple) and what[1] == mover.region
+            if mover.robot in self.due and not (stays and start <= mover.time + AT_ONCE):
+                self.due.discard(mover.robot)
+                mover.resume(0)
             if not isinstance(what, Crossing) or start > mover.time + AT_ONCE:
                 _rest(mover, start)
         begun = end = max([start, *(mover.time for mover in movers)])
@@ -265,6 +317,7 @@ class _Run(Struct):
         elif what is not None:
             words = f"{what[2]} {what[0]}"
             end = _acted(movers, what[1])
+            self.due |= {mover.robot for mover in movers if mover.region == what[1]}
         act = what if isinstance(what, tuple) else None
         done = Activity(robot, tick, words, team, start, begun, end, cause, after, free, act)
         self.done.append(done)
@@ -279,7 +332,6 @@ def _acted(team: Sequence[Mover], region: int) -> float:
     end = max(mover.time for mover in team) + lasting
     for mover in team:
         mover.rest(0, end)
-        mover.resume(0)
     return end
 
 

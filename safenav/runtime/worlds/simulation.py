@@ -47,6 +47,8 @@ class LiveSimulation:
         self._coming: list[tuple[float, int, WorldEvent, Robot, Sequence[Obstacle]]] = []
         self._takes: dict[str, float] = {}
         self._cleared: dict[str, set[str]] = {}
+        self._turned: dict[str, tuple[dict[str, float], list[tuple[Work, tuple[str, ...]]]]] = {}
+        """Of the action of each robot: which way its robots faced before, and who acts on what."""
 
     @property
     def idle(self) -> bool:
@@ -81,20 +83,25 @@ class LiveSimulation:
 
     def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Acted | None:
         self._cleared[robot.name] = self.truth.cleared = {o.name for o in obstacles}
-        works = self.truth.within_reach(robot)
+        works = sorted(self.truth.within_reach(robot), key=_as_moved)
         there = {work.obstacle.name for work, _ in works}
         event = Acted(self._now, robot.name, command=command)
-        took = sum(self._action(work, group) for work, group in works)
+        facing = {name: self._paces[name].facing for _, group in works for name in group}
+        self._turned[robot.name] = facing, works
+        took = 0.0
+        for work, group in works:
+            took += self._action(work, group, self._now + took)
         if not works and all(self.truth.stands(obstacle) for obstacle in obstacles):
             return event
         missing = [o for o in obstacles if o.name not in there and not self.truth.stands(o)]
         self._push(took, event, robot, missing)
         return None
 
-    def _action(self, work: Work, group: Sequence[str]) -> float:
+    def _action(self, work: Work, group: Sequence[str], now: float) -> float:
+        """Seconds from ``now`` until a group has acted."""
         team = [(self._paces[name], self._poses[name].region) for name in group]
         slowest = min(self._speeds.get(name, 1.0) for name in group)
-        return acted_by(team, self._now, work.obstacle.region) / slowest
+        return acted_by(team, now, work.obstacle.region) / slowest
 
     def cancel(self, robot: Robot) -> None:
         """A command of the simulation ends by itself."""
@@ -138,16 +145,38 @@ class LiveSimulation:
             self.truth.move(robot, pose)
         elif isinstance(event, Acted):
             self.truth.cleared = self._cleared[robot.name]
+            facing, works = self._turned.pop(robot.name)
+            before = [work.need for work, _ in works]
             found = [
                 (obstacle, ActResult.UNTRAVERSABLE if truth is False else ActResult.DONE)
                 for obstacle, truth in self.truth.act(robot)
             ]
+            self._face(
+                facing, [w for w, need in zip(works, before, strict=True) if w[0].need > need]
+            )
             found += [(obstacle, ActResult.NOTHING) for obstacle in missing]
             return replace(event, at=self._now, found=tuple(found))
         else:
             pace.placed(self._now, None)
             self.truth.move(robot, pose)
         return event
+
+    def _face(
+        self, before: Mapping[str, float], done: Sequence[tuple[Work, Sequence[str]]]
+    ) -> None:
+        """Robots that have acted face the last that they did; no trace tells what they turned to
+        in vain."""
+        for name, facing in before.items():
+            self._paces[name].facing = facing
+        for work, group in done:
+            for name in group:
+                self._paces[name].faces(self._poses[name].region, work.obstacle.region)
+
+
+def _as_moved(found: tuple[Work, Sequence[str]]) -> tuple[bool, str]:
+    """The order in which a motion shows what a robot does at once: what it takes last."""
+    work, _ = found
+    return work.takes, work.obstacle.name
 
 
 def paces(scenario: Scenario) -> dict[str, Pace]:
