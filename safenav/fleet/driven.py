@@ -153,7 +153,7 @@ class _Turns:
 
 
 def _actions(act: records.Act, acted: records.ActionEnd, deeds: Sequence[Deed]) -> Iterator[Line]:
-    """What the robots of an action do, one after the other."""
+    """The lines of the robots of an action, one after the other."""
     begin, end = act.t or 0.0, acted.t or 0.0
     span = (end - begin) / max(1, len(deeds))
     for number, deed in enumerate(deeds):

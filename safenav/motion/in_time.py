@@ -6,7 +6,7 @@ story at these times agrees with the bodies at every instant.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -26,13 +26,26 @@ def in_time(trace: Trace, motion: Motion) -> Trace:
     """The trace as that of a run with a clock; a trace that is one stays as it is."""
     if trace.header.clock is not None:
         return trace
+    told = at_times(trace, _steps(motion), motion.of(Action), motion.outcome.makespan)
+    return replace(told, records=tuple(_numbered(told.records)))
+
+
+def turns_in_time(trace: Trace, motion: Motion) -> Mapping[str, Sequence[tuple[int, float]]]:
+    """The turns of each robot of a run in lockstep, by tick: when all was done that it and others
+    had done there by then, in seconds, ascending."""
+    run = _Run(trace.obstacles, _steps(motion), motion.of(Action), motion.outcome.makespan)
+    for record in trace.records:
+        run.take(record)
+    return run.turns
+
+
+def _steps(motion: Motion) -> dict[tuple[str, int], tuple[float, float]]:
     steps: dict[tuple[str, int], tuple[float, float]] = {}
     for line in motion.of(Moving):
         if line.origin != line.to:
             begin, _ = steps.get((line.robot, line.tick), (line.t0, 0.0))
             steps[line.robot, line.tick] = begin, line.t1
-    told = at_times(trace, steps, motion.of(Action), motion.outcome.makespan)
-    return replace(told, records=tuple(_numbered(told.records)))
+    return steps
 
 
 def at_times(
@@ -79,6 +92,7 @@ class _Run(Struct):
     commands: int = 0
     at: dict[str, int] = field(default_factory=dict)
     """Where each robot came to rest last."""
+    turns: dict[str, list[tuple[int, float]]] = field(default_factory=dict)
 
     def take(self, record: records.Record) -> None:
         now = self.ended.get(self.turn, 0.0)
@@ -136,6 +150,11 @@ class _Run(Struct):
             self.at[name] = move.to
             place = (command, name, move.to, move.heading, MoveEnd.ARRIVED)
             self._tell(end, records.Arrive(move.tick, *place))
+        self._turned(name, move.tick, self.ended.get(name, 0.0))
+
+    def _turned(self, name: str, tick: int, time: float) -> None:
+        turns = self.turns.setdefault(name, [])
+        turns.append((tick, max(round(time, DECIMALS), turns[-1][1] if turns else 0.0)))
 
     def _deed(self, record: records.Met | records.Resolved) -> None:
         mine = (record.robot, record.obstacle, record.tick)
@@ -156,6 +175,8 @@ class _Run(Struct):
             self.ended[name] = max(self.ended.get(name, 0.0), first.t1)
         self.decided = max(self.decided, first.t1)
         self._about(record.obstacle, first.t1, record)
+        for name in [n for n, at in self.at.items() if at == first.region]:
+            self._turned(name, record.tick, first.t1)
 
     def _about(self, obstacle: str, time: float, record: records.Record) -> None:
         self.since[obstacle] = max(time, self.since.get(obstacle, 0.0))

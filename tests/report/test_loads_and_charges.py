@@ -9,13 +9,15 @@ import pytest
 from once import SCENARIOS
 from report.browser import Browser
 from safenav.cli import group
+from safenav.motion.making import motion_of
 from safenav.report.page.encode import encoded
 from safenav.report.page.html import page_of
 from safenav.report.page.live import LiveRun
 from safenav.report.picture.pictograms import OBSTACLES
 from safenav.report.picture.scene import svg_of
-from safenav.report.replay.reading import read_replay
+from safenav.report.replay.reading import read_replay, replay_of
 from safenav.report.replay.timeline import ObstacleStatus, Replay
+from safenav.report.view3d.html import page3d_of
 from safenav.trace.reading import read_trace
 
 CART = """
@@ -131,6 +133,20 @@ def test_charges_fall_by_steps_and_rise_at_chargers(
         page.write_text(page_of(replay, "x.jsonl"), encoding="utf-8")
         browser.open(page, "#tick=8")
         assert browser.one(".robots .charge").text.strip() == "60 %"
+
+
+def test_in_3d_a_run_in_lockstep_has_the_charges_of_its_ticks(tmp_path: Path) -> None:
+    scenario = tmp_path / "cart.yaml"
+    scenario.write_text(CART, encoding="utf-8")
+    trace = read_trace(_run(scenario, tmp_path))
+    page = page3d_of(trace, "run.jsonl", motion_of(trace))
+    (data,) = re.findall(r'id="run">(.*?)</script>', page)
+    run = json.loads(data)
+    charge = [level for _, level in run["robots"][0]["charge"]]
+    flat = replay_of(trace).charges["cart"]
+    # Charging takes no time in such a motion: of what happens in one instant, the last is shown.
+    assert charge[-1] == flat.values[-1] > 0
+    assert set(charge) <= {100, *flat.values}
 
 
 def _takes(replay: Replay, load: str, tick: int) -> bool:

@@ -155,7 +155,7 @@ def check_clock(case: Examination, steps: Mapping[int, Passage]) -> None:
             else:
                 times.remove(near)
         elif isinstance(line, Action) and not any(
-            # Who stands there takes part in what is done together, also unasked.
+            # A robot that stands there takes part in a joint action, also unasked.
             team & with_whom[line.obstacle, line.t1]
             and begin < line.t0 + NEAR
             and line.t1 < end + NEAR

@@ -223,7 +223,7 @@ def _time(record: records.Record) -> float:
 
 
 class Deed(Struct, frozen=True):
-    """What robots do at an obstacle in ``region``; ``takes``: they carry it from then on."""
+    """An act of robots on an obstacle in ``region``; ``takes``: they carry it from then on."""
 
     obstacle: str
     region: int
@@ -233,7 +233,7 @@ class Deed(Struct, frozen=True):
 
 
 def actions_of(trace: Trace) -> tuple[dict[int, list[Deed]], set[tuple[str, int]]]:
-    """By the command of each action: what is done by it, and what is taken last; robots and
+    """By the command of each action: its actions, those that take a load last; robots and
     commands of the steps that end before such an obstacle in the region that they enter."""
     found: dict[int, list[Deed]] = {}
     short: set[tuple[str, int]] = set()

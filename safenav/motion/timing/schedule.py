@@ -175,13 +175,13 @@ class _Run(Struct):
         """The steps with which others have left regions where at most one robot may be."""
         for number, zone in enumerate(self.zones):
             if name in zone.robots and to in zone.regions and origin not in zone.regions:
-                for other in {*zone.robots} - {name}:
-                    if (step := self.outside[number].get(other)) is not None:
+                for other, step in self.outside[number].items():
+                    if other != name and other in zone.robots:
                         yield step, LinkCause.REGION
 
     def _not_swept(self, name: str, to: int) -> Iterator[Before]:
-        """What others have ended so that no robot is where another one's action sweeps: their steps
-        out of swept regions before a robot enters the obstacle there, their actions and steps
+        """The activities of others that keep robots out of regions that an action sweeps: their
+        steps out of swept regions before a robot enters the obstacle there, their actions and steps
         away from it before a robot enters the swept regions."""
         for obstacle in self.sweeping:
             sweeps = obstacle.sweeps or ()

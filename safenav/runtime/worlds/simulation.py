@@ -48,7 +48,7 @@ class LiveSimulation:
         self._takes: dict[str, float] = {}
         self._cleared: dict[str, set[str]] = {}
         self._turned: dict[str, tuple[dict[str, float], list[tuple[Work, tuple[str, ...]]]]] = {}
-        """Of the action of each robot: which way its robots faced before, and who acts on what."""
+        """By robot: the headings before its action, and the robots that take part in each work."""
 
     @property
     def idle(self) -> bool:
@@ -164,8 +164,8 @@ class LiveSimulation:
     def _face(
         self, before: Mapping[str, float], done: Sequence[tuple[Work, Sequence[str]]]
     ) -> None:
-        """Robots that have acted face the last that they did; no trace tells what they turned to
-        in vain."""
+        """Let robots face the last obstacle on which their action had an effect: no trace tells to
+        which others they have turned."""
         for name, facing in before.items():
             self._paces[name].facing = facing
         for work, group in done:
@@ -174,7 +174,7 @@ class LiveSimulation:
 
 
 def _as_moved(found: tuple[Work, Sequence[str]]) -> tuple[bool, str]:
-    """The order in which a motion shows what a robot does at once: what it takes last."""
+    """The order in which a motion shows the parts of an action: loads that it takes come last."""
     work, _ = found
     return work.takes, work.obstacle.name
 
