@@ -118,7 +118,10 @@ def read_clause(text: str, truths: Collection[str]) -> Clause:
             value = f"({code})", strength <= _COMPARES
         return value
 
-    (code,) = check([read(0, "")], True)
+    try:
+        (code,) = check([read(0, "")], True)
+    except RecursionError:
+        raise RefusedError(f"'{text[:20]}' ... is nested too deeply") from None
     require(len(tokens) == 1, f"'{tokens[-1]}' is not expected in '{text}'")
     return Clause(text, frozenset(reads), code)
 
@@ -128,7 +131,10 @@ def function_of(keys: Keys, clauses: Sequence[Clause]) -> Any:
     """Return whether all clauses hold, as a function of the values of these variables. (Whatever is
     evaluated was put together by ``read_clause``.)"""
     code = " and ".join(clause.code for clause in clauses) or "True"
-    return eval(f"lambda {', '.join(map(name_of, keys))}: {code}")
+    try:
+        return eval(f"lambda {', '.join(map(name_of, keys))}: {code}")
+    except (SyntaxError, RecursionError, MemoryError):  # Python's own limits
+        raise RefusedError(f"'{code[:20]}' ... is nested too deeply") from None
 
 
 def complete(

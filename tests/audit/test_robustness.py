@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from audit.good_traces import GOOD
 from audit.random_walks import random_walk
 from audit.trace_script import Line, text
+from runtime.played import play
 from safenav.audit.check import Audit, audit, check_trace
 from safenav.errors import InputError
 from safenav.trace.reading import read_bytes
@@ -137,3 +138,32 @@ def test_a_huge_number_is_told() -> None:
     raw = json.dumps(lines[-1]).replace('"ticks": 8', '"ticks": ' + "9" * 6000)
     with pytest.raises(InputError):
         read_bytes(content(lines[:-1]) + raw.encode() + b"\n")
+
+
+REFUSED = """
+safenav: 1
+map: {grid: ["#####", "#...#", "#...#", "#####"]}
+catalogue:
+  robots:
+    cart: {mobility: free, layer: ground, capabilities: [],
+           battery: {capacity: CAPACITY, charge: 3, stay: 1}}
+robots: {r: {model: cart, start: 6, objective: {visit: [8, 6], within: 3, always: RULE}}}
+chargers: [6]
+"""
+
+
+@pytest.mark.parametrize("capacity", [9, 1], ids=["rounds", "charge"])
+@pytest.mark.parametrize(
+    "formula",
+    ["garbage(", "foo = 3", "(" * 3000, "!" * 3000 + "TRUE", " -> ".join(["TRUE"] * 400)],
+    ids=["open", "unknown", "brackets", "negations", "implications"],
+)
+def test_a_rule_that_cannot_be_read_is_told_where_a_promise_was_refused(
+    capacity: int, formula: str
+) -> None:
+    scenario = REFUSED.replace("CAPACITY", str(capacity)).replace("RULE", "region < 12")
+    run = play(scenario)
+    assert run.outcome["refused"]
+    run.records[0]["scenario"]["robots"]["r"]["objective"]["always"] = [formula]
+    told = check_trace(map(json.dumps, run.records))
+    assert any("not judged" in note.explanation for note in told.notes)

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from safenav.audit.deriving import pose_of
 from safenav.audit.formulas import rules_of
 from safenav.audit.kinds import STAYING, shape_of
-from safenav.audit.language import Pose, closure
+from safenav.audit.language import Pose, RefusedError, closure
 from safenav.audit.lines import Line, Objective
 from safenav.audit.rules.rule import Rule, Said
 from safenav.audit.situation import Situation
@@ -95,7 +95,7 @@ class ChargeRule(Rule):
                     yield from self._owes()
                 for of, least in (record.refused or {}).items():
                     if of.endswith(BATTERY):
-                        yield from self._refused(of.removesuffix(BATTERY), least, now)
+                        yield from self._refused(of.removesuffix(BATTERY), least, record, now)
             case _ if record.type in _FLOOR:
                 self._stops.clear()
 
@@ -202,10 +202,18 @@ class ChargeRule(Rule):
         self._owed = name
         self._asks = now.header.flat is not None and not stands and not now.external
 
-    def _refused(self, name: str, least: int | None, now: Situation) -> Iterator[Said]:
+    def _refused(
+        self, name: str, least: int | None, outcome: Line, now: Situation
+    ) -> Iterator[Said]:
         if name not in self._charge:
             yield None, f"{name} has no battery"
-        elif least != (truth := need(now, name)):
+            return
+        try:
+            truth = need(now, name)
+        except RefusedError as error:
+            yield self.not_judged(outcome, name, str(error))
+            return
+        if least != truth:
             yield name, f"{name} is refused since it needs a charge of {least}, but it is {truth}"
         elif least is not None and least <= self._charge[name]:
             yield name, f"{name} is refused, but its charge of {self._charge[name]} suffices"

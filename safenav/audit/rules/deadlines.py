@@ -9,6 +9,7 @@ from itertools import product
 from safenav.audit.acts import impossible
 from safenav.audit.bound import Bound, least_within, mission_end
 from safenav.audit.kinds import shape_of
+from safenav.audit.language import RefusedError
 from safenav.audit.lines import Line
 from safenav.audit.rules.batteries import BATTERY, charge_after, lasts_until
 from safenav.audit.rules.requests import SETTLES
@@ -241,7 +242,10 @@ class DeadlineRule(Rule):
         turn = self._clocks[first].turn
         after = 0 if turn is None else turn + 1
         charge = self._charge[first]
-        return lasts_until(now, record.tick, first, record.obstacle, charge, after)
+        try:
+            return lasts_until(now, record.tick, first, record.obstacle, charge, after)
+        except RefusedError:
+            return None
 
     def _goal(self, record: Line, now: Situation) -> None:
         clock, own = self._clocks[record.robot], now.own[record.robot]
@@ -376,7 +380,11 @@ class DeadlineRule(Rule):
             yield f"{of} has promised nothing"
             return
         bound = Bound(now, 0, len(now.header.robots), {})
-        truth = mission_end(bound) if of == MISSION else least_within(now, of)
+        try:
+            truth = mission_end(bound) if of == MISSION else least_within(now, of)
+        except RefusedError as error:
+            yield self.not_judged(outcome, of, str(error))
+            return
         if least != truth:
             yield f"{of} is refused since the least is {least}, but it is {truth}"
         elif least is not None and least <= promised:
