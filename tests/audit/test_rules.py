@@ -60,40 +60,6 @@ def test_only_robots_that_avoid_each_other_need_starts_of_their_own(
 
 
 @pytest.mark.parametrize(
-    ("can", "needs", "rules"),
-    [
-        (["push"], {}, []),
-        ([], {}, ["unresolved-obstacle"]),
-        (["push"], {"regions": [7]}, ["unresolved-obstacle"]),
-        (["push"], {"robots": 2}, ["unresolved-obstacle"]),
-        (["push"], {"robots": 2, "together": True}, ["unresolved-obstacle"]),
-    ],
-    ids=["resolves it by entering", "cannot", "elsewhere", "too few", "too few at once"],
-)
-def test_an_obstacle_is_entered_only_by_who_resolves_it_by_that(
-    can: list[str], needs: Line, rules: list[str]
-) -> None:
-    need = {"action": "push", "regions": [6]} | needs
-    door = obstacle("door", 6, "push", need["regions"], ["a"]) | {"needs": [need]}
-    s = Script("....\n#...\n####", {"a": robot("ground", can, 5, HOLD)}, [door])
-    s.next_tick().set_out("a", 6)
-    on_its_way = check_trace(text(s.end("interrupted", {"a": 0})))
-    del s.lines[-1]
-    s.next_tick().move("a", 6)
-    if not rules:
-        s.resolve("a", "door@6", requested=False)
-    inside = check_trace(text(s.end("interrupted", {"a": 0})))
-    assert [f.rule for f in on_its_way.findings] == rules
-    assert [f.rule for f in inside.findings] == rules * 2
-
-
-def test_robots_of_different_layers_may_share_a_region() -> None:
-    s = Script("####\n#..#\n####", {n: robot(n, [], r, HOLD) for n, r in (("a", 5), ("b", 6))}, [])
-    s.next_tick().move("a", 6).move("b", 5)
-    assert check_trace(text(s.end("interrupted", {"a": 0, "b": 0}))).ok
-
-
-@pytest.mark.parametrize(
     ("heading", "to", "faced", "ok"),
     [
         ("east", 12, "east", True),
