@@ -186,6 +186,18 @@ def test_a_copy_of_the_checker_runs_nothing_but_its_own_text(name: str, tmp_path
     assert said.startswith("refused: ")
 
 
+@pytest.mark.parametrize("name", ["check_run.py", "audit/state.py"])
+@pytest.mark.parametrize("content", [None, b"def"], ids=["missing", "damaged"])
+def test_a_checker_without_one_of_its_parts_refuses(
+    name: str, content: bytes | None, tmp_path: Path
+) -> None:
+    copy = shutil.copytree(shipped("hello"), tmp_path / "copy")
+    (copy / name).unlink() if content is None else (copy / name).write_bytes(content)
+    status, said = run_checker(copy)
+    assert status == 1
+    assert said.startswith("refused: a part of this checker is missing, damaged or not for Python")
+
+
 def test_a_file_that_a_line_names_and_that_is_missing_is_named(tmp_path: Path) -> None:
     files = files_of(shipped("hello"))
     gone = next(name for name in files if name.startswith("measures/"))

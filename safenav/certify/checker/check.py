@@ -36,10 +36,16 @@ if __name__ == "__main__":
     sys.dont_write_bytecode = True  # a bundle stays as it is
     sys.path.append(str(own))  # behind the library: no file of a bundle stands in for a part of it
 
-from safenav.audit.language import RefusedError, TooLargeError, require
-from safenav.certify.checker.check_objectives import STRICTLY, Objective
-from safenav.certify.checker.check_run import Evidence, read_json
-from safenav.certify.checker.check_strategies import Json
+try:
+    from safenav.audit.language import RefusedError, TooLargeError, require
+    from safenav.certify.checker.check_objectives import STRICTLY, Objective
+    from safenav.certify.checker.check_run import Evidence, read_json
+    from safenav.certify.checker.check_strategies import Json
+except (ImportError, SyntaxError) as error:
+    this = sys.version.split()[0]
+    sys.exit(
+        f"refused: a part of this checker is missing, damaged or not for Python {this}: {error}"
+    )
 
 KNOWN = re.compile(
     r"(trace|motion)\.jsonl|(scenario|assurance)\.json|index\.html"
