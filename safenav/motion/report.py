@@ -93,7 +93,7 @@ def _shortened(what: str) -> str:
 _CAUSES = {
     "region": "to leave a region",
     "obstacle": "to resolve an obstacle",
-    "synthesis": "for what its new strategy answers",
+    "synthesis": "before its new strategy takes effect",
     "together": "to act together",
 }
 

@@ -136,7 +136,7 @@ def test_a_strategy_that_counts_on_single_steps_of_others_is_refused(
 @pytest.mark.parametrize(
     ("mutate", "refused"),
     [
-        (edit("arrive", {}, t=0.0), "it is 0.0 s after 1.0 s in the line before"),
+        (edit("arrive", {}, t=0.0), "its time, 0.0 s, is before that of the last line, 1.0 s"),
         (edit("arrive", {}, command=7), "ends command 7, which is not open"),
         (edit("depart", {}, to=57), "has ended as arrived, but at 27 (2, 1)"),
         (

@@ -96,7 +96,7 @@ class DeadlineRule(Rule):
             self._beyond = frozenset(record.beyond)
             self._around, self._since = dict(record.around or {}), (self._tick, self._had)
             if self._around and now.header.suspects is None:
-                yield "nothing is suspected"
+                yield "the scenario has no suspects"
         elif record.type in _SETTLES_AGAIN and self._since != (self._tick, self._had):
             self._around = {}
         elif record.type == "move" and record.to != record.from_ and self._shuns(record):
@@ -139,7 +139,7 @@ class DeadlineRule(Rule):
         if ends_late and outcome.outcome not in ("interrupted", "error"):
             yield "the run ends late iff a promise is broken"
         if outcome.outcome == "completed" and MISSION in self._open:
-            yield "no line tells that the mission was in time"
+            yield "no line records that the mission was in time"
         over = outcome.outcome in ("completed", "tick_limit") or outcome.cause == "deadlock"
         if over:  # the last turn is: deadlocks are found between ticks
             yield from self._missing([o for o in self._turn_owes if o[0] != MISSION])
@@ -187,7 +187,7 @@ class DeadlineRule(Rule):
 
     def _missing(self, owed: list[tuple[str, int, str]]) -> Iterator[tuple[None, str]]:
         for of, due, verdict in owed:
-            told = f"no line before this one tells that what {of} had to do by {due} is {verdict}"
+            told = f"no earlier line records that the deadline of {of} at {due} is {verdict}"
             yield None, told
         owed.clear()
 
@@ -306,7 +306,7 @@ class DeadlineRule(Rule):
             elif planned is not None and planned > record.due and record.of not in self._beyond:
                 yield f"{record.of} is planned for {planned}, and due at {record.due}"
         elif record.verdict == "kept" and record.of in self._lost:
-            yield f"{record.of} was said to be lost, and is kept"
+            yield f"{record.of} is recorded as lost, but is kept"
         if record.verdict in ENDS:
             self._lost.discard(record.of)
 
@@ -377,7 +377,7 @@ class DeadlineRule(Rule):
         if of == MISSION and now.header.promises is not None:
             promised = now.header.promises.by
         if promised is None:
-            yield f"{of} has promised nothing"
+            yield f"{of} has no deadline"
             return
         bound = Bound(now, 0, len(now.header.robots), {})
         try:

@@ -44,7 +44,7 @@ class ClockRule(Rule):
                 yield None, "a line of a live run has no time"
             return
         if record.t < self._last:
-            yield None, f"it is {record.t} s after {self._last} s in the line before"
+            yield None, f"its time, {record.t} s, is before that of the last line, {self._last} s"
         self._last = record.t
         match record.type:
             case "depart":
@@ -321,7 +321,7 @@ class WaitingRule(Rule):
         if record.intervention != "put_back" or record.robot is None:
             return
         if record.region is None or not now.grid.is_free(record.region):
-            yield f"{record.robot} is put down on no free region"
+            yield f"{record.robot} is put down on a region that is not free"
             return
         for other in now.region:
             apart = other != record.robot and now.conflict(record.robot, other)

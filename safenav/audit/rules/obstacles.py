@@ -305,7 +305,7 @@ class BlockedRule(Rule):
             return
         if record.reason == "operator":
             if name not in now.permanent:
-                yield f"no operator says that {name} stays"
+                yield f"no operator reports that {name} is permanent"
             return
         # That it can never be resolved is proven, which another rule judges.
         if name not in now.requests:

@@ -51,7 +51,7 @@ class HeaderRule(Rule):
         for first, *again in now.listed.values():
             same = [(o.region, o.blocks, o.all_needs) for o in (first, *again)]
             if same != same[:1] * len(same):
-                yield None, f"{first.name} is another when it comes back"
+                yield None, f"{first.name} differs when it reappears"
         for obstacle in now.obstacles.values():
             if not grid.is_free(obstacle.region):
                 yield None, f"{obstacle.name} is at {now.show(obstacle.region)}, which is not free"

@@ -63,7 +63,7 @@ class OutcomeRule(Rule):
     def _live_counts(self, outcome: Line, now: Situation) -> Iterator[str]:
         """Yield what differs from the commands; a run in seconds has no limit of ticks."""
         if outcome.syntheses < len(self._syntheses):
-            yield f"it says {outcome.syntheses} syntheses, but the trace has {len(self._syntheses)}"
+            yield f"it reports {outcome.syntheses} syntheses, not {len(self._syntheses)}"
         if outcome.outcome == "tick_limit":
             yield "a live run has no limit of ticks"
         limit = now.header.limits.seconds

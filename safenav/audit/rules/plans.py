@@ -66,7 +66,7 @@ class FollowsPlanRule(Rule):
             for robot, places in running.plan.robots.items():
                 left = len(places) - 1 - running.at[robot]
                 if left > 0:
-                    yield robot, f"the plan is reached, but {robot} has {left} steps to make"
+                    yield robot, f"the plan is reached, but {robot} still has {left} steps"
         elif record.reason == "violation" and now.turn.first("violation") is None:
             if any(map(now.has_failed, now.ended)):
                 return  # its violation follows
@@ -144,7 +144,8 @@ def _way_problems(robot: str, places: tuple[Line, ...], now: Situation) -> Itera
     for (origin, faced), (to, heading) in pairwise(places):
         way = now.grid.direction(origin, to)
         if way is None:
-            yield f"{robot} cannot step from {now.show(origin)} to {now.show(to)}, no neighbour"
+            step = f"from {now.show(origin)} to {now.show(to)}, which is not a neighbour"
+            yield f"{robot} cannot step {step}"
         elif not now.grid.is_free(to):
             yield f"{robot} would enter {now.show(to)}, which is not free"
         elif now.has_heading(robot) and faced is not None and way == opposite(faced):

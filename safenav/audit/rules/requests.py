@@ -197,7 +197,7 @@ class HelperRule(Rule):
             yield None, "the team could not continue after these acts", line
             return
         except TooManyError:
-            what = f"who serves which request (a search of more than {MOST_NODES} steps)"
+            what = f"which robots serve which requests (a search of more than {MOST_NODES} steps)"
             yield self.not_judged(said[0], None, what)
             return
         if found is None:

@@ -205,7 +205,10 @@ def test_nothing_else_is_in_time_than_to_hope() -> None:
     [
         (lambda run: run.all("acts")[0].update(around={"a": [18, 23]}), "cannot act on parcel@42"),
         (lambda run: run.all("acts")[0].update(around={"a": [38]}), "and was to keep out of it"),
-        (lambda run: run.records[0]["scenario"].update(suspects=None), "nothing is suspected"),
+        (
+            lambda run: run.records[0]["scenario"].update(suspects=None),
+            "the scenario has no suspects",
+        ),
         (
             lambda run: run.all("acts")[0].update(around={"z": [18]}),
             "'z' is not in the scenario",
