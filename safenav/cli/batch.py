@@ -72,7 +72,12 @@ Exit codes:
     help="Write the bundle of each run into this folder (docs/certify.md).",
 )
 @click.option("--junit", type=FILE, help="Write a JUnit report (XML).")
-@click.option("--json", "as_json", is_flag=True, help="Print all results as JSON, no table.")
+@click.option(
+    "--json",
+    "as_json",
+    is_flag=True,
+    help="Print all results as JSON; the table goes to standard error.",
+)
 @click.option("--results", type=FILE, help="Write all results as JSON, for --baseline.")
 @click.option("--csv", "as_csv", type=FILE, help="Write the figures as CSV.")
 @click.option(

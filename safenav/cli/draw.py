@@ -75,7 +75,9 @@ def command(
     form = output.suffix.lower()
     if form not in (".svg", ".png"):
         raise UsageError(f"{output}: a picture ends in .svg or .png")
-    picture = svg_of(scene_of(plan), Options(legend=legend, numbers=True, shading=shading))
+    picture = svg_of(
+        scene_of(plan), Options(legend=legend, numbers=True, shading=shading, axes=True)
+    )
     content = picture.encode()
     if form == ".png":
         from safenav.report.picture.raster import png_of

@@ -1,5 +1,6 @@
 """``safenav draw`` shows what was read from a map file."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -32,12 +33,20 @@ def test_walls_and_region_numbers_of_a_file_are_drawn(
     assert found.returncode == 0, found.stderr
     lines = [line for line in found.stdout.splitlines() if "\u2588" in line]
     assert len(lines) == 7
+    assert [line.split()[0] for line in lines] == [str(row) for row in range(7)]
+    columns = next(line for line in found.stdout.splitlines() if line.startswith("  0 "))
+    assert columns.split() == [str(col) for col in range(13)]
     for line, groups in zip((lines[1], lines[3]), ROWS, strict=True):
-        shown = [part.split() for part in line.split("\u2588") if part.strip()]
+        shown = [part.split() for part in line[2:].split("\u2588") if part.strip()]
         assert shown == [[str(region) for region in group] for group in groups]
     drawn = safenav("draw", "s.yaml", "-o", "s.svg")
     assert drawn.returncode == 0, drawn.stderr
-    assert (tmp_path / "s.svg").read_text(encoding="utf-8").startswith("<svg")
+    picture = (tmp_path / "s.svg").read_text(encoding="utf-8")
+    assert picture.startswith("<svg")
+    beside = re.findall(r'text-anchor="end">(\d+)<', picture)
+    below = re.findall(r'text-anchor="middle">(\d+)<', picture)
+    assert beside == [str(row) for row in range(7)]
+    assert below[:13] == [str(col) for col in range(13)]
 
 
 def test_a_broken_map_file_is_told_at_its_line(safenav: Command, tmp_path: Path) -> None:

@@ -163,8 +163,10 @@ def test_a_scenario_as_text_shows_numbers_starts_targets_and_obstacles() -> None
 def test_a_narrow_terminal_gets_a_narrow_map() -> None:
     scenario = load_scenario(SCENARIOS / "case_study_1.yaml")
     lines = scenario_text(scenario, width=40)
-    grid = [line for line in lines if line.startswith("██")]
-    assert len(grid) == 7 and all(len(line) == 26 for line in grid)
+    columns, *grid = [line for line in lines if "██" in line or line.startswith("  0  ")]
+    assert columns == "  0         5         10"
+    assert [line[:2] for line in grid] == [f"{row} " for row in range(7)]
+    assert all(len(line) == 2 + 26 for line in grid)
 
 
 @pytest.mark.parametrize("name", ["case_study_1", "warehouse", "team_of_six"])

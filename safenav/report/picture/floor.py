@@ -65,3 +65,19 @@ def draw_numbers(
         if not any(box.overlaps(name.box) for name in names):
             page.element("text", str(region), x=x, y=y)
     page.close_group()
+
+
+def draw_axes(page: SvgWriter, world: RegionMap, cell: float) -> None:
+    """Draw the number of each row at the left of the map and of each column below it; where
+    regions are small, of every fifth."""
+    every = 1 if cell >= text_width(f"{world.cols - 1} ", _LEGIBLE) else 5
+    page.open_group(font_size=number(_LEGIBLE), fill=MUTED)
+    for row in range(0, world.rows, every):
+        y = (row + 0.5) * cell + 0.35 * _LEGIBLE
+        page.element("text", str(row), x=-2, y=y, text_anchor="end")
+    for col in range(0, world.cols, every):
+        x = (col + 0.5) * cell
+        page.element(
+            "text", str(col), x=x, y=world.rows * cell + 1.2 * _LEGIBLE, text_anchor="middle"
+        )
+    page.close_group()

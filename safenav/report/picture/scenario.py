@@ -53,21 +53,39 @@ def sight_of(scenario: Scenario, robot: str) -> Shading:
 
 
 def scenario_text(scenario: Scenario, width: int) -> list[str]:
-    """Return the scenario as lines of text: the map, then the meanings of its marks.
+    """Return the scenario as lines of text: the map with its rows and columns, then the meanings of
+    its marks.
 
     Free regions show their numbers if the map is then no wider than ``width``."""
     sign = labels([robot.name for robot in scenario.robots])
     digits = len(str(scenario.map.size - 1))
     mark = max(len(label) for label in [" ", *sign.values()])
-    numbered = scenario.map.cols * (digits + mark + 2) <= width
-    lines = [scenario.name, ""]
-    lines += _numbered(scenario, sign, digits) if numbered else _plain(scenario, sign)
-    lines += ["", *_robots(scenario, sign), *_obstacles(scenario)]
-    if numbered:
+    numbered = scenario.map.cols * (digits + mark + 2) + _beside(scenario.map) <= width
+    drawn = _numbered(scenario, sign, digits) if numbered else _plain(scenario, sign)
+    lines = [scenario.name, "", *_with_axes(drawn, scenario.map), ""]
+    lines += [*_robots(scenario, sign), *_obstacles(scenario)]
+    marked = bool(scenario.robots or scenario.obstacles)
+    if numbered and marked:
         lines.append("  a capital letter: a robot; a small one: its target; ?: a hidden obstacle")
-    else:
-        lines.append("  o: a target; ▒▒: a hidden obstacle; a wider terminal shows region numbers")
+    elif not numbered:
+        marks = "o: a target; ▒▒: a hidden obstacle; " if marked else ""
+        lines.append(f"  {marks}a wider terminal shows region numbers")
     return lines + _names(scenario.map)
+
+
+def _beside(world: RegionMap) -> int:
+    """Return the characters that the numbers of rows take beside the map."""
+    return len(str(world.rows - 1)) + 1
+
+
+def _with_axes(lines: list[str], world: RegionMap) -> list[str]:
+    """Return a drawing with the number of each row beside it, and above it those of the columns:
+    every one that has room for a blank behind it, or else every fifth."""
+    beside, cell = _beside(world), len(lines[0]) // world.cols
+    every = 1 if len(str(world.cols - 1)) < cell else 5
+    columns = "".join(f"{col:<{cell * every}}" for col in range(0, world.cols, every))
+    rows = [f"{row:>{beside - 1}} {line}" for row, line in enumerate(lines)]
+    return [f"{' ' * beside}{columns.rstrip()}", *rows]
 
 
 def _targets(objective: Objective) -> list[Region]:

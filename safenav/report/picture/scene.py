@@ -12,6 +12,7 @@ from safenav.report.picture.floor import (
     INK,
     MUTED,
     cell_size,
+    draw_axes,
     draw_floor,
     draw_numbers,
     number_size,
@@ -57,13 +58,14 @@ class Options(Struct, frozen=True):
 
     ``numbers``: None puts region numbers where they can be read. ``caption``: some lines below the
     map instead of a legend, always of the same height (for the frames of a film). ``shading``:
-    sight and beliefs of a robot."""
+    sight and beliefs of a robot. ``axes``: numbers of rows and columns around the map."""
 
     legend: bool = True
     numbers: bool | None = None
     hidden: bool = True
     caption: str | None = None
     shading: Shading | None = None
+    axes: bool = False
 
 
 def svg_of(scene: Scene, options: Options | None = None) -> str:
@@ -155,6 +157,8 @@ class _Drawing(Struct):
         numbers, placed = self.options.numbers, placed_names(self.scene.map, self.cell)
         if number_size(self.cell) is not None if numbers is None else numbers:
             draw_numbers(self.page, self.scene.map, self.cell, names=placed)
+        if self.options.axes:
+            draw_axes(self.page, self.scene.map, self.cell)
         for i, robot in enumerate(self.scene.robots):
             self._trail(robot, style[i], i - (len(style) - 1) / 2)
         for obstacle, status in self.scene.obstacles:

@@ -1,4 +1,4 @@
-/* sources 0c708b4823787672b7a0b0bfb49798b94ede4254e95c86900d48cc33e371bf7c */
+/* sources 6e7f8fcdcc84ce072a393b9015cb61ecf6735fe2107a35a7d85b5177e99d3b45 */
 /* Contains Preact:
 The MIT License (MIT)
 
