@@ -153,24 +153,6 @@ def test_what_is_written_to_a_trace_reads_back() -> None:
         assert objective(str(to_data(first))) == first
 
 
-def test_robots_of_different_layers_may_start_in_one_region() -> None:
-    scenario = load(
-        """\
-robots:
-  ann: {model: digit, start: 8, heading: east, objective: {hold: 26}}
-  fly: {model: quadcopter, start: 8, objective: {hold: 26}}
-"""
-    )
-    assert {robot.start.region for robot in scenario.robots} == {8}
-
-
-def test_a_robot_models_its_neighbours_unless_told_otherwise() -> None:
-    ann = load(
-        "robots: {ann: {model: digit, start: 8, heading: east, objective: {hold: 9}}}"
-    ).robots[0]
-    assert (ann.avoids, ann.tracks, ann.tracking) == (None, frozenset(), Tracking.NEARBY)
-
-
 def team(first: str, second: str) -> tuple[Scenario, Robot, Robot]:
     scenario = load(
         f"""\
@@ -194,17 +176,6 @@ def test_whom_a_robot_avoids_and_tracks_and_how() -> None:
     )
     assert (bob.avoids, bob.tracks, bob.tracking) == (frozenset(), frozenset(), Tracking.BELIEF)
     assert scenario.conflict(bob, ann), "it is mutual although only ann asks for it"
-
-
-def test_robots_of_one_layer_that_avoid_nobody_may_start_in_one_region() -> None:
-    scenario = load(
-        """\
-robots:
-  ann: {model: quadcopter, start: 8, objective: {hold: 26}, avoids: []}
-  bob: {model: quadcopter, start: 8, objective: {hold: 26}, avoids: []}
-"""
-    )
-    assert not scenario.conflict(*scenario.robots)
 
 
 def test_a_robot_may_see_otherwise_than_its_model() -> None:
@@ -273,34 +244,12 @@ def test_cells_of_beliefs(written: str, expected: list[set[int]] | None) -> None
         assert sorted(map(sorted, found)) == sorted(map(sorted, expected))
 
 
-def test_an_obstacle_may_hide_where_a_robot_starts_that_it_does_not_block() -> None:
-    scenario = load(
-        """\
-robots: {ann: {model: digit, start: 8, heading: east, objective: {hold: 26}}}
-obstacles: [{type: door, region: 8}]
-"""
-    )
-    assert scenario.obstacles[0].name == "door@8"
-
-
-def test_a_grid_may_be_a_list_of_rows() -> None:
-    text = "safenav: 1\nmap: {grid: ['..', '.#']}\n"
-    robots = "robots: {ann: {model: quadcopter, start: 0, objective: {hold: 1}}}"
-    assert load_scenario_text(text + robots).map.grid_rows() == ["..", ".#"]
-
-
 def test_empty_lines_around_the_grid_do_not_count() -> None:
     text = "safenav: 1\nmap:\n  grid: |\n\n    ..  \n    .x\n\n\n"
     robots = "robots: {ann: {model: quadcopter, start: 0, objective: {hold: 1}}}"
     with pytest.raises(InputError, match=r"<text>:6:6: row 1, column 1 of the map: 'x'"):
         load_scenario_text(text + robots)
     assert load_scenario_text((text + robots).replace("x", "#")).map.grid_rows() == ["..", ".#"]
-
-
-def test_a_grid_may_be_a_quoted_text() -> None:
-    text = 'safenav: 1\nmap: {grid: "..\\n.#\\n"}\n'
-    robots = "robots: {ann: {model: quadcopter, start: 0, objective: {hold: 1}}}"
-    assert load_scenario_text(text + robots).map.grid_rows() == ["..", ".#"]
 
 
 def test_a_target_may_be_out_of_reach_if_another_of_its_set_is_not() -> None:
