@@ -69,7 +69,7 @@ def test_a_case_that_hangs_is_stopped_with_its_synthesizer(
     hung = arrived.pop("sleeper-0.yaml").result
     assert set(verdicts(arrived).values()) == {CaseVerdict.PASSED}
     assert hung.verdict is CaseVerdict.HUNG
-    assert hung.reasons == ["no end after 1 s; it was stopped"]
+    assert hung.reasons == ["stopped after 1 s (time limit)"]
     assert "slugs.py" in hung.detail
     assert hung.wall_seconds == 1.5
     assert slugs.all_gone()

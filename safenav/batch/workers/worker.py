@@ -174,7 +174,7 @@ class Worker:
             kill_orphans(self._mark)
         words = self._last_words()
         assert self.case is not None
-        reason = f"no end after {self._limit:g} s; it was stopped"
+        reason = f"stopped after {self._limit:g} s (time limit)"
         result = self._timed(without_a_run(self.case, CaseVerdict.HUNG, [reason], words))
         self.end()
         return result

@@ -35,7 +35,7 @@ from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import MoveEnd
 
 STANDING = 1.0
-"""Seconds that a motion shows of a run in which nobody moves."""
+"""Motion length in seconds for runs without moves."""
 SLACK = 1e-6
 """Seconds that are rounding."""
 

@@ -75,7 +75,7 @@ class Assigner(Struct, frozen=True):
 
     def _draft(self, robot: RobotState) -> TaskDraft:
         index = self.floor.index(robot.name)
-        if not robot.active:  # it keeps what it has, but a duty, which others take
+        if not robot.active:  # it keeps its assignment unless it was helping
             if robot.assignment.role is Role.HELPS:
                 return self._wait(robot, index)
             return _as_before(robot)

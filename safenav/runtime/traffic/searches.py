@@ -47,8 +47,7 @@ class Searches:
         return replace(decided, poses=poses)
 
     def remembered(self, floor: Floor) -> Floor:
-        """The problem with what they remember for robots whose formulas do, unless that is too
-        much."""
+        """Return the problem with formula memory added to poses, within a size limit."""
         poses = list(floor.poses)
         graphs: dict[int, remembering.StateGraph] = {}
         for index, robot in enumerate(self._state.robots.values()):

@@ -85,7 +85,7 @@ def with_walls(
         return None
     found_walls = walls(blocked, layout, share)
     if len(found_walls) == layout.rows * layout.cols:
-        hint = "a region is a wall as soon as any of it is: try 'share: 0.5', or more regions"
+        hint = "by default one blocked pixel makes a wall: try 'share: 0.5' or smaller regions"
         if bool(blocked.all()):
             hint = "nothing in the file is free: dark, unknown and occupied pixels are walls"
         findings.add(node, "map: every region is a wall", hint)
