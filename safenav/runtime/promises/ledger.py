@@ -115,7 +115,7 @@ class Deadlines(Struct):
                 self._judge(name, clock.begun + within, verdict)
         if self.late and self.team.scenario.late is LatePolicy.STOP:
             told = " and ".join(dict.fromkeys(self.late))
-            raise RunEnded(Conclusion(Outcome.LATE, f"late: {told}"))
+            raise RunEnded(Conclusion(Outcome.LATE, f"a deadline was missed: {told}"))
 
     def turn_begins(self, number: int) -> None:
         """Robot ``number``, from 1, has its turn."""
