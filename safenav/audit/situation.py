@@ -124,6 +124,7 @@ class Situation(State):
                 self._fit_again(obstacle=name)
                 self.stage[name] = len(self.obstacles[name].all_needs)
                 self.requests.pop(name, None)
+                self.given_up.pop(name, None)
                 gone = record.traversable is not False
                 self.status[name] = Status.RESOLVED if gone else Status.UNTRAVERSABLE
                 for each, progress in self.progress.items():
@@ -162,6 +163,7 @@ class Situation(State):
             case "gone":
                 self._fit_again(obstacle=name)
                 self.requests.pop(name, None)
+                self.given_up.pop(name, None)
                 self.status[name] = Status.ABSENT
                 self.discovered.discard(name)
             case "blocked":
@@ -248,6 +250,8 @@ class Situation(State):
         for name, obstacle in self.obstacles.items():
             if results.get(name, "failed" if failed else None) in WITHOUT_EFFECT:
                 continue
+            if act is not None and name not in results and self.resolves_alone(name):
+                continue  # it may have come since the action began
             # Needs of an obstacle that no scenario lists count from its discovery on.
             counted = name in self.introduced or len(obstacle.all_needs) == 1
             waits = obstacle.sweeps and self.must_not_sweep(robot, name)

@@ -137,6 +137,11 @@ class State:
         actions, robots = self.obstacles[obstacle].actions(need), self.header.robots
         return frozenset(name for name, one in robots.items() if actions <= one.capabilities)
 
+    def resolves_alone(self, obstacle: str) -> bool:
+        """Return whether one action resolves an obstacle: there is no result for a part of one."""
+        left = self.obstacles[obstacle].all_needs[self.stage[obstacle] :]
+        return len(left) == 1 and left[0].robots == 1
+
     def capable(self, obstacle: str) -> set[str]:
         """Return the robots that have the action which the obstacle needs next, and what the same
         robots must do after it: only those of the need before it where it takes the same."""

@@ -218,5 +218,6 @@ class Actions(Struct):
         failed = any(result is ActResult.FAILED for _, result in event.found)
         failed = failed or bool(event.reason and not event.found)
         if done or not failed:
-            only = {obstacle.name for obstacle, _ in done} if failed else None
+            told = {obstacle.name for obstacle, _ in done}
+            only = told if failed else self.state.knowledge.affected(told)
             yield from self._resolve(robot, replace(event, found=tuple(done)), only)

@@ -49,6 +49,8 @@ class Interventions(Struct):
     _looked: int = -1
     _made: int = 0
     _chosen: dict[str, bool] = field(default_factory=dict)
+    took_effect: bool = False
+    """Whether a requested intervention has changed anything, or is recorded as one."""
 
     @property
     def asked(self) -> bool:
@@ -116,14 +118,26 @@ class Interventions(Struct):
                     now = self.state.time
                     self.turns.tell.late("intervention", str(error), None, None, now)
                 continue
+            self.took_effect |= self._has_effect(wanted)
             if self.state.live:
                 self._tell(wanted)
             yield from self._bring_about(wanted)
         yield from self._inputs()
 
+    def _has_effect(self, wanted: user_changes.Intervention) -> bool:
+        match wanted:
+            case user_changes.Serve(name, active):
+                return self.state.live or self._robot(name).active is not active
+            case user_changes.SetInput(name, on):
+                return self.state.inputs[name] is not on
+        return True
+
     @property
     def more_changes(self) -> bool:
-        """Whether the scenario has changes of this moment that have not been applied yet."""
+        """Whether changes of this moment, of the scenario or an operator, are still to be
+        applied."""
+        if any(not isinstance(wanted, user_changes.GiveUp) for wanted in self._asked):
+            return True
         left = self.state.scenario.changes[self._made :]
         return any(change.at <= self.state.time for change in left)
 

@@ -150,6 +150,18 @@ class Knowledge:
         )
         return further, met
 
+    def affected(self, told: Collection[str]) -> set[str]:
+        """The obstacles by name that an action may have affected which has resolved those that are
+        ``told``: not one that a single action resolves, as it may have come since."""
+        names = {*self._known.open, *self._unmet.open}
+        single = {
+            name
+            for name, work in self.pending.items()
+            if self.need_of(work.obstacle) == len(work.obstacle.needs) - 1
+            and work.obstacle.needs[-1].robots == 1
+        }
+        return names - (single - {*told})
+
     def within_reach(
         self, robot: Robot, regions: Mapping[str, Region], cleared: Collection[str] = ()
     ) -> list[tuple[Obstacle, tuple[str, ...]]]:

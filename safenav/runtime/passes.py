@@ -68,10 +68,11 @@ class Passes(Algorithm):
         self.deadlines.tick_begins()
         self._hear()
         given_up = self.interventions.given_up
-        self._together |= team.waiting is not None and asked
         self.guarded(lambda: self.settle(self.batteries.tick_begins()))
+        waited, self.interventions.took_effect = team.waiting is not None, False
         while not self.guarded(lambda: self.settle(self.interventions.apply())):
             pass  # the change before has ended in a wait
+        self._together |= waited and self.interventions.took_effect
         if given_up:
             raise RunEnded(team.waiting or Conclusion(Outcome.INTERRUPTED, "given up"))
         for change in self.world.changes(team.occupied()):

@@ -123,7 +123,9 @@ class CommandRule(Rule):
         robot, act = record.robot, now.acting.get(record.robot)
         if act is None or act.command != record.command:
             yield f"{robot} has acted by command {record.command}, which is not open"
-        elif missing := {n for n in act.obstacles if _single(n, now)} - record.results.keys():
+            return
+        single = {n for n in act.obstacles if n in now.obstacles and now.resolves_alone(n)}
+        if missing := single - record.results.keys():
             yield f"no result for {', '.join(sorted(missing))}, on which {robot} acted"
         if record.reason and record.results and not {*WITHOUT_EFFECT} & {*record.results.values()}:
             yield f"{robot} has acted, and has a reason for a failure: {record.reason}"
@@ -142,14 +144,6 @@ class CommandRule(Rule):
             yield f"the step of {robot} has ended as {record.result}, but at {at}"
         if record.result == "arrived" and record.heading != depart.heading:
             yield f"{robot} was to face {depart.heading}, but faces {record.heading}"
-
-
-def _single(obstacle: str, now: Situation) -> bool:
-    """Return whether one action resolves an obstacle: there is no result for a part of one."""
-    if obstacle not in now.obstacles:
-        return False
-    left = now.obstacles[obstacle].all_needs[now.stage[obstacle] :]
-    return len(left) == 1 and left[0].robots == 1
 
 
 class ActRule(Rule):
@@ -285,7 +279,7 @@ class WaitingRule(Rule):
             case "depart" | "act" | "move" if self._waits(record, now):
                 yield f"{record.robot} gets a command while the team waits"
             case "appeared" | "gone" | "inputs" | "order" if is_of_user(record):
-                self._waiting, self._hope = None, True
+                self._waiting, self._hope, self._changed = None, True, record.tick
             case "gone":
                 timed = self._waiting is not None and self._waiting.until is not None
                 self._waiting, self._hope = self._waiting if timed else None, True

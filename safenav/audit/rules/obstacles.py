@@ -30,13 +30,14 @@ class ViolationRule(Rule):
             yield f"{robot} faces {heading} and cannot step {way} to {proposed}"
         if obstacle.region != record.proposed:
             yield f"{obstacle.name} is not at {proposed}"
-        action = now.need(obstacle.name).action
+        status = now.status[obstacle.name]
+        again = now.external and status in (Status.RESOLVED, Status.ABSENT)  # from the beginning
+        action = (obstacle.all_needs[0] if again else now.need(obstacle.name)).action
         if record.action != action:
             yield f"{obstacle.name} needs {action}, not {record.action}"
         stopped = now.stopped_by if obstacle.sweeps else now.blocked_by
         if robot not in stopped(obstacle.name):
             yield f"{obstacle.name} does not block {robot}"
-        status = now.status[obstacle.name]
         if status is Status.RESOLVED or (status is Status.ABSENT and now.external):
             if not now.external:  # where doors fall shut again
                 yield f"{obstacle.name} was resolved before"

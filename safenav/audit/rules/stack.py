@@ -88,7 +88,8 @@ class PopRule(Rule):
             and entry.before[robot].kind == ALTERNATION
             and entry.before[robot].targets[:1] == objective.targets[:1]
         ]
-        if objective in found or own.kind == "ltl" or now.has_heading(robot):
+        again = any(stored.targets == objective.targets for stored in found)  # under rules of now
+        if again or own.kind == "ltl" or now.has_heading(robot):
             return None
         return next((stored for stored in found if can_alternate(robot, stored, now)), None)
 

@@ -38,7 +38,8 @@ class SynthesisRule(Rule):
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
         self._happened.add(record.type)
-        if now.waits is not None and (is_of_user(record) or is_over(now.waits, record)):
+        changed = record.type == "objective" or is_of_user(record)  # before all is decided again
+        if changed or (now.waits is not None and is_over(now.waits, record)):
             self._resumed = record.tick
         if record.type == "synthesis":
             yield from self._problems(record, now)
