@@ -66,6 +66,8 @@ class Turns:
             yield from self._stand_still(robot, HoldReason.OPERATOR)
         elif robot.held is not None:
             yield from self._stand_still(robot, robot.held)
+        elif robot.too_flat and robot.pose.region not in self.state.scenario.chargers:
+            yield from self._stand_still(robot, HoldReason.HELD)  # brought back with no charge
         elif not self.state.live and self.actions.acts_first(robot):
             yield from self._stand_still(robot, HoldReason.ACTING)
         elif self.traffic.active and not self._released(robot):

@@ -38,6 +38,9 @@ OPERATOR = {
     "put elsewhere during a plan": 4487,
     "an input ends a wait": 4506,
     "an order ends a wait": 4596,
+    "two interventions, and the first makes the team wait": 7007,
+    "an input that is as it was": 7119,
+    "an order comes in the moment in which an action ends": 7289,
 }
 BOTH = {
     "an order where the world knows of none": 3053,
@@ -45,9 +48,14 @@ BOTH = {
     "put elsewhere when all is done": 3145,
     "an action finds nothing, for a reason": 3149,
     "put on its target": 3323,
+    "put elsewhere with an empty battery": 8044,
+    "what was resolved is seen again": 8231,
     "lost, and said to be back": 3387,
 }
 LOCKSTEP = {
+    "back in service, as it was": 7452,
+    "another objective makes the team wait, and what follows ends that": 7529,
+    "an objective under other rules is restored": 7662,
     "put somewhere, of which no line tells": 5091,
     "a stop is behind what nobody can resolve, but for its heading": 5123,
 }
@@ -141,9 +149,9 @@ def test_the_judge_sees_what_must_not_be() -> None:
         "robots": robots,
         "obstacles": [],
     }
-    step = {"log": "start", "robot": "a", "busy": False, "stops": None}
+    step = {"log": "start", "robot": "a", "command": 1, "busy": False, "stops": None}
     end = {"log": "end", "robot": "a", "how": "arrived", "within": None}
-    told = {"log": "told", "robot": "a", "event": "arrived", "fatal": False, "obstacle": None}
+    told = {"log": "told", "robot": "a", "event": "arrived", "fatal": False, "command": 1}
     log = [
         {"log": "shown", "t": 0.0, "obstacle": "door@5"},
         {**step, "t": 0.0, "origin": 4, "to": 5, "stops": "door@5"},

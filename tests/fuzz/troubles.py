@@ -160,6 +160,7 @@ class Nature(LiveSimulation):
             robot=name,
             origin=here.region,
             to=pose.region,
+            command=command,
             busy=busy,
             stops=None if stops is None else stops.name,
         )

@@ -171,7 +171,7 @@ class Charges:
         self.charge = {n: float(b["capacity"]) for n, b in self.batteries.items()}
         self.at = {n: robots[n]["start"] for n in self.batteries}
         self.since: dict[str, float | None] = dict.fromkeys(self.batteries, 0.0)
-        self.command: dict[str, bool] = {}
+        self.command: dict[str, int] = {}
         self.defects: list[str] = []
 
     def stand(self, name: str, t: float) -> None:
@@ -192,14 +192,14 @@ class Charges:
         match line["log"]:
             case "start":
                 self.stand(name, t)
-                self.since[name] = None
+                self.since[name], self.command[name] = None, line["command"]
                 if self.charge[name] < 1 - CLOSE:
                     told = f"{name} sets out with a charge of {self.charge[name]:g}"
                     self.defects.append(f"{t:.2f} s: {told}")
             case "end":
                 self.charge[name] = max(0.0, self.charge[name] - 1)
                 self.at[name] = line["at"]
-            case "told" if self.since[name] is None:
+            case "told" if line["command"] == self.command.get(name) and self.since[name] is None:
                 self.since[name] = t
             case "put":
                 self.stand(name, t)

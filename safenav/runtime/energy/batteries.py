@@ -207,6 +207,9 @@ class Batteries:
             yield from self.turns.serve(robot, active=False, cause=ChangeCause.BATTERY)
             return  # nothing can be brought here
         obstacle = Obstacle(kind, region, appears=int(self.team.time))
+        if world.stands(obstacle):  # it was brought back, and nobody has come
+            yield from self.turns.serve(robot, active=False, cause=ChangeCause.BATTERY)
+            return
         self._flat[obstacle.name] = robot.name
         yield from self.turns.leave_plan()
         world.place(obstacle)
