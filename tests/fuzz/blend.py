@@ -29,11 +29,13 @@ from safenav.certify.record import syntheses_of
 from safenav.certify.run import Kept
 from safenav.errors import InputError, SafenavError, UsageError
 from safenav.lines import json_line
+from safenav.runtime.analysis.resuming import resumed
 from safenav.runtime.intervening import line_read
 from safenav.runtime.mission import default_synthesizer
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.synthesis.cache import Cache
+from safenav.trace.reading import read_lines
 from safenav.trace.writing import as_data
 
 LIMITS = ("tick_limit", "time_limit", "search_limit")
@@ -125,6 +127,42 @@ def play(
     return played
 
 
+def continued(data: Mapping[str, Any], seed: int, *, patience: int = 60) -> Played:
+    """A run that is killed at a random record, and continued: its rest, judged. ``found`` also
+    names another outcome. Raises InputError for a scenario that is refused."""
+    scenario, played = load_scenario_text(json.dumps(data)), Played()
+    try:
+        whole = _told(scenario, patience)
+    except UsageError as error:
+        raise InputError(()) from error  # not for runs in time
+    if len(whole) < 4:
+        return played
+    end = Random(f"cut of {seed}").randrange(1, len(whole) - 1)
+    if findings := check_trace(whole[:end]).findings:
+        played.found.append(f"audit of the first {end} lines: {findings[0]}")
+    try:
+        played.lines = _told(resumed(read_lines(whole[:end]), scenario), patience)
+    except SlowError:
+        played.found.append(f"slow: no end after {patience} s from line {end}")
+        return played
+    if findings := check_trace(played.lines).findings:
+        played.found.append(f"audit of the rest from line {end}: {findings[0]}")
+    outcomes = [json.loads(lines[-1])["outcome"] for lines in (whole, played.lines)]
+    played.outcome = outcomes[1]
+    if outcomes[0] != outcomes[1]:
+        played.found.append(f"{outcomes[0]}, but continued from line {end} {outcomes[1]}")
+    return played
+
+
+def _told(scenario: Scenario, patience: int) -> list[str]:
+    """The trace of a run."""
+    lines: list[str] = []
+    listener = [lambda record: lines.append(json_line(as_data(record)))]
+    with limited(patience):
+        Mission(scenario, listeners=listener).run()
+    return lines
+
+
 def _run(
     mission: Mission,
     hand: Hand | None,
@@ -211,6 +249,7 @@ def main() -> int:
     parser.add_argument("--lockstep", action="store_true")
     parser.add_argument("--faults", action="store_true")
     parser.add_argument("--operator", action="store_true")
+    parser.add_argument("--continued", action="store_true", help="killed, and continued")
     parser.add_argument("--patience", type=int, default=60)
     parser.add_argument("--keep", help="a folder for the scenarios and traces of findings")
     options = parser.parse_args()
@@ -221,12 +260,16 @@ def main() -> int:
     for seed in range(first, behind):
         data = mixed_mission(seed, live=not options.lockstep)
         try:
-            one = play(
-                data,
-                seed,
-                faults=faults_of(seed) if options.faults else None,
-                operator=options.operator,
-                patience=options.patience,
+            one = (
+                continued(data, seed, patience=options.patience)
+                if options.continued
+                else play(
+                    data,
+                    seed,
+                    faults=faults_of(seed) if options.faults else None,
+                    operator=options.operator,
+                    patience=options.patience,
+                )
             )
         except InputError:
             counts["refused"] += 1

@@ -8,7 +8,7 @@ import os
 
 import pytest
 
-from fuzz.blend import play
+from fuzz.blend import continued, play
 from fuzz.mixed import mixed_mission
 from fuzz.troubles import faults_of
 from fuzz.watch import Watch
@@ -84,6 +84,16 @@ def test_a_run_with_all_at_once_is_true(
     data = mixed_mission(seed, live=live)
     try:
         one = play(data, seed, faults=faults_of(seed) if faults else None, operator=operator)
+    except InputError:
+        return
+    assert not one.found
+
+
+@pytest.mark.parametrize("live", [True, False])
+@pytest.mark.parametrize("seed", [10049, *range(FIRST, FIRST + COUNT)])
+def test_a_run_that_was_killed_continues(seed: int, live: bool) -> None:
+    try:
+        one = continued(mixed_mission(seed, live=live), seed)
     except InputError:
         return
     assert not one.found

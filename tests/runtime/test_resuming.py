@@ -134,6 +134,26 @@ def test_a_run_continues_from_each_of_its_lines(text: str, tmp_path: Path) -> No
         assert play(resume).outcome["outcome"] == "completed", end
 
 
+ALARM = """
+safenav: 1
+map: {grid: ["....."]}
+robots:
+  q: {model: quadcopter, start: 0, objective: {visit: [1, 0]}, when: {alarm: {visit: [4, 3]}}}
+inputs: {alarm: {at: ["2-4"]}}
+until: {rounds: 1}
+"""
+
+
+def test_what_an_input_has_changed_is_as_it_was(tmp_path: Path) -> None:
+    """The robot has its own objective afterwards, and the input goes off at the same time."""
+    cut, scenario = cut_after("objective", ALARM, tmp_path)
+    rest = resumed(read_trace(cut), scenario)
+    (robot,), (alarm,) = rest.robots, rest.inputs
+    assert {*targets_of(robot.objective)} == {*targets_of(scenario.robots[0].objective)}
+    assert alarm.spans == ((1, 2),)
+    assert play(rest).outcome["outcome"] == "completed"
+
+
 def cut_after(line_type: str, text: str, tmp_path: Path, index: int = 0) -> tuple[Path, Scenario]:
     source, whole = tmp_path / "s.yaml", tmp_path / "whole.jsonl"
     source.write_text(text)

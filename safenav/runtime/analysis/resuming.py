@@ -11,6 +11,7 @@ charge that it has; one whose battery is empty asks for help again.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from math import floor
 from typing import Any
 
 from msgspec import Struct, field
@@ -84,6 +85,9 @@ class _State(Struct):
             case records.NewObjective():
                 if record.at_once:
                     self.objectives[record.robot] = record.objective
+                if record.cause is ChangeCause.INPUT:  # until it changes again
+                    self.rounds[record.robot] = 0
+                    return
                 self.own[record.robot] = record.objective
                 self.turns[record.robot] = self.rounds[record.robot] = 0
             case records.Goal() if self.objectives[record.robot] == self.own[record.robot]:
@@ -140,6 +144,7 @@ def resumed(trace: Trace, scenario: Scenario | None = None) -> Scenario:
             max(1, base.until.rounds - min(map(state.rounds.get, robots, [0] * len(robots))))
         ),
         changes=tuple(_changes(base, state)),
+        inputs=tuple(_input(each, state, clock) for each in base.inputs),
     )
 
 
@@ -197,6 +202,13 @@ def _left(kind: ObstacleType, met: int) -> ObstacleType:
 def _later(time: int | None, state: _State) -> int | None:
     """A tick of the run in those of the rest."""
     return None if time is None else max(1, round(time - state.time))
+
+
+def _input(each: settings.Input, state: _State, clock: settings.Clock) -> settings.Input:
+    """An input in the time of the rest, which begins at tick 1, or live at 0."""
+    begin, time = 0 if clock is settings.Clock.LIVE else 1, state.time
+    spans = ((max(begin, floor(first - time)), floor(last - time)) for first, last in each.spans)
+    return replace(each, spans=tuple(span for span in spans if span[1] >= begin))
 
 
 def _changes(base: Scenario, state: _State) -> Iterable[settings.RobotChange]:
