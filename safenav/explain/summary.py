@@ -5,7 +5,7 @@ from __future__ import annotations
 from safenav.explain.diagnosis import diagnose
 from safenav.explain.explanation import Diagnosis, NoStrategyCause
 from safenav.scenario.model import Robot
-from safenav.scenario.objective import Ltl, Target, describe
+from safenav.scenario.objective import Ltl, describe
 from safenav.spec.forms import asked_of
 from safenav.spec.task import Task
 from safenav.world.map import RegionMap
@@ -21,7 +21,7 @@ def explain_unrealizable(robot: Robot, task: Task, world: RegionMap) -> str:
 def why_words(found: Diagnosis, task: Task, world: RegionMap) -> str:
     """Return the reason alone."""
     here = world.label(task.pose.region)
-    lost = " and ".join(target_words(target, world) for target in found.lost)
+    lost = " and ".join(world.labels(target) for target in found.lost)
     things = "; ".join(f"{world.label(k.region)}: {k.reason}" for k in found.culprits)
     match found.cause:
         case NoStrategyCause.NO_WAY:
@@ -33,7 +33,7 @@ def why_words(found: Diagnosis, task: Task, world: RegionMap) -> str:
             facing = "" if task.pose.heading is None else f" facing {task.pose.heading.label}"
             return f"from {here}{facing} it cannot reach its targets: it cannot turn on the spot"
         case NoStrategyCause.CROSSING:
-            what = target_words(found.crossing, world) if found.crossing else "a target"
+            what = world.labels(found.crossing) if found.crossing else "a target"
             return (
                 f"'form: literal' forbids crossing {what} out of turn, and there is no other path; "
                 "without it, crossing is allowed"
@@ -44,7 +44,7 @@ def why_words(found: Diagnosis, task: Task, world: RegionMap) -> str:
             if found.lost:
                 return f"its mobility allows no path from {here} to {lost}"
             if task.assignable and not isinstance(task.objective, Ltl) and task.objective.settles:
-                last = target_words(task.objective.listed()[-1], world)
+                last = world.labels(task.objective.listed()[-1])
                 return (
                     f"with 'coordination: assignable' it must be able to leave {last} again; "
                     "with 'resynthesis' it may end there"
@@ -56,10 +56,3 @@ def why_words(found: Diagnosis, task: Task, world: RegionMap) -> str:
     if others:
         return f"{others} could keep it away forever, or corner it"
     return "its guarantees conflict"
-
-
-def target_words(target: Target, world: RegionMap) -> str:
-    """An area by its name; other targets region by region."""
-    if target in world.areas.values():
-        return world.word(target)
-    return " or ".join(world.label(region) for region in sorted(target))

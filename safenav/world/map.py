@@ -197,3 +197,9 @@ class RegionMap(Struct, frozen=True, dict=True):
         row, col = self.position(region)
         name = self._named.get(region) or self._in_area.get(region)
         return f"{name} {region} [{row}, {col}]" if name else f"{region} [{row}, {col}]"
+
+    def labels(self, target: frozenset[Region]) -> str:
+        """How a target is shown to people: an area by its name, else region by region."""
+        if target in self.areas.values():
+            return self.word(target)
+        return " or ".join(self.label(region) for region in sorted(target))

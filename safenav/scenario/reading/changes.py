@@ -87,7 +87,7 @@ def _check_reachable(robot: Robot, objective: Objective, node: Node, reading: Re
     reach = Reachability(robot.model.mobility, robot.start, world, avoid)
     for target in targets_of(objective):
         if not reach.reaches(target):
-            where = " or ".join(world.label(region) for region in sorted(target))
+            where = world.labels(target)
             start = world.label(robot.start.region)
             found = f"objective of {robot.name}: {clipped(where, 80)} cannot be reached"
             between = "what it avoids is" if avoid else "walls are"

@@ -275,7 +275,7 @@ def _check_reachable(robot: Robot, node: Node | None, reading: Reading) -> None:
         if reach.reaches(target):
             continue
         missed = True
-        regions = " or ".join(world.label(region) for region in sorted(target))
+        regions = world.labels(target)
         found = f"objective of {robot.name}: {clipped(regions, 80)} cannot be reached from {start}"
         reading.add(place, found, _why(robot, target, world))
     settles = not isinstance(robot.objective, Ltl) and robot.objective.settles
