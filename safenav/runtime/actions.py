@@ -80,7 +80,8 @@ class Actions(Struct):
             robot.asked, robot.acts_on = True, tuple(obstacles)
             event = self._answered(self.world.act(robot.robot, robot.pose, obstacles), obstacles)
             if event is not None and not (event.found or event.reason):
-                yield from self._resolve(robot, event)
+                if obstacles or self.world.simulated:  # other worlds do nothing unasked
+                    yield from self._resolve(robot, event)
                 return False
             command = self.world.number(name) if event is None else event.command or 0
             if event is None:

@@ -24,9 +24,10 @@ from safenav.motion.file.records import (
     Segment,
 )
 from safenav.motion.timed import timed_waypoints
-from safenav.trace.records import Discovered
+from safenav.trace.records import Depart, Discovered
 from safenav.trace.setting import ObstacleHeader
 
+ALL = frozenset({"digit", "quad", "jackal", "spot"})
 Change = Callable[[Measurement], Measurement | None]
 
 
@@ -105,6 +106,16 @@ def test_who_acts_may_reach_into_what_the_resolution_sweeps_and_nowhere_else(dri
 
     assert room(tuple(range(15, 20))) == []
     assert ["(it acts: 'sweeps'" in found for found in room(None)] == [True]
+
+
+def test_a_region_may_be_entered_before_an_obstacle_is_found_there(drive: Drive) -> None:
+    """Such as a robot that gets lost there."""
+    step = next(line for line in drive.trace.records if isinstance(line, Depart))
+    lost = ObstacleHeader("lost", f"lost@{step.to}", step.to, "x", (step.to,), ALL, None)
+    lines = drive.trace.records
+    runs = [(*lines, Discovered(0, lost)), (Discovered(0, lost), *lines)]
+    found = [check_motion(drive.motion, replace(drive.trace, records=run)) for run in runs]
+    assert [{finding.rule for finding in each} for each in found] == [set(), {"obstacle"}]
 
 
 def test_bodies_that_touch_are_found_although_their_plans_keep_apart(drive: Drive) -> None:

@@ -375,3 +375,47 @@ def test_reactions_to_failed_moves() -> None:
     assert troubles.move_failed(policy, "a", 3, fatal=False) is Reaction.OUT_OF_SERVICE
     troubles.arrived("a")
     assert troubles.move_failed(policy, "a", 1, fatal=False) is Reaction.RETRY
+
+
+class Distant:
+    """Robots that somebody else drives: they do nothing but what they are asked for."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.inner = LiveSimulation(scenario)
+        self.now, self.sense, self.start = self.inner.now, self.inner.sense, self.inner.start
+        self.cancel, self.wait = self.inner.cancel, self.inner.wait
+
+    @property
+    def idle(self) -> bool:
+        return self.inner.idle
+
+    def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Acted | None:
+        if not obstacles:
+            return Acted(self.now(), robot.name, command=command)
+        return self.inner.act(robot, obstacles, command)
+
+
+def test_no_need_is_met_by_robots_that_were_not_asked() -> None:
+    """The robot passes by an obstacle that the scenario lists and no robot has found."""
+    pile = "{needs: [{action: push, at: neighbours}, {action: lift, at: neighbours}]}"
+    text = RING.replace("[push]}}}", f"[push]}}}}, obstacles: {{pile: {pile}}}}}")
+    text = text.replace("type: door, region: [3, 3]", "type: pile, region: [1, 4]")
+    text = text.replace("[[1, 5], [1, 1]]", "[[1, 3], [1, 1]]")
+    scenario, run = load_scenario_text(text), Run()
+    Mission(scenario, world=Distant(scenario), listeners=[run]).run()
+    assert run.outcome["outcome"] == "completed"
+    assert not run.all("met") and not run.all("act")
+
+
+def test_a_robot_is_lost_also_where_it_could_not_step() -> None:
+    """With a heading it does not turn round, and proposes no step into a region behind it."""
+    text = RING.replace("free", "heading").replace("[1, 1], obj", "[1, 1], heading: east, obj")
+    text = text.replace("[3, 5], obj", "[3, 5], heading: west, obj")
+
+    def gone(world: Faulty, event: Arrived) -> Sequence[WorldEvent]:
+        behind = world.last["a"].region
+        world.back(event)
+        return [Lost(event.at, "a", frozenset({behind, behind - 1}), command=event.command)]
+
+    run = play_faulty(nth(2, gone), text)
+    assert run.all("violation", robot="a") and "violation" not in run.broken

@@ -24,7 +24,10 @@ class ViolationRule(Rule):
         if record.at != now.region[robot]:
             yield f"{robot} is recorded at {here}, but is at {now.show(now.region[robot])}"
         way, heading = now.grid.direction(record.at, record.proposed), now.heading[robot]
-        if way is None:
+        lost = robot in now.ended and now.ended[robot].result == "lost"
+        if lost and obstacle.type == f"lost_{robot}":
+            pass  # it proposed no step: it may also be in that region
+        elif way is None:
             yield f"{robot} cannot step from {here} to {proposed}, which is not a neighbour"
         elif now.has_heading(robot) and heading is not None and way == opposite(heading):
             yield f"{robot} faces {heading} and cannot step {way} to {proposed}"

@@ -30,7 +30,7 @@ def passages(case: Examination) -> dict[int, Passage]:
     """For each line of the trace with which a step begins, when it is carried out. Steps and
     pieces must match one by one."""
     found: dict[int, Passage] = {}
-    for name, steps in _steps(case.trace).items():
+    for name, steps in _steps(case.trace, driven=bool(case.driven)).items():
         pieces: Sequence[Piece] = case.pieces[name] or case.motion.of(GoalLine, name)
         mine = _merged([piece for piece in pieces if piece.origin != piece.to])
         for (line, tick, origin, to), done in zip(steps, mine, strict=False):
@@ -77,8 +77,9 @@ def _merged(pieces: Sequence[Piece]) -> list[Passage]:
     return found
 
 
-def _steps(trace: Trace) -> dict[str, list[tuple[int, int, int, int]]]:
-    """The steps of each robot: line of the trace where it begins, tick, from, to."""
+def _steps(trace: Trace, *, driven: bool) -> dict[str, list[tuple[int, int, int, int]]]:
+    """The steps of each robot: line of the trace where it begins, tick, from, to; of one that was
+    driven to where it was sent, wherever that ended."""
     found: dict[str, list[tuple[int, int, int, int]]] = {
         n: [] for n in trace.header.scenario.robots
     }
@@ -90,7 +91,8 @@ def _steps(trace: Trace) -> dict[str, list[tuple[int, int, int, int]]]:
         elif isinstance(record, Arrive):
             depart = departed.pop(record.robot)
             if record.at != depart.from_:
-                step = (depart.line, depart.tick, depart.from_, record.at)
+                to = depart.to if driven else record.at
+                step = (depart.line, depart.tick, depart.from_, to)
                 found[record.robot].append(step)
         if not isinstance(record, Move):
             continue
@@ -196,8 +198,12 @@ class _Order:
         """In a run with a clock, when a robot had arrived as its action began, and that time; later
         it has done the first of several things, or got another strategy."""
         self.closed: set[str] = set()
-        self.opened = {name: 0.0 for name, found in self.obstacles.items() if found.from_}
-        """When obstacles that stand no more were resolved; 0 for one that never stood, or went."""
+        listed = {obstacle.name for obstacle in case.trace.header.scenario.obstacles}
+        self.opened = {
+            name: 0.0 for name, found in self.obstacles.items() if found.from_ or name not in listed
+        }
+        """When obstacles that stand no more were resolved; 0 for one that never stood, or went, or
+        is not known yet."""
         self.met: dict[str, tuple[int, float | None]] = {}
         """How many needs of an obstacle lines have told to be met, and when the last of them was"""
 
@@ -228,6 +234,8 @@ class _Order:
                         done = self._acted(record, last)
                     if done is not None:
                         self.opened[record.obstacle] = done
+                case records.Discovered():
+                    self.opened.pop(record.obstacle.name, None)
                 case records.Appeared():
                     self.opened.pop(record.obstacle, None)
                     self.met.pop(record.obstacle, None)

@@ -155,8 +155,9 @@ class _Run:
     def _acted(self, act: records.Act, acted: records.ActionEnd) -> None:
         begin, end = _time(act), _time(acted)
         deeds = self._actions.get(acted.command, [])
-        names = dict.fromkeys([*act.robots, *sorted(n for deed in deeds for n in deed.robots)])
-        team = {name: self._movers[name] for name in names if name not in self._ledger.departs}
+        idle = self._movers.keys() - self._ledger.departs.keys()
+        unasked = sorted(idle & {name for deed in deeds for name in deed.robots})
+        team = {name: self._movers[name] for name in (*act.robots, *unasked)}
         for name, mover in team.items():
             stays = bool(deeds) and deeds[0].region == mover.region and begin < mover.time + SLACK
             self._rest(mover, acted.tick, begin, stays=stays)
