@@ -139,6 +139,12 @@ def names_of(formula: Formula) -> Iterator[Name]:
         yield from names_of(operand)
 
 
+def reads_next(formula: Formula) -> bool:
+    """Whether a formula is about the next state, too."""
+    deeper = any(map(reads_next, operands_of(formula)))
+    return isinstance(formula, Next) or deeper or any(name.primed for name in names_of(formula))
+
+
 def variables(formula: Formula) -> frozenset[str]:
     """The names of all variables, primed or not."""
     return frozenset(name.name for name in names_of(formula))

@@ -18,7 +18,7 @@ from msgspec import Struct, field
 
 from safenav.formula.evaluator import Predicate, predicate
 from safenav.formula.parser import parse
-from safenav.formula.syntax import Formula, variables
+from safenav.formula.syntax import Formula, reads_next, variables
 from safenav.scenario.objective import Ltl
 from safenav.world.moves import Pose
 
@@ -79,6 +79,12 @@ class Guarantees:
     def remember_something(self) -> bool:
         """Whether there is a memory, so that what a step means is not seen from its poses."""
         return bool(self._ranges)
+
+    @cached_property
+    def goals_of_steps(self) -> tuple[int, ...]:
+        """The goals about steps, which are not met by where a robot is."""
+        goals = enumerate(self._liveness)
+        return tuple(goal for goal, rule in goals if reads_next(rule.formula))
 
     def allows(self, before: Pose, after: Pose) -> bool:
         """Whether a step is allowed with some memory."""

@@ -143,6 +143,15 @@ robots:
         liveness: [c = 2 & region = 4]
 seed: 23
 """,
+    "a robot cannot leave a region immediately while others may stand around it": """
+map: {grid: ["...", "...", "..."]}
+robots:
+  r0: {model: walker, start: 6, heading: south,
+       objective: {ltl: {safety: region = 8 -> region' != 8, liveness: [region = 2, region = 7]}}}
+  r1: {model: cart, start: 3, objective: {visit: [6, 3]}}
+obstacles: [{type: crate, region: 4}]
+until: {rounds: 2}
+""",
 }
 
 

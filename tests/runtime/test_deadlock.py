@@ -56,6 +56,19 @@ CASES = {
         until: {{rounds: 1}}
         limits: {{ticks: 300}}
         """,
+    "a goal about a step": f"""
+        safenav: 1
+        map: {{grid: ["......"]}}
+        {ROVER}
+        robots:
+          a: {{model: rover, start: 1, objective: {{ltl: {{liveness: [region = 3, region = 4]}}}}}}
+          b:
+            model: rover
+            start: 5
+            objective: {{ltl: {{liveness: [region = 2, "region = 1 & region' != 1"]}}}}
+        until: {{rounds: 1}}
+        limits: {{ticks: 100}}
+        """,
 }
 
 

@@ -58,9 +58,10 @@ class ProofRule(Rule):
                     return
                 failed = {s.robot for s in now.turn.all("synthesis") if s.verdict == "unrealizable"}
                 lost = [name for name in _lost(record, now) if name in failed]
-                among = [name for name in lost if _is_literal_among_others(name, now)]
+                among = [name for name in lost if _is_a_game_with_others(name, now)]
                 if among:
-                    what = f"whether others can keep {among[0]} from its literal objective forever"
+                    own = "formulas" if now.own[among[0]].kind == "ltl" else "literal objective"
+                    what = f"whether others can keep {among[0]} from its {own} forever"
                     yield self.not_judged(record, among[0], f"{what} (a bundle proves it)")
                 else:
                     yield None, "an operator is needed, but that is not proven"
@@ -119,11 +120,12 @@ def _lost(record: Line, now: Situation) -> Mapping[str, str]:
     return {synthesis.robot: synthesis.spec for synthesis in failed}  # a wait: those of the turn
 
 
-def _is_literal_among_others(name: str, now: Situation) -> bool:
-    """Return whether a robot must keep a strict objective by the letter on a shared floor: whether
-    it has a strategy is a game against the others, which this check does not solve."""
+def _is_a_game_with_others(name: str, now: Situation) -> bool:
+    """Return whether a robot must keep a strict objective by the letter, or formulas, on a shared
+    floor: whether it has a strategy is a game against the others, which this check does not
+    solve."""
     own = now.own.get(name)
-    if own is None or not (own.literal and shape_of(own.kind).strict):
+    if own is None or not (own.kind == "ltl" or (own.literal and shape_of(own.kind).strict)):
         return False
     return any(now.conflict(name, other) for other in now.header.robots if other != name)
 

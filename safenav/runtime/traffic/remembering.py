@@ -1,14 +1,16 @@
-"""Paths of a robot whose formulas have memory: poses, each with the memory there.
+"""Paths of a robot whose formulas have memory, or goals about steps: poses, each with the memory
+there and the goals that the step into it has met.
 
 A state is the number of a pose plus the number of a memory times the number of poses, so that
 regions are found in it as in a pose. A step leads to each memory that the formulas allow after it;
-a robot that stands still takes none.
+a robot that stands still takes none. Nobody knows how it came to where a path begins.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property, lru_cache
+from itertools import combinations, product
 
 from msgspec.structs import replace
 
@@ -27,18 +29,21 @@ class StateGraph(PoseGraph):
     def __init__(self, objective: Ltl, world: RegionMap, mobility: Mobility) -> None:
         super().__init__(world, mobility)
         self._guarantees = guarantees_of(objective)
-        self._memories = self._guarantees.memories
+        goals = self._guarantees.goals_of_steps
+        met = [frozenset(few) for n in range(len(goals) + 1) for few in combinations(goals, n)]
+        self._memories = [*product(self._guarantees.memories, met)]
         self._span = self.size * self.blocks
         self.blocks *= len(self._memories)
 
     @property
     def one_way(self) -> bool:
-        """Always true: a change of memory may be irreversible."""
-        return True
+        """A change of memory may be irreversible."""
+        return self._guarantees.remember_something or self._poses.one_way
 
     def state(self, pose: int, memory: Mapping[str, int]) -> int | None:
         """The state of a robot in a pose; None if its memory is none of those that there are."""
-        found = (k for k, known in enumerate(self._memories) if known == dict(memory))
+        begun = dict(memory), frozenset[int]()
+        found = (k for k, known in enumerate(self._memories) if known == begun)
         return next((pose + k * self._span for k in found), None)
 
     def pose(self, number: int) -> Pose:
@@ -60,12 +65,13 @@ class StateGraph(PoseGraph):
         found = self._steps.get(pose)
         if found is None:
             k, here = divmod(pose, self._span)
-            before, old = super().pose(here), self._memories[k]
+            before, (old, _) = super().pose(here), self._memories[k]
             found = self._steps[pose] = tuple(
                 to + later * self._span
                 for to in self._poses.steps(here)
-                for later, new in enumerate(self._memories)
+                for later, (new, met) in enumerate(self._memories)
                 if self._guarantees.allows_with(before, old, self._poses.pose(to), new)
+                and met == self._met_on(before, old, self._poses.pose(to), new)
             )
         return found
 
@@ -84,17 +90,39 @@ class StateGraph(PoseGraph):
 
     @cached_property
     def goals(self) -> tuple[Mask, ...]:
-        """Return for each goal the states in which it is met: by staying there, or by a step into
+        """Return for each goal the states in which it is met: by staying there, or by the step into
         the state where neither end suffices."""
-        return tuple(self._met(goal) for goal in range(self._guarantees.goals))
+        return tuple(
+            sum(
+                1 << state
+                for state in bits(self.everywhere)
+                if self._stays(goal, *self._at(state)) or goal in self._of(state)[1]
+            )
+            for goal in range(self._guarantees.goals)
+        )
 
-    def _met(self, goal: int) -> Mask:
-        def meets(before: int, after: int) -> bool:
-            old, new = self._memories[before // self._span], self._memories[after // self._span]
-            one, other = self.pose(before), self.pose(after)
-            return self._guarantees.meets_with(goal, one, old, other, new)
+    def _of(self, state: int) -> tuple[Mapping[str, int], frozenset[int]]:
+        """The memory in a state, and the goals that the step into it has met."""
+        return self._memories[state // self._span]
 
-        return self.where_met(meets)
+    def _at(self, state: int) -> tuple[Pose, Mapping[str, int]]:
+        return self.pose(state), self._of(state)[0]
+
+    def _stays(self, goal: int, pose: Pose, memory: Mapping[str, int]) -> bool:
+        """Whether a robot that stays meets a goal."""
+        return self._guarantees.meets_with(goal, pose, memory, pose, memory)
+
+    def _met_on(
+        self, before: Pose, old: Mapping[str, int], after: Pose, new: Mapping[str, int]
+    ) -> frozenset[int]:
+        """The goals that a step meets where staying at neither end does."""
+        return frozenset(
+            goal
+            for goal in self._guarantees.goals_of_steps
+            if self._guarantees.meets_with(goal, before, old, after, new)
+            and not self._stays(goal, before, old)
+            and not self._stays(goal, after, new)
+        )
 
     @cached_property
     def _poses(self) -> PoseGraph:
@@ -135,8 +163,9 @@ def state_graph(objective: Ltl, world: RegionMap, mobility: Mobility) -> StateGr
     """The states of an objective on a map, made once; None if it remembers nothing, or too much."""
     guarantees = guarantees_of(objective)
     poses = len(world.free) * (4 if mobility is Mobility.HEADING else 1)
-    count = len(guarantees.memories)
-    if not guarantees.remember_something or not 0 < count * poses <= REMEMBERED_STATES:
+    count = len(guarantees.memories) << len(guarantees.goals_of_steps)
+    plain = not (guarantees.remember_something or guarantees.goals_of_steps)
+    if plain or not 0 < count * poses <= REMEMBERED_STATES:
         return None
     return _state_graph(objective, world, mobility)
 

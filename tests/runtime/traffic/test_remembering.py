@@ -17,8 +17,8 @@ LATCH = Ltl(
 )
 
 
-def state(graph: StateGraph, region: int, done: int) -> int:
-    found = graph.state(graph.number(Pose(region)), {"done": done})
+def state(graph: StateGraph, region: int, *done: int) -> int:
+    found = graph.state(graph.number(Pose(region)), dict(zip(["done"], done, strict=False)))
     assert found is not None
     return found
 
@@ -66,3 +66,16 @@ def test_too_much_to_remember_is_left_alone(bounds: tuple[int, int] | None, know
 
 def test_without_a_memory_poses_will_do() -> None:
     assert state_graph(Ltl(liveness=("region = 7",)), WORLD, Mobility.FREE) is None
+
+
+def test_a_goal_about_a_step_is_met_by_that_step_alone() -> None:
+    leaving = Ltl(liveness=("region = 7 & region' != 7", "region = 6"))
+    graph = state_graph(leaving, WORLD, Mobility.FREE)
+    assert graph is not None and not graph.one_way
+    left, other = graph.goals
+    six, seven, eight = (state(graph, region) for region in (6, 7, 8))
+    assert not left >> six & 1 and other >> six & 1  # nobody knows how it came there
+    after = graph.after(seven, 6) + graph.after(seven, 8)
+    assert [left >> s & 1 for s in after] == [1, 1]
+    assert [left >> s & 1 for s in graph.after(after[0], 7)] == [0]
+    assert [left >> s & 1 for s in graph.after(eight, 7)] == [0]
