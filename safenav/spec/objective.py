@@ -168,7 +168,7 @@ def _settled(hold: TargetObjective, item: str) -> Iterator[Constraint]:
 
 
 def _ltl(ltl: Ltl, item: str, memory: Memory) -> Iterator[Constraint]:
-    begin = Origin(item, "ltl: how the memory begins", SOURCE_OBJECTIVE)
+    begin = Origin(item, "ltl: at the start", SOURCE_OBJECTIVE)
     if memory.values:
         for name, bounds in ltl.memory.items():
             value = memory.values[name]
