@@ -246,6 +246,8 @@ def _report_skipped(found: FoundCases) -> None:
         files = "file that is not a scenario" if count == 1 else "files that are not scenarios"
         names = ", ".join(found.passed_over[:3]) + (", ..." if count > 3 else "")
         click.echo(f"skipped {count} YAML {files}: {names}", err=True)
+    for matrix in found.matrices:
+        click.echo(f"skipped a matrix file: to run it, safenav batch {matrix}", err=True)
 
 
 def _write(path: Path, text: str) -> None:

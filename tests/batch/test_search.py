@@ -31,7 +31,16 @@ def test_a_folder_is_searched_for_scenarios_that_are_meant_to_work() -> None:
         "suite/b.yaml",
         "suite/deep/er/c.yaml",
     ]
-    assert found.passed_over == ["suite/lab.yaml", "suite/nightly.yaml"]
+    assert found.passed_over == ["suite/lab.yaml"]
+    assert found.matrices == ["suite/nightly.yaml"]
+
+
+@pytest.mark.usefixtures("suite")
+@pytest.mark.parametrize("order", [1, -1])
+def test_a_matrix_file_that_is_named_is_not_skipped(order: int) -> None:
+    found = find_cases(["suite", "suite/nightly.yaml"][::order])
+    assert found.matrices == []
+    assert "suite/b.yaml [seed=1]" in [case.name for case in found.cases]
 
 
 @pytest.mark.usefixtures("suite")

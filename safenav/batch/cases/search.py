@@ -34,10 +34,12 @@ _WIDTH = 40
 
 
 class FoundCases(Struct):
-    """``passed_over``: YAML files that a search saw and did not take."""
+    """``passed_over``: YAML files that a search saw and did not take; ``matrices``: matrix files
+    among what it saw, which are run where they are named."""
 
     cases: list[Case] = field(default_factory=list)
     passed_over: list[str] = field(default_factory=list)
+    matrices: list[str] = field(default_factory=list)
 
 
 def find_cases(paths: Sequence[str]) -> FoundCases:
@@ -59,6 +61,7 @@ class _Search:
         self._references = References()
         self._known: set[tuple[str, str]] = set()
         self._names: set[str] = set()
+        self._named: set[str] = set()
 
     def add(self, named: str) -> None:
         path = Path(named)
@@ -72,11 +75,15 @@ class _Search:
     def _searched(self, named: str, files: Iterable[Path]) -> None:
         count = 0
         for file in files:
-            if _is_scenario(self._text(file)):
+            text = self._text(file)
+            if _is_scenario(text):
                 self._case(file, {})
                 count += 1
-            elif str(file) not in self.found.passed_over:
-                self.found.passed_over.append(str(file))
+                continue
+            matrix = text is not None and is_matrix(text)
+            skipped = self.found.matrices if matrix else self.found.passed_over
+            if str(file) not in (*skipped, *self._named):
+                skipped.append(str(file))
         if not count:
             raise UsageError(
                 f"no scenario found: {named}\n"
@@ -89,6 +96,8 @@ class _Search:
             raise UsageError(f"no such file or folder: {path}{_meant(path)}")
         text = self._text(path)
         if text is not None and is_matrix(text):
+            self._named.add(str(path))
+            self.found.matrices = [m for m in self.found.matrices if m not in self._named]
             self._matrix(path, read_matrix(text, str(path)))
         else:
             self._case(path, {})
@@ -110,6 +119,7 @@ class _Search:
         except UsageError as error:
             raise UsageError(f"{place}: {error}") from None
         self.found.passed_over += found.passed_over
+        self.found.matrices += (m for m in found.matrices if m not in self._named)
         return found.cases
 
     def _case(self, path: Path, settings: dict[str, Any]) -> None:
