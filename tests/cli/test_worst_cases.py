@@ -65,3 +65,36 @@ def test_explain_refuses_what_no_objective_explains(safenav: Command, tmp_path: 
         done = safenav(name, "s.yaml")
         assert (done.returncode, done.stdout) == (2, "")
         assert "it starts in 0 [0, 0], which it must avoid" in done.stderr
+
+
+HELPER_WITH_RULES = """
+safenav: 1
+map: {grid: ["########", "#......#", "#.####.#", "#......#", "########"]}
+catalogue:
+  robots:
+    cart: {mobility: free, layer: ground, capabilities: []}
+    drone: {mobility: free, layer: air, capabilities: [press]}
+  obstacles: {gate: {action: press, resolve_at: [9], blocks: [ground]}}
+robots:
+  a: {model: cart, start: 12, objective: {visit: [9, 12]}}
+  b: {model: drone, start: 13, objective: {hold: 13RULE}}
+obstacles: [{type: gate, region: 10}]
+"""
+
+
+@pytest.mark.parametrize(
+    ("rule", "ticks"),
+    [
+        ("", 3),
+        (", avoid: [12]", 9),
+        (', always: "region = 13 -> region\' != 12"', 9),
+    ],
+    ids=["free", "avoid", "always"],
+)
+def test_helpers_come_by_the_rules_of_their_objectives(
+    rule: str, ticks: int, safenav: Command, tmp_path: Path
+) -> None:
+    (tmp_path / "s.yaml").write_text(HELPER_WITH_RULES.replace("RULE", rule))
+    found = json.loads(safenav("check", "s.yaml", "--json").stdout)
+    (case,) = found["obstacles"]
+    assert (case["alone"]["best"], case["alone"]["worst"]) == (ticks, ticks)

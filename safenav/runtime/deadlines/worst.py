@@ -16,6 +16,7 @@ from time import monotonic
 from msgspec import Struct
 
 from safenav.runtime.deadlines import bound
+from safenav.runtime.formulas import graph_of, permitted
 from safenav.runtime.navigation import pose_of
 from safenav.runtime.resolution.problem import OpenObstacle
 from safenav.scenario.model import Obstacle, Scenario
@@ -99,7 +100,7 @@ def _times(
         if not obstacle.closed_to(robot):
             continue
         for pose in poses[robot.name]:
-            graph = plain_graph(scenario.map, robot.model.mobility)
+            graph = graph_of(robot, scenario.map)
             steps = graph.steps(graph.number(pose))
             beside = any(step % graph.size == obstacle.region for step in steps)
             if pose.region in shut or not beside:
@@ -144,11 +145,12 @@ def _resolved_after(
     """The ticks from a request in tick 1 to the first tick in which it can be met."""
     walkers = []
     for index, robot in enumerate(scenario.robots):
-        graph = plain_graph(scenario.map, robot.model.mobility)
+        graph = graph_of(robot, scenario.map)
         number = graph.number(at.get(robot.name, robot.start))
         skills = robot.capabilities if robot.name in at else frozenset[str]()
-        ready = 1 if index <= requester else 0
-        walkers.append(bound.BoundRobot(graph, number, ready, robot.model.timing.most, skills))
+        ready, most = 1 if index <= requester else 0, robot.model.timing.most
+        shut = graph.everywhere & ~permitted(robot, graph)
+        walkers.append(bound.BoundRobot(graph, number, ready, most, skills, shut))
     moment = bound.BoundMoment(tuple(walkers), opens, len(walkers) + requester)
     tick = bound.tick_of(bound.earliest(moment)[0][-1], moment.count)
     return None if tick is None else tick - 1
