@@ -20,7 +20,7 @@ from safenav.scenario.reading.changes import read_changes
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml.document import Node
 from safenav.scenario.yaml.source import parsed
-from safenav.world.map import Heading
+from safenav.world.map import HEADINGS
 from safenav.world.moves import Pose
 
 LINES = {
@@ -46,7 +46,7 @@ def line_read(line: str, scenario: Scenario) -> user_changes.Intervention:
             data["obstacle"] = name
         case "put_back", [robot, where]:
             place, *heading = where.rsplit(maxsplit=1) if where.split()[1:] else [where]
-            if heading and heading[0] not in _HEADINGS:
+            if heading and heading[0] not in HEADINGS:
                 place, heading = where, []
             data |= {
                 "robot": robot,
@@ -73,9 +73,6 @@ def _value(text: str) -> object:
         return yaml.safe_load(text)
     except yaml.YAMLError as error:
         raise UsageError(f"'{text[:60]}' is not valid YAML") from error
-
-
-_HEADINGS = {heading.label: heading for heading in Heading}
 
 
 def intervention(data: Mapping[str, Any], scenario: Scenario) -> user_changes.Intervention:
@@ -119,9 +116,9 @@ def _read(
         case "put_back":
             place = reading.region(_node(data.get("region"), reading), "'region'")
             heading = data.get("heading")
-            if heading is not None and heading not in _HEADINGS:
+            if heading is not None and heading not in HEADINGS:
                 raise UsageError(f"unknown heading '{str(heading)[:40]}'")
-            facing = None if heading is None else _HEADINGS[heading]
+            facing = None if heading is None else HEADINGS[heading]
             return (
                 None
                 if place is None

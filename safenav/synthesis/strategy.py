@@ -14,7 +14,7 @@ from functools import cached_property
 from itertools import chain
 from typing import Any
 
-from msgspec import Struct
+from msgspec import Struct, field
 
 from safenav.errors import SynthesizerError
 from safenav.spec.specification import Owner, Section, Specification, Variable
@@ -62,28 +62,23 @@ class Field(Struct, frozen=True):
         return tuple((c, offset >> position & 1) for position, c in enumerate(self.columns))
 
 
-class Strategy:
+class Strategy(Struct, frozen=True, eq=False, dict=True):
     """An automaton over the variables of a specification (or a counterstrategy: same shape).
 
     ``states``, ``ranks`` and ``transitions`` are its raw columns, one entry per node, for code
     that goes through all of it. They must not be changed.
     """
 
-    def __init__(
-        self,
-        specification: Specification,
-        fields: tuple[Field, ...],
-        states: list[list[int]],
-        ranks: list[int],
-        transitions: list[list[int]],
-    ) -> None:
-        self.specification = specification
-        self.fields = fields
-        self.states = states
-        self.ranks = ranks
-        self.transitions = transitions
-        self._places: dict[str, dict[int, list[int]]] = {}
-        self._field = {field.variable.name: field for field in fields}
+    specification: Specification
+    fields: tuple[Field, ...]
+    states: list[list[int]]
+    ranks: list[int]
+    transitions: list[list[int]]
+    _places: dict[str, dict[int, list[int]]] = field(default_factory=dict)
+
+    @cached_property
+    def _field(self) -> dict[str, Field]:
+        return {each.variable.name: each for each in self.fields}
 
     @classmethod
     def parse(cls, data: bytes, specification: Specification) -> Strategy:

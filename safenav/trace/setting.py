@@ -110,15 +110,6 @@ class ObstacleHeader(Struct, frozen=True):
         """Its needs in order, also where the trace records only one."""
         return self.needs or (NeedHeader(self.action, self.resolution_regions),)
 
-    def actions(self, stage: int) -> frozenset[str]:
-        """The actions that a robot must have for a need: its own, and those of the needs that the
-        same robots must meet after it."""
-        needs = self.all_needs
-        last = stage
-        while last + 1 < len(needs) and needs[last + 1].same:
-            last += 1
-        return frozenset(need.action for need in needs[stage : last + 1])
-
     def resolved_by_entering(self, robot: RobotHeader, stage: int) -> bool:
         """Whether a robot alone resolves it by entering its region once ``stage`` needs are met:
         only one is left, and the region is one of that need's."""

@@ -42,6 +42,8 @@ class Heading(IntEnum):
         return _STEPS[self]
 
 
+HEADINGS = {heading.label: heading for heading in Heading}
+
 _STEPS = {
     Heading.NORTH: (-1, 0),
     Heading.EAST: (0, 1),

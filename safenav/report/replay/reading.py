@@ -37,12 +37,11 @@ from safenav.trace.reading import read_trace
 from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import ActResult, DeadlineVerdict, MoveEnd, Reason
 from safenav.trace.wording import Wording, objective_of
-from safenav.world.map import Heading, Region, RegionMap
+from safenav.world.map import HEADINGS, Region, RegionMap
 
 SAME = 1e-3
 """Seconds within which two instants are the same."""
 
-HEADINGS = {heading.label: heading for heading in Heading}
 STORY = frozenset(StoryKind)
 
 

@@ -17,7 +17,7 @@ from safenav.trace import records, vocabulary
 from safenav.trace.labels import labels
 from safenav.trace.wording import Wording, objective_of, synthesis_words
 from safenav.trace.words import counted, seconds_words
-from safenav.world.map import Heading, Region
+from safenav.world.map import HEADINGS, Heading, Region
 
 Echo = Callable[[str], None]
 
@@ -71,10 +71,10 @@ class Story:
             case records.Synthesis():
                 self._syntheses.append(event)
             case records.Move():
-                facing = Heading[event.heading.upper()] if event.heading else None
+                facing = HEADINGS[event.heading] if event.heading else None
                 self._poses[event.robot] = (event.to, facing)
             case records.Arrive():
-                facing = Heading[event.heading.upper()] if event.heading else None
+                facing = HEADINGS[event.heading] if event.heading else None
                 self._poses[event.robot] = (event.at, facing)
                 if event.result is not vocabulary.MoveEnd.ARRIVED:
                     self._say(event)

@@ -288,28 +288,18 @@ def _walls(failed: _Failure) -> Iterator[Candidate]:
             if helper.hindrance in (Hindrance.GATES, Hindrance.WALLS)
         ]
     closed = {obstacle.region for obstacle in scenario.obstacles}
-    tried: set[Region] = set()
+    tried = set[Region]()
     for name, target in wanted:
         reach = failed.reach[name]
         if target & reach:
             continue
-        beyond = {*world.distances(target)} if not closed else _around(failed, target, closed)
+        around = replace(world, walls=world.walls | (closed - target))  # past no obstacle
+        beyond = {*around.distances(target)}
         for wall in sorted(world.walls - tried):
             beside = set(world.neighbours(wall))
             if beside & reach and beside & beyond - reach:
                 tried.add(wall)
                 yield failed.without(wall)
-
-
-def _around(failed: _Failure, target: Target, closed: set[Region]) -> set[Region]:
-    """Return the regions from which a target can be reached past no obstacle."""
-    world = failed.scenario.map
-    found, queue = set(target), list(target)
-    for region in queue:
-        fresh = [r for r in world.neighbours(region) if r not in found | closed]
-        found.update(fresh)
-        queue += fresh
-    return found
 
 
 def _targets(failed: _Failure) -> Iterator[Candidate]:

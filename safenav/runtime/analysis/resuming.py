@@ -42,13 +42,12 @@ from safenav.trace.vocabulary import ChangeCause, Reason
 from safenav.trace.wording import objective_of
 from safenav.trace.words import listed
 from safenav.world.frame import Frame
-from safenav.world.map import Heading, RegionMap
+from safenav.world.map import HEADINGS, RegionMap
 from safenav.world.moves import Mobility, Pose
 
 UNREAD = ("promises", "suspects", "chargers", "inputs", "partition")
 """Parts of a header from which no scenario is made: the scenario's file is needed."""
 ENDED = ("completed", "unrealizable")
-_HEADINGS = {heading.label: heading for heading in Heading}
 
 
 class _State(Struct):
@@ -312,7 +311,7 @@ def _made_obstacle(told: setting.ObstacleHeader) -> Obstacle:
 
 
 def _pose(region: int, heading: vocabulary.Heading | None) -> Pose:
-    return Pose(region, None if heading is None else _HEADINGS[str(heading)])
+    return Pose(region, None if heading is None else HEADINGS[str(heading)])
 
 
 def rest_with(told: Sequence[records.Record], scenario: Scenario, robot: str) -> Scenario:

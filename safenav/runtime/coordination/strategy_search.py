@@ -8,7 +8,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TYPE_CHECKING
 from weakref import WeakSet
 
-from msgspec import Struct
+from msgspec import Struct, field
 
 from safenav.errors import ResourceLimitError
 from safenav.outcome import Verdict
@@ -71,30 +71,23 @@ class NotYet(Exception):  # noqa: N818 - it is not an error
     """A strategy is being synthesized: ask again."""
 
 
-class StrategySearch:
+class StrategySearch(Struct, eq=False):
     """Requests syntheses, and counts their cost (``syntheses``, ``seconds``). ``busy``: one is
     running. ``background``: whether they run while the robots move; asking for one that is not
     there raises NotYet."""
 
-    def __init__(
-        self,
-        world: RegionMap,
-        synthesizer: Synthesizer,
-        stop: Stop,
-        progress: SynthesisListener | None = None,
-    ) -> None:
-        self._world = world
-        self._synthesizer = synthesizer
-        self._stop = stop
-        self._progress = progress
-        self._served: WeakSet[ServedStrategy] = WeakSet()
-        self.busy = False
-        self.background = False
-        self.syntheses = 0
-        self.seconds = 0.0
-        self._pool: ThreadPoolExecutor | None = None
-        self._asked: dict[str, tuple[Future[list[SynthesisResult]], int]] = {}
-        self._awaited = False
+    _world: RegionMap
+    _synthesizer: Synthesizer
+    _stop: Stop
+    _progress: SynthesisListener | None = None
+    busy: bool = False
+    background: bool = False
+    syntheses: int = 0
+    seconds: float = 0.0
+    _served: WeakSet[ServedStrategy] = field(default_factory=WeakSet)
+    _pool: ThreadPoolExecutor | None = None
+    _asked: dict[str, tuple[Future[list[SynthesisResult]], int]] = field(default_factory=dict)
+    _awaited: bool = False
 
     def fresh(self) -> bool:
         """Whether all results that were not there yet have come since the last call."""

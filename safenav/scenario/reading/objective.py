@@ -41,7 +41,7 @@ from safenav.scenario.yaml.shapes import (
     several,
     whole,
 )
-from safenav.world.map import Heading
+from safenav.world.map import HEADINGS
 from safenav.world.moves import Mobility
 
 OWN_VARIABLES = frozenset({"region", "heading"})
@@ -305,8 +305,8 @@ def _line(
             return None
         terms = (within.left, within.right)
         of_heading = any(isinstance(t, Name) and t.name == "heading" for t in terms)
-        if of_heading and name.name in _HEADINGS:
-            return _HEADINGS[name.name]
+        if of_heading and name.name in HEADINGS:
+            return int(HEADINGS[name.name])
         return reading.names.get(name.name)
 
     def members(name: Name) -> frozenset[int] | None:
@@ -327,6 +327,3 @@ def _line(
 
 def _is_empty(node: Node | None) -> bool:
     return node is None or (isinstance(node, Sequence) and not node.items)
-
-
-_HEADINGS = {heading.label: int(heading) for heading in Heading}

@@ -38,7 +38,7 @@ from safenav.scenario.reading.regions import REGION, Reading
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped
 from safenav.scenario.yaml.shapes import TEXT, WORDS, Key, Shape, Table, choice, form, named
-from safenav.world.map import Heading, RegionMap
+from safenav.world.map import HEADINGS, Heading, RegionMap
 from safenav.world.moves import Mobility, Pose
 
 _EXAMPLES = {key: kind.example() for key, kind in KINDS.items()}
@@ -52,7 +52,6 @@ INSIDE_OBJECTIVE = {
         "ltl": "ltl: {liveness: [region = 3]}",
     }.items()
 }
-_HEADINGS = {heading.label: heading for heading in Heading}
 
 
 class RobotKeys(Table):
@@ -63,7 +62,7 @@ class RobotKeys(Table):
         REGION, "Where it starts.", required="a region, for example 'start: 47' or 'start: [3, 8]'"
     )
     heading = Key(
-        Shape({"enum": tuple(_HEADINGS)}, read.text),
+        Shape({"enum": tuple(HEADINGS)}, read.text),
         "Which way it faces, if its mobility is heading.",
     )
     objective = Key(form(ObjectiveKeys), required=f"its task, for example 'objective: {EXAMPLE}'")
@@ -195,12 +194,12 @@ def _heading(item: RobotKeys, name: str, model: RobotModel | None) -> Heading | 
     node, word = item.where(RobotKeys.heading), item.heading
     if node is None and model is not None and model.mobility is Mobility.HEADING:
         found = f"robot {name}: the key 'heading' is missing"
-        hint = f"a {model.name} starts with a heading: {', '.join(_HEADINGS)}"
+        hint = f"a {model.name} starts with a heading: {', '.join(HEADINGS)}"
         item.findings.add(item.node, found, hint)
-    if word is not None and word not in _HEADINGS:
+    if word is not None and word not in HEADINGS:
         found = f"'heading' of {name}: unknown heading"
-        item.findings.unknown(node, found, word, _HEADINGS)
-    return _HEADINGS.get(word or "")
+        item.findings.unknown(node, found, word, HEADINGS)
+    return HEADINGS.get(word or "")
 
 
 def _check_others(node: Node | None, what: str, name: str, reading: Reading) -> None:

@@ -34,10 +34,8 @@ from safenav.scenario.yaml.document import (
     read_document,
 )
 from safenav.studio.editing.keys import known_keys, parts_of
-from safenav.world.map import Heading, Region, RegionMap
+from safenav.world.map import HEADINGS, Region, RegionMap
 from safenav.world.moves import Mobility
-
-_HEADINGS = {heading.label: heading for heading in Heading}
 
 
 class _Placing:
@@ -145,7 +143,7 @@ def _robots(root: Node, placing: _Placing) -> Iterable[dict[str, Any]]:
             "name": key.text,
             "model": _text(_get(node, "model")),
             "start": placing.region(_get(node, "start")),
-            "heading": _text(heading) if _text(heading) in _HEADINGS else None,
+            "heading": _text(heading) if _text(heading) in HEADINGS else None,
             "kind": kind or None,
             "targets": [placing.target(target) for target in nodes],
             "areas": [area if area in placing.world.areas else None for area in map(_text, nodes)],
@@ -192,7 +190,7 @@ def _still(
     for robot in robots:
         model = catalogue.robots.get(robot["model"])
         turns = model is not None and model.mobility is Mobility.HEADING
-        heading = _HEADINGS.get(robot["heading"] or "north") if turns else None
+        heading = HEADINGS.get(robot["heading"] or "north") if turns else None
         layer, can = (model.layer, sorted(model.capabilities)) if model else ("ground", [])
         tracks.append(
             RobotTrack(
