@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 
 from safenav.audit.bound import NEVER, Bound
+from safenav.audit.deriving import open_obstacle
 from safenav.audit.lines import Line
 from safenav.audit.situation import Situation
 
@@ -21,33 +22,24 @@ def impossible(
     for name, regions in (line.around or {}).items():
         bound.sealed[name] |= {*regions}
     first, count = bound.turn + 1, len(bound.names)
-    open_ = {obstacle.name: obstacle for obstacle in bound.open}
+    open_ = {obstacle.name: open_obstacle(obstacle.name, now) for obstacle in bound.open}
     seeds = {name: dict([seed]) for name, seed in bound.start.items()}
-    stage = {name: now.stage[name] for name in open_}
-    group = {name: {*now.group.get(name, ())} for name in open_}
-    done = {name: set() if now.need(name).together else {*now.done[name]} for name in open_}
     since, last = dict.fromkeys(open_, first), first
     unloaded = dict.fromkeys(bound.names, first)
 
     def is_full(robot: str) -> bool:
-        most, count = now.header.robots[robot].carries, 0
-        for name, one in open_.items():
-            left = one.all_needs[stage[name] :]
-            count += bool(left and left[0].same and robot in group[name])
-            count += bool(left and one.takes(stage[name]) and robot in done[name])
-        return most is not None and count >= most
+        most = now.header.robots[robot].carries
+        return most is not None and sum(robot in o.carriers() for o in open_.values()) >= most
 
     for act in line.acts:
         obstacle = open_.get(act.obstacle)
-        if obstacle is None or stage[act.obstacle] != act.need:
+        if obstacle is None or not obstacle.left or obstacle.stage != act.need:
             yield f"need {act.need} of {act.obstacle} is not the next one"
             return
-        need, turns, came = obstacle.all_needs[act.need], [], {}
+        need, turns, came = obstacle.left[0], [], {}
         for robot, place in act.robots.items():
-            able = obstacle.actions(act.need) <= now.header.robots[robot].capabilities
-            able = able and robot not in done[act.obstacle]
-            able = able and not (obstacle.takes(act.need) and is_full(robot))
-            if not able or (need.same and robot not in group[act.obstacle]):
+            able = robot in need.able - obstacle.done
+            if not able or (obstacle.takes() and is_full(robot)):
                 yield f"{robot} cannot meet need {act.need} of {act.obstacle}"
                 return
             own = bound.names.index(robot)
@@ -62,7 +54,7 @@ def impossible(
                 return
             turns.append(came[robot] * count + own)
         there = max(since[act.obstacle], *turns)
-        if obstacle.takes(act.need):
+        if obstacle.takes():
             there = max(there, *(unloaded[robot] for robot in act.robots))
         mine = [there + (bound.names.index(robot) - there) % count for robot in act.robots]
         turn = min(mine)
@@ -78,12 +70,9 @@ def impossible(
         last, full = turn, {robot for robot in bound.names if is_full(robot)}
         for robot, tick in came.items():
             seeds[robot] = {tuple(act.robots[robot]): max(bound.sets_out(robot, turn), tick)}
-        done[act.obstacle] |= {*act.robots}
-        if need.together or len(done[act.obstacle]) >= need.robots:
-            bound.met[act.obstacle][act.need] = turn
-            group[act.obstacle] = {*act.robots} if need.together else done[act.obstacle]
-            stage[act.obstacle] += 1
-            done[act.obstacle], since[act.obstacle] = set(), turn
+        open_[act.obstacle] = obstacle.acted(act.robots)
+        if len(open_[act.obstacle].left) < len(obstacle.left):
+            bound.met[act.obstacle][act.need] = since[act.obstacle] = turn
         unloaded |= {robot: turn for robot in full if not is_full(robot)}
 
 

@@ -32,7 +32,8 @@ def open_obstacles(
 ) -> tuple[OpenObstacle, ...]:
     """The obstacles with an open request in the order in which they are served. ``refused``:
     robots that have no strategy for serving an obstacle, beside those that leave it to others."""
-    return tuple(open_obstacle(name, now, refused) for name in _in_order(now))
+    requests = [*now.requests][:: -1 if now.header.order == NEWEST else 1]
+    return tuple(open_obstacle(name, now, refused) for name in requests)
 
 
 def open_obstacle(
@@ -55,13 +56,8 @@ def open_obstacle(
     barred = frozenset(robot for robot, left in {*refused, *now.barred} if left == name)
     if now.live:
         barred |= {*(now.out if out is None else out)}
-    order, blocks = now.load_order(name), frozenset(obstacle.blocks)
-    return OpenObstacle(name, obstacle.region, blocks, tuple(needs), done, barred, order)
-
-
-def _in_order(now: Situation) -> list[str]:
-    """The obstacles with an open request, the one that is served first before the others."""
-    return [*now.requests][:: -1 if now.header.order == NEWEST else 1]
+    about = name, obstacle.region, frozenset(obstacle.blocks), tuple(needs), done, barred
+    return OpenObstacle(*about, now.load_order(name), now.stage[name])
 
 
 def team_of(

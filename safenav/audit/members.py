@@ -38,7 +38,7 @@ class OpenObstacle(NamedTuple):
     """An open obstacle. ``stops``: robots that it physically stops; ``left``: its unmet needs, the
     next one first; ``done``: robots that have had their part in that; ``barred``: robots without a
     strategy for serving it; ``order``: robots that can take several loads take them in this
-    order."""
+    order; ``stage``: the number of its next need."""
 
     name: str
     region: int
@@ -47,6 +47,7 @@ class OpenObstacle(NamedTuple):
     done: frozenset[str] = frozenset()
     barred: frozenset[str] = frozenset()
     order: tuple[str, int, int] = ("", 0, 0)
+    stage: int = 0
 
     def closes(self, robot: str) -> bool:
         """Whether a robot must keep out: it is stopped, and does not resolve it by entering."""
@@ -75,11 +76,17 @@ class OpenObstacle(NamedTuple):
         chosen = self.left[0].same and len(self.left[0].able) <= self.left[0].robots
         return bool(self.chain()) and not chosen
 
+    def acted(self, group: Iterable[str]) -> OpenObstacle:
+        """The obstacle after a group has had its part in the next need."""
+        need, done = self.left[0], self.done.union(group)
+        met = need.together or len(done) >= need.robots
+        return self.advanced(group) if met else self._replace(done=done)
+
     def advanced(self, group: Iterable[str]) -> OpenObstacle:
         left, met = self.left[1:], self.done.union(group)
         if left and left[0].same:
             left = (left[0]._replace(able=left[0].able & met), *left[1:])
-        return self._replace(left=left, done=frozenset())
+        return self._replace(left=left, done=frozenset(), stage=self.stage + 1)
 
 
 class Member(NamedTuple):

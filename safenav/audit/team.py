@@ -322,12 +322,7 @@ class Team:
         for act in acts:
             where |= act.robots
             k = next(k for k, obstacle in enumerate(obstacles) if obstacle.name == act.obstacle)
-            need, done = obstacles[k].left[0], obstacles[k].done.union(act.robots)
-            if need.together or len(done) >= need.robots:
-                then = obstacles[k].advanced(act.robots)
-            else:
-                then = obstacles[k]._replace(done=done)
-            obstacles = _replaced(obstacles, k, then)
+            obstacles = _replaced(obstacles, k, obstacles[k].acted(act.robots))
         return where, obstacles
 
     def _steps(self, obstacles: OpenObstacles, acts: Sequence[Act]) -> list[Step]:

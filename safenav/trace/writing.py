@@ -44,16 +44,13 @@ class TraceWriter:
 
     def __call__(self, record: Record) -> None:
         try:
-            if not self._begun and self._is_regular():
+            if not self._begun and stat.S_ISREG(os.fstat(self._file.fileno()).st_mode):
                 self._file.truncate(0)
             self._begun = True
             self._file.write(json_line(as_data(record)))
             self._file.flush()
         except OSError as error:
             raise self._failure(error) from error
-
-    def _is_regular(self) -> bool:
-        return stat.S_ISREG(os.fstat(self._file.fileno()).st_mode)
 
     def _failure(self, error: OSError) -> UsageError:
         return UsageError(f"cannot write the trace {self._path}: {error.strerror}")

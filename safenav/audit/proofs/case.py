@@ -36,14 +36,13 @@ class Wish:
 @dataclass(frozen=True)
 class Case:
     """``at``: each robot's pose, or where it will arrive. ``obstacles``: known and unresolved ones;
-    ``counts``: how many needs each has in all. ``shut``: obstacles that can never be resolved.
+    ``shut``: obstacles that can never be resolved.
     ``rounds``: how often an objective is to be met after a resolution. ``zones``: robots of which
     at most one is in some regions."""
 
     team: Team
     at: Mapping[str, Pose]
     obstacles: OpenObstacles
-    counts: Mapping[str, int]
     wishes: Mapping[str, Wish]
     shut: frozenset[str] = frozenset()
     rounds: int = 1
@@ -51,10 +50,6 @@ class Case:
 
     def obstacle(self, name: str) -> OpenObstacle | None:
         return next((obstacle for obstacle in self.obstacles if obstacle.name == name), None)
-
-    def stage(self, obstacle: OpenObstacle) -> int:
-        """Return the number of the obstacle's next need."""
-        return self.counts[obstacle.name] - len(obstacle.left)
 
 
 def case_of(now: Situation, never: Collection[str], *, hopeful: bool = False) -> Case | None:
@@ -75,7 +70,6 @@ def case_of(now: Situation, never: Collection[str], *, hopeful: bool = False) ->
         team,
         {name: pose_of(name, now) for name in team.names},
         tuple(open_obstacle(name, now, out=out) for name in known),
-        {name: len(now.obstacles[name].all_needs) for name in known},
         {name: _wish(name, now, now.goals[name], team) for name in team.names},
         frozenset(never),
         now.header.until.rounds or 1,

@@ -38,7 +38,10 @@ def closure_problems(
     if tables.keys() != case.at.keys():
         yield f"the closure covers {', '.join(sorted(tables)) or 'nobody'}, not of the whole team"
         return
-    inside = {name: read_poses(table["poses"]) for name, table in tables.items()}
+    inside = {
+        name: frozenset((region, heading) for region, heading in table["poses"])
+        for name, table in tables.items()
+    }
     stuck = list[OpenObstacle]()
     carried = [known[name] for name in never]
     while True:  # robots carry forever what is never brought any further
@@ -112,11 +115,6 @@ def _robot_problems(
                 return
     if not table["live"] and case.team.goes_on(name, inside, stuck):
         yield f"{name} can continue forever in its closure, but is marked not live"
-
-
-def read_poses(listed: list[list[Any]]) -> Poses:
-    """The poses of a list of regions and headings."""
-    return frozenset((region, heading) for region, heading in listed)
 
 
 def _told(pose: Pose) -> str:

@@ -67,8 +67,8 @@ def _stages_problem(stages: Mapping[str, int], listed: set[str], case: Case) -> 
         obstacle = case.obstacle(name)
         if obstacle is None:
             return f"{name} is unknown or already resolved, so it blocks no robot"
-        if stage != case.stage(obstacle):
-            return f"{name} has {case.stage(obstacle)} of its needs fulfilled, not {stage}"
+        if stage != obstacle.stage:
+            return f"{name} has {obstacle.stage} of its needs fulfilled, not {stage}"
         able = frozenset[str]().union(*(need.able for need in obstacle.left))
         helper = next((other for other in case.at if other in able - listed), None)
         if helper is not None:
@@ -79,15 +79,15 @@ def _stages_problem(stages: Mapping[str, int], listed: set[str], case: Case) -> 
 def can_be_served(names: Collection[str], case: Case, most: int) -> bool | None:
     """Whether the robots can complete the mission with these obstacles resolved; None if there are
     more than ``most`` joint states."""
-    stages = {obstacle.name: case.stage(obstacle) for obstacle in case.obstacles}
-    return _Enumeration(case, [*case.at], stages).serves({*names}, most)
+    known = [obstacle.name for obstacle in case.obstacles]
+    return _Enumeration(case, [*case.at], known).serves({*names}, most)
 
 
 class _Enumeration:
-    def __init__(self, case: Case, robots: list[str], stages: Mapping[str, int]) -> None:
+    def __init__(self, case: Case, robots: list[str], obstacles: Collection[str]) -> None:
         self._case, self._team, self._robots = case, case.team, robots
         self._wishes = [case.wishes[name] for name in robots]
-        self._obstacles = tuple(o for o in case.obstacles if o.name in stages)
+        self._obstacles = tuple(o for o in case.obstacles if o.name in obstacles)
 
     def serves(self, names: set[str], most: int) -> bool | None:
         """Whether a state can be reached that completes the mission with obstacles resolved."""

@@ -52,7 +52,7 @@ def _problems(
         option = choice["option"]
         told[option["obstacle"], option["need"], frozenset(option["robots"])] = choice["proof"]
     steps = {
-        (obstacles[k].name, case.stage(obstacles[k]), frozenset(step.group)): step
+        (obstacles[k].name, obstacles[k].stage, frozenset(step.group)): step
         for step in team.options(closed, closed, obstacles, {}, every=True)
         for k in [step.obstacle]
     }

@@ -8,6 +8,7 @@ from typing import Any
 
 from safenav.audit.kinds import ALTERNATION, shape_of
 from safenav.audit.language import Clause, Pose, complete, named, read_clause, require
+from safenav.audit.lines import read_objective
 from safenav.audit.world import World
 from safenav.certify.checker.check_strategies import Json
 
@@ -18,23 +19,20 @@ STRICTLY = ", without crossing the one whose turn it is not"
 LOOSELY = "; it may cross the one whose turn it is not"
 
 
-RULES = ("avoid", "always")  # what an objective forbids beside its goals
-
-
 class Objective:
     """A robot's objective: ``targets``, sets of regions of which any one counts, or formulas.
     ``goals``: their numbers. ``ranges``: the values of its memory, now and next."""
 
     def __init__(self, data: Json) -> None:
-        rest = {key: value for key, value in data.items() if key not in (*RULES, "form")}
-        ((self.kind, value),) = rest.items()
-        self.avoid, self.always = frozenset(data.get("avoid", ())), tuple(data.get("always", ()))
+        told = read_objective(data)
+        self.kind, self.targets = told.kind, [*told.targets]
+        self.avoid, self.always = told.avoid, told.always
         self.data, self.shape = data, shape_of(self.kind)
         known = self.shape.known or self.kind == "ltl"
         require(known, f"objectives of the kind {self.kind} are not known here")
-        listed: Any = () if self.kind == "ltl" else (value,) if self.shape.one else value
-        self.targets = [frozenset([t] if isinstance(t, int) else t) for t in listed]
-        own: Json = value if self.kind == "ltl" else {}
+        readable = "ltl" in data or self.shape.one or isinstance(data[self.kind], list)
+        require(readable, f"a {self.kind} without targets")
+        own: Json = data["ltl"] if self.kind == "ltl" else {}
         memory: Json = own.get("memory", {})
         self.inputs = [*own.get("inputs", ())]  # of the environment, that its formulas name
         truths = {name for name, given in memory.items() if given == "bool"} | {*self.inputs}

@@ -220,8 +220,7 @@ class Assigner(Struct, frozen=True):
         assignment = Assignment(Role.OWN, objective, safe_poses=safe)
         member = self.floor.problem.members[index]
         must = frozenset(met)
-        now = self.floor.problem.allowed(index, self.floor.stages)
-        within_reach = member.graph.closure(1 << self.floor.poses[index], now)
+        within_reach = self.floor.reach(index)
         for avoid in (self._pending(index) | must, must):
             walls = region_mask(
                 gate.region for gate in self.floor.problem.gates if gate.name in avoid

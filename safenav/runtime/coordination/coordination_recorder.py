@@ -24,7 +24,6 @@ from safenav.spec.assignable_regions import AssignableRegions, assignable_region
 from safenav.spec.compile import assumption_names
 from safenav.spec.other_robots.belief import models
 from safenav.spec.task import Fairness, Task
-from safenav.synthesis.verdict import SynthesisResult
 from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace, objective_in_trace
 from safenav.trace.proofs import Proof
@@ -261,7 +260,7 @@ def synthesis_record(
         round(result.seconds, 6),
         result.states,
         result.cached,
-        _verified(result),
+        result.verified if result.served is None else vocabulary.Verified.MOVES,
         result.spec_sha256,
         result.strategy_sha256,
         objective_in_trace(found.told),
@@ -311,10 +310,6 @@ def _places_from(possible: AssignableRegions) -> tuple[records.PlacesFrom, ...] 
         for memory, poses in part.poses().items()
     )
     return tuple(found) or None
-
-
-def _verified(result: SynthesisResult) -> bool | vocabulary.Verified | None:
-    return result.verified if result.served is None else vocabulary.Verified.MOVES
 
 
 def _memory(task: Task) -> dict[str, int] | None:

@@ -9,10 +9,10 @@ from msgspec.structs import replace
 
 from safenav.runtime.formulas import formulas_of, graph_of
 from safenav.runtime.progress import Progress
-from safenav.runtime.resolution.problem import Floor, Member, OpenObstacle, Problem, Stage, Zones
+from safenav.runtime.resolution.problem import Floor, Member, OpenObstacle, Problem, Stage
 from safenav.runtime.team import RobotState, TeamState
 from safenav.scenario.model import Obstacle, Robot, Scenario
-from safenav.scenario.objective import Ltl, Objective, targets_of
+from safenav.scenario.objective import Ltl, targets_of
 from safenav.scenario.settings import RequestOrder
 from safenav.trace.header import heading_in_trace
 from safenav.trace.vocabulary import Place
@@ -42,7 +42,11 @@ def floor_of(
         _member(robot, state) if hopeful or entry.active else _out_of_service(entry, state)
         for robot, entry in zip(robots, state.robots.values(), strict=True)
     )
-    problem = Problem(members, tuple(gates), _conflicts(scenario), _zones(scenario), newest_first)
+    zones = tuple(
+        (frozenset(map(names.index, each.robots)), region_mask(each.regions))
+        for each in scenario.never_together
+    )
+    problem = Problem(members, tuple(gates), _conflicts(scenario), zones, newest_first)
     poses = tuple(
         member.graph.number(entry.next_pose)
         for member, entry in zip(members, state.robots.values(), strict=True)
@@ -92,14 +96,8 @@ def _member(robot: Robot, state: TeamState) -> Member:
         robot.capabilities,
         robot.model.timing.most,
         robot.model.carries - state.knowledge.burden(robot.name),
-        _any_first(robot.objective),
+        robot.objective.strict and not robot.objective.literal,  # see ``spec.forms``
     )
-
-
-def _any_first(objective: Objective) -> bool:
-    """Whether a robot that has met none of its targets in turn may begin with any: a strict
-    objective may, unless it is to be literal (``spec.forms``)."""
-    return not isinstance(objective, Ltl) and objective.strict and not objective.literal
 
 
 def _out_of_service(robot: RobotState, state: TeamState) -> Member:
@@ -121,16 +119,6 @@ def _conflicts(scenario: Scenario) -> tuple[frozenset[int], ...]:
             if other is not robot and scenario.conflict(robot, other)
         )
         for robot in robots
-    )
-
-
-def _zones(scenario: Scenario) -> Zones:
-    return tuple(
-        (
-            frozenset(i for i, robot in enumerate(scenario.robots) if robot.name in each.robots),
-            region_mask(each.regions),
-        )
-        for each in scenario.never_together
     )
 
 

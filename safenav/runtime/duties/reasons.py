@@ -229,8 +229,7 @@ def without_room(floor: Floor, word: Word) -> list[str]:
         regions, names = 0, []
         for robot in problem.able(gate, stages):
             graph = problem.members[robot].graph
-            reach = graph.closure(1 << floor.poses[robot], problem.allowed(robot, stages))
-            if there := reach & graph.poses_on(need.regions):
+            if there := floor.reach(robot) & graph.poses_on(need.regions):
                 regions |= graph.regions_of(there)
                 names.append(floor.names[robot])
         if need.together and len(names) >= problem.missing(gate, stages):
@@ -254,9 +253,8 @@ def _nobody_gets_there(floor: Floor, gate: int, able: Collection[int]) -> bool:
     """Whether what stands now keeps all but too few from where the obstacle is resolved."""
     problem, stages = floor.problem, floor.stages
     regions = problem.next_need(gate, stages).regions
-    there = 0
-    for robot in able:
-        graph = problem.members[robot].graph
-        reach = graph.closure(1 << floor.poses[robot], problem.allowed(robot, stages))
-        there += bool(regions & graph.regions_of(reach))
+    there = sum(
+        bool(regions & problem.members[robot].graph.regions_of(floor.reach(robot)))
+        for robot in able
+    )
     return there < problem.missing(gate, stages)

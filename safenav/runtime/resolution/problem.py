@@ -348,3 +348,8 @@ class Floor(Struct, frozen=True):
 
     def index(self, robot: str) -> int:
         return self.names.index(robot)
+
+    def reach(self, robot: int) -> Mask:
+        """The poses that a robot can reach from where it is while the open obstacles are walls."""
+        allowed = self.problem.allowed(robot, self.stages)
+        return self.problem.members[robot].graph.closure(1 << self.poses[robot], allowed)

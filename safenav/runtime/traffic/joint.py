@@ -113,6 +113,13 @@ class Course(Struct, frozen=True, eq=False, dict=True):
         """Return the state after the robots ``who`` have reached their poses in ``poses``."""
         return self._settled(poses, state.counts, state.stages, who)
 
+    def along(self, first: Joint, ways: Iterable[tuple[int, ...]]) -> list[Joint]:
+        """Return the states from the first on while the robots go to these joint poses."""
+        found = [first]
+        for poses in ways:
+            found.append(self.moved(found[-1], poses, range(len(poses))))
+        return found
+
     def steps(self, stages: Stages) -> tuple[Steps, ...]:
         """Return for each robot the steps that walls and open obstacles leave to it."""
         found = self._steps.get(stages)

@@ -56,9 +56,7 @@ class Pending(Struct):
         if not self.moved:
             return list(states)
         back = [*reversed(self.poses), *(state.poses for state in states[1:])]
-        found = [course.begun(back[0], tuple(counts), states[0].stages)]
-        for poses in back[1:]:
-            found.append(course.moved(found[-1], poses, range(len(poses))))
+        found = course.along(course.begun(back[0], tuple(counts), states[0].stages), back[1:])
         ways = zip(found[: len(self.poses)], reversed(self.poses), strict=True)
         undone = all(state.stages == states[0].stages for state, _ in ways)
         return found if undone and found[-1].stages == states[-1].stages else None

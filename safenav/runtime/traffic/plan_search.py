@@ -103,9 +103,7 @@ class PlanSearch(Struct):
             return None
         course = self.searches.course(floor)
         counts = self.searches.counts(floor, course.rounds)
-        states = [course.begun(found[0], counts, floor.stages)]
-        for poses in found[1:]:
-            states.append(course.moved(states[-1], poses, range(len(poses))))
+        states = course.along(course.begun(found[0], counts, floor.stages), found[1:])
         if self.turning:
             known = known or floor
             after = self.searches.search(

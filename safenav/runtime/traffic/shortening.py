@@ -81,9 +81,7 @@ def shortened(course: Course, states: Sequence[Joint], fixed: Collection[int]) -
     turns = timed(apart.schedule(best), in_turn=True)
     if best is joint or len(turns) > len(timed(plan, in_turn=True)):
         return states
-    found = [first]
-    for poses in best[1:]:
-        found.append(course.moved(found[-1], poses, range(len(poses))))
+    found = course.along(first, best[1:])
     if last.stages != first.stages:
         # The plan is over with the change; the rest of it shows that the team can continue.
         changed = next((k for k, s in enumerate(found) if s.stages != first.stages), 0)
@@ -300,10 +298,9 @@ def following(course: Course, states: Sequence[Joint], robot: int) -> list[Joint
     way = path.way(here, closed, [0] * len(closed) + [1 << pose], len(closed), early=False)
     if way is None:
         return None
-    found = [first]
-    for tick, poses in enumerate(joint[1:], 1):
-        step = poses[robot] if tick <= begin else way[tick - begin]
-        new = (*poses[:robot], step, *poses[robot + 1 :])
-        found.append(course.moved(found[-1], new, range(len(new))))
+    steps = (poses[robot] if t <= begin else way[t - begin] for t, poses in enumerate(joint))
+    pairs = zip(joint, steps, strict=True)
+    new = [(*poses[:robot], step, *poses[robot + 1 :]) for poses, step in pairs]
+    found = course.along(first, new[1:])
     same = all(state.stages == first.stages for state in found[:-1])
     return found if same and found[-1].stages == last.stages else None

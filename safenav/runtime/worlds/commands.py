@@ -40,6 +40,11 @@ class OpenCommand(Struct):
     limit: float | None = None
     cancelled: float | None = None
 
+    def failed(self, at: float, why: str) -> protocol.Acted:
+        """The end of an action that has failed."""
+        found = tuple((obstacle, ActResult.FAILED) for obstacle in self.obstacles)
+        return protocol.Acted(at, self.robot.name, found, why, command=self.command)
+
 
 class Commands:
     """Gives commands to a world, and takes in what it reports. ``busy``: seconds in which each
@@ -277,10 +282,7 @@ class Commands:
         name, here = open_.robot.name, open_.start
         if open_.target is None:
             wrong = _wrong_result(event)
-            if wrong is None:
-                return event
-            found = tuple((obstacle, ActResult.FAILED) for obstacle in open_.obstacles)
-            return protocol.Acted(event.at, name, found, wrong, command=open_.command)
+            return event if wrong is None else open_.failed(event.at, wrong)
         wrong = self._wrong(event, open_.robot, here, open_.target)
         if wrong is None:
             return event
@@ -342,11 +344,7 @@ class Commands:
                 regions = frozenset({open_.start.region, open_.target.region})
                 self._take(protocol.Lost(now, open_.robot.name, regions, command=open_.command))
             else:
-                said = f"no end within {seconds_words(now - open_.since)}"
-                found = tuple((obstacle, ActResult.FAILED) for obstacle in open_.obstacles)
-                self._take(
-                    protocol.Acted(now, open_.robot.name, found, said, command=open_.command)
-                )
+                self._take(open_.failed(now, f"no end within {seconds_words(now - open_.since)}"))
 
 
 def _wrong_result(event: protocol.WorldEvent) -> str | None:

@@ -76,8 +76,7 @@ def moment(robots: list[Robot], *obstacles: tuple[Any, ...], together: bool = Fa
         )
         for name, at, needs, blocks in obstacles
     )
-    counts = {one.name: len(one.left) for one in opens}
-    return Case(Team(members), {one.name: one.pose for one in robots}, opens, counts, wishes)
+    return Case(Team(members), {one.name: one.pose for one in robots}, opens, wishes)
 
 
 def table(regions: range, live: bool, heading: str | None = None) -> dict[str, Any]:
