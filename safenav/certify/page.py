@@ -146,7 +146,8 @@ def _summary(facts: Mapping[str, Any]) -> str:
 
 def _promises(facts: Mapping[str, Any], kinds: Mapping[str, int]) -> list[str]:
     """The claims in a few sentences."""
-    found = [_untimed(c) for c in facts["claims"] if c["kind"] in ("outcome", "moves")]
+    told = [c["text"] for c in facts["claims"] if c["kind"] in ("outcome", "moves")]
+    found = [re.sub(r"^Tick \d+: ", "", text) for text in told]
     if kept := kinds.get("keeps"):
         texts = [c["text"] for c in facts["claims"] if c["kind"] == "keeps"]
         alone = sum(text.endswith(f"{ASSUMED['none']}.") for text in texts)
@@ -175,10 +176,6 @@ _MOST_NAMED = 6
 def _list(texts: Sequence[str]) -> str:
     items = (re.sub("`(.*?)`", r"<code>\1</code>", escape(text)) for text in texts)
     return f"<ul>{''.join(f'<li>{item}</li>' for item in items)}</ul>"
-
-
-def _untimed(claim: Claim) -> str:
-    return re.sub(r"^Tick \d+: ", "", claim["text"])
 
 
 def _sentence(text: str) -> str:

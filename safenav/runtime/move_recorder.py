@@ -51,22 +51,13 @@ class MoveRecorder:
             return
         self._holds.pop(robot.name, None)
         if by is not None:
-            node = robot.planner.node if robot.planner is not None else None
-            self._state.emit(
-                records.Depart(
-                    self._state.tick,
-                    command,
-                    robot.name,
-                    robot.pose.region,
-                    transit.pose.region,
-                    heading_in_trace(transit.pose),
-                    by,
-                    node if by is vocabulary.MovedBy.STRATEGY else None,
-                    tuple(sorted(shown)) or None,
-                    self._signal(robot),
-                    None if seconds is None else round(seconds, 3),
-                )
-            )
+            planner = robot.planner if by is vocabulary.MovedBy.STRATEGY else None
+            node = None if planner is None else planner.node
+            way = robot.pose.region, transit.pose.region, heading_in_trace(transit.pose)
+            told = tuple(sorted(shown)) or None, self._signal(robot)
+            expected = None if seconds is None else round(seconds, 3)
+            who = self._state.tick, command, robot.name
+            self._state.emit(records.Depart(*who, *way, by, node, *told, expected))
         self._beliefs(robot)
 
     def ended(
@@ -91,18 +82,9 @@ class MoveRecorder:
                 result, reason = vocabulary.MoveEnd.FAILED, event.reason
             case Lost(regions=found):
                 result, regions = vocabulary.MoveEnd.LOST, tuple(sorted(found))
-        self._state.emit(
-            records.Arrive(
-                self._state.tick,
-                event.command or 0,
-                robot.name,
-                robot.pose.region,
-                heading_in_trace(robot.pose),
-                result,
-                reason,
-                regions,
-            )
-        )
+        who, here = (self._state.tick, event.command or 0, robot.name), robot.pose
+        at = here.region, heading_in_trace(here)
+        self._state.emit(records.Arrive(*who, *at, result, reason, regions))
         self._beliefs(robot)
 
     def stays(
@@ -152,19 +134,9 @@ class MoveRecorder:
         toward: Region | None = None,
     ) -> None:
         """The line of a robot's turn in a tick."""
-        self._state.emit(
-            records.Move(
-                self._state.tick,
-                robot.name,
-                start,
-                robot.pose.region,
-                heading_in_trace(robot.pose),
-                toward,
-                by,
-                self._signal(robot),
-                tuple(sorted(shown)) or None,
-            )
-        )
+        way = start, robot.pose.region, heading_in_trace(robot.pose), toward
+        told = self._signal(robot), tuple(sorted(shown)) or None
+        self._state.emit(records.Move(self._state.tick, robot.name, *way, by, *told))
         self._beliefs(robot)
 
     def _signal(self, robot: RobotState) -> records.Signal | None:
@@ -184,15 +156,9 @@ class MoveRecorder:
         obstacle = violation.obstacle
         self._state.introduce(obstacle)
         action = obstacle.needs[self._state.knowledge.need_of(obstacle)].action
+        way = violation.at, violation.proposed
         self._state.emit(
-            records.Violation(
-                self._state.tick,
-                robot.name,
-                violation.at,
-                violation.proposed,
-                obstacle.name,
-                action,
-            )
+            records.Violation(self._state.tick, robot.name, *way, obstacle.name, action)
         )
 
     def late(
@@ -205,17 +171,10 @@ class MoveRecorder:
 
     def met(self, robot: RobotState, met: NeedMet) -> None:
         """``robot`` has met one of the needs of an obstacle, with others or alone."""
-        self._state.emit(
-            records.Met(
-                self._state.tick,
-                met.obstacle.name,
-                met.need,
-                met.obstacle.needs[met.need].action,
-                robot.name,
-                robot.pose.region,
-                robots=met.group if len(met.group) > 1 else None,
-            )
-        )
+        need = met.obstacle.name, met.need, met.obstacle.needs[met.need].action
+        group = met.group if len(met.group) > 1 else None
+        who = robot.name, robot.pose.region, group
+        self._state.emit(records.Met(self._state.tick, *need, *who))
 
     def no_answer(self, robot: RobotState, observed: Mapping[str, int]) -> None:
         """Record that the strategy has no successor, and no single violated assumption is the

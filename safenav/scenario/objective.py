@@ -438,7 +438,8 @@ def to_data(objective: Objective) -> dict[str, object]:
             "inputs": list(objective.inputs),
         }
         return {"ltl": {key: value for key, value in parts.items() if value}}
-    listed = [_target_data(target) for target in objective.listed()]
+    regions = [sorted(target) for target in objective.listed()]
+    listed = [each[0] if len(each) == 1 else each for each in regions]
     told: dict[str, object] = {objective.kind: listed[0] if objective.one else listed}
     if objective.literal:
         told["form"] = "literal"
@@ -447,10 +448,6 @@ def to_data(objective: Objective) -> dict[str, object]:
     if objective.always:
         told["always"] = list(objective.always)
     return told
-
-
-def _target_data(target: Target) -> int | list[int]:
-    return next(iter(target)) if len(target) == 1 else sorted(target)
 
 
 def describe(objective: Objective, word: Word = number_word) -> str:

@@ -174,24 +174,14 @@ def _all_soon(
 def moment_on(floor: Floor, dues: Dues) -> BoundMoment:
     """The floor as the search sees it; steps of a drawn length take the most."""
     problem = floor.problem
-    walkers = tuple(
-        BoundRobot(
-            member.graph,
-            pose,
-            ready,
-            member.ticks,
-            member.capabilities,
-            member.graph.everywhere & ~member.floor,
-            leaves,
-            ready,
-            member.room,
-        )
-        for member, pose, ready, leaves in zip(
-            problem.members, floor.poses, dues.ready, dues.leaves, strict=True
-        )
-    )
+    walkers = []
+    robots = zip(problem.members, floor.poses, dues.ready, dues.leaves, strict=True)
+    for member, pose, ready, leaves in robots:
+        can, walls = (member.ticks, member.capabilities), member.graph.everywhere & ~member.floor
+        walker = BoundRobot(member.graph, pose, ready, *can, walls, leaves, ready, member.room)
+        walkers.append(walker)
     opens = map(BoundObstacle, problem.gates, floor.stages)
-    return BoundMoment(walkers, tuple(opens), dues.now)
+    return BoundMoment(tuple(walkers), tuple(opens), dues.now)
 
 
 def after(floor: Floor, acts: Acts) -> tuple[tuple[int, ...], Stages]:

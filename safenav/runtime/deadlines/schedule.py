@@ -126,17 +126,11 @@ class Scheduler(Struct, eq=False):
                 yield from self._together(moment, gate, spots)
                 continue
             for robot, places in spots.items():
-                acts = [
-                    TimedAct(
-                        bound.own_turn(spot.turn, robot, moment.count),
-                        gate,
-                        one.stage.need,
-                        (robot,),
-                        (spot.pose,),
-                        (spot.came,),
-                    )
-                    for spot in places
-                ]
+                acts = []
+                for spot in places:
+                    turn = bound.own_turn(spot.turn, robot, moment.count)
+                    here = (robot,), (spot.pose,), (spot.came,)
+                    acts.append(TimedAct(turn, gate, one.stage.need, *here))
                 yield from acts[:1] if self._idle_after(moment, robot, gate) else acts
 
     def _able(self, moment: bound.BoundMoment, gate: int) -> list[int]:
