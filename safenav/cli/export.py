@@ -14,8 +14,12 @@ from safenav.trace.trace import Trace
 
 if TYPE_CHECKING:
     from safenav.motion.file.records import Motion
+    from safenav.report.bag.messages import Ways
     from safenav.trace.trace import Trace
     from safenav.world.frame import Frame
+
+BAG_RATE = 20.0
+"""Positions of each robot per second in a bag with a motion."""
 
 EPILOG = """\b
 Examples:
@@ -138,7 +142,10 @@ def command(
     if stem is not None:
         _tables(run, stem)
     if mcap is not None:
-        _bag(run, frame_of(run, resolution, origin), mcap, motion)
+        moved = None if motion is None else _motion(motion)
+        if moved is not None and resolution is None:
+            resolution = moved.header.side
+        _bag(run, frame_of(run, resolution, origin), mcap, moved)
     if columns is not None:
         _columns(run, motion, columns, rate, robot)
     if waypoints is None:
@@ -193,19 +200,42 @@ def _tables(run: Trace, stem: Path) -> None:
         write_bytes(stem.with_name(f"{stem.name}-{name}.csv"), text.encode())
 
 
-def _bag(run: Trace, frame: Frame, path: Path, motion: Path | None) -> None:
+def _bag(run: Trace, frame: Frame, path: Path, motion: Motion | None) -> None:
     from safenav.outfile import tell, write_whole
     from safenav.report.bag.mcap_file import write_mcap
     from safenav.report.bag.messages import messages
     from safenav.report.replay.reading import replay_of
 
+    ways = None
     if motion is not None:
         from safenav.motion.in_time import in_time
 
-        run = in_time(run, _motion(motion))
+        run, ways = in_time(run, motion), _ways(motion, frame)
     try:
-        said = messages(replay_of(run), frame)
+        said = messages(replay_of(run), frame, ways)
         write_whole(path, lambda part: write_mcap(part, said))
     except ValueError as error:
         raise UsageError(f"{run.source}: {error}") from error
     tell(path)
+
+
+def _ways(motion: Motion, frame: Frame) -> Ways:
+    """Where each robot of a motion is, in the frame of the map."""
+    import numpy as np
+
+    from safenav.motion.columns import columns_of
+
+    side, (x0, y0) = motion.header.side, frame.origin
+    if abs(side - frame.resolution[0]) > 1e-6 * side:
+        raise UsageError(
+            f"the regions of the motion measure {side:g} m, not {frame.resolution[0]:g} m\n"
+            "    leave out --resolution, or make the motion with this --side"
+        )
+    found = {}
+    for name in motion.header.robots:
+        moved = columns_of(motion, name, BAG_RATE, in_world=False)
+        (east, north), yaw = moved.place, moved.columns["yaw"] + frame.yaw
+        x = x0 + east * np.cos(frame.yaw) - north * np.sin(frame.yaw)
+        y = y0 + east * np.sin(frame.yaw) + north * np.cos(frame.yaw)
+        found[name] = [*zip(*(c.tolist() for c in (moved.times, x, y, yaw)), strict=True)]
+    return found

@@ -7,6 +7,7 @@ from math import atan2
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
@@ -142,7 +143,29 @@ def test_the_times_can_be_those_of_a_motion(safenav: Command, trace: Path, tmp_p
     makespan = json.loads((tmp_path / "motion.jsonl").read_text().splitlines()[-1])["makespan"]
     times = [seconds for seconds, _ in read(tmp_path / "run.mcap")["/tf"]]
     assert times == sorted(times) and times[0] == 0
-    assert times[-1] == pytest.approx(makespan, rel=0.1)
+    assert times[-1] == pytest.approx(makespan, abs=0.05)
+
+
+def test_robots_are_where_the_motion_has_them(
+    safenav: Command, trace: Path, tmp_path: Path
+) -> None:
+    assert safenav("motion", trace, "-o", "motion.jsonl").returncode == 0
+    export = ("export", trace, "--motion", "motion.jsonl", "--mcap", "run.mcap")
+    done = safenav(*export, "--columns", "run.npz", "--rate", "20")
+    assert done.returncode == 0, done.stderr
+    told: dict[str, list[tuple[float, float]]] = {}
+    for _, message in read(tmp_path / "run.mcap")["/tf"]:
+        for one in message.transforms:
+            place = one.transform.translation
+            told.setdefault(one.child_frame_id, []).append((place.x, place.y))
+    with np.load(tmp_path / "run.npz") as columns:
+        for name, places in told.items():
+            middle = "com_" if f"{name}.com_x" in columns else ""
+            for at, axis in enumerate("xy"):
+                found = [place[at] for place in places]
+                assert found == pytest.approx(columns[f"{name}.{middle}{axis}"], abs=1e-9)
+    found = safenav(*export, "--resolution", "0.5")
+    assert found.returncode == 2 and "leave out --resolution" in found.stderr
 
 
 def test_a_bag_needs_to_know_how_large_a_region_is(safenav: Command, trace: Path) -> None:

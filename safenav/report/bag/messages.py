@@ -3,7 +3,7 @@
 | topic | message |
 |---|---|
 | `/map` | `nav_msgs/OccupancyGrid`, once: walls are 100, free regions 0 |
-| `/tf` | `tf2_msgs/TFMessage`: each robot's frame in `map`, at every tick |
+| `/tf` | `tf2_msgs/TFMessage`: each robot's frame in `map`, at every tick, or as a motion has it |
 | `/ROBOT/path` | `nav_msgs/Path`: where the robot was so far, at every tick in which it moved |
 | `/obstacles` | `visualization_msgs/MarkerArray`: known obstacles, coloured by their status |
 | `/requests` | `visualization_msgs/MarkerArray`: a line from a helper to what it helps with |
@@ -17,7 +17,8 @@ Regions are squares in the frame `map` (x east, y north, origin at the south-wes
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from heapq import merge
 from math import cos, radians, sin
 from typing import Any
 
@@ -56,12 +57,20 @@ class Stamped(Struct, frozen=True):
     message: Message
 
 
-def messages(replay: Replay, frame: Frame) -> Iterator[Stamped]:
+Ways = Mapping[str, Sequence[tuple[float, float, float, float]]]
+"""Poses by robot: seconds, x, y (metres in the frame ``map``) and yaw, all at the same times."""
+
+
+def messages(replay: Replay, frame: Frame, ways: Ways | None = None) -> Iterator[Stamped]:
     """Yield all messages of a run, in the order of their times; a tick of a run without a clock
-    lasts a second.
+    lasts a second. ``ways``: where robots are in metres, if not in the middle of regions.
 
     Raises ValueError for regions that are not square: an occupancy grid has one resolution."""
-    return _Telling(replay, frame).all()
+    told = _Telling(replay, frame)
+    if ways is None:
+        return told.all()
+    still = (said for said in told.all() if said.topic != "/tf")
+    return merge(told.moved(ways), still, key=lambda said: said.seconds)
 
 
 def names_of(replay: Replay) -> dict[str, str]:
@@ -125,6 +134,18 @@ class _Telling:
                     "line": tick,
                 }
                 yield Stamped(seconds, "/rosout", "rcl_interfaces/msg/Log", log)
+
+    def moved(self, ways: Ways) -> Iterator[Stamped]:
+        """Yield the frames of the robots on their ways."""
+        for poses in zip(*ways.values(), strict=True):
+            seconds, transforms = poses[0][0], []
+            for name, (_, x, y, yaw) in zip(ways, poses, strict=True):
+                pose = _pose(x, y, yaw)
+                place = {"translation": pose["position"], "rotation": pose["orientation"]}
+                header = {"stamp": stamp(seconds), "frame_id": "map"}
+                of = {"header": header, "child_frame_id": self.names[name], "transform": place}
+                transforms.append(of)
+            yield Stamped(seconds, "/tf", "tf2_msgs/msg/TFMessage", {"transforms": transforms})
 
     def _level(self, kind: StoryKind) -> int:
         if kind is StoryKind.OUTCOME and self.replay.failed:
