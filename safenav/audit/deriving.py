@@ -164,6 +164,8 @@ def is_stop(robot: str, targets: Sequence[AbstractSet[int]], now: Situation) -> 
     if header.battery is None or len(targets) != 1:
         return False
     own = (*now.own[robot].targets, *(waiting.targets if waiting else ()))
+    if now.toward[robot] is not None:  # a target that it had as it set out
+        own = (*own, frozenset({now.toward[robot]}))
     return any(targets[0] <= stop for stop in ({*(now.header.chargers or ())}, *own))
 
 

@@ -178,6 +178,10 @@ def _add_batteries(random: Random, free: list[int], data: Data) -> None:
                 "charge": random.choice([1, 3]),
                 "stay": random.choice([0, 0, 0, 1]),
             }
+    charged = "battery" in data["catalogue"]["robots"]["m0"]
+    for change in data.get("changes", ()) if charged else ():
+        if "objective" in change:  # with a battery its targets have an order
+            change["objective"] = {"visit": next(iter(change["objective"].values()))}
     data["chargers"] = random.sample(free, random.randint(1, 3))
     if random.random() < 0.4:
         swap = {"action": "lift", "at": "neighbours"}

@@ -41,6 +41,7 @@ OPERATOR = {
     "two interventions, and the first makes the team wait": 7007,
     "an input that is as it was": 7119,
     "an order comes in the moment in which an action ends": 7289,
+    "an input changes the objective on the way to a stop": 21263,
 }
 BOTH = {
     "an order where the world knows of none": 3053,
@@ -175,3 +176,14 @@ def test_the_judge_sees_what_must_not_be() -> None:
         "a sets out for 6, which it avoids",
         "a sets out with a charge of 0",
     ]
+
+
+def test_a_robot_with_a_battery_is_given_no_objective_without_an_order() -> None:
+    """It would forget at each charge which targets it has met."""
+    text = CART.replace("capabilities: []", "capabilities: [], battery: {capacity: 9, charge: 3}")
+    text += "chargers: [0]\nchanges: [{at: 3, robot: c, objective: {cover: [1, 0]}}]\n"
+    with pytest.raises(InputError, match="without an order of its targets"):
+        load_scenario_text(text)
+    mission = Mission(load_scenario_text(text.replace("cover", "visit")))
+    with pytest.raises(UsageError, match="without an order of its targets"):
+        line_read("objective c {cover: [1, 0]}", mission.state.scenario)

@@ -101,7 +101,8 @@ class AlwaysRule(Rule):
 
     def opening(self, now: Situation) -> Iterator[Said]:
         for robot, region in now.region.items():
-            if region in now.own[robot].avoid:
+            led = now.header.robots[robot].when  # by an input, before the rest of a run began
+            if region in now.own[robot].avoid and not led:
                 yield robot, f"{robot} starts in {now.show(region)}, which it avoids"
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:

@@ -73,6 +73,11 @@ def _objective(node: Node | None, name: str | None, reading: Reading) -> Objecti
         return None
     if robot is not None and robot.when:
         reading.add(node, f"objective of {name}: its 'when' decides what it does")
+    charged = robot is not None and robot.model.battery is not None
+    if charged and found is not None and not found.ordered():
+        kinds = one_of(kinds_that(lambda kind: kind.ordered()), chr(39))
+        said = f"{name} has a battery, and gets an objective without an order of its targets"
+        reading.add(node, said, f"use {kinds}")
     if found is not None and robot is not None:
         _check_reachable(robot, found, node, reading)
     return found
