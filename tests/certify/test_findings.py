@@ -258,7 +258,7 @@ def test_an_obstacle_comes_back_under_its_name(tmp_path: Path) -> None:
     lines = lines_of(files_of(bundle))
     assert [line["type"] for line in lines].count("resolved") == 2
     lines[0]["scenario"]["obstacles"][1]["blocks"] = []
-    assert "another when it comes back" in said_of(bundle, lines, tmp_path)
+    assert "differs when it reappears" in said_of(bundle, lines, tmp_path)
 
 
 def test_an_obstacle_is_met_from_beside_it(tmp_path: Path) -> None:
