@@ -143,6 +143,14 @@ robots:
         liveness: [c = 2 & region = 4]
 seed: 23
 """,
+    "inputs of formulas may be such that a robot cannot continue": """
+map: {grid: ["....", "...."]}
+robots:
+  r0: {model: walker, start: 7, heading: north,
+       objective: {ltl: {liveness: [region = 1, alarm -> region = 2]}}}
+obstacles: [{type: crate, region: 6}]
+inputs: {alarm: {at: ["2-6"]}}
+""",
     "a robot cannot leave a region immediately while others may stand around it": """
 map: {grid: ["...", "...", "..."]}
 robots:

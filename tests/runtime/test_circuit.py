@@ -308,9 +308,9 @@ def test_a_literal_objective_lost_among_others_is_noted_and_certified(clock: str
     run = play(text)
     assert (run.outcome["outcome"], run.outcome["cause"]) == ("operator_needed", "unrealizable")
     (note,) = check_trace(map(json.dumps, run.records)).notes
-    assert note.explanation.startswith("not judged: whether others can keep a from its literal")
+    assert note.explanation.startswith("not judged: whether others or inputs can keep a")
     said = certified(textwrap.dedent(text))
     assert "there is no strategy for a" in said
-    assert "Not judged: whether others can keep a" in said
+    assert "Not judged: whether others or inputs can keep a" in said
     run.records[:] = [line for line in run.records if line.get("verdict") != "unrealizable"]
     assert "but that is not proven" in run.findings

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -58,10 +59,10 @@ class ProofRule(Rule):
                     return
                 failed = {s.robot for s in now.turn.all("synthesis") if s.verdict == "unrealizable"}
                 lost = [name for name in _lost(record, now) if name in failed]
-                among = [name for name in lost if _is_a_game_with_others(name, now)]
+                among = [name for name in lost if _is_a_game(name, now)]
                 if among:
                     own = "formulas" if now.own[among[0]].kind == "ltl" else "literal objective"
-                    what = f"whether others can keep {among[0]} from its {own} forever"
+                    what = f"whether others or inputs can keep {among[0]} from its {own} forever"
                     yield self.not_judged(record, among[0], f"{what} (a bundle proves it)")
                 else:
                     yield None, "an operator is needed, but that is not proven"
@@ -120,14 +121,15 @@ def _lost(record: Line, now: Situation) -> Mapping[str, str]:
     return {synthesis.robot: synthesis.spec for synthesis in failed}  # a wait: those of the turn
 
 
-def _is_a_game_with_others(name: str, now: Situation) -> bool:
-    """Return whether a robot must keep a strict objective by the letter, or formulas, on a shared
-    floor: whether it has a strategy is a game against the others, which this check does not
-    solve."""
+def _is_a_game(name: str, now: Situation) -> bool:
+    """Return whether a robot must keep formulas, or a strict objective by the letter, on a shared
+    floor, or formulas with inputs: whether it has a strategy is a game against the others and the
+    inputs, which this check does not solve."""
     own = now.own.get(name)
     if own is None or not (own.kind == "ltl" or (own.literal and shape_of(own.kind).strict)):
         return False
-    return any(now.conflict(name, other) for other in now.header.robots if other != name)
+    hears = own.kind == "ltl" and bool(json.loads(own.body).get("inputs"))
+    return hears or any(now.conflict(name, o) for o in now.header.robots if o != name)
 
 
 def _could_be_given_up(proof: Mapping[str, Any], now: Situation) -> Iterator[str]:
