@@ -57,7 +57,8 @@ def open_obstacle(
     if now.live:
         barred |= {*(now.out if out is None else out)}
     about = name, obstacle.region, frozenset(obstacle.blocks), tuple(needs), done, barred
-    return OpenObstacle(*about, now.load_order(name), now.stage[name])
+    sweeps = frozenset(obstacle.sweeps or ())
+    return OpenObstacle(*about, now.load_order(name), now.stage[name], sweeps)
 
 
 def team_of(

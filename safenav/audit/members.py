@@ -38,7 +38,8 @@ class OpenObstacle(NamedTuple):
     """An open obstacle. ``stops``: robots that it physically stops; ``left``: its unmet needs, the
     next one first; ``done``: robots that have had their part in that; ``barred``: robots without a
     strategy for serving it; ``order``: robots that can take several loads take them in this
-    order; ``stage``: the number of its next need."""
+    order; ``stage``: the number of its next need; ``sweeps``: the regions where no other robot
+    may be while one resolves it."""
 
     name: str
     region: int
@@ -48,6 +49,7 @@ class OpenObstacle(NamedTuple):
     barred: frozenset[str] = frozenset()
     order: tuple[str, int, int] = ("", 0, 0)
     stage: int = 0
+    sweeps: frozenset[int] = frozenset()
 
     def closes(self, robot: str) -> bool:
         """Whether a robot must keep out: it is stopped, and does not resolve it by entering."""

@@ -32,10 +32,16 @@ class Situation(State):
         a trace that is wrong, a backtrack from nothing)."""
         turn = self.turn
         if record.type == "violation":
-            return True
+            return not self._also_lost_in(record)
         if record.type not in ("backtrack", "move"):
             return False
         return turn.robot != record.robot or turn.first("move") is not None
+
+    def _also_lost_in(self, violation: Line) -> bool:
+        """Return whether the lost robot whose turn it is may be in one more region."""
+        robot, turn = violation.robot, self.turn
+        again = turn.robot == robot and turn.first("move") is None
+        return again and self.obstacles[violation.obstacle].type == f"lost_{robot}"
 
     def begin_turn(self, record: Line) -> None:
         robot, before = record.robot, dict(self.objectives)

@@ -11,6 +11,7 @@ from audit.trace_script import (
     Line,
     Script,
     both,
+    closure,
     drop,
     edit,
     find,
@@ -126,6 +127,28 @@ def lost() -> list[Line]:
     return s.end("completed", {"a": 1, "b": 1})
 
 
+def lost_around() -> list[Line]:
+    """A lost robot may be in three regions: two of them are closed to it in one turn."""
+    a = robot("ground", [], 7, {"visit": [7]})
+    s = Live({"a": a, "b": robot("air", [], 10, {"visit": [9]})}, [], "external")
+    s.at(0).depart("a", 8).depart("b", 9)
+    s.at(4).arrive("a", "lost", at=7, regions=[7, 8, 13])
+    names = [f"lost_a@{region}" for region in (8, 13)]
+    for name, region in zip(names, (8, 13), strict=True):
+        about = obstacle("lost_a", region, "operator", [region], ["a"])
+        s.obstacles[name] = about
+        s.add("discovered", obstacle=about)
+        why = {"proposed": region, "obstacle": name, "action": "operator"}
+        s.add("violation", robot="a", at=7, **why).add("backtrack", robot="a", to=7)
+    s.add("service", robot="a", active=False, cause="world")
+    anywhere = [7, 8, 9, 10, 13, 14, 15, 16]
+    proof = closure(names, a=([7], True), b=(anywhere, True))
+    for name in names:
+        s.request("a", name, {}, None).block(name, "no_capable_robot", proof, "a")
+    s.at(5).arrive("b").goal("b", 0, 1)
+    return s.end("operator_needed", {"a": 0, "b": 1}, cause="out_of_service")
+
+
 def waits() -> list[Line]:
     """Nobody can open a gate; an operator says that it is open; the team then gives up."""
     lines = living(given_up())
@@ -182,7 +205,7 @@ def ended_early() -> list[Line]:
 
 GOOD_LIVE: dict[str, Callable[[], list[Line]]] = {
     builder.__name__: builder
-    for builder in (delayed, opened, lost, waits, simulated, released, ended_early)
+    for builder in (delayed, opened, lost, lost_around, waits, simulated, released, ended_early)
 }
 
 
@@ -207,6 +230,7 @@ def passes_again(lines: list[Line]) -> None:
 
 ACTING = ("act", "acted", "resolved")
 ACTS: Line = {"type": "act", "robot": "a", "command": 9, "robots": ["a"], "obstacles": [], "t": 4.0}
+A_BACKS_UP: Line = {"type": "backtrack", "robot": "a", "to": 7}
 B_HOLDS: Line = {"robot": "b", "why": "strategy"}
 CASES_OF_LIVE: list[Case] = [
     ("clock", "delayed", edit("arrive", {"robot": "a", "command": 1}, t=0.5), 4, None),
@@ -228,6 +252,8 @@ CASES_OF_LIVE: list[Case] = [
     ("holds", "delayed", insert_after("hold", B_HOLDS), 7, "b"),
     ("holds", "delayed", edit("hold", B_HOLDS, why="operator"), 7, "b"),
     ("holds", "lost", edit("hold", {"robot": "a"}, why="acting"), 2, "a"),
+    ("backtrack", "lost_around", drop("backtrack"), 2, "a"),
+    ("order", "lost_around", insert_after("backtrack", A_BACKS_UP), 2, "a", 2),
     ("late", "opened", edit("late", {}, at=4.5), 10, None),
     ("late", "opened", edit("late", {}, reason=""), 10, None),
     ("waiting", "lost", edit("waiting", {}, outcome="completed"), 4, None),

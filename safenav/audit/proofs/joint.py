@@ -59,7 +59,9 @@ def joint_problems(proof: Mapping[str, Any], case: Case) -> Iterator[str]:
     if told > MOST_STATES:
         raise TooManyError(f"{told} states exceed the {MOST_STATES} that the audit enumerates")
     robots = [name for name in case.at if name in listed]
-    yield from _Enumeration(case, robots, stages).problems(told, proof["sha256"])
+    # The proof holds wherever the others are: an action that sweeps waits for nobody in it.
+    known = (o._replace(sweeps=frozenset()) for o in case.obstacles if o.name in stages)
+    yield from _Enumeration(case, robots, tuple(known)).problems(told, proof["sha256"])
 
 
 def _stages_problem(stages: Mapping[str, int], listed: set[str], case: Case) -> str:
@@ -79,15 +81,14 @@ def _stages_problem(stages: Mapping[str, int], listed: set[str], case: Case) -> 
 def can_be_served(names: Collection[str], case: Case, most: int) -> bool | None:
     """Whether the robots can complete the mission with these obstacles resolved; None if there are
     more than ``most`` joint states."""
-    known = [obstacle.name for obstacle in case.obstacles]
-    return _Enumeration(case, [*case.at], known).serves({*names}, most)
+    return _Enumeration(case, [*case.at], case.obstacles).serves({*names}, most)
 
 
 class _Enumeration:
-    def __init__(self, case: Case, robots: list[str], obstacles: Collection[str]) -> None:
+    def __init__(self, case: Case, robots: list[str], obstacles: OpenObstacles) -> None:
         self._case, self._team, self._robots = case, case.team, robots
         self._wishes = [case.wishes[name] for name in robots]
-        self._obstacles = tuple(o for o in case.obstacles if o.name in obstacles)
+        self._obstacles = obstacles
 
     def serves(self, names: set[str], most: int) -> bool | None:
         """Whether a state can be reached that completes the mission with obstacles resolved."""
@@ -163,6 +164,7 @@ class _Enumeration:
                 if name in group and any(at[other][0] in zone for other in mates):
                     taken |= zone
             taken |= self._team.walls(name, state.obstacles)
+            taken |= {o.region for o in state.obstacles if _must_wait(o, name, at)}
             for to in member.steps.get(at[name], ()):
                 if to[0] not in taken:
                     poses = (*state.poses[:k], to, *state.poses[k + 1 :])
@@ -216,7 +218,8 @@ def _performed(
         able = (need.able - obstacle.barred) & at.keys()
         if takes:
             able -= full or frozenset()
-        group = frozenset(name for name in able if at[name][0] in need.regions)
+        there = (name for name in able if at[name][0] in need.regions)
+        group = frozenset(name for name in there if _clear_of(obstacle, name, at))
         if takes and not need.together:  # one after the other, in the order of their turns
             missing = need.robots - len(obstacle.done)
             group = frozenset([name for name in at if name in group - obstacle.done][:missing])
@@ -225,6 +228,18 @@ def _performed(
             return obstacle if need.together else obstacle._replace(done=group)
         obstacle = obstacle.advanced(group)
     return obstacle
+
+
+def _must_wait(obstacle: OpenObstacle, robot: str, at: Mapping[str, Pose]) -> bool:
+    """Return whether a robot that would resolve an obstacle by entering must wait for others."""
+    need = obstacle.left[0]
+    resolves = robot in need.able and obstacle.region in need.regions
+    return resolves and not _clear_of(obstacle, robot, at)
+
+
+def _clear_of(obstacle: OpenObstacle, robot: str, at: Mapping[str, Pose]) -> bool:
+    """Return whether no robot but this one is where the resolution of an obstacle sweeps."""
+    return not any(at[other][0] in obstacle.sweeps for other in at if other != robot)
 
 
 def _met(wish: Wish, pose: Pose, left: Left) -> Left:

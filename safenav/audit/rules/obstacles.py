@@ -56,17 +56,17 @@ class BacktrackRule(Rule):
 
     def turn(self, now: Situation) -> Iterator[Said]:
         turn = now.turn
-        violation, backtrack, move = map(turn.first, ("violation", "backtrack", "move"))
-        if backtrack is None:
-            if violation is not None and not turn.torn:
-                obstacle = violation.obstacle
-                yield turn.robot, f"{turn.robot} does not back up from {obstacle}", violation
-            return
-        if violation is None:
-            yield turn.robot, f"{turn.robot} backs up though nothing was in its way", backtrack
-        if move is not None and move.to != backtrack.to:
-            back, to = now.show(backtrack.to), now.show(move.to)
-            yield turn.robot, f"{turn.robot} backs up to {back} but then moves to {to}", move
+        violations, backtracks = turn.all("violation"), turn.all("backtrack")
+        for violation in () if turn.torn else violations[len(backtracks) :]:
+            obstacle = violation.obstacle
+            yield turn.robot, f"{turn.robot} does not back up from {obstacle}", violation
+        move = turn.first("move")
+        for backtrack in backtracks:
+            if not violations:
+                yield turn.robot, f"{turn.robot} backs up though nothing was in its way", backtrack
+            if move is not None and move.to != backtrack.to:
+                back, to = now.show(backtrack.to), now.show(move.to)
+                yield turn.robot, f"{turn.robot} backs up to {back} but then moves to {to}", move
 
 
 class ResolutionRule(Rule):

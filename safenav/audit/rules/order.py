@@ -136,7 +136,7 @@ class OrderRule(Rule):
         does = kind in ("backtrack", "met", "resolved", "goal", "belief")
         if does and record.robot != turn.robot:
             yield f"a {kind} line of {record.robot} in {turn.robot}'s turn"
-        if kind == "backtrack" and turn.first("backtrack") is not None:
+        if kind == "backtrack" and len(turn.all(kind)) >= max(len(turn.all("violation")), 1):
             yield turn.robot, f"{turn.robot} backs up twice in one turn"
         if kind == "backtrack" and moved:
             yield turn.robot, f"the {kind} line comes too late in {turn.robot}'s turn"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import partial
 
 from safenav.audit.deriving import is_stop, open_obstacles, pose_of, serving, team_of
 from safenav.audit.kinds import ALTERNATION, STAYING
@@ -59,7 +60,7 @@ class RequestRule(Rule):
                 self._asked.discard(record.obstacle)
 
     def turn(self, now: Situation) -> Iterator[Said]:
-        turn, violation = now.turn, now.turn.first("violation")
+        turn, violations = now.turn, now.turn.all("violation")
         given_up = {record.obstacle for record in turn.all("blocked")}
         for request in self._again:
             others = (other for other in turn.all("request") if other is not request)
@@ -72,13 +73,14 @@ class RequestRule(Rule):
             return
         asked = {record.obstacle for record in turn.all("request")}
         if turn.first("waiting") is not None:
-            violation = None  # the request follows what the operator does
+            violations = []  # the request follows what the operator does
         missing = []
-        if violation is not None and violation.obstacle in now.requests.keys() - asked:
+        for violation in violations:
             name = violation.obstacle
             problem = f"{turn.robot} encounters {name} and does not request help"
             found = turn.robot, problem, violation
-            missing.append((found, lambda: name in self._told or name not in now.requests))
+            if name in now.requests.keys() - asked:
+                missing.append((found, partial(self._is_answered, name, now)))
         yield from self._owed.judge(missing, now)
         pushed = {(entry.obstacle, entry.requester) for entry in now.stack}
         for request in turn.all("request"):
@@ -88,6 +90,9 @@ class RequestRule(Rule):
                     who = requester or "an order"
                     problem = f"{who} waits for {request.obstacle}, but no push follows"
                     yield requester, problem, request
+
+    def _is_answered(self, name: str, now: Situation) -> bool:
+        return name in self._told or name not in now.requests
 
     def _problems(self, record: Line, now: Situation) -> Iterator[str]:
         name = record.obstacle

@@ -3,6 +3,7 @@
 import copy
 import hashlib
 import json
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from safenav.audit.language import HEADINGS, Pose
 from safenav.audit.members import Member, Need, OpenObstacle
 from safenav.audit.proofs.case import Case, Wish
+from safenav.audit.proofs.joint import can_be_served
 from safenav.audit.rules.proofs import problems_of
 from safenav.audit.team import Team, TooManyError
 
@@ -286,6 +288,27 @@ def test_a_team_that_can_complete_is_not_deadlocked() -> None:
         "every objective is met with a at 2, b at 4"
         in reasons(joint_proof(about, ORDERED), about)[0]
     )
+
+
+@pytest.mark.parametrize(
+    ("at", "where", "swept", "served"),
+    [
+        (5, 2, {4}, True),
+        (5, 2, {1}, False),  # the other one leaves it only by way of the place to act
+        (5, 2, {1, 3}, False),
+        (3, 3, {1}, False),  # as is one that is opened by entering
+        (3, 3, {4}, True),
+    ],
+)
+def test_an_action_that_sweeps_waits_until_the_others_have_left(
+    at: int, where: int, swept: set[int], served: bool
+) -> None:
+    robots = [robot("a", 2, 2, can="push"), robot("b", 1, 1)]
+    door = obstacle("door", at, need("push", where), blocks="a b")
+    about = moment(robots, door, together=True)
+    sweeping = (about.obstacles[0]._replace(sweeps=frozenset(swept)),)
+    about = replace(about, obstacles=sweeping)
+    assert can_be_served({"door"}, about, 1000) is served
 
 
 def test_who_is_left_out_of_a_proof_must_not_be_of_any_help() -> None:
