@@ -14,8 +14,11 @@ from safenav.explain.vacuity import Vacuity, Way
 from safenav.report.terminal.strategy_failure import node_words
 from safenav.spec.specification import Constraint
 from safenav.synthesis.strategy import Strategy
+from safenav.trace.words import counted
 
 _SHOWN = 24
+_LONGEST = 160
+"""Characters of a formula; the line of the file has the rest."""
 
 _WAYS = {
     Way.NO_BEGINNING: "no initial state satisfies the assumptions, so nothing is guaranteed",
@@ -56,7 +59,10 @@ def line_words(constraint: Constraint, file: str) -> str:
     """Return a constraint with its place in the file."""
     note = f"  # {constraint.origin.rule}" if constraint.origin.rule else ""
     place = f"line {constraint.origin.item.removeprefix(f'{file}:')}"
-    return f"{place} [{constraint.section}] {constraint.formula}{note}"
+    words = f"{constraint.formula}{note}"
+    if len(words) > _LONGEST:
+        words = f"{words[:_LONGEST]} ... ({len(words)} characters)"
+    return f"{place} [{constraint.section}] {words}"
 
 
 def line_explanation_data(found: LineExplanation) -> dict[str, Any]:
@@ -89,7 +95,7 @@ def win_lines(vacuity: Vacuity, strategy: Strategy, file: str) -> Iterator[str]:
         failing = [c for c in known if c.origin in vacuity.origins]
         yield from (f"  assumption: {line_words(c, file)}" for c in failing[:_SHOWN])
     if vacuity.path:
-        yield f"  it happens after {len(vacuity.path) - 1} steps:"
+        yield f"  it happens after {counted(len(vacuity.path) - 1, 'step')}:"
         yield from (f"    {line}" for line in _moments(vacuity.path, strategy))
 
 

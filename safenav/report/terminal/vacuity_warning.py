@@ -8,6 +8,7 @@ from typing import Any
 from safenav.explain.vacuity import Vacuity, Way
 from safenav.report.terminal.strategy_failure import node_words
 from safenav.synthesis.strategy import Strategy
+from safenav.trace.words import counted
 
 _SHOWN = 12
 
@@ -20,11 +21,11 @@ def vacuity_lines(robot: str, vacuity: Vacuity, strategy: Strategy) -> Iterator[
         for origin in vacuity.origins[:_SHOWN]:
             yield f"  assumption: {origin.item}: {origin.rule}"
     if vacuity.path:
-        count = len(vacuity.path) - 1
-        yield f"  it happens after {count} steps, if the other robots do this:"
+        count = counted(len(vacuity.path) - 1, "step")
+        yield f"  it happens after {count}, if the other robots do this:"
         skipped = max(0, len(vacuity.path) - _SHOWN)
         if skipped:
-            yield f"    ... {skipped} steps before"
+            yield f"    ... {counted(skipped, 'step')} before"
         for node in vacuity.path[skipped:]:
             yield f"    {node_words(node, strategy)}"
 
