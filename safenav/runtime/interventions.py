@@ -114,9 +114,8 @@ class Interventions(Struct):
             try:
                 self._check(wanted)
             except UsageError as error:  # since then it has become impossible, maybe by another
-                if self.state.live:
-                    now = self.state.time
-                    self.turns.tell.late("intervention", str(error), None, None, now)
+                now = self.state.time if self.state.live else None
+                self.turns.tell.late("intervention", str(error), None, None, now)
                 continue
             self.took_effect |= self._has_effect(wanted)
             if self.state.live:

@@ -162,11 +162,16 @@ class MoveRecorder:
         )
 
     def late(
-        self, event: str, reason: str, robot: str | None, obstacle: Obstacle | None, at: float
+        self,
+        event: str,
+        reason: str,
+        robot: str | None,
+        obstacle: Obstacle | None,
+        at: float | None,
     ) -> None:
-        """A report of the world is dropped."""
+        """A report of the world is dropped, or an intervention."""
         name = None if obstacle is None else obstacle.name
-        at = round(max(at, 0.0), 9)
+        at = None if at is None else round(max(at, 0.0), 9)
         self._state.emit(records.Late(self._state.tick, event, reason, robot, name, at=at))
 
     def met(self, robot: RobotState, met: NeedMet) -> None:

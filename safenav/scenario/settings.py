@@ -120,10 +120,13 @@ class LatePolicy(StrEnum):
 
 class Until(Struct, frozen=True):
     """The run is completed when every robot has met its objective this many times after the
-    last resolution; ``by``: at this tick at the latest, None if it has no such promise."""
+    last resolution; ``by``: at this tick at the latest, None if it has no such promise.
+    ``begun``: the promise was accepted when the run began that this one continues, so it is judged
+    and not refused."""
 
     rounds: int = 2
     by: int | None = None
+    begun: bool = False
 
 
 class Limits(Struct, frozen=True):

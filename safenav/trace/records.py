@@ -246,8 +246,8 @@ class Held(Record, frozen=True):
 
 
 class Late(Record, frozen=True):
-    """Live: a report of the world that was dropped, and why: ``event`` is its kind, ``at`` the time
-    (seconds) that it is about."""
+    """A report of the world (live) or an intervention that was dropped, and why: ``event`` is its
+    kind, ``at`` the time (live, seconds) that it is about."""
 
     type: ClassVar[str] = "late"
     event: str

@@ -5,7 +5,7 @@ import pytest
 from once import SCENARIOS
 from runtime.played import Run, play
 from safenav import Mission, load_scenario
-from safenav.runtime.user_changes import Give, Serve
+from safenav.runtime.user_changes import Give, MarkResolved, Serve
 from safenav.scenario.objective import Hold
 
 
@@ -37,6 +37,25 @@ def test_another_objective_is_met_instead_of_the_old_one() -> None:
         mission.step()
     assert mission.result.outcome == "completed"
     assert mission.state.robots["digit"].pose.region == 72
+
+
+def test_an_intervention_that_has_become_impossible_is_dropped_with_a_line() -> None:
+    """In lockstep, too; the audit accepts the line, which a report of a world has live only."""
+    trace = Run()
+    mission = Mission(load_scenario(SCENARIOS / "case_study_1.yaml"), listeners=[trace])
+    mission.start()
+    while not mission.state.knowledge.obstacles:
+        mission.step()
+    (name,) = mission.state.knowledge.obstacles
+    for _ in range(2):
+        mission.intervene(MarkResolved(name))
+    while mission.result is None:
+        mission.step()
+    assert trace.one("late")["reason"].startswith(f"the team knows of no obstacle '{name}'")
+    assert trace.one("late").get("at") is None
+    assert not trace.findings
+    trace.one("late")["event"] = "sensed"
+    assert trace.findings
 
 
 ONE_DIGIT = (SCENARIOS / "case_study_1.yaml").read_text().split("expect:")[0]

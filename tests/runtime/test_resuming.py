@@ -5,6 +5,7 @@ import random
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 import warm
 from once import SCENARIOS
@@ -14,7 +15,7 @@ from safenav.errors import UsageError
 from safenav.runtime.analysis.resuming import resumed
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import targets_of
-from safenav.scenario.reading.loader import load_scenario
+from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.trace.header import scenario_header
 from safenav.trace.reading import read_trace
 
@@ -211,3 +212,49 @@ def test_a_live_run_stays_live(tmp_path: Path) -> None:
     whole.write_text("".join(whole.read_text().splitlines(keepends=True)[:6]))
     again = resumed(read_trace(whole), load_scenario(source))
     assert (again.clock.value, again.seed) == ("live", 7)
+
+
+DUE = """
+safenav: 1
+map: {grid: ["..........", "##########"]}
+robots: {r: {model: husky, start: 0, objective: {visit: [9, 0]}}}
+until: {rounds: 1, by: %d}
+late: %s
+"""
+
+
+@pytest.mark.parametrize(
+    ("by", "late", "tick", "due", "outcome", "broken"),
+    [
+        (30, "stop", 4, 26, "completed", []),  # in time
+        (18, "stop", 4, 14, "completed", []),
+        (10, "stop", 4, 6, "late", ["mission"]),  # was possible once, is not refused
+        (10, "go_on", 4, 6, "completed", ["mission"]),
+        (10, "stop", 10, 0, "late", ["mission"]),  # its tick was over
+        (10, "go_on", 14, 0, "completed", ["mission"]),  # it is late already, and still is
+    ],
+)
+def test_a_deadline_is_due_at_the_same_time(
+    by: int, late: str, tick: int, due: int, outcome: str, broken: list[str], tmp_path: Path
+) -> None:
+    """Of a run that was cut off in that tick; also if the rest cannot keep it."""
+    source, cut = tmp_path / "s.yaml", tmp_path / "cut"
+    source.write_text(DUE % (by, late))
+    scenario = load_scenario(source)
+    open_end = replace(scenario, until=replace(scenario.until, by=99))
+    lines = play(open_end).text.splitlines(keepends=True)
+    cut.write_text("".join(line for line in lines if json.loads(line).get("tick", 0) <= tick))
+    rest = resumed(read_trace(cut), scenario)
+    assert rest.until.by == due
+    run = play(rest)
+    assert (run.outcome["outcome"], run.outcome["late"]) == (outcome, broken)
+    assert not run.findings
+
+
+def test_a_run_that_its_deadline_has_ended_goes_on_without_it(tmp_path: Path) -> None:
+    scenario, path = load_scenario_text(DUE % (18, "stop")), tmp_path / "trace.jsonl"
+    slow = replace(scenario, until=replace(scenario.until, by=12, begun=True))
+    assert written(slow, path) == "late"
+    rest = resumed(read_trace(path), scenario)
+    assert rest.until.by is None
+    assert play(rest).outcome["outcome"] == "completed"

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 
 from safenav.audit.deriving import is_stop, open_obstacles, pose_of, serving, team_of
 from safenav.audit.kinds import ALTERNATION, STAYING
 from safenav.audit.lines import Line, Objective
-from safenav.audit.members import Act, Settlement
+from safenav.audit.members import Act, OpenObstacles, Settlement
 from safenav.audit.rules.rule import Finding, Postponed, Rule, Said
 from safenav.audit.situation import RESYNTHESIS, Situation
 from safenav.audit.team import MOST_NODES, TooManyError, TrappedError
@@ -236,7 +236,8 @@ class HelperRule(Rule):
         if team is None:
             return None
         poses = {name: pose_of(name, now) for name in now.header.robots}
-        return team.settle(poses, open_obstacles(now, refused), present, now.aside, acts)
+        obstacles = open_obstacles(now, refused)
+        return team.settle(poses, obstacles, present, now.aside, [*_possible(acts, obstacles)])
 
     def _helpers(self, line: Line, found: Settlement, now: Situation) -> Iterator[Said]:
         truth = {n for n, duty in found.duties.items() if duty.obstacle == line.obstacle}
@@ -293,6 +294,16 @@ class HelperRule(Rule):
         clear = team.clear(robot, *derived) - held - {region for region, _ in at.values()}
         way = f"{robot} waits at {now.show(place)} in a helper's way"
         return f"{way}, not at {now.show(min(clear))}" if clear else ""
+
+
+def _possible(acts: Iterable[Act], obstacles: OpenObstacles) -> Iterator[Act]:
+    """Yield the acts before the first for which no need is open: another rule judges that one."""
+    left = {obstacle.name: obstacle for obstacle in obstacles}
+    for act in acts:
+        if act.obstacle not in left or not left[act.obstacle].left:
+            return
+        left[act.obstacle] = left[act.obstacle].acted(act.robots)
+        yield act
 
 
 def _other_syntheses(lines: list[Line]) -> Iterator[Said]:

@@ -18,6 +18,7 @@ from msgspec import Struct, field
 from msgspec.structs import asdict, replace
 
 from safenav.errors import UsageError
+from safenav.outcome import Outcome
 from safenav.runtime.energy.charges import TracedCharges
 from safenav.scenario import settings
 from safenav.scenario.model import (
@@ -139,12 +140,21 @@ def resumed(trace: Trace, scenario: Scenario | None = None) -> Scenario:
         base,
         robots=tuple(_robot(robot, state, charges) for robot in base.robots),
         obstacles=tuple(_obstacles(base.obstacles, trace, state, {*charges.flat})),
-        until=settings.Until(
-            max(1, base.until.rounds - min(map(state.rounds.get, robots, [0] * len(robots))))
+        until=_until(
+            base.until, state, ended_late=outcome is not None and outcome.outcome is Outcome.LATE
         ),
         changes=tuple(_changes(base, state)),
         inputs=tuple(_input(each, state, clock) for each in base.inputs),
     )
+
+
+def _until(until: settings.Until, state: _State, *, ended_late: bool) -> settings.Until:
+    """The rounds that are left, and the deadline in ticks of the rest. One that has passed is due
+    at its beginning, so that the rest is also late; a run that it has ended continues without."""
+    robots = state.poses
+    done = min(map(state.rounds.get, robots, [0] * len(robots)))
+    by = None if until.by is None or ended_late else max(0, floor(until.by - state.time))
+    return settings.Until(max(1, until.rounds - done), by, begun=True)
 
 
 def _robot(robot: Robot, state: _State, charges: TracedCharges) -> Robot:

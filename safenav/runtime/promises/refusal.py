@@ -32,7 +32,7 @@ def refusal_of(team: TeamState, batteries: Batteries) -> Conclusion | None:
         if least is None or least > within:
             refused[robot.name] = least
             said.append(f"{robot.name}: {_words(robot, within, least)}")
-    by = team.scenario.until.by
+    by = None if team.scenario.until.begun else team.scenario.until.by
     if by is not None and not objectives_change(team):
         moment, _ = moment_of(team, len(team.robots), {})
         soonest = mission_end(team, moment, earliest(moment))

@@ -215,3 +215,33 @@ def test_acts_are_judged_where_an_obstacle_would_go_later() -> None:
     assert [(act["obstacle"], act["at"]) for act in acts["acts"]] == [("door@9", 3)]
     acts["acts"][0]["need"] = 1
     assert "need 1 of door@9 is not the next one" in run.findings
+
+
+BOTH_DUE = """
+safenav: 1
+map:
+  grid: |
+    #############
+    #.......#...#
+    #.......#...#
+    #...#.......#
+    #.......#...#
+    #.......#...#
+    #############
+robots:
+  quad:  {model: quadcopter, start: 14, objective: {patrol: [54, 49]}}
+  digit: {model: digit, start: 71, heading: east, objective: {patrol: [58, 28], within: 40}}
+obstacles: [{type: door, region: 47}, {type: uncertainty, region: 30}]
+until: {rounds: 2, by: 120}
+"""
+
+
+@pytest.mark.parametrize("again", ["uncertainty@30", "door@47"], ids=["resolved", "twice"])
+def test_an_act_on_what_is_not_open_is_found(again: str) -> None:
+    """It leaves the helpers to be judged by the acts before it."""
+    run = play(load_scenario_text(BOTH_DUE))
+    assert not run.findings
+    line = run.all("acts")[-1]
+    assert [act["obstacle"] for act in line["acts"]] == ["door@47"]
+    line["acts"].append({**line["acts"][0], "obstacle": again})
+    assert f"need 0 of {again} is not the next one" in run.findings
