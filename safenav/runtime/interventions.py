@@ -49,6 +49,7 @@ class Interventions(Struct):
     _looked: int = -1
     _made: int = 0
     _chosen: dict[str, bool] = field(default_factory=dict)
+    _recorded: frozenset[str] = frozenset()  # those of them that a line names
     took_effect: bool = False
     """Whether a requested intervention has changed anything, or is recorded as one."""
 
@@ -159,8 +160,8 @@ class Interventions(Struct):
         if self._looked != state.tick:
             self._looked, state.inputs_before = state.tick, state.inputs
         told = self._told_inputs()
-        if told != state.inputs:  # once, though it looks again after a wait
-            state.inputs = told
+        if told != state.inputs or self._chosen.keys() != self._recorded:  # once, also after a wait
+            state.inputs, self._recorded = told, frozenset(self._chosen)
             state.emit(records.Inputs(state.tick, told, tuple(self._chosen) or None))
         for robot in state.robots.values():
             on = [name for name, _ in robot.robot.when if state.inputs[name]]

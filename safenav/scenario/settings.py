@@ -42,9 +42,14 @@ def switching(inputs: Iterable[Input]) -> list[int]:
     drawn."""
     found = set[int]()
     for each in inputs:
-        on = {tick for first, last in each.spans for tick in range(first, last + 1)}
-        found |= on ^ {tick + 1 for tick in on} if not each.probability else set()
+        spans = () if each.probability else each.spans
+        edges = {tick for first, last in spans for tick in (first, last + 1)}
+        found |= {tick for tick in edges if _is_on(tick, spans) != _is_on(tick - 1, spans)}
     return sorted(found)
+
+
+def _is_on(tick: int, spans: Iterable[tuple[int, int]]) -> bool:
+    return any(first <= tick <= last for first, last in spans)
 
 
 class Exclusion(Struct, frozen=True):

@@ -346,8 +346,9 @@ class NewObjective(Record, frozen=True):
 
 
 class Inputs(Record, frozen=True):
-    """The inputs of the environment from now on, as all robots observe them, when one changes.
-    Before the first line all are off. ``user``: those that a user has set."""
+    """The inputs of the environment from now on, as all robots observe them, when one changes or a
+    user sets one for the first time. Before the first line all are off. ``user``: those that a user
+    has set."""
 
     type: ClassVar[str] = "inputs"
     values: Mapping[str, bool]

@@ -10,9 +10,11 @@ from msgspec.structs import replace
 import warm
 from once import SCENARIOS
 from runtime.counting import COUNTING
-from runtime.played import play
+from runtime.played import Run, play
+from safenav import Mission
 from safenav.errors import UsageError
 from safenav.runtime.analysis.resuming import resumed
+from safenav.runtime.user_changes import SetInput
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import targets_of
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
@@ -258,3 +260,61 @@ def test_a_run_that_its_deadline_has_ended_goes_on_without_it(tmp_path: Path) ->
     rest = resumed(read_trace(path), scenario)
     assert rest.until.by is None
     assert play(rest).outcome["outcome"] == "completed"
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+@pytest.mark.parametrize(
+    ("on", "outcome", "last"),
+    [(True, "limit", [3, 4]), (False, "completed", [0, 1])],  # else the alarm is on from 2 to 8
+    ids=["on", "off"],
+)
+def test_an_input_that_a_user_has_set_stays_so(
+    on: bool, outcome: str, last: list[int], clock: str, tmp_path: Path
+) -> None:
+    text = ALARM.replace("2-4", "2-8").replace("rounds: 1}", "rounds: 3}\nlimits: {ticks: 30}")
+    scenario = load_scenario_text(f"{text}\nclock: {clock}\n")
+    first, path = Run(), tmp_path / "trace.jsonl"
+    mission = Mission(scenario, listeners=[first])
+    mission.start()
+    mission.step()
+    mission.intervene(SetInput("alarm", on))
+    mission.step()
+    mission.step()
+    mission.give_up()
+    assert not first.findings
+    assert first.all("inputs")[-1]["user"] == ["alarm"]
+    path.write_text(first.text)
+    rest = play(resumed(read_trace(path), scenario))
+    assert rest.outcome["outcome"].endswith(outcome)
+    assert sorted({goal["region"] for goal in rest.all("goal")}) == last
+    assert not rest.findings
+
+
+FLAT = """
+safenav: 1
+map: {grid: ["......."]}
+catalogue:
+  robots:
+    cart: {mobility: free, layer: ground, battery: {capacity: 12, charge: 3, stay: 1, start: 2}}
+    van: {mobility: free, layer: ground, capabilities: [lift]}
+  obstacles: {empty: {needs: [{action: lift, at: neighbours}], blocks: []}}
+robots:
+  c: {model: cart, start: 3, objective: {visit: [4, 0]}}
+  v: {model: van, start: 6, objective: {hold: 6}}
+chargers: [0]
+flat: empty
+until: {rounds: 1}
+"""
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+def test_a_run_continues_with_an_empty_battery(clock: str, tmp_path: Path) -> None:
+    text = f"{FLAT}clock: {clock}\n"
+    cut, scenario = cut_after("appeared", text, tmp_path)
+    rest = resumed(read_trace(cut), scenario)
+    battery = rest.robots[0].model.battery
+    assert battery is not None
+    assert battery.start == 0
+    run = play(rest)
+    assert run.outcome["outcome"] == "completed"
+    assert not run.findings

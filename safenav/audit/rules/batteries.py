@@ -145,7 +145,8 @@ class ChargeRule(Rule):
         if t is None:
             return  # it is not a line of the trace
         if record.tick > self._pass[0]:
-            for one in self._flat_at(self._pass[1], now):  # since the last pass began
+            before, then = self._pass
+            for one in self._flat_at(then, now) if before else ():  # since the last pass began
                 yield one, _NOT_OUT.format(one)
             self._pass = record.tick, t
         if record.type in ("appeared", "service") and record.cause == "battery":

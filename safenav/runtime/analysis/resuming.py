@@ -11,7 +11,7 @@ charge that it has; one whose battery is empty asks for help again.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from math import floor
+from math import ceil, floor
 from typing import Any
 
 from msgspec import Struct, field
@@ -20,6 +20,7 @@ from msgspec.structs import asdict, replace
 from safenav.errors import UsageError
 from safenav.outcome import Outcome
 from safenav.runtime.energy.charges import TracedCharges
+from safenav.runtime.passes import SLOWEST
 from safenav.scenario import settings
 from safenav.scenario.model import (
     Need,
@@ -52,7 +53,8 @@ ENDED = ("completed", "unrealizable")
 
 
 class _State(Struct):
-    """The end of a trace. ``turns``: the next target of each robot."""
+    """The end of a trace. ``turns``: the next target of each robot; ``chosen``: the inputs that a
+    user has set."""
 
     poses: dict[str, Pose]
     own: dict[str, TracedObjective]
@@ -64,6 +66,7 @@ class _State(Struct):
     appeared: set[str] = field(default_factory=set)
     truths: dict[str, bool | None] = field(default_factory=dict)
     met: dict[str, int] = field(default_factory=dict)
+    chosen: dict[str, bool] = field(default_factory=dict)
     time: float = 0.0
 
     def take(self, record: records.Record) -> None:
@@ -93,6 +96,8 @@ class _State(Struct):
             case records.Goal() if self.objectives[record.robot] == self.own[record.robot]:
                 self.turns[record.robot] = record.goal + 1
                 self.rounds[record.robot] = record.round
+            case records.Inputs():
+                self.chosen = {name: record.values[name] for name in record.user or ()}
             case records.Resolved():
                 if record.traversable is not False:
                     self.gone.add(record.obstacle)
@@ -144,7 +149,7 @@ def resumed(trace: Trace, scenario: Scenario | None = None) -> Scenario:
             base.until, state, ended_late=outcome is not None and outcome.outcome is Outcome.LATE
         ),
         changes=tuple(_changes(base, state)),
-        inputs=tuple(_input(each, state, clock) for each in base.inputs),
+        inputs=tuple(_input(each, state, clock, base.limits) for each in base.inputs),
     )
 
 
@@ -213,9 +218,17 @@ def _later(time: int | None, state: _State) -> int | None:
     return None if time is None else max(1, round(time - state.time))
 
 
-def _input(each: settings.Input, state: _State, clock: settings.Clock) -> settings.Input:
-    """An input in the time of the rest, which begins at tick 1, or live at 0."""
+def _input(
+    each: settings.Input, state: _State, clock: settings.Clock, limits: settings.Limits
+) -> settings.Input:
+    """An input in the time of the rest, which begins at tick 1, or live at 0. One that a user has
+    set stays so until the end."""
     begin, time = 0 if clock is settings.Clock.LIVE else 1, state.time
+    if each.name in state.chosen:
+        last = limits.ticks if clock is settings.Clock.LOCKSTEP else limits.seconds
+        end = ceil(limits.ticks * SLOWEST if last is None else last)
+        set_on = ((begin, end),) if state.chosen[each.name] else ()
+        return replace(each, spans=set_on, probability=0.0)
     spans = ((max(begin, floor(first - time)), floor(last - time)) for first, last in each.spans)
     return replace(each, spans=tuple(span for span in spans if span[1] >= begin))
 
