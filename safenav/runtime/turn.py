@@ -476,12 +476,22 @@ class Turns:
             yield from self._go_on_from_elsewhere(robot)
 
     def _lost(self, robot: RobotState, event: Lost) -> Iterator[Event]:
-        """Close all regions but one in which a lost robot may be: it blocks that one itself."""
+        """Close all regions but one in which a lost robot may be: it blocks that one itself. Where
+        it may be in a zone that it does not hold by that, close all of this to the others."""
         rivals = frozenset(other.name for other in self.state.rivals(robot.robot))
         yield from self.leave_plan(PlanEndReason.VIOLATION)
-        taken = self.state.taken(robot.robot)
-        for region in sorted(event.regions - {robot.pose.region} - taken):
-            obstacle = lost(robot.robot, rivals, region)
+        here, at = robot.pose.region, {n: each.occupied for n, each in self.state.robots.items()}
+        free = event.regions - {here} - self.state.taken(robot.robot)
+        closed = dict.fromkeys(free, rivals)
+        for zone in self.state.scenario.never_together:
+            if robot.name not in zone.robots or here in zone.regions:
+                continue
+            others = zone.robots - {robot.name}
+            standing = frozenset().union(*(at[name] for name in others))
+            for region in zone.regions - standing if zone.regions & event.regions else ():
+                closed[region] = closed.get(region, frozenset()) | others
+        for region in sorted(closed):
+            obstacle = lost(robot.robot, closed[region], region)
             violation = ForbiddenMove(robot.robot, robot.pose.region, region, obstacle)
             self._encounter(robot, violation)
             yield events.ObstacleEncountered(violation)

@@ -277,6 +277,31 @@ def test_all_regions_of_a_lost_robot_are_closed() -> None:
     assert run.outcome["outcome"] in ("operator_needed", "completed")
 
 
+def test_a_robot_that_may_be_in_a_zone_closes_it_to_those_never_together_with_it() -> None:
+    """All of it, though it may be in one of its regions only; others may be beside it."""
+
+    def gone(world: Faulty, event: Arrived) -> Sequence[WorldEvent]:
+        regions = frozenset({world.last["a"].region, world._poses["a"].region})
+        return [Lost(event.at, "a", regions, command=event.command)]
+
+    c = "  c: {model: cart, start: [2, 1], objective: {hold: [2, 1]}}\n"
+    zone = "never_together: [{robots: [a, b], in: [[1, 2], [1, 3], [1, 4]]}]\n"
+    text = RING.replace("[[3, 1], [3, 5]]", "[[1, 4], [3, 5]]")
+    text = text.replace("obstacles:", f"{c}obstacles:")
+    run = play_faulty(nth(1, gone), text + zone)
+    lost = run.one("arrive", result="lost")
+    assert (lost["at"], lost["regions"]) == (8, [8, 9])
+    closed = {each["obstacle"]["region"]: each["obstacle"] for each in run.all("discovered")}
+    assert {region: each["blocks"] for region, each in closed.items() if region < 14} == {
+        9: ["a", "b", "c"],
+        10: ["a", "b"],
+        11: ["a", "b"],
+    }
+    assert not [line for line in run.all("depart", robot="b") if line["to"] in (9, 10, 11)]
+    assert run.outcome["outcome"] == "operator_needed"
+    assert not {"violation", "backtrack", "request", "never-together"} & {*run.broken}
+
+
 def test_what_a_robot_meets_on_its_way_is_an_obstacle() -> None:
     def meets(world: Faulty, event: Arrived) -> Sequence[WorldEvent]:
         door = Obstacle(built_in().obstacles["uncertainty"], world._poses["a"].region, True)
