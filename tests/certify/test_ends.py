@@ -15,7 +15,7 @@ from safenav.certify.record import bundle_of_run, bundle_of_trace
 from safenav.errors import NotCertifiedError
 from safenav.runtime.user_changes import Give
 from safenav.runtime.worlds.world import SimulatedWorld
-from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.scenario.model import Obstacle, Robot, Scenario, Tracking
 from safenav.scenario.objective import Visit
 from safenav.world.moves import Pose
 
@@ -44,6 +44,48 @@ class Slippery:
         self._inner.move(robot, pose)
         self._at[robot.name] = pose.region
         return pose
+
+
+COUNTING = """
+safenav: 1
+map: {{grid: ["####", "#..#", "#..#", "####"]}}
+robots:
+  a:
+    model: quadcopter
+    start: 5
+    tracking: {tracking}
+    objective:
+      avoid: {avoid}
+      ltl:
+        memory: {{n: [0, 1]}}
+        init: [n = 0]
+        safety: ["n' = n | region' = 6"]
+        liveness: [n = 1]
+  b: {{model: quadcopter, start: 10, objective: {{patrol: [10, 6]}}}}
+until: {{rounds: 1}}
+limits: {{ticks: 30}}
+"""
+"""A counter that only region 6 changes."""
+
+
+@pytest.mark.parametrize(
+    ("tracking", "avoid"),
+    [(Tracking.NEARBY, []), *((tracking, [6]) for tracking in Tracking)],
+    ids=["possible", *Tracking],
+)
+def test_what_a_robot_cannot_do_alone_it_cannot_do_by_standing_in_the_way(
+    tracking: Tracking, avoid: list[int], tmp_path: Path
+) -> None:
+    scenario = tmp_path / "counting.yaml"
+    scenario.write_text(COUNTING.format(tracking=tracking.value, avoid=avoid))
+    made = bundle_of_run(scenario, tmp_path / "bundle")
+    claims = {claim["kind"]: claim["text"] for claim in made.verdict.claims}
+    if avoid:
+        relies = tracking is not Tracking.NEARBY  # which has no assumption that would help
+        assert ("even without other robots" in claims["unrealizable"]) is relies
+        assert "never began" in claims["outcome"]
+    else:
+        assert "unrealizable" not in claims
 
 
 @pytest.mark.parametrize("seed", [0, 1])

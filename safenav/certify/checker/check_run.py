@@ -267,7 +267,8 @@ class Evidence(Rule):
         if record["verdict"] == "unrealizable" and path in self.shown:
             task = self.task(record, robot, self.shown[path], rules, now)
             check_counterstrategy(task, task.graph, self.json(path), self.json(rules))
-            self.claim("unrealizable", f"No strategy exists for {said}.", None, text, path, rules)
+            what = f"No strategy exists for {said}{self.even_alone(task, record)}."
+            self.claim("unrealizable", what, None, text, path, rules)
             self.hopeless.add((robot.name, spec))
         files = text, f"strategies/{name}.json", f"measures/{spec}-{name}.json"
         self.named |= {*files}
@@ -292,6 +293,12 @@ class Evidence(Rule):
             robot.forms.add("literal" if task.objective == robot.own else "alternation")
         robot.nodes, robot.knowledge = {node}, dict(task.knowledge)
         robot.signal = robot.signal or {"request": 0, "wait": 0, "assigned": record.get("neutral")}
+
+    def even_alone(self, task: Task, record: Json) -> str:
+        """Return that a task is without the other robots, if there are any."""
+        others = {f"robots.{name}" for name in self.robots if name != record["robot"]}
+        parked = others & {name for _, name in record.get("closed") or ()}
+        return ", even without other robots" if others and not task.moving and not parked else ""
 
     def task(self, record: Json, robot: Robot, graph: Any, rules: str, now: Situation) -> Task:
         """Return the task that a robot is synthesized for: its circumstances are those of the
@@ -321,7 +328,8 @@ class Evidence(Rule):
         shut = {o.name for o in standing if now.status[o.name] in stays}
         rivals = {name for name in self.robots if name != robot.name}
         rivals = {name for name in rivals if now.conflict(robot.name, name)}
-        shut |= {f"robots.{name}" for name in rivals - {*task.moving}}
+        if record["verdict"] != "unrealizable":  # else there is no strategy even without them
+            shut |= {f"robots.{name}" for name in rivals - {*task.moving}}
         shut -= {name for name, _ in closed}
         shut |= {str(r) for r in robot.own.avoid - {region for _, region in closed}}
         require(not shut, f"{robot.name} does not know of {', '.join(sorted(shut))}")

@@ -98,6 +98,21 @@ def wants_places(team: TeamState, robot: RobotState, draft: TaskDraft) -> bool:
     return plain and (graph.one_way or several) and walls <= avoided(robot.robot.objective)
 
 
+def alone(task: Task) -> Task | None:
+    """The task as if there were no other robot, if its rules may be what it cannot keep; None if
+    its strategy assumes nothing about others, or the moves of the robot alone decide it.
+
+    A strategy that exists only because of an assumption may win by making that fail: by standing
+    where another robot would have to go (Klein and Pnueli, Revisiting synthesis of GR(1)
+    specifications, HVC 2010).
+    """
+    ruled = isinstance(task.objective, Ltl) or task.objective.always
+    if task.fairness is Fairness.NONE or not ruled:
+        return None
+    watched = tuple(other for other in task.observed if not other.danger)
+    return replace(task, observed=watched, fairness=Fairness.NONE, exclusive=False)
+
+
 def goal_places(
     team: TeamState, robot: RobotState, draft: TaskDraft, objective: Objective, memory: Memory
 ) -> tuple[frozenset[Pose], ...] | None:

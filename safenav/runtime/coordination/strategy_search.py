@@ -12,7 +12,7 @@ from msgspec import Struct, field
 
 from safenav.errors import ResourceLimitError
 from safenav.outcome import Verdict
-from safenav.runtime.coordination.ladder import Ladder
+from safenav.runtime.coordination.ladder import Candidate, Ladder, alone
 from safenav.runtime.termination import Stop
 from safenav.scenario.objective import Objective, Word, describe
 from safenav.spec.compile import compile_task
@@ -102,21 +102,41 @@ class StrategySearch(Struct, eq=False):
 
     def synthesize(self, ladders: Mapping[str, Ladder]) -> dict[str, TaskResult]:
         """The result for each robot: of the first realizable candidate of its ladder, or of the
-        last one. Raises ResourceLimitError if a synthesis runs out of time or memory, RunEnded if
-        the run is to end."""
+        last one; of the task alone where no strategy exists even without other robots. Raises
+        ResourceLimitError if a synthesis runs out of time or memory, RunEnded if the run is to
+        end."""
         found: dict[str, TaskResult] = {}
-        for rung in range(max((len(ladder.candidates) for ladder in ladders.values()), default=0)):
-            tried = {
-                name: ladder.candidates[rung]
-                for name, ladder in ladders.items()
-                if rung < len(ladder.candidates) and not (name in found and found[name].realizable)
+        left = {name: list(ladder.candidates) for name, ladder in ladders.items()}
+        while tried := {n: of[0] for n, of in left.items() if of}:
+            left = {name: of[1:] for name, of in left.items() if of}
+            answers = self._answers(ladders, tried, found)
+            doubtful = {
+                name: (form, task)
+                for name, (form, accepted) in tried.items()
+                if answers[name].realizable and (task := alone(accepted)) is not None
             }
-            if not tried:
-                break
-            results = self._request([task for _, task in tried.values()])
-            for (name, (form, task)), result in zip(tried.items(), results, strict=True):
-                earlier = _tried(found[name]) if name in found else ()
-                found[name] = TaskResult(task, result, ladders[name].objective, form, earlier)
+            refuted = self._answers(ladders, doubtful, found) if doubtful else {}
+            refuted = {name: each for name, each in refuted.items() if not each.realizable}
+            found |= answers | refuted
+            for name in tried:
+                if found[name].realizable:
+                    left[name] = []
+                elif name in refuted:  # whatever it assumes about others
+                    left[name] = [each for each in left[name] if each[0] != found[name].rung]
+        return found
+
+    def _answers(
+        self,
+        ladders: Mapping[str, Ladder],
+        candidates: Mapping[str, Candidate],
+        before: Mapping[str, TaskResult],
+    ) -> dict[str, TaskResult]:
+        """The result of one candidate for each robot, after those ``before``."""
+        results = self._request([task for _, task in candidates.values()])
+        found = {}
+        for (name, (form, task)), result in zip(candidates.items(), results, strict=True):
+            earlier = _tried(before[name]) if name in before else ()
+            found[name] = TaskResult(task, result, ladders[name].objective, form, earlier)
         return found
 
     def close(self) -> None:
