@@ -51,7 +51,8 @@ class Situation(State):
     def _ends_wait(self, wait: Line, record: Line) -> bool:
         """Return whether a line ends a wait: one for a change of the scenario ends at its time."""
         told = wait.until is None and record.type in SCENARIO_CHANGES
-        return told or is_of_user(record) or is_over(wait, record)
+        told = (told or is_of_user(record)) and not self.repeats_inputs(record)
+        return told or is_over(wait, record)
 
     def apply(self, record: Line) -> None:
         """Let a line take effect."""
@@ -59,7 +60,7 @@ class Situation(State):
             self.outcome = record
             return
         self.turn.records.append(record)
-        if record.type in _CHANGES:
+        if record.type in _CHANGES and not self.repeats_inputs(record):
             self.aside.clear()
         if self.waits is not None and self._ends_wait(self.waits, record):
             self.waits = None

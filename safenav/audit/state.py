@@ -116,6 +116,10 @@ class State:
         should."""
         return robot in self.ended and self.ended[robot].result != "arrived"
 
+    def repeats_inputs(self, record: Line) -> bool:
+        """Return whether a line on inputs tells only what they were, as where a user sets one."""
+        return record.type == "inputs" and dict(record.values) == self.inputs
+
     def zones(self, one: str, other: str) -> list[frozenset[int]]:
         """Return the sets of regions in which two robots are never together."""
         return [

@@ -268,6 +268,8 @@ class WaitingRule(Rule):
         if self._waiting is not None and is_over(self._waiting, record):
             self._waiting, self._hope, self._changed = None, True, record.tick
         match record.type:
+            case "inputs" if now.repeats_inputs(record):
+                pass
             case "waiting":
                 self._waiting = record
                 ends = ("operator_needed", "assumption_violated", "search_limit")
