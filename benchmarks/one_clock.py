@@ -38,6 +38,7 @@ from live.missions import crowd
 from safenav.outcome import Outcome
 from safenav.pace.robot import TickPace
 from safenav.report.terminal.table import table
+from safenav.runtime.coordination.strategy_search import StrategySearch
 from safenav.runtime.mission import Mission, default_synthesizer
 from safenav.runtime.traffic import planning
 from safenav.runtime.worlds.protocol import Acted, Arrived, WorldEvent
@@ -125,13 +126,12 @@ def measure(text: str, draw: int) -> Draw | None:
     synthesizer = default_synthesizer(scenario)
     mission = Mission(scenario, synthesizer, world=live)
     apart = 0.0
-    search = mission._search
-    original = search.synthesize
+    original = StrategySearch.synthesize
 
-    def apart_from_the_rest(ladders: Any) -> Any:
+    def apart_from_the_rest(search: StrategySearch, ladders: Any) -> Any:
         nonlocal apart
         begun = time.process_time()
-        found = original(ladders)
+        found = original(search, ladders)
         apart += time.process_time() - begun
         return found
 
@@ -143,7 +143,7 @@ def measure(text: str, draw: int) -> Draw | None:
 
     mission.state.listeners = (*mission.state.listeners, count)
     begun = time.process_time()
-    with patch.object(search, "synthesize", apart_from_the_rest):
+    with patch.object(StrategySearch, "synthesize", apart_from_the_rest):
         second = mission.run()
     spent = time.process_time() - begun - apart
     if {first.outcome, second.outcome} != {Outcome.COMPLETED}:
