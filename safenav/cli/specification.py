@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
+from msgspec.structs import replace
 
 from safenav.cli.output import made_folder
 from safenav.errors import ExitCode, ResourceLimitError
 from safenav.outcome import Verdict
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.verdict import SynthesisResult
+
+if TYPE_CHECKING:
+    from safenav.synthesis.export import StrategySize
 
 
 def is_specification(file: Path) -> bool:
@@ -28,7 +34,6 @@ def is_specification(file: Path) -> bool:
 
 def synthesize(file: Path, output: Path | None, verify: bool, strict: bool) -> int:
     """Print the size of the strategy of a specification, and write it into ``output``."""
-    from safenav.report.terminal.table import table
     from safenav.synthesis.export import statistics_of
     from safenav.synthesis.specification_file import load_specification
 
@@ -37,21 +42,8 @@ def synthesize(file: Path, output: Path | None, verify: bool, strict: bool) -> i
     result = _decided(file, synthesizer.synthesize(spec))
     negative = result.verdict is Verdict.UNREALIZABLE
     shown = synthesizer.counterstrategy(spec) if negative else result
-    figures = statistics_of(spec, shown)
-    verified = {True: "yes", None: "no"}[shown.verified or None]
-    row = (
-        figures.robot,
-        figures.verdict,
-        figures.states,
-        figures.edges,
-        figures.goals,
-        figures.bits,
-        round(result.seconds * 1000, 1),
-        verified,
-    )
-    headings = ("file", "verdict", "states", "edges", "goals", "bits", "ms", "verified")
-    for line in table(headings, [row]):
-        click.echo(line)
+    figures = replace(statistics_of(spec, shown), seconds=result.seconds)
+    print_sizes("file", [(figures, words_of(shown))])
     if output is not None:
         name = f"{file.stem}.counterstrategy" if negative else file.stem
         _write(shown, made_folder(output), name)
@@ -59,6 +51,28 @@ def synthesize(file: Path, output: Path | None, verify: bool, strict: bool) -> i
         click.echo(f"the states are the environment's; why: safenav explain {file}", err=True)
         return ExitCode.NEGATIVE
     return ExitCode.NEGATIVE if _warn(file, result, synthesizer) and strict else ExitCode.OK
+
+
+def words_of(result: SynthesisResult) -> str:
+    """Whether a strategy was verified, in a word."""
+    return {True: "yes", None: "no"}[result.verified or None]
+
+
+def print_sizes(first: str, rows: Iterable[tuple[StrategySize, str]]) -> None:
+    """Print a table of strategies, each with a word on its verification; ``first``: the heading of
+    their names."""
+    from safenav.report.terminal.table import table
+
+    lines = [
+        (
+            *(each.robot, each.verdict, each.states, each.edges, each.goals, each.bits),
+            *(round(each.seconds * 1000, 1), verified),
+        )
+        for each, verified in rows
+    ]
+    headings = (first, "verdict", "states", "edges", "goals", "bits", "ms", "verified")
+    for line in table(headings, lines):
+        click.echo(line)
 
 
 def explain(file: Path, as_json: bool) -> int:

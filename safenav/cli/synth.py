@@ -89,31 +89,16 @@ def command(
 
 
 def _print_statistics(answers: dict[str, TaskResult], plan: Scenario) -> None:
-    from safenav.report.terminal.table import table
+    from safenav.cli.specification import print_sizes, words_of
     from safenav.spec.compile import assumption_names, compile_task
     from safenav.synthesis.export import statistics_of
 
-    headings = ("robot", "verdict", "states", "edges", "goals", "bits", "ms", "verified")
     rows = []
     for answer in answers.values():
         figures = statistics_of(compile_task(answer.task, plan.map), answer.result)
-        verified = {True: "yes", None: "no"}[answer.result.verified or None]
-        if answer.result.served is not None:
-            verified = "each move"
-        rows.append(
-            (
-                figures.robot,
-                figures.verdict,
-                figures.states,
-                figures.edges,
-                figures.goals,
-                figures.bits,
-                round(figures.seconds * 1000, 1),
-                verified if answer.realizable else "-",
-            )
-        )
-    for line in table(headings, rows):
-        click.echo(line)
+        verified = words_of(answer.result) if answer.result.served is None else "each move"
+        rows.append((figures, verified if answer.realizable else "-"))
+    print_sizes("robot", rows)
     for name, answer in answers.items():
         if answer.allows(plan.map.word):
             click.echo(f"{name}: {answer.words(plan.map.word)}")

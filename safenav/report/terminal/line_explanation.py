@@ -11,7 +11,7 @@ from safenav.explain.explanation import WitnessEnd
 from safenav.explain.lines import LineExplanation
 from safenav.explain.play import LosingPlay
 from safenav.explain.vacuity import Vacuity, Way
-from safenav.report.terminal.strategy_failure import node_words
+from safenav.report.terminal.strategy_failure import node_words, without_the_middle
 from safenav.spec.specification import Constraint
 from safenav.synthesis.strategy import Strategy
 from safenav.trace.words import counted
@@ -118,13 +118,7 @@ def _play_lines(play: LosingPlay, strategy: Strategy, file: str) -> Iterator[str
 
 
 def _moments(nodes: Sequence[int], strategy: Strategy) -> Iterator[str]:
-    half = _SHOWN // 2
-    for place, node in enumerate(nodes):
-        if len(nodes) > _SHOWN and half <= place < len(nodes) - half:
-            if place == half:
-                yield f"... {len(nodes) - 2 * half} more"
-            continue
-        yield node_words(node, strategy)
+    yield from without_the_middle([node_words(node, strategy) for node in nodes], _SHOWN)
 
 
 def _data(constraint: Constraint) -> dict[str, str]:

@@ -43,13 +43,19 @@ def verification_data(found: Verification, strategy: Strategy) -> dict[str, obje
 
 
 def _steps(nodes: Sequence[int], strategy: Strategy) -> Iterator[str]:
-    half = _SHOWN_STEPS // 2
-    for place, node in enumerate(nodes):
-        if len(nodes) > _SHOWN_STEPS and half <= place < len(nodes) - half:
-            if place == half:
-                yield f"  ... {len(nodes) - 2 * half} more"
-            continue
-        yield f"  {node}: {node_words(node, strategy)}"
+    numbered = (f"{node}: {node_words(node, strategy)}" for node in nodes)
+    yield from (f"  {line}" for line in without_the_middle([*numbered], _SHOWN_STEPS))
+
+
+def without_the_middle(lines: Sequence[str], most: int) -> Iterator[str]:
+    """Yield the lines; of more than ``most`` the first and the last, and how many are between."""
+    half, count = most // 2, len(lines)
+    if count <= most:
+        yield from lines
+        return
+    yield from lines[:half]
+    yield f"... {count - 2 * half} more"
+    yield from lines[count - half :]
 
 
 def node_words(node: int, strategy: Strategy) -> str:
