@@ -137,3 +137,12 @@ def test_a_run_names_the_areas_that_robots_reach(tmp_path: Path) -> None:
     assert "corner: 25-26" in drawn
     assert safenav("certify", "rooms.yaml", "-o", "bundle", cwd=tmp_path).returncode == 0
     assert safenav("check-bundle", "bundle", cwd=tmp_path).returncode == 0
+
+
+def test_areas_inside_the_map_are_pointed_out() -> None:
+    text = (
+        'safenav: 1\nmap: {grid: ["..."], areas: {a: [1]}}\n'
+        "robots: {q: {model: quadcopter, start: 0, objective: {hold: 1}}}\n"
+    )
+    with pytest.raises(InputError, match="'areas' stands beside 'map', not in it"):
+        load_scenario_text(text)

@@ -23,11 +23,13 @@ _HINT = (
     "'image', 'ros' or 'movingai'"
 )
 
+_BESIDE = {"areas": "'areas' stands beside 'map', not in it"}
+
 
 def read_map(node: Node | None, reading: Reading) -> None:
     """Read the map with its names. If it cannot be used (which is reported), only names are known
     from then on."""
-    item = MapKeys.read(node, "map", reading)
+    item = MapKeys.read(node, "map", reading, elsewhere=_BESIDE)
     if item is not None:
         form = _form(item.node, reading)
         reading.world = _read_form(form, item, reading) if form else None
