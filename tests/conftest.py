@@ -1,5 +1,5 @@
-"""For all tests: interrupts are heard, syntheses are kept for this test run alone, and each
-process has one browser.
+"""For all tests: interrupts are heard, syntheses are kept for this test run alone, no drawn
+example is timed, and each process has one browser.
 
 A shell starts background jobs with SIGINT ignored, and programs pass that on to theirs.
 """
@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 from once import FOLDER
 
@@ -29,6 +30,9 @@ def pytest_configure(config: pytest.Config) -> None:
         folder = tempfile.mkdtemp(prefix="safenav-tests-")
         os.environ[FOLDER] = folder
         config.add_cleanup(lambda: shutil.rmtree(folder, ignore_errors=True))
+    untimed = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
+    settings.register_profile("busy machine", untimed)
+    settings.load_profile("busy machine")
     os.environ["SAFENAV_CACHE"] = str(Path(os.environ[FOLDER]) / "cache")
 
 

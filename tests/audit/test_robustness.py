@@ -44,7 +44,6 @@ def audited(data: bytes) -> Audit | None:
         return None
 
 
-@settings(deadline=None)
 @given(st.sampled_from(NAMES), st.data())
 def test_flipped_bytes_never_crash(name: str, data: st.DataObject) -> None:
     raw = bytearray(content(GOOD[name]()))
@@ -53,13 +52,11 @@ def test_flipped_bytes_never_crash(name: str, data: st.DataObject) -> None:
     audited(bytes(raw))
 
 
-@settings(deadline=None)
 @given(st.binary(max_size=200))
 def test_arbitrary_bytes_never_crash(raw: bytes) -> None:
     audited(raw)
 
 
-@settings(deadline=None)
 @given(st.sampled_from(NAMES), st.randoms(use_true_random=False))
 def test_shuffled_dropped_and_doubled_lines_never_crash(name: str, rng: random.Random) -> None:
     header, *lines = GOOD[name]()
@@ -67,7 +64,6 @@ def test_shuffled_dropped_and_doubled_lines_never_crash(name: str, rng: random.R
     audited(content([header, *chosen]))
 
 
-@settings(deadline=None)
 @given(st.sampled_from(NAMES), st.data())
 def test_any_value_in_any_field_never_crashes(name: str, data: st.DataObject) -> None:
     lines = GOOD[name]()
@@ -82,7 +78,6 @@ def test_any_value_in_any_field_never_crashes(name: str, data: st.DataObject) ->
     audited(content(lines))
 
 
-@settings(deadline=None)
 @given(st.sampled_from(NAMES), st.data())
 def test_a_trace_cut_at_any_byte_breaks_no_rule(name: str, data: st.DataObject) -> None:
     """A crash loses the end of the trace; what is there is still right."""
@@ -95,7 +90,7 @@ def test_a_trace_cut_at_any_byte_breaks_no_rule(name: str, data: st.DataObject) 
     assert not found.complete
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.integers(0, 10**9))
 def test_random_walks_that_obey_the_rules_pass(seed: int) -> None:
     found = check_trace(text(random_walk(seed)))
@@ -103,7 +98,7 @@ def test_random_walks_that_obey_the_rules_pass(seed: int) -> None:
     assert found.statistics.moves == 36
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.integers(0, 10**9), st.data())
 def test_a_move_that_ends_elsewhere_is_always_found(seed: int, data: st.DataObject) -> None:
     lines = random_walk(seed)
@@ -115,7 +110,7 @@ def test_a_move_that_ends_elsewhere_is_always_found(seed: int, data: st.DataObje
     assert any(f.robot == move["robot"] and f.rule != "completed" for f in found.findings)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.integers(0, 10**9), st.data())
 def test_a_missing_turn_is_always_found(seed: int, data: st.DataObject) -> None:
     lines = random_walk(seed)

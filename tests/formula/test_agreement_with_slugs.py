@@ -47,7 +47,7 @@ def slugs() -> Path:
 def test_slugs_reads_a_formula_as_it_is_evaluated(slugs: Path) -> None:
     verdicts = set()
 
-    @settings(max_examples=240, deadline=None, derandomize=True)
+    @settings(max_examples=240, derandomize=True)
     @given(formulas, states, states)
     def judged(formula: Formula, now: State, then: State) -> None:
         holds = evaluate(formula, now, then)

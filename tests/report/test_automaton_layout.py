@@ -20,7 +20,7 @@ def graphs(draw: st.DrawFn) -> list[list[int]]:
 
 
 @given(graphs())
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 def test_whatever_the_graph_nothing_overlaps_and_every_transition_is_drawn(
     transitions: list[list[int]],
 ) -> None:

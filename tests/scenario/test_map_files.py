@@ -287,7 +287,7 @@ IMAGES = [
 ]
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=400)
 @given(st.sampled_from(IMAGES).flatmap(damaged) | st.binary(max_size=60))
 def test_any_bytes_give_an_image_or_say_what_is_wrong(data: bytes) -> None:
     try:
@@ -299,7 +299,7 @@ def test_any_bytes_give_an_image_or_say_what_is_wrong(data: bytes) -> None:
         assert int(image.brightness.max()) <= image.white
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(
     damaged((MAPS / "rooms.map").read_bytes()).map(lambda data: data.decode("latin-1"))
     | st.text(max_size=60)
@@ -330,7 +330,7 @@ VALUES = st.sampled_from(
 KEYS = st.sampled_from([*map_reader.MapKeys.known, "imag"])
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(st.dictionaries(KEYS, VALUES, max_size=5))
 def test_any_keys_of_a_map_give_a_map_or_an_input_error(written: dict[str, str]) -> None:
     try:

@@ -5,7 +5,7 @@ from contextlib import suppress
 from typing import Any
 
 import yaml
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from safenav.errors import InputError
@@ -174,7 +174,7 @@ edits = st.lists(
 )
 
 
-@settings(max_examples=600, suppress_health_check=[HealthCheck.too_slow], deadline=None)
+@settings(max_examples=600)
 @given(edits)
 def test_any_damage_to_the_text_gives_a_scenario_or_an_input_error(
     changes: list[tuple[int, int, str]],
@@ -196,7 +196,7 @@ def _paths(value: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
 PLAIN = plain(read_document(VALID).root)
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=400)
 @given(st.lists(st.tuples(st.sampled_from(_paths(PLAIN)), data), min_size=1, max_size=3))
 def test_any_value_in_any_place_gives_a_scenario_or_an_input_error(
     changes: list[tuple[tuple[Any, ...], Any]],
@@ -211,7 +211,7 @@ def test_any_value_in_any_place_gives_a_scenario_or_an_input_error(
     load_or_refuse(yaml.safe_dump(scenario, sort_keys=False, allow_unicode=True))
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.text(max_size=200))
 def test_any_text_at_all_gives_a_scenario_or_an_input_error(text: str) -> None:
     load_or_refuse(text)

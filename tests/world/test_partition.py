@@ -113,7 +113,7 @@ def test_given_cells_must_divide_the_free_regions(cells: list[list[int]], messag
         Partition.given(cells, world)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(st.data())
 def test_every_free_region_is_in_one_cell(data: st.DataObject) -> None:
     rows, cols = data.draw(st.integers(1, 7)), data.draw(st.integers(1, 8))

@@ -5,7 +5,7 @@ from math import ceil
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from safenav.world.files.pixels import Blocked, Layout, walls
@@ -50,7 +50,6 @@ def exact(blocked: list[list[bool]], layout: Layout, share: float) -> frozenset[
     return frozenset(found)
 
 
-@settings(deadline=None)
 @given(images, st.integers(1, 9), st.integers(1, 9), shares)
 def test_a_count_of_rows_and_columns_divides_all_pixels(
     image: list[list[bool]], rows: int, cols: int, share: float
@@ -61,7 +60,6 @@ def test_a_count_of_rows_and_columns_divides_all_pixels(
     assert walls(blocked, layout, share) == exact(image, layout, share)
 
 
-@settings(deadline=None)
 @given(images, st.fractions(Fraction(1, 2), 9, max_denominator=20), shares)
 def test_regions_of_a_size_begin_in_the_south_west(
     image: list[list[bool]], side: Fraction, share: float

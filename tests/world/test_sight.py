@@ -97,7 +97,7 @@ def visible(
     return True
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(situations())
 def test_visibility_is_what_exact_geometry_says(
     situation: tuple[RegionMap, float | None, frozenset[int]],
@@ -110,7 +110,7 @@ def test_visibility_is_what_exact_geometry_says(
         assert {t for t in range(world.size) if sight.sees(source, t)} == expected
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(situations())
 def test_visibility_is_symmetric_and_reaches_all_neighbours(
     situation: tuple[RegionMap, float | None, frozenset[int]],
@@ -122,7 +122,7 @@ def test_visibility_is_symmetric_and_reaches_all_neighbours(
         assert all(sight.sees(target, source) for target in sight.from_(source))
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(maps(), st.integers(0, 41))
 def test_a_larger_radius_shows_more_and_a_closed_obstacle_less(world: RegionMap, shut: int) -> None:
     near, far = visible_from(world, 2.0), visible_from(world, 3.0)
