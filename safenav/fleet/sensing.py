@@ -17,6 +17,10 @@ from safenav.fleet.transport import Located, Reported, Scanned
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.world.map import Region
 
+FRESH_SIGHT = 2.0
+"""Seconds for which what one robot's lidar has hit outweighs another one's that finds nothing: a
+leaf seen from its edge is thin."""
+
 
 class Sighting(Struct, frozen=True):
     """An obstacle that is there, or is no longer there."""
@@ -33,6 +37,8 @@ class Sensing:
         self._places = places
         self._seen: dict[Region, Obstacle] = {}
         self._resolved_at: dict[Region, Mapping[str, float]] = {}
+        self._hit: dict[tuple[Region, str], float] = {}
+        """When the lidar of a robot last hit what stands in a region."""
         self.acted_on: set[Region] = set()
         """Regions whose obstacle a robot acts on: its result tells whether it is gone."""
 
@@ -42,6 +48,7 @@ class Sensing:
     def forget(self, region: Region, stamps: Mapping[str, float]) -> None:
         """An obstacle is resolved. ``stamps``: of each robot's newest odometry."""
         self._seen.pop(region, None)
+        self._hit = {key: at for key, at in self._hit.items() if key[0] != region}
         self._resolved_at[region] = stamps
 
     def report(self, message: Reported, stamp: float) -> list[Sighting]:
@@ -58,10 +65,17 @@ class Sensing:
         return self._gone(message.robot, region, stamp)
 
     def scan(
-        self, use: ScanUse, scan: Scanned, at: Located, here: Region, busy: Callable[[Region], bool]
+        self,
+        use: ScanUse,
+        scan: Scanned,
+        at: Located,
+        here: Region,
+        busy: Callable[[Region], bool],
+        now: float,
     ) -> list[Sighting]:
-        """Look into the regions beside ``here`` by a scan taken at ``at``. ``busy``: whether
-        a ray into a region may have hit another robot."""
+        """Look into the regions beside ``here`` by a scan taken at ``at`` and heard at ``now``, in
+        seconds. ``busy``: whether a ray into a region may have hit another robot. An obstacle that
+        another robot's lidar still hits is not gone."""
         found = []
         for region in self._scenario.map.neighbours(here):
             hit = self._nearest(scan, at, region)
@@ -69,10 +83,18 @@ class Sensing:
                 continue
             known = self._seen.get(region)
             if hit <= self._places.distance(region, at.x, at.y) + use.beyond:
+                self._hit[region, scan.robot] = now
                 found += self._saw(scan.robot, region, use.obstacle, scan.stamp)
             elif known is not None and known.type.name == use.obstacle:
-                found += self._gone(scan.robot, region, scan.stamp)
+                self._hit.pop((region, scan.robot), None)
+                if not self._is_hit(region, now):
+                    found += self._gone(scan.robot, region, scan.stamp)
         return found
+
+    def _is_hit(self, region: Region, now: float) -> bool:
+        return any(
+            now - at < FRESH_SIGHT for (there, _), at in self._hit.items() if there == region
+        )
 
     def _new(self, robot: str, region: Region, stamp: float) -> bool:
         """Whether a reading is younger than the last resolution there."""

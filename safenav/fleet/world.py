@@ -301,7 +301,7 @@ class FleetWorld(FleetSteps):
         found = self.places.region(at.x, at.y)
         here = body.pose.region if found is None else found
         busy = partial(self._somebody_at, body)
-        self._sighted(body, self._sensing.scan(use, scan, at, here, busy))
+        self._sighted(body, self._sensing.scan(use, scan, at, here, busy, self.now()))
         if task is not None and task.phase is Phase.LOOKING:
             self._looked(body, task)
 

@@ -248,6 +248,29 @@ def test_a_lidar_finds_a_door_before_the_arrival_is_told() -> None:
     assert told(gone) == ("Sensed", "digit", False) and world.sense(scenario.robots[1], 10) is None
 
 
+@pytest.mark.parametrize("later", ["the other one finds nothing", "it does not look any more"])
+def test_a_door_is_not_gone_while_another_lidar_hits_it(later: str) -> None:
+    """From beside it a leaf may be too thin for the rays: the two robots would report it gone and
+    there again with every scan."""
+    world, robots, scenario = started(scan=ScanUse("scan", "door"))
+    robots.script = [("succeeded", 2.5)]
+    world.start(scenario.robots[0], EAST, 1)
+    world.told(Depart(1, 1, "digit", 8, 9, "east", MovedBy.STRATEGY))
+    scanned(robots, "digit", 0.6)
+    world.wait(5.0)
+    robots.x["quad"] = 3.5  # beside region 10, in the south
+    robots.locate("quad")
+    scanned(robots, "quad", 3.0)
+    assert world.wait(0.05) == [] and world.sense(scenario.robots[1], 10) is not None
+    if later == "the other one finds nothing":
+        scanned(robots, "digit", 3.0)
+    else:
+        robots.now += 5.0
+        scanned(robots, "quad", 3.0)
+    (gone,) = world.wait(5.0)
+    assert told(gone)[2] is False and world.sense(scenario.robots[1], 10) is None
+
+
 def test_another_robot_is_no_obstacle() -> None:
     world, robots, scenario = started(scan=ScanUse("scan", "door"))
     scanned(robots, "digit", 0.6, ahead=3)  # to the south stands the quadcopter, in 15

@@ -75,6 +75,23 @@ def test_a_robot_that_lags_is_found(drive: Drive) -> None:
     )
 
 
+@pytest.mark.parametrize(("many", "wrong"), [(1, False), (60, True)])
+def test_a_robot_that_is_held_as_soon_as_it_lags_breaks_no_rule(
+    drive: Drive, many: int, wrong: bool
+) -> None:
+    """A drive holds it at the first measurement beyond the tolerance, never much later."""
+    at = _rows(drive.motion, "jackal")[100 : 100 + many]
+    change = measured(
+        drive.motion, "jackal", lambda row: replace(row, x=row.x + 0.3) if row in at else row
+    )
+    held = Reset("jackal", 1, at[0].t, at[0].x + 0.3, at[0].y, at[0].yaw, "0.30 m off")
+    motion = replace(change, lines=(*change.lines, held))
+    assert "tracking" in rules(drive, change)
+    assert ("tracking" in rules(drive, motion)) is wrong
+    (found,) = [one for one in trackings(motion, drive.trace) if one.robot == "jackal"]
+    assert found.held == 1 and "; held 1 time" in str(found)
+
+
 def test_a_robot_that_cuts_a_corner_into_a_neighbours_region_is_found(drive: Drive) -> None:
     """For three measurements, farther than its body may reach."""
     middle = drive.motion.outcome.makespan / 2

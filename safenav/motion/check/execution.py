@@ -18,6 +18,7 @@ from safenav.motion.file.records import GoalLine, Measured, Motion, Reset
 from safenav.trace.records import Arrive, Depart
 from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import MoveEnd
+from safenav.trace.words import counted
 
 SETPOINTS, GOALS = "setpoints", "goals"
 """How a robot is driven: by a reference that it tracks, or by goals to which it finds its way."""
@@ -26,6 +27,10 @@ WINDOW, DRIFT = 5.0, 0.25
 change."""
 JUMP = 0.05
 """Metres between where a plan continues after it was given up, and where the robot was then."""
+
+
+HELD = 0.1
+"""Seconds within which a robot farther off than its tolerance is held."""
 
 
 class MeasuredWay(Struct, frozen=True):
@@ -41,16 +46,18 @@ class MeasuredWay(Struct, frozen=True):
 
 
 class TrackingError(Struct, frozen=True):
-    """How well a robot did what it was sent: measurements, and the most metres off its reference or
-    at the end of a goal."""
+    """How well a robot did what it was sent: measurements, the most metres off its reference or
+    at the end of a goal, and how often it was held, farther off than its tolerance."""
 
     robot: str
     driven: str
     measurements: int
     off: float
+    held: int = 0
 
     def __str__(self) -> str:
         where = "off its plan" if self.driven == SETPOINTS else "from its goals"
+        where += f"; held {counted(self.held, 'time')}" if self.held else ""
         return f"{self.robot}: {self.measurements} measurements, at most {self.off:.3f} m {where}"
 
 
@@ -93,12 +100,14 @@ def trackings(motion: Motion, trace: Trace) -> list[TrackingError]:
         way = _way(case, name)
         if way is None:
             continue
+        held = 0
         if limits["driven"] == SETPOINTS:
             off = float(_errors(case, name, way).max(initial=0.0))
+            held = len(case.motion.of(Reset, name))
         else:
             offs = [off for _, _, off in _arrived(case, name, way) if off is not None]
             off = max(offs, default=0.0)
-        found.append(TrackingError(name, str(limits["driven"]), len(way.times), off))
+        found.append(TrackingError(name, str(limits["driven"]), len(way.times), off, held))
     return found
 
 
@@ -152,12 +161,16 @@ def _errors(case: Examination, name: str, way: MeasuredWay) -> Array:
 
 
 def _tracking(case: Examination, name: str, way: MeasuredWay) -> None:
-    """A robot is where its plan has it, up to the tolerance that the header states."""
+    """A robot is where its plan has it, up to the tolerance that the header states, or is held as
+    soon as it is not: its plan then continues from where it was."""
     if not case.pieces[name]:
         return  # the rule of continuity tells it
     tolerance = case.numbers[name].get("tolerance", 0.0)
     off = _errors(case, name, way)
-    beyond = np.flatnonzero(off > tolerance)
+    held = np.zeros(len(way.times), dtype=bool)
+    for reset in case.motion.of(Reset, name):
+        held |= (way.times >= reset.t - HELD) & (way.times <= reset.t + NEAR)
+    beyond = np.flatnonzero((off > tolerance) & ~held)
     if len(beyond):
         what = f"{off[beyond[0]]:.3f} m off its plan, at most {off.max():.3f} m; {tolerance:g} m "
         case.wrong(float(way.times[beyond[0]]), name, "tracking", f"{what}are tolerated")
