@@ -1,6 +1,5 @@
-"""The trace lines of the coordination layer, as functions of its decisions: requests and bids, the
-stack, obstacles that join O. Nothing here changes anything.
-"""
+"""The longer trace lines of a decision: acts that are due, requests and bids, the stack, syntheses.
+Functions of the decision: nothing here changes anything."""
 
 from __future__ import annotations
 
@@ -15,8 +14,7 @@ from safenav.runtime.duties.requests import OpenRequest, Requests
 from safenav.runtime.duties.settlement import Settled, Settlement
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import Role, TeamState
-from safenav.runtime.worlds.world import Change
-from safenav.scenario.model import Obstacle, Tracking
+from safenav.scenario.model import Tracking
 from safenav.scenario.objective import Ltl
 from safenav.scenario.settings import Coordination
 from safenav.spec.assignable import neutral
@@ -26,58 +24,9 @@ from safenav.spec.other_robots.belief import models
 from safenav.spec.task import Fairness, Task
 from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace, objective_in_trace
-from safenav.trace.proofs import Proof
 from safenav.trace.vocabulary import Place
 from safenav.world.moves import Pose
 from safenav.world.poses import bits
-
-
-def changed(team: TeamState, change: Change) -> Iterator[records.Record]:
-    """Return the record of an obstacle that appeared or disappeared without the team."""
-    name = change.obstacle.name
-    obstacle = change.obstacle
-    cause = vocabulary.ChangeCause.WORLD
-    if change.by_user:
-        cause = vocabulary.ChangeCause.USER
-    elif obstacle in team.scenario.obstacles:
-        due = obstacle.appears if change.appeared else obstacle.goes
-        cause = cause if due is None else vocabulary.ChangeCause.SCENARIO
-    kind = records.Appeared if change.appeared else records.Gone
-    yield kind(team.tick, name, cause)
-    if change.appeared and change.obstacle.ordered:
-        yield records.Ordered(team.tick, name, cause)
-    if change.another and change.truth is not None:
-        yield records.Truth(team.tick, name, change.truth, cause)
-
-
-def resolved(
-    team: TeamState, robot: str, obstacle: Obstacle, traversable: bool | None
-) -> records.Record:
-    """``robot`` has resolved an obstacle."""
-    request = team.requests.of(obstacle.name)
-    helped = team.knowledge.helped(obstacle)
-    return records.Resolved(
-        team.tick,
-        obstacle.name,
-        robot,
-        team.robots[robot].pose.region,
-        request is not None and request.recorded is not None,
-        traversable,
-        robots=helped if len(helped) > 1 else None,
-    )
-
-
-def blocked(
-    team: TeamState,
-    obstacle: Obstacle,
-    reason: vocabulary.BlockReason,
-    proof: Proof | None = None,
-    because: str | None = None,
-) -> records.Record:
-    """Return the record of an obstacle that becomes permanent."""
-    robots = frozenset(n for n, robot in team.robots.items() if obstacle.blocks(robot.robot))
-    for_now = (proof is not None and team.changes_to_come()) or None
-    return records.KnownObstacle(team.tick, obstacle.name, robots, reason, proof, because, for_now)
 
 
 def acts(team: TeamState, settled: Settled) -> Iterator[records.Record]:

@@ -13,11 +13,15 @@ from msgspec.structs import replace
 
 from safenav.outcome import Outcome
 from safenav.runtime.characterization import ForbiddenMove
-from safenav.runtime.coordination import coordination_recorder as lines
 from safenav.runtime.coordination import events, infeasibility
 from safenav.runtime.coordination.assignable_goals import own_objective
 from safenav.runtime.coordination.assignment import Assigner
-from safenav.runtime.coordination.coordination_recorder import synthesis_record
+from safenav.runtime.coordination.coordination_recorder import (
+    acts,
+    requested,
+    stack,
+    synthesis_record,
+)
 from safenav.runtime.coordination.events import Event, Unsettled
 from safenav.runtime.coordination.ladder import Ladder, TaskDraft, ladder
 from safenav.runtime.coordination.snapshot import floor_of
@@ -35,8 +39,10 @@ from safenav.runtime.team import Role, TeamState
 from safenav.runtime.termination import Conclusion
 from safenav.scenario.model import Obstacle
 from safenav.scenario.settings import Coordination
-from safenav.trace.records import Appeared, Record, Reopened, Service
-from safenav.trace.vocabulary import BlockReason, Reason
+from safenav.trace import records
+from safenav.trace.proofs import Proof
+from safenav.trace.records import Record
+from safenav.trace.vocabulary import BlockReason, ChangeCause, Reason
 from safenav.trace.words import obstacle_words
 
 
@@ -153,11 +159,15 @@ def _resolved(team: TeamState, event: events.ObstaclesResolved) -> Decision:
     knowledge, requests = team.knowledge.copy(), team.requests
     said: list[Record] = []
     for obstacle, traversable in event.found:
-        said.append(lines.resolved(team, event.robot.name, obstacle, traversable))
+        request, helped = requests.of(obstacle.name), knowledge.helped(obstacle)
+        asked = request is not None and request.recorded is not None
+        who, robots = event.robot.name, helped if len(helped) > 1 else None
+        what = who, team.robots[who].pose.region, asked, traversable
+        said.append(records.Resolved(team.tick, obstacle.name, *what, robots=robots))
         knowledge.forget(obstacle)
         if traversable is False:
             knowledge.join(obstacle, UNTRAVERSABLE)
-            said.append(lines.blocked(team, obstacle, BlockReason.UNTRAVERSABLE))
+            said.append(_blocked(team, obstacle, BlockReason.UNTRAVERSABLE))
         requests = requests.without(obstacle.name)
     after, told = Unsettled(Reason.RESOLVED), tuple(said)
     return Decision(event, knowledge, requests, records=told, recount=True, next=after)
@@ -165,21 +175,32 @@ def _resolved(team: TeamState, event: events.ObstaclesResolved) -> Decision:
 
 def _changed(team: TeamState, event: events.ObstacleChanged) -> Decision:
     """An obstacle has appeared, where no robot knows it yet, or has disappeared."""
-    obstacle, knowledge = event.change.obstacle, team.knowledge.copy()
+    change, obstacle, knowledge = event.change, event.change.obstacle, team.knowledge.copy()
+    name, tick, cause = obstacle.name, team.tick, ChangeCause.WORLD
+    due = obstacle.appears if change.appeared else obstacle.goes
+    if change.by_user:
+        cause = ChangeCause.USER
+    elif due is not None and obstacle in team.scenario.obstacles:
+        cause = ChangeCause.SCENARIO
+    said: list[Record] = [
+        (records.Appeared if change.appeared else records.Gone)(tick, name, cause)
+    ]
     after: Event | None = None
     requests = replace(team.requests, aside=frozenset())
-    if not event.change.appeared:
+    if not change.appeared:
         hope = requests.given_up and team.waiting is None  # it may have been in the way of those
         gone = events.HopeReturned(Reason.GONE) if hope else Unsettled(Reason.GONE)
         after = gone if knowledge.forget(obstacle) else None
-        requests = requests.without(obstacle.name)
+        requests = requests.without(name)
     else:
         knowledge.appear(obstacle)
         if obstacle.ordered:
             knowledge.meet(obstacle)
             requests, after = team.requests.ordered(obstacle), Unsettled(Reason.REQUEST)
-    said = tuple(lines.changed(team, event.change))
-    return Decision(event, knowledge, requests, records=said, next=after)
+            said.append(records.Ordered(tick, name, cause))
+        if change.another and change.truth is not None:
+            said.append(records.Truth(tick, name, change.truth, cause))
+    return Decision(event, knowledge, requests, records=tuple(said), next=after)
 
 
 def _sealed(team: TeamState, event: Event, obstacle: Obstacle) -> Decision:
@@ -188,7 +209,7 @@ def _sealed(team: TeamState, event: Event, obstacle: Obstacle) -> Decision:
     knowledge.join(obstacle, PERMANENT)
     said: tuple[Record, ...] = ()
     if obstacle.name not in team.knowledge.joined:
-        said = (lines.blocked(team, obstacle, BlockReason.OPERATOR),)
+        said = (_blocked(team, obstacle, BlockReason.OPERATOR),)
     requests = team.requests.without(obstacle.name).decided(obstacle.name)
     return Decision(event, knowledge, requests, records=said, next=Unsettled(Reason.BLOCKED))
 
@@ -201,21 +222,34 @@ def _reopened(team: TeamState, event: Event, reason: Reason) -> Decision:
         if name in knowledge.given_up():
             knowledge.meet(request.obstacle)
             requests = requests.reopened(request)
-            said.append(Reopened(team.tick, name))
+            said.append(records.Reopened(team.tick, name))
     return Decision(event, knowledge, requests, records=tuple(said), next=Unsettled(reason))
 
 
 def _served(team: TeamState, event: events.ServiceChanged) -> Decision:
     """A robot is out of service or back; an obstacle that appears there has it as requester."""
-    said = Service(team.tick, event.robot, event.active, event.cause)
+    said = records.Service(team.tick, event.robot, event.active, event.cause)
     if event.obstacle is None:
         return Decision(event, records=(said,), next=Unsettled(Reason.SERVICE))
     knowledge, region = team.knowledge.copy(), team.robots[event.robot].pose.region
     knowledge.appear(event.obstacle)
     knowledge.meet(event.obstacle)
-    told = (Appeared(team.tick, event.obstacle.name, event.cause), said)
+    told = (records.Appeared(team.tick, event.obstacle.name, event.cause), said)
     requests = team.requests.opened(event.obstacle, event.robot, region)
     return Decision(event, knowledge, requests, records=told, next=Unsettled(Reason.REQUEST))
+
+
+def _blocked(
+    team: TeamState,
+    obstacle: Obstacle,
+    reason: BlockReason,
+    proof: Proof | None = None,
+    because: str | None = None,
+) -> Record:
+    """The record of an obstacle that joins O."""
+    robots = frozenset(n for n, robot in team.robots.items() if obstacle.blocks(robot.robot))
+    for_now = (proof is not None and team.changes_to_come()) or None
+    return records.KnownObstacle(team.tick, obstacle.name, robots, reason, proof, because, for_now)
 
 
 def _never_resolved(team: TeamState, event: Unsettled, stopping: Stopping) -> Decision | None:
@@ -233,13 +267,13 @@ def _never_resolved(team: TeamState, event: Unsettled, stopping: Stopping) -> De
         enough = _enough(team, request)
         because = shortfall_words(lacks[floor.gates[gate]], team.scenario.map.word, "it")
         if request.recorded is None or not enough:
-            said.append(lines.requested(team, request, floor, (), because))
+            said.append(requested(team, request, floor, (), because))
         what = obstacle_words(request.obstacle.name, team.scenario.map.word)
         why = f"{'no robot can ever' if enough else 'this team cannot'} resolve {what}"
         knowledge.join(request.obstacle, why)
         reason = BlockReason.UNRESOLVABLE if enough else BlockReason.NO_CAPABLE_ROBOT
         proof = infeasibility.recorded_closure(floor, closure)
-        said.append(lines.blocked(team, request.obstacle, reason, proof, because))
+        said.append(_blocked(team, request.obstacle, reason, proof, because))
         requests = requests.without(request.obstacle.name, given_up=True)
     return Decision(event, knowledge, requests, lacks, records=tuple(said), next=event)
 
@@ -271,8 +305,8 @@ def _duties(team: TeamState, event: Unsettled, stopping: Stopping) -> Decision:
         end = infeasibility.nobody_goes_on(team, floor, found.proof, event.refused, team.lacks)
         return Decision(event, end=end)
     decision = _assigned(team, event, settled)
-    requests, said = lines.stack(team, floor, found, decision.drafts, event.refused)
-    return replace(decision, requests=requests, records=(*lines.acts(team, settled), *said))
+    requests, said = stack(team, floor, found, decision.drafts, event.refused)
+    return replace(decision, requests=requests, records=(*acts(team, settled), *said))
 
 
 def _settled(team: TeamState, refused: Collection[tuple[str, str]], stopping: Stopping) -> Settled:
