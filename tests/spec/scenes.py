@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from hypothesis import assume
 from hypothesis import strategies as st
 
-from safenav.formula.evaluator import evaluate
+from safenav.formula.evaluator import predicate
 from safenav.formula.parser import parse
 from safenav.runtime.beliefs import after_look
 from safenav.scenario.model import Robot, RobotModel, Tracking
@@ -90,13 +90,13 @@ def walk(scene: Scene, data: st.DataObject, steps: int) -> list[Look]:
     (observed,) = task.observed
     blocked = {known.region for known in task.blocked}
     watch = belief.watch_for(task, world)
-    guarantees = [parse(c.formula) for c in belief.guarantees(task)]
+    guarantees = [predicate(parse(c.formula)) for c in belief.guarantees(task)]
 
     def allowed(region: Region, knowledge: Knowledge) -> bool:
         """The guarantee that the specification demands, on the inputs."""
         model_input = knowledge if isinstance(knowledge, int) else 10**6
         following = {"region": region, "at_other": model_input}
-        return all(evaluate(formula, {}, following) for formula in guarantees)
+        return all(formula({}, following) for formula in guarantees)
 
     own, other, knowledge = task.pose.region, observed.region, belief.known_of(observed)
     looks = []

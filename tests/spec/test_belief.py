@@ -12,9 +12,8 @@ from msgspec.structs import replace
 
 from fuzz.campaign import campaign
 from safenav.errors import UsageError
-from safenav.formula.evaluator import evaluate
+from safenav.formula.evaluator import Predicate, predicate
 from safenav.formula.parser import parse
-from safenav.formula.syntax import Formula
 from safenav.outcome import Verdict
 from safenav.runtime.beliefs import after_look
 from safenav.scenario.model import Robot, RobotModel, Tracking
@@ -39,9 +38,9 @@ MOST = 10_000
 CASE_STUDY_3 = Path(__file__).parents[2] / "scenarios" / "case_study_3.yaml"
 
 
-def formulas(scene: Scene, section: Section) -> list[Formula]:
+def formulas(scene: Scene, section: Section) -> list[Predicate]:
     found = encode_others(scene.task, scene.world).assumptions
-    return [parse(c.formula) for c in found if c.section is section]
+    return [predicate(parse(c.formula)) for c in found if c.section is section]
 
 
 def inputs(scene: Scene, knowledge: Knowledge) -> dict[str, int]:
@@ -64,10 +63,10 @@ def test_what_is_observed_satisfies_the_assumptions(scene: Scene, data: st.DataO
     begins, steps = formulas(scene, Section.ENV_INIT), formulas(scene, Section.ENV_TRANS)
     own = scene.task.pose.region
     state = {"region": own, **inputs(scene, belief.known_of(scene.task.observed[0]))}
-    assert all(evaluate(formula, state) for formula in begins)
+    assert all(formula(state, None) for formula in begins)
     for look in walk(scene, data, 12):
         following = {"region": look.after, **inputs(scene, look.knowledge)}
-        assert all(evaluate(formula, state, following) for formula in steps)
+        assert all(formula(state, following) for formula in steps)
         state = following
 
 
@@ -93,11 +92,11 @@ def test_a_specification_can_begin_with_a_belief(scene: Scene, data: st.DataObje
     task = replace(scene.task, pose=Pose(own), observed=(again,))
     later = Scene(scene.world, task)
     state = {"region": own, **inputs(later, knowledge)}
-    assert all(evaluate(formula, state) for formula in formulas(later, Section.ENV_INIT))
+    assert all(formula(state, None) for formula in formulas(later, Section.ENV_INIT))
     steps = formulas(later, Section.ENV_TRANS)
     for look in looks[4:]:
         following = {"region": look.after, **inputs(later, look.knowledge)}
-        assert all(evaluate(formula, state, following) for formula in steps)
+        assert all(formula(state, following) for formula in steps)
         state = following
 
 
@@ -122,7 +121,7 @@ def test_the_assumptions_allow_what_can_become_known_and_nothing_else(scene: Sce
             allowed = {
                 value
                 for value in values
-                if all(evaluate(f, state, {"region": own, "at_other": value}) for f in steps)
+                if all(f(state, {"region": own, "at_other": value}) for f in steps)
             }
             assert allowed == expected
 
@@ -189,7 +188,7 @@ def test_a_fairness_assumption_holds_whenever_the_other_meets_it(
         for formula, target in zip(live, targets, strict=False):
             meets = (look.other not in target) if off else (look.other in target)
             if meets:
-                assert evaluate(formula, inputs(scene, look.knowledge))
+                assert formula(inputs(scene, look.knowledge), None)
 
 
 @settings(max_examples=60, deadline=None)
@@ -198,7 +197,7 @@ def test_out_of_sight_means_believed(scene: Scene, data: st.DataObject) -> None:
     live = formulas(scene, Section.ENV_LIVENESS)
     for look in walk(scene, data, 8):
         unseen = isinstance(look.knowledge, frozenset)
-        assert all(evaluate(f, inputs(scene, look.knowledge)) == unseen for f in live)
+        assert all(f(inputs(scene, look.knowledge), None) == unseen for f in live)
         assert live or not unseen or not scene.task.observed[0].danger
 
 
@@ -213,7 +212,7 @@ def test_out_of_the_way_means_not_beside_it(scene: Scene, data: st.DataObject) -
         following = {"region": look.after, **inputs(scene, look.knowledge)}
         (formula,) = live
         alone = all(scene.world.step(look.before, h) != look.other for h in headings(scene.world))
-        assert evaluate(formula, {"region": look.before}, following) == alone
+        assert formula({"region": look.before}, following) == alone
 
 
 def test_a_harmless_robot_is_tracked_but_not_avoided() -> None:

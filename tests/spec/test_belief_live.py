@@ -12,9 +12,8 @@ from msgspec.structs import replace
 
 from fuzz.campaign import campaign
 from safenav.audit.world import World
-from safenav.formula.evaluator import evaluate
+from safenav.formula.evaluator import Predicate, predicate
 from safenav.formula.parser import parse
-from safenav.formula.syntax import Formula
 from safenav.runtime.beliefs import after_look
 from safenav.scenario.model import Tracking
 from safenav.spec.other_robots import belief
@@ -70,9 +69,9 @@ class Oracle:
         return {*seen, *([cells] if cells else [])}
 
 
-def env_trans(scene: Scene) -> list[Formula]:
+def env_trans(scene: Scene) -> list[Predicate]:
     found = encode_others(scene.task, scene.world).assumptions
-    return [parse(c.formula) for c in found if c.section is Section.ENV_TRANS]
+    return [predicate(parse(c.formula)) for c in found if c.section is Section.ENV_TRANS]
 
 
 @campaign(25)
@@ -94,7 +93,7 @@ def test_the_assumptions_allow_what_can_become_known_at_any_speed_and_nothing_el
         allowed = {
             value
             for value in values
-            if all(evaluate(f, state, {"region": own, "at_other": value}) for f in steps)
+            if all(f(state, {"region": own, "at_other": value}) for f in steps)
         }
         expected = oracle.next(own, known)
         assert {number.get(value) for value in allowed} == expected
@@ -124,7 +123,7 @@ def test_the_other_is_where_it_is_believed_however_many_steps_it_made(
         before = state()
         knowledge = after_look(watch, own, other, knowledge)
         assert other in watch.possible(knowledge)
-        assert all(evaluate(formula, before, state()) for formula in steps)
+        assert all(formula(before, state()) for formula in steps)
         own = data.draw(st.sampled_from([own, *sorted({*oracle.beside(own)} - blocked)]))
 
 
@@ -140,7 +139,7 @@ def test_exact_positions_are_any_that_the_other_can_reach(
     allowed = {
         value
         for value in range(scene.world.size)
-        if all(evaluate(f, {"at_other": now}, {"at_other": value}) for f in steps)
+        if all(f({"at_other": now}, {"at_other": value}) for f in steps)
     }
     assert allowed == reach
 
