@@ -53,7 +53,7 @@ def test_random_specifications_are_answered_with_proofs() -> None:
 
 @pytest.mark.slow
 @campaign(60)
-@given(scenarios())
+@given(scenarios(robots=3))
 def test_random_scenarios_are_answered_with_proofs(data: dict[str, Any]) -> None:
     try:
         scenario = load_scenario_text(yaml.safe_dump(data), "fuzzed.yaml", reachable=False)
