@@ -142,12 +142,12 @@ def command(
     if stem is not None:
         _tables(run, stem)
     if mcap is not None:
-        moved = None if motion is None else _motion(motion)
+        moved = None if motion is None else _motion(motion, run, trace)
         if moved is not None and resolution is None:
             resolution = moved.header.side
         _bag(run, frame_of(run, resolution, origin), mcap, moved)
     if columns is not None:
-        _columns(run, motion, columns, rate, robot)
+        _columns(run, None if motion is None else _motion(motion, run, trace), columns, rate, robot)
     if waypoints is None:
         return ExitCode.OK
     if form is None:
@@ -155,7 +155,7 @@ def command(
     if motion is not None:
         from safenav.motion import timed
 
-        passed = timed.timed_waypoints(_motion(motion))
+        passed = timed.timed_waypoints(_motion(motion, run, trace))
         text = timed.as_json(passed) if form == "json" else timed.as_csv(passed)
         write_bytes(waypoints, text.encode())
         return ExitCode.OK
@@ -166,19 +166,18 @@ def command(
     return ExitCode.OK
 
 
-def _motion(path: Path) -> Motion:
-    from safenav.motion.file.reading import read_motion
+def _motion(path: Path, run: Trace, trace: Path) -> Motion:
+    from safenav.motion.check.mismatch import read_motion_of
 
-    return read_motion(path)
+    return read_motion_of(path, run, trace)
 
 
-def _columns(run: Trace, motion: Path | None, path: Path, rate: float, robot: str | None) -> None:
+def _columns(run: Trace, moved: Motion | None, path: Path, rate: float, robot: str | None) -> None:
     from safenav.motion.columns import as_csv, columns_of, npz_bytes
     from safenav.outfile import write_bytes
 
-    if motion is None:
+    if moved is None:
         raise UsageError("columns are samples of a motion: add --motion FILE (safenav motion)")
-    moved = _motion(motion)
     if path.suffix.lower() == ".npz":
         write_bytes(path, npz_bytes(moved, rate))
         return

@@ -134,20 +134,12 @@ def command(
 def _page3d(run: Trace, trace: Path, file: Path | None) -> str:
     """The page in 3D, with the motion in a file or one that is made for the trace."""
     try:
-        from safenav.motion.file.reading import read_motion
+        from safenav.motion.check.mismatch import read_motion_of
         from safenav.motion.making import motion_of
         from safenav.report.view3d.html import page3d_of
     except ModuleNotFoundError as error:
         raise missing("the 3D page", str(error.name), "motion") from error
-    if file is None:
-        motion = motion_of(run)
-    else:
-        motion = read_motion(file)
-        if motion.header.trace != run.digest:
-            raise UsageError(
-                f"{file}: the motion of another trace than {trace}\n"
-                f"    recompute it: safenav motion {trace} -o {file}"
-            )
+    motion = motion_of(run) if file is None else read_motion_of(file, run, trace)
     return page3d_of(run, trace.name, motion)
 
 

@@ -40,13 +40,14 @@ def command(specification: str, strategy: str, counterstrategy: bool, as_json: b
     """
     from safenav.explain.vacuity import Way
     from safenav.report.terminal.strategy_failure import failure_lines, verification_data
-    from safenav.spec.parsing import read_specification
+    from safenav.spec.parsing import check_formulas, read_specification
     from safenav.synthesis.strategy import Strategy
     from safenav.verify.verification import verify_counterstrategy, verify_strategy
 
     if specification == strategy == "-":
         raise click.UsageError("only one of SPECIFICATION and STRATEGY can be standard input")
     spec = read_specification(_text(specification), specification)
+    check_formulas(spec, specification)
     try:
         automaton = Strategy.parse(_bytes(strategy), spec)
     except SynthesizerError as error:

@@ -162,8 +162,23 @@ def test_the_strategy_may_come_on_standard_input(door: tuple[Path, Path], invoke
             b'{"variables": ["a"], "nodes": {}}',
             "unexpected end",
         ),
+        *[
+            (f"[INPUT]\ni\n[OUTPUT]\na\nn:0...2\n[{line}\n".encode(), b"{}", said)
+            for line, said in (
+                ("SYS_INIT]\n!b", "spec with ü:7:2: unknown variable 'b'"),
+                ("ENV_INIT]\na", "output 'a' in ENV_INIT"),
+                ("SYS_INIT]\na'", "an initial condition refers to the first state only"),
+                ("ENV_TRANS]\ni -> next(i & a)", "7:15: the next value of output 'a'"),
+                ("SYS_TRANS]\nn | a", "the number n stands alone"),
+                ("SYS_LIVENESS]\na = 1", "a is Boolean and cannot be compared"),
+            )
+        ],
     ],
-    ids=["declaration", "binary", "truncated", "another specification", "formula"],
+    ids=[
+        *("declaration", "binary", "truncated", "another specification", "formula"),
+        *("unknown", "output in ENV_INIT", "next in INIT", "next output in ENV_TRANS"),
+        *("number alone", "Boolean compared"),
+    ],
 )
 def test_what_cannot_be_judged_is_bad_input(
     spec: bytes, strategy: bytes, said: str, tmp_path: Path, invoke: Invoke
@@ -174,6 +189,12 @@ def test_what_cannot_be_judged_is_bad_input(
     answer = invoke(command, first, second)
     assert answer.status == 2
     assert said in answer.error
+
+
+def test_a_comparison_beyond_a_range_is_legal(tmp_path: Path, invoke: Invoke) -> None:
+    """As in slugs, which only warns."""
+    text, automaton = _written(tmp_path, DOOR.replace("region = 0\n!open", "region != 9\n!open"))
+    assert invoke(command, text, automaton).status == 0
 
 
 def test_a_missing_file_is_bad_input(tmp_path: Path, invoke: Invoke) -> None:

@@ -1,12 +1,15 @@
 """The checker accepts what is right, and refuses each kind of damage with its reason."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 from msgspec.structs import replace
 
 from motion.runs import SHIPPED, motion, played, trace_of
+from safenav.errors import UsageError
 from safenav.motion.check.examination import Finding
+from safenav.motion.check.mismatch import read_motion_of
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.file.records import (
     Action,
@@ -19,6 +22,7 @@ from safenav.motion.file.records import (
     Reserve,
     Segment,
 )
+from safenav.motion.file.writing import text_of
 from safenav.motion.making import motion_of
 from safenav.trace.reading import read_bytes
 from safenav.trace.records import Service
@@ -192,6 +196,28 @@ def test_motion_of_another_trace_is_refused() -> None:
     found = check_motion(motion(DOOR), trace_of("case_study_2"))
     assert len(found) == 1
     assert "of another trace" in found[0].found
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('"kind":"walker",', "", "'kind' is missing"),
+        ('"clearance":', '"low":', "'clearance' is missing"),
+        ('"type":"reserve","robot":"digit"', '"type":"reserve","robot":"d"', "d is not a robot"),
+        ('"phases":[[', '"phases":[],"more":[[', "a piece of motion without parts"),
+        ('"side":2.7', '"side":1e-9', "regions; expected less than 1000"),
+        ('"turning":[', '"swings":[[1,0,1e9,0,1,STILL,STILL]],"turning":[', "a piece of 1,000,000"),
+    ],
+    ids=["kind", "clearance", "stranger", "no phases", "tiny regions", "a foot in the air"],
+)
+def test_what_contradicts_itself_is_neither_checked_nor_drawn(
+    old: str, new: str, said: str, tmp_path: Path
+) -> None:
+    """Pages and tables raised KeyError, ValueError, IndexError; the check filled the memory."""
+    text = text_of(motion(DOOR)).replace(old, new.replace("STILL", "[0,0,0,0,0,0,0,0,0]"), 1)
+    (path := tmp_path / "motion.jsonl").write_text(text)
+    with pytest.raises(UsageError, match=said):
+        check_motion(read_motion_of(path, trace_of(DOOR), path), trace_of(DOOR))
 
 
 def test_wall_reserved_is_refused() -> None:

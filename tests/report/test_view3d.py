@@ -14,7 +14,7 @@ from safenav.errors import UsageError
 from safenav.motion.columns import columns_of
 from safenav.motion.file.records import Action
 from safenav.motion.making import motion_of
-from safenav.report.view3d.encode import RATE, encoded_motion
+from safenav.report.view3d.encode import RATE, encoded_motion, packed
 from safenav.trace.reading import read_trace
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "case_study_1.yaml"
@@ -116,9 +116,14 @@ def test_the_motion_of_another_trace_is_refused(trace: Path, tmp_path: Path) -> 
     other = tmp_path / "other.jsonl"
     other.write_bytes(trace.read_bytes() + b"\n")
     page = tmp_path / "x.html"
-    with pytest.raises(UsageError, match="the motion of another trace"):
+    with pytest.raises(UsageError, match="of another trace"):
         _safenav("replay", str(other), "--3d", "--motion", str(motion), "-o", str(page))
     assert not page.exists()
+
+
+def test_a_value_that_the_page_cannot_hold_is_refused() -> None:
+    with pytest.raises(UsageError, match="the 3D page holds values below 1,000,000"):
+        packed([[0.0, 1e9]])
 
 
 def test_a_motion_without_the_3d_page_is_a_wrong_usage(trace: Path) -> None:

@@ -8,6 +8,7 @@ from math import ceil, floor
 import numpy as np
 from msgspec import Struct
 
+from safenav.errors import UsageError
 from safenav.motion.check.paths import Array, discs
 from safenav.motion.file.records import Action, Motion, Moving
 from safenav.trace.setting import ScenarioHeader
@@ -15,6 +16,8 @@ from safenav.trace.trace import Trace
 
 NEAR = 1e-7
 """Metres, seconds, radians: what the rounding of a file can explain."""
+MOST_CELLS = 1000
+"""Regions that one piece of motion may cross, either way."""
 STILL = 1e-6
 """Metres that a body at rest may move by rounding."""
 
@@ -66,9 +69,16 @@ class Grid(Struct, frozen=True):
         return apart
 
     def cells(self, points: Array, radius: float) -> Iterable[tuple[int, int]]:
-        """All cells that discs of this radius around the points could touch."""
+        """All cells that discs of this radius around the points could touch.
+
+        Raises UsageError for a piece of motion that leaves its map by far: too many to look at."""
         low = (points.min(axis=0) - radius) / self.side
         high = (points.max(axis=0) + radius) / self.side
+        if not (high - low).max() < MOST_CELLS:
+            raise UsageError(
+                f"the motion has a piece across {(high - low).max():.6g} regions; "
+                f"expected less than {MOST_CELLS}"
+            )
         for col in range(floor(low[0]), ceil(high[0]) + 1):
             for row in range(floor(low[1]), ceil(high[1]) + 1):
                 yield col, row

@@ -9,12 +9,15 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from safenav.errors import UsageError
 from safenav.motion.file.records import Drive, Flight, Moving, Numbers, Segment, Swing
 
 Array = NDArray[np.float64]
 
 STEP = 0.02
 """Seconds between samples of a body."""
+MOST_SAMPLES = 5_000_000
+"""Samples of one piece of motion: more than a day."""
 FOOT = 0.11
 """Metres: radius of the circle that a walker's foot fits in."""
 
@@ -38,7 +41,13 @@ def power_series(coefficients: Numbers, times: Array, derivative: int = 0) -> Ar
 
 
 def grid(seconds: float, step: float = STEP) -> Array:
-    """Times from 0 to the end, at most a step apart."""
+    """Times from 0 to the end, at most a step apart.
+
+    Raises UsageError for a duration that no file of safenav has: its samples would fill the memory.
+    """
+    if not seconds < MOST_SAMPLES * STEP:
+        most = f"expected at most {MOST_SAMPLES * STEP:,.0f} s"
+        raise UsageError(f"the motion has a piece of {seconds:,.0f} s; {most}")
     found: Array = np.linspace(0.0, seconds, max(2, ceil(seconds / step) + 1))
     return found
 

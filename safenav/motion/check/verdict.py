@@ -11,6 +11,7 @@ from safenav.motion.check.examination import NEAR, Examination, Finding
 from safenav.motion.check.execution import GOALS, check_execution
 from safenav.motion.check.gliding import check_drive, check_flight
 from safenav.motion.check.joins import check_joins, inner_joins
+from safenav.motion.check.mismatch import mismatch
 from safenav.motion.check.order import check_clock, check_order, passages
 from safenav.motion.check.room import (
     check_distances,
@@ -25,21 +26,14 @@ from safenav.motion.check.walking import check_segment
 from safenav.motion.file.records import Drive, Flight, Link, Motion, Moving, Reset, Segment
 from safenav.trace.trace import Trace
 
-WALKER = ("omega", "height", "step", "aside", "friction", "swing", "size")
-"""The fields that the header must hold for a walker."""
-
 
 def check_motion(motion: Motion, trace: Trace) -> list[Finding]:
     """Every broken rule, by time; none if the motion carries out the trace as docs/motion.md
     demands."""
-    if found := _header(motion, trace):
+    if found := mismatch(motion, trace):
         return [Finding(0.0, "", "header", found)]
-    moving = motion.of(Moving)
-    unknown = next((p.robot for p in moving if p.robot not in motion.header.robots), None)
-    if unknown is not None:
-        return [Finding(0.0, unknown, "header", "is not a robot of the header")]
     case = Examination(motion, trace)
-    for piece in moving:
+    for piece in motion.of(Moving):
         _dynamics(case, piece)
     if not case.findings:  # what cannot be solved has no path to look at
         _paths(case)
@@ -75,33 +69,9 @@ def _paths(case: Examination) -> None:
     _outcome(case)
 
 
-def _header(motion: Motion, trace: Trace) -> str:
-    """Return the error of the header; empty if there is none."""
-    header, world = motion.header, trace.header.scenario.map
-    if header.trace != trace.digest:
-        return "the motion is of another trace: the sha256 of its header is not this one's"
-    if (header.rows, header.cols) != (world.rows, world.cols):
-        return f"a map of {header.rows} x {header.cols} regions"
-    if set(header.robots) != set(trace.header.scenario.robots):
-        return f"the robots {', '.join(sorted(header.robots))} are not those of the trace"
-    if header.side <= 0:
-        return f"regions of {header.side:g} m"
-    for name, limits in header.robots.items():
-        wanted = WALKER if limits.get("kind") == "walker" else ("size",)
-        for key in wanted:
-            value = limits.get(key)
-            if isinstance(value, bool) or not isinstance(value, int | float) or value <= 0:
-                return f"{name}: '{key}' is missing, or no positive number"
-    return ""
-
-
 def _dynamics(case: Examination, piece: Moving) -> None:
     if isinstance(piece, Segment):
-        kind = case.motion.header.robots[piece.robot].get("kind")
-        if kind != "walker" and "omega" not in case.numbers[piece.robot]:
-            case.wrong(piece.t0, piece.robot, "header", "it walks but is not a walker")
-        else:
-            check_segment(case, piece)
+        check_segment(case, piece)
     elif isinstance(piece, Flight):
         check_flight(case, piece)
     elif isinstance(piece, Drive):

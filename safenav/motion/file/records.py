@@ -18,6 +18,8 @@ VERSION = 1
 State = tuple[float, float, float, float]
 """x, y, vx, vy."""
 Numbers = tuple[float, ...]
+FootState = tuple[float, float, float, float, float, float, float, float, float]
+"""x, y and yaw, their velocities, their accelerations."""
 
 
 class MotionHeader(Struct, frozen=True):
@@ -62,8 +64,8 @@ class Swing(Struct, frozen=True):
     t1: float
     u0: float
     u1: float
-    start: Numbers
-    goal: Numbers
+    start: FootState
+    goal: FootState
 
 
 class PressurePhase(Struct, frozen=True):

@@ -8,7 +8,15 @@ from math import pi
 from msgspec import to_builtins
 
 from safenav.errors import UsageError
-from safenav.motion.file.records import Foothold, Moving, Piece, PressurePhase, Segment, Swing
+from safenav.motion.file.records import (
+    Foothold,
+    FootState,
+    Moving,
+    Piece,
+    PressurePhase,
+    Segment,
+    Swing,
+)
 from safenav.motion.geometry import MetricFloor, turn, way, yaw
 from safenav.motion.mover import Crossing, Mover
 from safenav.motion.pendulum import Array
@@ -129,7 +137,7 @@ class Placing:
         start, goal = self._passed(swing.start), self._passed(swing.goal)
         return Swing(swing.side, swing.t0, swing.t1, swing.u0, swing.u1, start, goal)
 
-    def _passed(self, state: tuple[float, ...]) -> tuple[float, ...]:
+    def _passed(self, state: FootState) -> FootState:
         x, y, yaw, vx, vy, turning, ax, ay, bending = state
         speed, pull = (*self._turned(vx, vy), turning), (*self._turned(ax, ay), bending)
         return (*self._point(x, y), yaw + self._yaw, *speed, *pull)

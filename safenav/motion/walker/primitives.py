@@ -17,7 +17,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.motion.file.records import Foothold, Swing
+from safenav.motion.file.records import Foothold, FootState, Swing
 from safenav.motion.pendulum import Array, placed
 from safenav.pace.gait import Apex, Gait, Stride, starting, stopping, walking
 
@@ -171,11 +171,11 @@ def _swings(
     return tuple(swings)
 
 
-def _at_rest(hold: Foothold) -> tuple[float, ...]:
+def _at_rest(hold: Foothold) -> FootState:
     return (hold.x, hold.y, hold.yaw, *STILL)
 
 
-def _passing(gait: Gait, x: float, y: float, yaw: float, side: int) -> tuple[float, ...]:
+def _passing(gait: Gait, x: float, y: float, yaw: float, side: int) -> FootState:
     """The swing foot abreast of the stance foot in the periodic gait."""
     offset = side * gait.walker.foot
     speed = 1.875 * 2 * gait.length / gait.seconds

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from safenav.errors import UsageError
 from safenav.motion.columns import columns_of
 from safenav.motion.file.records import (
     Action,
@@ -28,6 +29,8 @@ from safenav.motion.file.records import (
 
 RATE = 20
 """Samples per second."""
+MOST = 1_000_000
+"""Metres, or radians: thousandths up to here, and their differences, fit in four bytes."""
 
 GRAVITY = 9.81
 
@@ -163,11 +166,16 @@ def _reserved(motion: Motion) -> Iterator[tuple[str, int, float, float]]:
 
 def packed(columns: Iterable[Sequence[float]]) -> str:
     """Return all columns one after the other; the first value of each is absolute, the others are
-    differences. A difference of less than 128 thousandths takes one byte, any other five."""
+    differences. A difference of less than 128 thousandths takes one byte, any other five.
+
+    Raises UsageError for a value that four bytes of thousandths cannot hold."""
     found = bytearray()
     for column in columns:
         before = 0
         for value in column:
+            if not abs(value) < MOST:
+                found_there = f"the motion has a value of {value:.6g}"
+                raise UsageError(f"{found_there}; the 3D page holds values below {MOST:,}")
             now = round(value * 1000)
             step = now - before
             found += (

@@ -1,0 +1,64 @@
+"""Whether a motion file is one of a trace at all: what the rules, pages and tables rely on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from safenav.errors import UsageError
+from safenav.motion.file.reading import read_motion
+from safenav.motion.file.records import Drive, Flight, Motion, Moving, Segment
+from safenav.trace.trace import Trace
+
+WALKER = ("omega", "height", "step", "aside", "friction", "swing", "size", "clearance")
+"""The fields that the header must hold for a walker."""
+
+
+def read_motion_of(path: Path, trace: Trace, name: Path) -> Motion:
+    """The motion of this trace in a file; ``name``: the file of the trace.
+
+    Raises InputError as ``read_motion``, and UsageError for the motion of another trace.
+    """
+    motion = read_motion(path)
+    if found := mismatch(motion, trace):
+        raise UsageError(f"{path}: {found}\n    recompute it: safenav motion {name} -o {path}")
+    return motion
+
+
+def mismatch(motion: Motion, trace: Trace) -> str:
+    """The first contradiction between the parts of a motion, or with its trace; empty if there is
+    none."""
+    header, world = motion.header, trace.header.scenario.map
+    if header.trace != trace.digest:
+        return "the motion is of another trace: the sha256 of its header is not this one's"
+    if (header.rows, header.cols) != (world.rows, world.cols):
+        return f"a map of {header.rows} x {header.cols} regions"
+    if set(header.robots) != set(trace.header.scenario.robots):
+        return f"the robots {', '.join(sorted(header.robots))} are not those of the trace"
+    if header.side <= 0:
+        return f"regions of {header.side:g} m"
+    for name, limits in header.robots.items():
+        if not isinstance(limits.get("kind"), str):
+            return f"{name}: 'kind' is missing, or no text"
+        for key in WALKER if limits["kind"] == "walker" else ("size",):
+            value = limits.get(key)
+            if isinstance(value, bool) or not isinstance(value, int | float) or value <= 0:
+                return f"{name}: '{key}' is missing, or no positive number"
+    stranger = next((line.robot for line in motion.lines if line.robot not in header.robots), None)
+    if stranger is not None:
+        return f"{stranger} is not a robot of the header"
+    return next(filter(None, (_piece(motion, piece) for piece in motion.of(Moving))), "")
+
+
+def _piece(motion: Motion, piece: Moving) -> str:
+    at = f"{piece.robot} at {piece.t0:.3f} s"
+    parts: tuple[object, ...] = ()
+    match piece:
+        case Segment():
+            if motion.header.robots[piece.robot]["kind"] != "walker":
+                return f"{at}: it walks but is not a walker"
+            parts = piece.phases
+        case Flight():
+            parts = piece.curves
+        case Drive():
+            parts = piece.arcs
+    return "" if parts else f"{at}: a piece of motion without parts"
