@@ -5,34 +5,31 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from safenav.audit.lines import Line
-from safenav.audit.rules.rule import Finding, Rule, Said
+from safenav.audit.rules.rule import Finding, Rule, Said, judges
 from safenav.audit.situation import Situation
 from safenav.audit.turn import Status, moment, taken
 
 
-class AppearedRule(Rule):
+@judges("line", "appeared")
+def appeared(record: Line, now: Situation) -> Iterator[Said]:
     """An obstacle appears where none of that name is, never on a robot that is there or in transit
     to it, and if the scenario lets it appear, not before its time (T)."""
-
-    name, kinds = "appeared", ("appeared",)
-
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
-        obstacle = now.obstacles[record.obstacle]
-        if now.status[obstacle.name] not in (Status.ABSENT, Status.RESOLVED):
-            yield f"{obstacle.name} appears where it already is"
-        if record.cause == "battery":
-            return  # at a robot, which another rule judges
-        for robot in () if obstacle.ordered else now.header.robots:
-            if obstacle.region in now.taken_by(robot):
-                place = now.show(obstacle.region)
-                yield robot, f"{obstacle.name} appears at {place}, where {robot} is"
-        if record.cause == "scenario":
-            listed = now.listed[obstacle.name]
-            since = min((o.from_ for o in listed if o.from_ is not None), default=None)
-            if since is None:
-                yield f"the scenario does not let {obstacle.name} appear"
-            elif moment(record) < since:
-                yield f"{obstacle.name} appears in tick {record.tick}, before {since}"
+    obstacle = now.obstacles[record.obstacle]
+    if now.status[obstacle.name] not in (Status.ABSENT, Status.RESOLVED):
+        yield f"{obstacle.name} appears where it already is"
+    if record.cause == "battery":
+        return  # at a robot, which another rule judges
+    for robot in () if obstacle.ordered else now.header.robots:
+        if obstacle.region in now.taken_by(robot):
+            place = now.show(obstacle.region)
+            yield robot, f"{obstacle.name} appears at {place}, where {robot} is"
+    if record.cause == "scenario":
+        listed = now.listed[obstacle.name]
+        since = min((o.from_ for o in listed if o.from_ is not None), default=None)
+        if since is None:
+            yield f"the scenario does not let {obstacle.name} appear"
+        elif moment(record) < since:
+            yield f"{obstacle.name} appears in tick {record.tick}, before {since}"
 
 
 class OrderedRule(Rule):
@@ -60,38 +57,32 @@ class OrderedRule(Rule):
             yield None, f"{before.obstacle} appears, but is not ordered", before
 
 
-class GoneRule(Rule):
+@judges("line", "gone")
+def gone(record: Line, now: Situation) -> Iterator[Said]:
     """Only an obstacle that is present disappears, and if the scenario lets it disappear, not
     before its time (T)."""
-
-    name, kinds = "gone", ("gone",)
-
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
-        name = record.obstacle
-        if now.status[name] in (Status.ABSENT, Status.RESOLVED):
-            yield f"{name} disappears, but it is absent"
-        if record.cause == "scenario":
-            until = min((o.until for o in now.listed[name] if o.until), default=None)
-            if until is None:
-                yield f"the scenario does not let {name} disappear"
-            elif moment(record) < until:
-                yield f"{name} disappears in tick {record.tick}, before {until}"
+    name = record.obstacle
+    if now.status[name] in (Status.ABSENT, Status.RESOLVED):
+        yield f"{name} disappears, but it is absent"
+    if record.cause == "scenario":
+        until = min((o.until for o in now.listed[name] if o.until), default=None)
+        if until is None:
+            yield f"the scenario does not let {name} disappear"
+        elif moment(record) < until:
+            yield f"{name} disappears in tick {record.tick}, before {until}"
 
 
-class ServiceRule(Rule):
+@judges("line", "service", "move")
+def service(record: Line, now: Situation) -> Iterator[Said]:
     """A robot that is out of service begins no step; it ends a step that it has begun. Each line
     about its service changes that (T)."""
-
-    name, kinds = "service", ("service", "move")
-
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
-        robot = record.robot
-        if record.type == "service":
-            told = record.cause != "battery"  # another rule judges that
-            if told and record.active is not (robot in now.out):
-                yield f"{robot} is {'in' if record.active else 'out of'} service as before"
-        elif robot in now.out and now.toward[robot] is None and taken(record) != {record.from_}:
-            yield f"{robot} moves, but is out of service"
+    robot = record.robot
+    if record.type == "service":
+        told = record.cause != "battery"  # another rule judges that
+        if told and record.active is not (robot in now.out):
+            yield f"{robot} is {'in' if record.active else 'out of'} service as before"
+    elif robot in now.out and now.toward[robot] is None and taken(record) != {record.from_}:
+        yield f"{robot} moves, but is out of service"
 
 
 class InputsRule(Rule):

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from itertools import combinations
 
 from safenav.audit.lines import Line
-from safenav.audit.rules.rule import Finding, Rule, Said
+from safenav.audit.rules.rule import Finding, Rule, Said, judges
 from safenav.audit.situation import SCENARIO_CHANGES, WITHOUT_EFFECT, Situation
 from safenav.audit.turn import Status, is_of_user, is_over, moment, taken
 
@@ -148,23 +148,20 @@ class CommandRule(Rule):
             yield f"{robot} was to face {depart.heading}, but faces {record.heading}"
 
 
-class ActRule(Rule):
+@judges("line", "act")
+def act(record: Line, now: Situation) -> Iterator[Said]:
     """Who acts is in service and stands still, with all that take part, where it can do what an
     obstacle needs next, of those that the line names (T, Live runs)."""
-
-    name, kinds = "act", ("act",)
-
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
-        if record.robot not in record.robots:
-            yield f"{record.robot} has no part in its own act"
-        for robot in record.robots:
-            if robot in now.under_way:
-                yield robot, f"{robot} is to act, but is on its way"
-        for name in record.obstacles:
-            if name not in now.obstacles:
-                yield f"{name} is not known"
-            elif not set(record.robots) & now.standing(name):
-                yield f"none of {', '.join(record.robots)} can act on {name} from there"
+    if record.robot not in record.robots:
+        yield f"{record.robot} has no part in its own act"
+    for robot in record.robots:
+        if robot in now.under_way:
+            yield robot, f"{robot} is to act, but is on its way"
+    for name in record.obstacles:
+        if name not in now.obstacles:
+            yield f"{name} is not known"
+        elif not set(record.robots) & now.standing(name):
+            yield f"none of {', '.join(record.robots)} can act on {name} from there"
 
 
 class HoldsRule(Rule):

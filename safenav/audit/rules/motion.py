@@ -7,59 +7,50 @@ from collections.abc import Iterator
 from safenav.audit.formulas import rules_of
 from safenav.audit.language import RefusedError
 from safenav.audit.lines import Line
-from safenav.audit.rules.rule import Rule, Said
+from safenav.audit.rules.rule import Rule, Said, judges
 from safenav.audit.situation import Situation
 from safenav.audit.turn import Status, taken
 from safenav.audit.world import opposite
 
 
-class ContinuityRule(Rule):
+@judges("line", "move")
+def continuity(record: Line, now: Situation) -> Iterator[Said]:
     """A robot moves from where it was: ``from`` is its former ``to``, at first its start (T)."""
-
-    name, kinds = "continuity", ("move",)
-
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
-        was = now.region[record.robot]
-        if record.from_ != was:
-            origin = now.show(record.from_)
-            yield f"{record.robot} moves from {origin}, but was at {now.show(was)}"
+    was = now.region[record.robot]
+    if record.from_ != was:
+        origin = now.show(record.from_)
+        yield f"{record.robot} moves from {origin}, but was at {now.show(was)}"
 
 
-class MapRule(Rule):
+@judges("line", "move")
+def map_(record: Line, now: Situation) -> Iterator[Said]:
     """Robots stay on the map and out of its walls (D 4: ``region' not in O``)."""
-
-    name, kinds = "map", ("move",)
-
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
-        if not now.grid.is_free(record.to):
-            what = "a wall" if now.grid.on_map(record.to) else "not on the map"
-            yield f"{record.robot} enters {now.show(record.to)}, which is {what}"
+    if not now.grid.is_free(record.to):
+        what = "a wall" if now.grid.on_map(record.to) else "not on the map"
+        yield f"{record.robot} enters {now.show(record.to)}, which is {what}"
 
 
-class MobilityRule(Rule):
+@judges("line", "move")
+def mobility(record: Line, now: Situation) -> Iterator[Said]:
     """A move is a stay or a step to a 4-neighbour. With a heading: staying keeps it, a step is not
     backwards, and afterwards the robot faces the direction of the step (D 3, Mobility)."""
-
-    name, kinds = "mobility", ("move",)
-
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
-        robot, before = record.robot, now.heading[record.robot]
-        way = now.grid.direction(record.from_, record.to)
-        if now.has_failed(robot):
-            return
-        if record.to != record.from_ and way is None:
-            origin, to = now.show(record.from_), now.show(record.to)
-            yield f"{robot} jumps from {origin} to {to}, which is not a neighbour"
-        elif not now.has_heading(robot):
-            if before is None and record.heading is not None:
-                yield f"{robot} has no heading, but then faces {record.heading}"
-        elif way is None:
-            if record.heading != before:
-                yield f"{robot} turns from {before} to {record.heading} while it stays"
-        elif before is not None and way == opposite(before):
-            yield f"{robot} faces {before} and steps {way}, which is backwards"
-        elif record.heading != way:
-            yield f"{robot} steps {way} and then faces {record.heading}"
+    robot, before = record.robot, now.heading[record.robot]
+    way = now.grid.direction(record.from_, record.to)
+    if now.has_failed(robot):
+        return
+    if record.to != record.from_ and way is None:
+        origin, to = now.show(record.from_), now.show(record.to)
+        yield f"{robot} jumps from {origin} to {to}, which is not a neighbour"
+    elif not now.has_heading(robot):
+        if before is None and record.heading is not None:
+            yield f"{robot} has no heading, but then faces {record.heading}"
+    elif way is None:
+        if record.heading != before:
+            yield f"{robot} turns from {before} to {record.heading} while it stays"
+    elif before is not None and way == opposite(before):
+        yield f"{robot} faces {before} and steps {way}, which is backwards"
+    elif record.heading != way:
+        yield f"{robot} steps {way} and then faces {record.heading}"
 
 
 class UnresolvedObstacleRule(Rule):
@@ -81,15 +72,12 @@ class UnresolvedObstacleRule(Rule):
             yield from _entered(record.robot, taken(record), now, Status.UNRESOLVED)
 
 
-class KnownObstacleRule(Rule):
+@judges("line", "move")
+def known_obstacle(record: Line, now: Situation) -> Iterator[Said]:
     """An obstacle that was found untraversable, or that no robot can resolve, has joined O for the
     robots that it stops, whatever they can do: none of them enters it (D 5.1)."""
-
-    name, kinds = "known-obstacle", ("move",)
-
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
-        for status in (Status.UNTRAVERSABLE, Status.GIVEN_UP):
-            yield from _entered(record.robot, now.entered(record), now, status)
+    for status in (Status.UNTRAVERSABLE, Status.GIVEN_UP):
+        yield from _entered(record.robot, now.entered(record), now, status)
 
 
 class AlwaysRule(Rule):
@@ -126,55 +114,46 @@ class AlwaysRule(Rule):
             yield f"{told}, against {' and '.join(own.always)}"
 
 
-class TransitRule(Rule):
+@judges("line", "move")
+def transit(record: Line, now: Situation) -> Iterator[Said]:
     """A step of several ticks: a robot in transit stands where it departed, in transit to one and
     the same neighbouring free region, until it arrives (T, Time). Live: a step that fails ends
     where its ``arrive`` line says."""
-
-    name, kinds = "transit", ("move",)
-
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
-        bound, robot = now.toward[record.robot], record.robot
-        over = record.toward is None and not now.has_failed(robot)
-        if bound is not None and over and record.to != bound:
-            yield f"{robot} was in transit to {now.show(bound)}, but is at {now.show(record.to)}"
-        if record.toward is None:
-            return
-        to = now.show(record.toward)
-        if bound is not None and record.toward != bound:
-            yield f"{robot} was in transit to {now.show(bound)}, not {to}"
-        if record.to != record.from_:
-            yield f"{robot} moves while in transit to {to}"
-        if now.grid.direction(record.to, record.toward) is None:
-            yield f"{robot} is in transit to {to}, which is not a neighbour"
-        if not now.grid.is_free(record.toward):
-            yield f"{robot} is in transit to {to}, which is not free"
+    bound, robot = now.toward[record.robot], record.robot
+    over = record.toward is None and not now.has_failed(robot)
+    if bound is not None and over and record.to != bound:
+        yield f"{robot} was in transit to {now.show(bound)}, but is at {now.show(record.to)}"
+    if record.toward is None:
+        return
+    to = now.show(record.toward)
+    if bound is not None and record.toward != bound:
+        yield f"{robot} was in transit to {now.show(bound)}, not {to}"
+    if record.to != record.from_:
+        yield f"{robot} moves while in transit to {to}"
+    if now.grid.direction(record.to, record.toward) is None:
+        yield f"{robot} is in transit to {to}, which is not a neighbour"
+    if not now.grid.is_free(record.toward):
+        yield f"{robot} is in transit to {to}, which is not free"
 
 
-class CollisionRule(Rule):
+@judges("line", "move")
+def collision(record: Line, now: Situation) -> Iterator[Said]:
     """Robots in conflict never share a region, at any moment of a tick; one in transit occupies two
     (D 4, Layers)."""
-
-    name, kinds = "collision", ("move",)
-
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
-        for other in now.region:
-            if other != record.robot and now.conflict(record.robot, other):
-                for region in sorted(taken(record) & now.taken_by(other)):
-                    yield f"{record.robot} and {other} are both at {now.show(region)}"
+    for other in now.region:
+        if other != record.robot and now.conflict(record.robot, other):
+            for region in sorted(taken(record) & now.taken_by(other)):
+                yield f"{record.robot} and {other} are both at {now.show(region)}"
 
 
-class NeverTogetherRule(Rule):
+@judges("line", "move")
+def never_together(record: Line, now: Situation) -> Iterator[Said]:
     """Of robots that are never together in some regions at most one is in them, from its departure
     for the first to its arrival outside (D 4)."""
-
-    name, kinds = "never-together", ("move",)
-
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
-        for other in now.region.keys() - {record.robot}:
-            for zone in now.zones(record.robot, other):
-                if taken(record) & zone and now.taken_by(other) & zone:
-                    yield f"{record.robot} and {other} are together in {sorted(zone)}"
+    for other in now.region.keys() - {record.robot}:
+        for zone in now.zones(record.robot, other):
+            if taken(record) & zone and now.taken_by(other) & zone:
+                yield f"{record.robot} and {other} are together in {sorted(zone)}"
 
 
 class SwapRule(Rule):

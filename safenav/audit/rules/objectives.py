@@ -7,75 +7,66 @@ from collections.abc import Iterable, Iterator
 from safenav.audit.kinds import shape_of
 from safenav.audit.lines import Line, Objective
 from safenav.audit.progress import Progress
-from safenav.audit.rules.rule import Rule, Said
+from safenav.audit.rules.rule import Rule, Said, judges
 from safenav.audit.situation import Situation
 from safenav.audit.turn import Turn
 
 
-class GoalRule(Rule):
+@judges("line", "goal")
+def goal(record: Line, now: Situation) -> Iterator[Said]:
     """A goal line is true: the robot is in that region, which belongs to the target with that index
     in its objective in force. In a turn that changes the objective, this may be the objective
     before or after the change (T)."""
-
-    name, kinds = "goal", ("goal",)
-
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
-        robot, here = record.robot, now.region[record.robot]
-        in_force = (now.turn.objectives[robot], now.objectives[robot])
-        if record.region != here:
-            told = now.show(record.region)
-            yield f"{robot} is recorded to meet a goal at {told}, but is at {now.show(here)}"
-        elif not any(_is_target(objective, record.goal, here) for objective in in_force):
-            told = f"{now.show(here)} is not target {record.goal} of {robot}"
-            yield f"{told}: {now.objectives[robot]}"
+    robot, here = record.robot, now.region[record.robot]
+    in_force = (now.turn.objectives[robot], now.objectives[robot])
+    if record.region != here:
+        told = now.show(record.region)
+        yield f"{robot} is recorded to meet a goal at {told}, but is at {now.show(here)}"
+    elif not any(_is_target(objective, record.goal, here) for objective in in_force):
+        told = f"{now.show(here)} is not target {record.goal} of {robot}"
+        yield f"{told}: {now.objectives[robot]}"
 
 
-class GoalOrderRule(Rule):
+@judges("line", "goal")
+def goal_order(record: Line, now: Situation) -> Iterator[Said]:
     """Targets are met in turn, forever, or once each in a round if any order will do; none twice in
     one turn (D 3, Objectives). After a resynthesis any target may be next."""
-
-    name, kinds = "goal-order", ("goal",)
-
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
-        robot, progress = record.robot, now.progress[record.robot]
-        for goal in now.turn.all("goal"):
-            if (goal.robot, goal.goal) == (robot, record.goal) and goal.line > progress.reset_line:
-                yield f"{robot} meets target {goal.goal} twice in one turn"
-                return
-        own = now.objectives[robot] == now.own[robot]
-        if own and shape_of(now.objectives[robot].kind).ends and record.goal > now.ahead[robot]:
-            yield f"{robot} meets target {record.goal}, but {now.ahead[robot]} is next"
+    robot, progress = record.robot, now.progress[record.robot]
+    for goal in now.turn.all("goal"):
+        if (goal.robot, goal.goal) == (robot, record.goal) and goal.line > progress.reset_line:
+            yield f"{robot} meets target {goal.goal} twice in one turn"
             return
-        if progress.reset_line >= now.turn.line > now.header_line:
-            return  # may be counted by the objective before
-        if progress.awaited is not None and record.goal != progress.awaited:
-            yield f"{robot} meets target {record.goal}, but {progress.awaited} is next"
-        if progress.fresh and record.goal in progress.covered:
-            yield f"{robot} meets target {record.goal} a second time in one round"
+    own = now.objectives[robot] == now.own[robot]
+    if own and shape_of(now.objectives[robot].kind).ends and record.goal > now.ahead[robot]:
+        yield f"{robot} meets target {record.goal}, but {now.ahead[robot]} is next"
+        return
+    if progress.reset_line >= now.turn.line > now.header_line:
+        return  # may be counted by the objective before
+    if progress.awaited is not None and record.goal != progress.awaited:
+        yield f"{robot} meets target {record.goal}, but {progress.awaited} is next"
+    if progress.fresh and record.goal in progress.covered:
+        yield f"{robot} meets target {record.goal} a second time in one round"
 
 
-class OutOfTurnRule(Rule):
+@judges("turn")
+def out_of_turn(now: Situation) -> Iterator[Said]:
     """The paper's Patrol (its equation for Patrol_p): on meeting a target the robot leaves it with
     its next step, and it never touches the target whose turn it is not; except where it is assigned
     alternation, or moved by a joint plan (D 5.3 and 5.4)."""
-
-    name = "out-of-turn"
-
-    def turn(self, now: Situation) -> Iterator[Said]:
-        turn = now.turn
-        progress = _steady(turn, now)
-        if progress is None or not shape_of(progress.objective.kind).strict or turn.robot is None:
-            return
-        robot, here = turn.robot, now.region[turn.robot]
-        if now.alternates(robot) or not _by_strategy(turn):
-            return
-        if now.toward[robot] is not None:
-            return  # it is leaving: a step of several ticks
-        for index, target in enumerate(progress.objective.targets):
-            if here in target and turn.origin in target:
-                yield f"{robot} met {now.show(here)} and does not leave it immediately"
-            elif here in target and progress.awaited not in (None, index):
-                yield f"{robot} touches {now.show(here)} when it is not that target's turn"
+    turn = now.turn
+    progress = _steady(turn, now)
+    if progress is None or not shape_of(progress.objective.kind).strict or turn.robot is None:
+        return
+    robot, here = turn.robot, now.region[turn.robot]
+    if now.alternates(robot) or not _by_strategy(turn):
+        return
+    if now.toward[robot] is not None:
+        return  # it is leaving: a step of several ticks
+    for index, target in enumerate(progress.objective.targets):
+        if here in target and turn.origin in target:
+            yield f"{robot} met {now.show(here)} and does not leave it immediately"
+        elif here in target and progress.awaited not in (None, index):
+            yield f"{robot} touches {now.show(here)} when it is not that target's turn"
 
 
 class MissedGoalRule(Rule):
@@ -202,31 +193,28 @@ class RoundsRule(Rule):
             steps.clear()
 
 
-class HoldRule(Rule):
+@judges("turn")
+def hold(now: Situation) -> Iterator[Said]:
     """A robot that holds stays in its target once it is there, unless a joint plan moves it
     (D 3 and 5.4)."""
-
-    name = "hold"
-
-    def turn(self, now: Situation) -> Iterator[Said]:
-        turn = now.turn
-        if turn.robot is None or turn.first("violation") is not None:
-            return
-        objective = turn.objectives[turn.robot]
-        shape = shape_of(objective.kind)
-        ended = shape.settles and (not shape.ends or _ended(turn.robot, now))
-        if not ended or not _by_strategy(turn):
-            return
-        if turn.on_the_way:
-            return  # that was decided when it set out
-        toward, move = now.toward[turn.robot], turn.first("move")
-        here = move.to if move is not None and toward is None else toward
-        target = objective.targets[-1]
-        signal = now.signals.get(turn.robot)
-        if signal is not None and signal.request and signal.assigned not in target:
-            return  # it is assigned another region, for the next of several needs
-        if here is not None and turn.origin in target and here not in target:
-            yield f"{turn.robot} holds, but leaves for {now.show(here)}"
+    turn = now.turn
+    if turn.robot is None or turn.first("violation") is not None:
+        return
+    objective = turn.objectives[turn.robot]
+    shape = shape_of(objective.kind)
+    ended = shape.settles and (not shape.ends or _ended(turn.robot, now))
+    if not ended or not _by_strategy(turn):
+        return
+    if turn.on_the_way:
+        return  # that was decided when it set out
+    toward, move = now.toward[turn.robot], turn.first("move")
+    here = move.to if move is not None and toward is None else toward
+    target = objective.targets[-1]
+    signal = now.signals.get(turn.robot)
+    if signal is not None and signal.request and signal.assigned not in target:
+        return  # it is assigned another region, for the next of several needs
+    if here is not None and turn.origin in target and here not in target:
+        yield f"{turn.robot} holds, but leaves for {now.show(here)}"
 
 
 def _ended(robot: str, now: Situation) -> bool:

@@ -5,104 +5,95 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from safenav.audit.lines import Line
-from safenav.audit.rules.rule import Rule, Said
+from safenav.audit.rules.rule import Rule, Said, judges
 from safenav.audit.situation import Situation
 from safenav.audit.turn import Status, taken
 from safenav.audit.world import opposite
 
 
-class ViolationRule(Rule):
+@judges("line", "violation")
+def violation(record: Line, now: Situation) -> Iterator[Said]:
     """A violation is real: the robot is where it says, could have stepped as proposed, and there is
     the unresolved obstacle, which it may not enter; the line names the action of the need that is
     next (D 5.1)."""
-
-    name, kinds = "violation", ("violation",)
-
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
-        robot, obstacle = record.robot, now.obstacles[record.obstacle]
-        here, proposed = now.show(record.at), now.show(record.proposed)
-        if record.at != now.region[robot]:
-            yield f"{robot} is recorded at {here}, but is at {now.show(now.region[robot])}"
-        way, heading = now.grid.direction(record.at, record.proposed), now.heading[robot]
-        lost = robot in now.ended and now.ended[robot].result == "lost"
-        if lost and obstacle.type == f"lost_{robot}":
-            pass  # it proposed no step: it may also be in that region
-        elif way is None:
-            yield f"{robot} cannot step from {here} to {proposed}, which is not a neighbour"
-        elif now.has_heading(robot) and heading is not None and way == opposite(heading):
-            yield f"{robot} faces {heading} and cannot step {way} to {proposed}"
-        if obstacle.region != record.proposed:
-            yield f"{obstacle.name} is not at {proposed}"
-        status = now.status[obstacle.name]
-        again = now.external and status in (Status.RESOLVED, Status.ABSENT)  # from the beginning
-        action = (obstacle.all_needs[0] if again else now.need(obstacle.name)).action
-        if record.action != action:
-            yield f"{obstacle.name} needs {action}, not {record.action}"
-        stopped = now.stopped_by if obstacle.sweeps else now.blocked_by
-        if robot not in stopped(obstacle.name):
-            yield f"{obstacle.name} does not block {robot}"
-        if status is Status.RESOLVED or (status is Status.ABSENT and now.external):
-            if not now.external:  # where doors fall shut again
-                yield f"{obstacle.name} was resolved before"
-        elif status is not Status.UNRESOLVED:
-            yield f"{obstacle.name} is known; {robot} should not have proposed to enter it"
+    robot, obstacle = record.robot, now.obstacles[record.obstacle]
+    here, proposed = now.show(record.at), now.show(record.proposed)
+    if record.at != now.region[robot]:
+        yield f"{robot} is recorded at {here}, but is at {now.show(now.region[robot])}"
+    way, heading = now.grid.direction(record.at, record.proposed), now.heading[robot]
+    lost = robot in now.ended and now.ended[robot].result == "lost"
+    if lost and obstacle.type == f"lost_{robot}":
+        pass  # it proposed no step: it may also be in that region
+    elif way is None:
+        yield f"{robot} cannot step from {here} to {proposed}, which is not a neighbour"
+    elif now.has_heading(robot) and heading is not None and way == opposite(heading):
+        yield f"{robot} faces {heading} and cannot step {way} to {proposed}"
+    if obstacle.region != record.proposed:
+        yield f"{obstacle.name} is not at {proposed}"
+    status = now.status[obstacle.name]
+    again = now.external and status in (Status.RESOLVED, Status.ABSENT)  # from the beginning
+    action = (obstacle.all_needs[0] if again else now.need(obstacle.name)).action
+    if record.action != action:
+        yield f"{obstacle.name} needs {action}, not {record.action}"
+    stopped = now.stopped_by if obstacle.sweeps else now.blocked_by
+    if robot not in stopped(obstacle.name):
+        yield f"{obstacle.name} does not block {robot}"
+    if status is Status.RESOLVED or (status is Status.ABSENT and now.external):
+        if not now.external:  # where doors fall shut again
+            yield f"{obstacle.name} was resolved before"
+    elif status is not Status.UNRESOLVED:
+        yield f"{obstacle.name} is known; {robot} should not have proposed to enter it"
 
 
-class BacktrackRule(Rule):
+@judges("turn")
+def backtrack(now: Situation) -> Iterator[Said]:
     """A violation is followed by a backtrack, and by nothing else; the move of that turn goes where
     the backtrack states (T Time; D 5.3)."""
-
-    name = "backtrack"
-
-    def turn(self, now: Situation) -> Iterator[Said]:
-        turn = now.turn
-        violations, backtracks = turn.all("violation"), turn.all("backtrack")
-        for violation in () if turn.torn else violations[len(backtracks) :]:
-            obstacle = violation.obstacle
-            yield turn.robot, f"{turn.robot} does not back up from {obstacle}", violation
-        move = turn.first("move")
-        for backtrack in backtracks:
-            if not violations:
-                yield turn.robot, f"{turn.robot} backs up though nothing was in its way", backtrack
-            if move is not None and move.to != backtrack.to:
-                back, to = now.show(backtrack.to), now.show(move.to)
-                yield turn.robot, f"{turn.robot} backs up to {back} but then moves to {to}", move
+    turn = now.turn
+    violations, backtracks = turn.all("violation"), turn.all("backtrack")
+    for violation in () if turn.torn else violations[len(backtracks) :]:
+        obstacle = violation.obstacle
+        yield turn.robot, f"{turn.robot} does not back up from {obstacle}", violation
+    move = turn.first("move")
+    for backtrack in backtracks:
+        if not violations:
+            yield turn.robot, f"{turn.robot} backs up though nothing was in its way", backtrack
+        if move is not None and move.to != backtrack.to:
+            back, to = now.show(backtrack.to), now.show(move.to)
+            yield turn.robot, f"{turn.robot} backs up to {back} but then moves to {to}", move
 
 
-class ResolutionRule(Rule):
+@judges("line", "resolved")
+def resolution(record: Line, now: Situation) -> Iterator[Said]:
     """An obstacle is resolved once, when its last need is met: by as many distinct robots as it
     takes, which have its action and stand, simultaneously if required, where it is performed. It
     reveals the truth of the header, if the world is simulated. The line states correctly whether a
     request was open (D 3, 5.1 and 5.2, T)."""
-
-    name, kinds = "resolution", ("resolved",)
-
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
-        robot, name, at = record.robot, record.obstacle, now.show(record.at)
-        obstacle, need = now.obstacles[name], now.need(name)
-        if robot not in now.capable(name):
-            yield f"{robot} cannot {need.action}, which {name} needs"
-        left = len(obstacle.all_needs) - 1 - now.stage[name]
-        if left > 0:
-            yield f"{name} has {left} more open needs"
-        if record.at != now.region[robot]:
-            yield f"{robot} resolves {name} from {at}, but is at {now.show(now.region[robot])}"
-        if record.at not in need.regions:
-            yield f"{name} cannot be resolved from {at}"
-        if now.status[name] is Status.ABSENT and not now.external:  # where nobody tells what comes
-            yield f"{name} is absent"
-            return
-        again = now.status[name] is Status.RESOLVED and (now.live or not now.external)
-        if again or now.status[name] is Status.UNTRAVERSABLE:
-            yield f"{name} was resolved before"
-            return
-        yield from _group_problems(record, now)
-        if record.traversable is not now.truth[name] and not now.external:
-            found, truth = _truth(record.traversable), _truth(now.truth[name])
-            yield f"{name} is {truth}, but {robot} finds it {found}"
-        if record.requested is not now.is_requested(name):
-            claim, fact = (" not", "was") if not record.requested else ("", "was not")
-            yield f"{name} is recorded as{claim} requested, but it {fact}"
+    robot, name, at = record.robot, record.obstacle, now.show(record.at)
+    obstacle, need = now.obstacles[name], now.need(name)
+    if robot not in now.capable(name):
+        yield f"{robot} cannot {need.action}, which {name} needs"
+    left = len(obstacle.all_needs) - 1 - now.stage[name]
+    if left > 0:
+        yield f"{name} has {left} more open needs"
+    if record.at != now.region[robot]:
+        yield f"{robot} resolves {name} from {at}, but is at {now.show(now.region[robot])}"
+    if record.at not in need.regions:
+        yield f"{name} cannot be resolved from {at}"
+    if now.status[name] is Status.ABSENT and not now.external:  # where nobody tells what comes
+        yield f"{name} is absent"
+        return
+    again = now.status[name] is Status.RESOLVED and (now.live or not now.external)
+    if again or now.status[name] is Status.UNTRAVERSABLE:
+        yield f"{name} was resolved before"
+        return
+    yield from _group_problems(record, now)
+    if record.traversable is not now.truth[name] and not now.external:
+        found, truth = _truth(record.traversable), _truth(now.truth[name])
+        yield f"{name} is {truth}, but {robot} finds it {found}"
+    if record.requested is not now.is_requested(name):
+        claim, fact = (" not", "was") if not record.requested else ("", "was not")
+        yield f"{name} is recorded as{claim} requested, but it {fact}"
 
 
 def _group_problems(record: Line, now: Situation) -> Iterator[str]:
@@ -226,46 +217,45 @@ def _can_act(robot: str, obstacle: str, now: Situation) -> bool:
     return not sweeps and robot in now.standing(obstacle)
 
 
-class SweptRule(Rule):
+@judges("line", "act", "resolved", "move")
+def swept(record: Line, now: Situation) -> Iterator[Said]:
     """While a robot resolves an obstacle, no other is in the regions which that sweeps, or in
     transit to them: from the departure into the obstacle's region of a robot that resolves it by
     entering, while it is there, and while a robot acts on it (D 4). Robots that were in both when
     the obstacle was noticed, or that ended elsewhere than they were sent, may be there until one
     acts."""
+    match record.type:
+        case "act":
+            for name in record.obstacles:
+                if name in now.obstacles:
+                    yield from _free(name, set(record.robots), now)
+        case "resolved":
+            robots = {record.robot, *(record.robots or ())}
+            yield from _free(record.obstacle, robots, now)
+        case "move":
+            ended = now.ended.get(record.robot)
+            if ended is not None and ended.result == "elsewhere":
+                return
+            for name, obstacle in now.obstacles.items():
+                known = name in now.discovered or not now.external
+                if obstacle.sweeps and known and now.status[name] is Status.UNRESOLVED:
+                    yield from _moved(record, obstacle, now)
 
-    name, kinds = "swept", ("act", "resolved", "move")
 
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
-        match record.type:
-            case "act":
-                for name in record.obstacles:
-                    if name in now.obstacles:
-                        yield from self._free(name, set(record.robots), now)
-            case "resolved":
-                robots = {record.robot, *(record.robots or ())}
-                yield from self._free(record.obstacle, robots, now)
-            case "move":
-                ended = now.ended.get(record.robot)
-                if ended is not None and ended.result == "elsewhere":
-                    return
-                for name, obstacle in now.obstacles.items():
-                    known = name in now.discovered or not now.external
-                    if obstacle.sweeps and known and now.status[name] is Status.UNRESOLVED:
-                        yield from self._moved(record, obstacle, now)
+def _moved(move: Line, obstacle: Line, now: Situation) -> Iterator[Said]:
+    """Judge the regions that a move enters, not those that the robot had before."""
+    robot, name, entered = move.robot, obstacle.name, now.entered(move)
+    if obstacle.region in entered and now.resolves_by_entering(name, robot):
+        yield from _free(name, {robot}, now)
+    # a robot that stands in it unaware does not resolve it: that takes a request
+    resolving = now.resolving(name) - {robot} if name in now.requests else set()
+    if entered & {*obstacle.sweeps} and resolving and robot not in now.resolving(name):
+        yield f"{robot} is where {name} sweeps, which {_names(resolving)} resolves"
 
-    def _moved(self, move: Line, obstacle: Line, now: Situation) -> Iterator[Said]:
-        """Judge the regions that a move enters, not those that the robot had before."""
-        robot, name, entered = move.robot, obstacle.name, now.entered(move)
-        if obstacle.region in entered and now.resolves_by_entering(name, robot):
-            yield from self._free(name, {robot}, now)
-        # a robot that stands in it unaware does not resolve it: that takes a request
-        resolving = now.resolving(name) - {robot} if name in now.requests else set()
-        if entered & {*obstacle.sweeps} and resolving and robot not in now.resolving(name):
-            yield f"{robot} is where {name} sweeps, which {_names(resolving)} resolves"
 
-    def _free(self, name: str, robots: set[str], now: Situation) -> Iterator[str]:
-        for other in now.swept_with(name, robots):
-            yield f"{_names(robots)} resolves {name}, which sweeps where {other} is"
+def _free(name: str, robots: set[str], now: Situation) -> Iterator[str]:
+    for other in now.swept_with(name, robots):
+        yield f"{_names(robots)} resolves {name}, which sweeps where {other} is"
 
 
 class BlockedRule(Rule):

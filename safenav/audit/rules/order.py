@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from safenav.audit.lines import Line
-from safenav.audit.rules.rule import Rule, Said
+from safenav.audit.rules.rule import Rule, Said, judges
 from safenav.audit.situation import Situation
 
 _COMPLETE_ENDINGS = ("completed", "tick_limit")
@@ -20,43 +20,40 @@ _SETTLING = ("blocked", "pop", "goal", "request", "push", "told")
 """Lines that come before the first move of a tick only after a line that records a change there."""
 
 
-class HeaderRule(Rule):
+@judges("opening")
+def header(now: Situation) -> Iterator[Said]:
     """The scenario in the header makes sense: a rectangular map, robots that start on free
     regions of their own with known mobility and a heading if they need one, obstacles on free
     regions, targets and blocked robots that exist (D 3)."""
-
-    name = "header"
-
-    def opening(self, now: Situation) -> Iterator[Said]:
-        header, grid, world = now.header, now.grid, now.header.map
-        if len(world.grid) != world.rows or any(len(r) != world.cols for r in world.grid):
-            yield None, f"the grid is not one of {world.rows} rows by {world.cols} columns"
-            return
-        if not header.robots:
-            yield None, "no robots"
-        for name, robot in header.robots.items():
-            if not grid.is_free(robot.start):
-                yield name, f"{name} starts at {now.show(robot.start)}, which is not free"
-            for other in list(header.robots)[: list(header.robots).index(name)]:
-                if header.robots[other].start == robot.start and now.conflict(name, other):
-                    yield name, f"{name} starts where {other} does, at {now.show(robot.start)}"
-            if robot.mobility not in ("free", "heading"):
-                yield name, f"{name} has an unknown mobility, {robot.mobility!r}"
-            if robot.mobility == "heading" and robot.heading is None:
-                yield name, f"{name} moves by its heading but starts without one"
-            for target in robot.objective.targets:
-                for region in sorted(target):
-                    if not grid.is_free(region):
-                        yield name, f"{name}'s target {now.show(region)} is not free"
-        for first, *again in now.listed.values():
-            same = [(o.region, o.blocks, o.all_needs) for o in (first, *again)]
-            if same != same[:1] * len(same):
-                yield None, f"{first.name} differs when it reappears"
-        for obstacle in now.obstacles.values():
-            if not grid.is_free(obstacle.region):
-                yield None, f"{obstacle.name} is at {now.show(obstacle.region)}, which is not free"
-            for name in sorted(obstacle.blocks - header.robots.keys()):
-                yield name, f"{obstacle.name} blocks {name}, a robot that does not exist"
+    header, grid, world = now.header, now.grid, now.header.map
+    if len(world.grid) != world.rows or any(len(r) != world.cols for r in world.grid):
+        yield None, f"the grid is not one of {world.rows} rows by {world.cols} columns"
+        return
+    if not header.robots:
+        yield None, "no robots"
+    for name, robot in header.robots.items():
+        if not grid.is_free(robot.start):
+            yield name, f"{name} starts at {now.show(robot.start)}, which is not free"
+        for other in list(header.robots)[: list(header.robots).index(name)]:
+            if header.robots[other].start == robot.start and now.conflict(name, other):
+                yield name, f"{name} starts where {other} does, at {now.show(robot.start)}"
+        if robot.mobility not in ("free", "heading"):
+            yield name, f"{name} has an unknown mobility, {robot.mobility!r}"
+        if robot.mobility == "heading" and robot.heading is None:
+            yield name, f"{name} moves by its heading but starts without one"
+        for target in robot.objective.targets:
+            for region in sorted(target):
+                if not grid.is_free(region):
+                    yield name, f"{name}'s target {now.show(region)} is not free"
+    for first, *again in now.listed.values():
+        same = [(o.region, o.blocks, o.all_needs) for o in (first, *again)]
+        if same != same[:1] * len(same):
+            yield None, f"{first.name} differs when it reappears"
+    for obstacle in now.obstacles.values():
+        if not grid.is_free(obstacle.region):
+            yield None, f"{obstacle.name} is at {now.show(obstacle.region)}, which is not free"
+        for name in sorted(obstacle.blocks - header.robots.keys()):
+            yield name, f"{obstacle.name} blocks {name}, a robot that does not exist"
 
 
 class OrderRule(Rule):

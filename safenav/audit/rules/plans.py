@@ -7,29 +7,26 @@ from dataclasses import dataclass, field
 from itertools import combinations, islice, pairwise
 
 from safenav.audit.lines import Line
-from safenav.audit.rules.rule import Rule, Said
+from safenav.audit.rules.rule import Rule, Said, judges
 from safenav.audit.situation import Situation
 from safenav.audit.turn import Status
 from safenav.audit.world import opposite
 
 
-class PlanRule(Rule):
+@judges("line", "plan")
+def plan(record: Line, now: Situation) -> Iterator[Said]:
     """A joint plan begins where its robots are, consists of steps that they can make, enters
     nothing that is known to be closed to them, and its orders keep robots in conflict apart however
     long each step takes (T)."""
-
-    name, kinds = "plan", ("plan",)
-
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
-        for robot, places in record.robots.items():
-            for problem in islice(_way_problems(robot, places, now), 1):
-                yield robot, problem
-        for first, i, then, j in record.orders:
-            for robot, index in ((first, i), (then, j)):
-                if not index < len(record.robots.get(robot, ())):
-                    yield robot, f"an order names place {index} of {robot}, which does not exist"
-                    return
-        yield from islice(_meetings(record, now), 1)
+    for robot, places in record.robots.items():
+        for problem in islice(_way_problems(robot, places, now), 1):
+            yield robot, problem
+    for first, i, then, j in record.orders:
+        for robot, index in ((first, i), (then, j)):
+            if not index < len(record.robots.get(robot, ())):
+                yield robot, f"an order names place {index} of {robot}, which does not exist"
+                return
+    yield from islice(_meetings(record, now), 1)
 
 
 class FollowsPlanRule(Rule):

@@ -9,7 +9,7 @@ from safenav.audit.deriving import is_stop, open_obstacles, pose_of, serving, te
 from safenav.audit.kinds import ALTERNATION, STAYING
 from safenav.audit.lines import Line, Objective
 from safenav.audit.members import Act, OpenObstacles, Settlement
-from safenav.audit.rules.rule import Finding, Postponed, Rule, Said
+from safenav.audit.rules.rule import Finding, Postponed, Rule, Said, judges
 from safenav.audit.situation import RESYNTHESIS, Situation
 from safenav.audit.team import MOST_NODES, TooManyError, TrappedError
 from safenav.audit.turn import helpers_of
@@ -108,32 +108,29 @@ class RequestRule(Rule):
             yield f"{name} is resolved from {truth}, but {told} is requested"
 
 
-class BidsRule(Rule):
+@judges("line", "request")
+def bids(record: Line, now: Situation) -> Iterator[Said]:
     """Exactly the robots with the action of the next need bid, in ticks at their slowest step to
     the nearest region where it is met, null where they cannot reach one: around walls, permanent
     obstacles, and open ones that they may not enter. A robot out of service reaches none (D 5.2).
     """
-
-    name, kinds = "bids", ("request",)
-
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
-        name = record.obstacle
-        if name not in now.requests:
-            return
-        able = now.capable(name)
-        for robot in sorted(set(record.bids) - able):
-            yield robot, f"{robot} bids for {name}, but lacks the action"
-        for robot in sorted(able - set(record.bids)):
-            yield robot, f"{robot} could resolve {name}, but does not bid"
-        team, obstacles, where = team_of(now), open_obstacles(now), set(now.need(name).regions)
-        if team is None:
-            return
-        for robot in sorted(able & set(record.bids)):
-            there = frozenset(pose for pose in team.members[robot].steps if pose[0] in where)
-            here = frozenset([pose_of(robot, now)])
-            truth, bid = team.ticks(robot, here, there, obstacles), record.bids[robot]
-            if bid != truth:
-                yield robot, f"{robot} bids {_ticks(bid)} for {name}; it takes {_ticks(truth)}"
+    name = record.obstacle
+    if name not in now.requests:
+        return
+    able = now.capable(name)
+    for robot in sorted(set(record.bids) - able):
+        yield robot, f"{robot} bids for {name}, but lacks the action"
+    for robot in sorted(able - set(record.bids)):
+        yield robot, f"{robot} could resolve {name}, but does not bid"
+    team, obstacles, where = team_of(now), open_obstacles(now), set(now.need(name).regions)
+    if team is None:
+        return
+    for robot in sorted(able & set(record.bids)):
+        there = frozenset(pose for pose in team.members[robot].steps if pose[0] in where)
+        here = frozenset([pose_of(robot, now)])
+        truth, bid = team.ticks(robot, here, there, obstacles), record.bids[robot]
+        if bid != truth:
+            yield robot, f"{robot} bids {_ticks(bid)} for {name}; it takes {_ticks(truth)}"
 
 
 class HelperRule(Rule):

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, cast
 
 from safenav.audit.lines import Line
 from safenav.audit.situation import Situation
@@ -99,3 +99,16 @@ class Rule:
             whom, text, *other = (robot, said) if isinstance(said, str) else said
             at = other[0] if other else about
             yield Finding(self.name, at.tick, whom, at.line, text)
+
+
+def judges(moment: str, *kinds: str) -> Callable[[Callable[..., Iterable[Said]]], type[Rule]]:
+    """Make a rule without a state of a function, whose name it has. ``moment``: the method of Rule
+    that the function stands for."""
+
+    def made(judge: Callable[..., Iterable[Said]]) -> type[Rule]:
+        name = judge.__name__.strip("_").replace("_", "-")
+        about = {"name": name, "kinds": kinds, moment: staticmethod(judge)}
+        about |= {"__doc__": judge.__doc__, "__module__": judge.__module__}
+        return cast("type[Rule]", type(name, (Rule,), about))
+
+    return made

@@ -8,41 +8,35 @@ from functools import partial
 from safenav.audit.deriving import can_alternate
 from safenav.audit.kinds import ALTERNATION
 from safenav.audit.lines import Line, Objective
-from safenav.audit.rules.rule import Postponed, Rule, Said, Wrong
+from safenav.audit.rules.rule import Postponed, Rule, Said, Wrong, judges
 from safenav.audit.situation import RESYNTHESIS, Situation
 from safenav.audit.turn import StackEntry, helpers_of
 
 
-class PushRule(Rule):
+@judges("line", "push")
+def push(record: Line, now: Situation) -> Iterator[Said]:
     """A push adds an entry for an open request, with helpers that have its action, and states each
     robot's objective from now on, which follows from the known state (D 5.2; see ``helper``)."""
-
-    name, kinds = "push", ("push",)
-
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
-        if record.depth != len(now.stack) + 1:
-            problem = f"the stack is {len(now.stack) + 1} deep after the push, not {record.depth}"
-            yield now.turn.robot, problem
-        yield from _missing(record.objectives, now)
-        name, requester = record.obstacle, record.requester
-        ordered = requester is None and name in now.orders
-        if requester not in now.requests.get(name, ()) and not ordered:
-            problem = f"objectives are pushed for {name or 'nothing'}, "
-            yield requester, problem + f"which {requester} does not wait for"
-            return
-        for robot in sorted({*helpers_of(record)} - now.capable(name)):
-            yield robot, f"{robot} is to help with {name}, but lacks the action"
+    if record.depth != len(now.stack) + 1:
+        problem = f"the stack is {len(now.stack) + 1} deep after the push, not {record.depth}"
+        yield now.turn.robot, problem
+    yield from _missing(record.objectives, now)
+    name, requester = record.obstacle, record.requester
+    ordered = requester is None and name in now.orders
+    if requester not in now.requests.get(name, ()) and not ordered:
+        problem = f"objectives are pushed for {name or 'nothing'}, "
+        yield requester, problem + f"which {requester} does not wait for"
+        return
+    for robot in sorted({*helpers_of(record)} - now.capable(name)):
+        yield robot, f"{robot} is to help with {name}, but lacks the action"
 
 
-class ToldRule(Rule):
+@judges("line", "told")
+def told(record: Line, now: Situation) -> Iterator[Said]:
     """Only a robot driven by command inputs gets another objective without a push or a pop; that
     objective follows from the known state (D 5.2 and 5.5; see ``helper``)."""
-
-    name, kinds = "told", ("told",)
-
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
-        if now.header.coordination == RESYNTHESIS:
-            yield f"{record.robot} has no command inputs"
+    if now.header.coordination == RESYNTHESIS:
+        yield f"{record.robot} has no command inputs"
 
 
 class PopRule(Rule):
