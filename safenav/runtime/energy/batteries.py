@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from math import ceil
 
 from safenav.runtime.coordination.events import Event, ServiceChanged, Unsettled
+from safenav.runtime.duties.settlement import Duty
 from safenav.runtime.energy.charges import SHARPNESS, Charges
 from safenav.runtime.energy.stops import NEVER, Stops
 from safenav.runtime.formulas import graph_of
@@ -131,9 +132,8 @@ class Batteries:
 
     def _leaves_with(self, robot: RobotState, stops: Stops, turn: int) -> int:
         """A helper leaves full: what its own objective needs is less than the way to its duty."""
-        pose, settled = stops.graph.number(robot.pose), self.team.settled
-        duties = () if settled is None else settled.found.duties
-        if settled is not None and settled.floor.index(robot.name) in duties:
+        pose = stops.graph.number(robot.pose)
+        if self._duty(robot) is not None:
             return stops.battery.capacity if stops.chargers >> pose & 1 else 0
         return stops.wanted(pose, turn)
 
@@ -167,9 +167,12 @@ class Batteries:
         assert stops is not None
         assert robot.charge is not None
         pose = stops.graph.number(robot.pose)
-        turn = stops.turn(robot.own.memory.index)
+        turn, duty = stops.turn(robot.own.memory.index), self._duty(robot)
+        helping = None if duty is None else stops.for_duty(duty.goal, turn)
+        if helping is not None:
+            stops, turn = helping, 0
         stop, rivals = robot.stop, self.team.rivals(robot.robot)
-        others = (r for r in rivals if self.team.scenario.conflict(robot.robot, r.robot))
+        others = [r for r in rivals if self.team.scenario.conflict(robot.robot, r.robot)]
         kept = stops.graph.poses_on(region_mask(r.pose.region for r in others if self._stays(r)))
         if stop is not None:
             here = stop == robot.pose or (rivals and stop.region == robot.pose.region)
@@ -182,11 +185,17 @@ class Batteries:
                 return stop
             elif (stops.targets[turn] & ~stops.chargers) >> there & 1:
                 return None  # its objective begins where it is met
-        settled = self.team.settled
-        index = next(i for i, name in enumerate(self.team.robots) if name == robot.name)
-        helps = settled is not None and index in settled.found.duties
-        place = stops.next(pose, turn, robot.charge, kept, helps=helps)
+        away = (r.pose if r.stop is None else r.stop for r in others)
+        taken = stops.graph.poses_on(region_mask(there.region for there in away))
+        place = stops.next(pose, turn, robot.charge, kept, taken, helps=duty is not None)
         return None if place is None else stops.graph.pose(place)
+
+    def _duty(self, robot: RobotState) -> Duty | None:
+        """What a robot is to help with."""
+        settled = self.team.settled
+        return (
+            None if settled is None else settled.found.duties.get(settled.floor.index(robot.name))
+        )
 
     def _stays(self, robot: RobotState) -> bool:
         """Whether a robot does not leave its region, as far as its own objective goes: it is out of

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property, partial
 from heapq import heappop, heappush
 
 from msgspec import Struct, field
+from msgspec.structs import replace
 
 from safenav.scenario.model import Battery
 from safenav.world.poses import FAR, Mask, PoseGraph, bits
@@ -14,10 +16,14 @@ NEVER = 1 << 40
 """No charge suffices."""
 
 
+SPARE = 4
+"""Steps for which a helper keeps charge where others can be in its way."""
+
+
 class Stops(Struct, frozen=True, eq=False, dict=True):
     """The stops of one robot on one floor. ``targets`` (pose masks) are met in turn; ``full``:
     it charges to the full, since others can keep it waiting; ``settles``: it stays at the last
-    target."""
+    target. ``afterwards``: of a duty, its only target: the need of each pose once it is there."""
 
     graph: PoseGraph
     targets: tuple[Mask, ...]
@@ -26,6 +32,7 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
     battery: Battery
     full: bool = False
     settles: bool = False
+    afterwards: Mapping[int, int] | None = None
     _hops: dict[int, dict[int, int]] = field(default_factory=dict)
 
     @cached_property
@@ -41,6 +48,8 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
             for step in self.graph.steps(pose):
                 if step in before:
                     before[step].append(pose)
+        if self.afterwards is not None:
+            return (self._leg(before, targets[0], self.afterwards),)
         found = tuple(dict.fromkeys(before, 0) for _ in targets)
         while True:
             then = [found[self.turn(k + 1)] for k in range(len(targets))]
@@ -54,7 +63,7 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
             found = grown
 
     def _leg(
-        self, before: dict[int, list[int]], target: Mask, then: dict[int, int]
+        self, before: dict[int, list[int]], target: Mask, then: Mapping[int, int]
     ) -> dict[int, int]:
         """The charge that a way to the target takes, with what is needed there; chargers take
         none."""
@@ -94,14 +103,39 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         """The least charge with which it can continue from there, target ``turn`` being next."""
         return self.needs[turn].get(pose, NEVER)
 
+    def for_duty(self, goal: Mask, turn: int) -> Stops | None:
+        """The stops of a helper: its duty is its next target, and after that it continues with
+        target ``turn``. Where others can keep it waiting it spares some steps, if a full battery
+        suffices for that too. None if none suffices: it does what it can."""
+        for spare in (SPARE * self.battery.move, 0) if self.full else (0,):
+            needs = {pose: need + spare for pose, need in self.needs[turn].items()}
+            found = replace(self, targets=(goal,), settles=False, afterwards=needs, _hops={})
+            if any(found.need(at, 0) == 0 for at in bits(self.chargers)):
+                return found
+        return None
+
+    def _then(self, pose: int, turn: int) -> int:
+        """The need of a pose in which target ``turn`` has been met."""
+        if self.afterwards is not None:
+            return self.afterwards.get(pose, NEVER)
+        return self.need(pose, self.turn(turn + 1))
+
     def next(
-        self, pose: int, turn: int, charge: float, kept: Mask = 0, *, helps: bool = False
+        self,
+        pose: int,
+        turn: int,
+        charge: float,
+        kept: Mask = 0,
+        taken: Mask = 0,
+        *,
+        helps: bool = False,
     ) -> int | None:
         """The pose to go to next: of the target, if a strategy for all of them could take too much
         charge for what comes after it, or of a charger, or one from which to enter it; None if the
         charge suffices for such a strategy, or if nothing helps but to charge where it is.
-        ``kept``: the poses in regions that others do not leave, to be chosen last; ``helps``: its
-        strategy is not for these targets alone."""
+        ``kept``: the poses in regions that others do not leave, to be chosen last; ``taken``:
+        those in regions where others are or go to charge, to be chosen after free ones as near to
+        the target; ``helps``: its strategy is not for these targets alone."""
         takes = self._takes(pose, turn)
         met, charges = self.targets[turn] >> pose & 1, self.chargers >> pose & 1
         direct = charges and not (met or helps or self._shortest)  # it could return repeatedly
@@ -117,7 +151,10 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
             for at in bits(self.chargers)
             if self.steps(pose, at) * self.battery.move <= charge and self.need(at, turn) == 0
         ]
-        order = {at: (kept >> at & 1, hops.get(at, NEVER), self.steps(pose, at), at) for at in able}
+        order = {
+            at: (kept >> at & 1, hops.get(at, NEVER), taken >> at & 1, self.steps(pose, at), at)
+            for at in able
+        }
         place = min(order, key=lambda at: order[at], default=None)
         if place is None:
             return pose if self.chargers >> pose & 1 and charge < self.battery.capacity else None
@@ -166,12 +203,14 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         """Whether any step leaves enough charge. A strategy minimizes the steps to the first of its
         targets that it met last, over all others: where these have several poses, the legs between
         are not the shortest."""
-        goal, then = self.targets[turn], self.turn(turn + 1)
-        if goal >> pose & 1 or self._shortest:
+        goal = self.targets[turn]
+        if goal >> pose & 1 or self._shortest or self.afterwards is not None:
             return True
         left = charge - self.battery.move
         after = (step for step in self.graph.steps(pose) if self.allowed >> step & 1)
-        return all(self.need(step, then if goal >> step & 1 else turn) <= left for step in after)
+        return all(
+            (self._then if goal >> step & 1 else self.need)(step, turn) <= left for step in after
+        )
 
     @property
     def _shortest(self) -> bool:
@@ -186,7 +225,7 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         """The same by a tick's stay where it is."""
         if not self.targets[turn] >> pose & 1:
             return NEVER
-        then = self.need(pose, self.turn(turn + 1))
+        then = self._then(pose, turn)
         if self.chargers >> pose & 1:
             return then
         return max(then + self.battery.stay, self.battery.move)
@@ -194,9 +233,9 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
     def _takes(self, pose: int, turn: int) -> dict[int, int]:
         """For each pose of the next target beside the present one the charge for the way, with what
         is needed there."""
-        then, move = self.turn(turn + 1), self.battery.move
+        move = self.battery.move
         ways = {at: self.steps(pose, at) for at in bits(self.targets[turn] & self.allowed)}
-        return {at: n * move + self.need(at, then) for at, n in ways.items() if 0 < n < FAR}
+        return {at: n * move + self._then(at, turn) for at, n in ways.items() if 0 < n < FAR}
 
     def _hop(self, turn: int) -> dict[int, int]:
         """For each charger over how many others the way to the next target leads."""

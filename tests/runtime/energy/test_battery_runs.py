@@ -238,6 +238,41 @@ clock: CLOCK
 """
 
 
+FAR_DUTY = """
+safenav: 1
+map:
+  grid: |
+    #############
+    #...........#
+    #.###########
+    #.###########
+    #.###########
+    #############
+catalogue:
+  robots:
+    cart: {mobility: free, layer: ground, capabilities: [lift], speed: 1,
+           battery: {capacity: CAPACITY, move: 1, charge: 5}}
+  obstacles:
+    box: {needs: [{action: lift, at: [[1, 10]]}], blocks: []}
+robots:
+  cart: {model: cart, start: [1, 1], objective: {visit: [[4, 1], [1, 2]]}}
+chargers: [[1, 1]]
+orders: [{at: 1, type: box, region: [1, 10]}]
+until: {rounds: 1}
+limits: {ticks: 200}
+clock: CLOCK
+"""
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+@pytest.mark.parametrize("capacity", ["18", "20"])
+def test_a_helper_has_the_charge_for_its_duty_and_back(capacity: str, clock: str) -> None:
+    """Its own target is farther from its duty than the charger is: it turned back beside the box
+    with every charge."""
+    played = play(FAR_DUTY.replace("CAPACITY", capacity).replace("CLOCK", clock))
+    assert played.outcome["outcome"] == "completed"
+
+
 @pytest.mark.parametrize("clock", ["lockstep", "live"])
 @pytest.mark.parametrize("charge", ["1", "5"])
 def test_a_helper_charges_for_its_duty_too(charge: str, clock: str) -> None:

@@ -41,6 +41,20 @@ def lasting(asked: Stops) -> list[set[State]]:
     """For each next target the (pose, charge) from which all targets are met again and again, or
     the last one is where it settles: the greatest sets from which a walk leads to the target and
     into the set of the next one."""
+    moves = walks(asked)
+    found = [set(moves) for _ in asked.targets]
+    while True:
+        after = []
+        for turn, target in enumerate(asked.targets):
+            following = turn + 1 if turn + 1 < len(found) else turn if asked.settles else 0
+            after.append(leading(moves, target, found[following]) & found[turn])
+        if after == found:
+            return found
+        found = after
+
+
+def walks(asked: Stops) -> dict[State, list[State]]:
+    """The steps from each (pose, charge)."""
     battery, poses = asked.battery, list(bits(asked.allowed))
     moves: dict[State, list[State]] = {}
     for pose in poses:
@@ -51,26 +65,22 @@ def lasting(asked: Stops) -> list[set[State]]:
             elif charge >= battery.move:  # else it is out of service
                 after.append((pose, charge - battery.stay))
             moves[pose, charge] = [state for state in after if state[1] >= 0]
-    found = [set(moves) for _ in asked.targets]
+    return moves
+
+
+def leading(moves: dict[State, list[State]], target: int, then: set[State]) -> set[State]:
+    """From where a walk leads to the target, and there into a set."""
+    good = set[State]()
     while True:
-        after = []
-        for turn, target in enumerate(asked.targets):
-            following = turn + 1 if turn + 1 < len(found) else turn if asked.settles else 0
-            then, good = found[following], set[State]()
-            while True:
-                more = {
-                    state
-                    for state, steps in moves.items()
-                    if state not in good
-                    and any((target >> s[0] & 1 and s in then) or s in good for s in steps)
-                }
-                if not more:
-                    break
-                good |= more
-            after.append(good & found[turn])
-        if after == found:
-            return found
-        found = after
+        more = {
+            state
+            for state, steps in moves.items()
+            if state not in good
+            and any((target >> s[0] & 1 and s in then) or s in good for s in steps)
+        }
+        if not more:
+            return good
+        good |= more
 
 
 @pytest.mark.parametrize("seed", range(COUNT))
@@ -84,6 +94,23 @@ def test_one_number_says_all(seed: int) -> None:
             charges = [c for c in range(asked.battery.capacity + 1) if (pose, c) in good]
             need = found[turn].get(pose, NEVER)
             assert charges == list(range(need, asked.battery.capacity + 1))
+
+
+@pytest.mark.parametrize("seed", range(COUNT))
+def test_a_duty_is_a_target_after_which_the_own_ones_follow(seed: int) -> None:
+    asked, random = floor(seed), Random(f"duty {seed}")
+    if asked is None or asked.full:
+        return
+    goal, turn = 1 << random.choice(list(bits(asked.allowed))), len(asked.targets) - 1
+    moves, capacity = walks(asked), asked.battery.capacity
+    good = leading(moves, goal, lasting(asked)[turn])
+    duty = asked.for_duty(goal, turn)
+    if duty is None:  # no charge suffices, also not that of a charger
+        assert not any((at, capacity) in good for at in bits(asked.chargers))
+        return
+    for pose in bits(asked.allowed):
+        charges = [c for c in range(capacity + 1) if (pose, c) in good]
+        assert charges == list(range(duty.need(pose, 0), capacity + 1))
 
 
 @pytest.mark.parametrize("seed", range(COUNT))
@@ -120,11 +147,13 @@ def test_stops_never_run_empty_and_come_to_an_end(seed: int) -> None:
     raise AssertionError("it does not come to an end")
 
 
-@pytest.mark.parametrize(("kept", "stop"), [((), 9), ((9,), 13), ((13,), 9), ((9, 13), 9)])
-def test_a_charger_that_others_do_not_leave_is_chosen_last(
-    kept: tuple[int, ...], stop: int
+@pytest.mark.parametrize("which", ["kept", "taken"])
+@pytest.mark.parametrize(("busy", "stop"), [((), 9), ((9,), 13), ((13,), 9), ((9, 13), 9)])
+def test_a_charger_that_others_have_is_chosen_last(
+    busy: tuple[int, ...], stop: int, which: str
 ) -> None:
+    """``kept``: they do not leave it; ``taken``: they charge there."""
     graph = PoseGraph(RegionMap.from_grid(["########", "#......#", "########"]), Mobility.FREE)
     chargers, battery = 1 << 9 | 1 << 13, Battery(9, 1, 0, 1, 0)
     lane = Stops(graph, (1 << 14,), graph.everywhere, chargers, battery)
-    assert lane.next(11, 0, 2, sum(1 << region for region in kept)) == stop
+    assert lane.next(11, 0, 2, **{which: sum(1 << region for region in busy)}) == stop
