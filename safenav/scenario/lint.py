@@ -84,13 +84,19 @@ def _crowded(scenario: Scenario) -> Iterator[str]:
 
 
 def _needless(scenario: Scenario) -> Iterator[str]:
-    """Capabilities of the scenario's own models that no obstacle of it needs."""
-    needed = {need.action for obstacle in scenario.obstacles for need in obstacle.needs}
+    """Capabilities of the scenario's own models that no obstacle of it needs, listed, or of a type
+    of its own: a drive finds obstacles that are not listed."""
+    needs = [obstacle.needs for obstacle in scenario.obstacles]
+    usual = built_in().obstacles
+    own = (kind for name, kind in scenario.catalogue.obstacles.items() if kind != usual.get(name))
+    needs += [kind.needs for kind in own]
+    needs += [] if scenario.flat is None else [scenario.flat.needs]
+    needed = {need.action for listed in needs for need in listed}
     for robot in scenario.robots:
         model = robot.model
-        usual = built_in().robots.get(model.name)
-        own = model.capabilities - (usual.capabilities if usual is not None else frozenset())
-        for action in sorted(own - needed):
+        given = built_in().robots.get(model.name)
+        more = model.capabilities - (given.capabilities if given is not None else frozenset())
+        for action in sorted(more - needed):
             close = closest(action, needed)
             meant = f"; did you mean '{close[0]}'?" if close else ""
             yield f"{model.name} can '{action}', which no obstacle needs{meant}"

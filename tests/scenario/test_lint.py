@@ -62,6 +62,10 @@ PLAIN = {
         pytest.param(
             {"can": "lift, push"}, ["porter can 'push', which no obstacle needs"], id="needless"
         ),
+        pytest.param({"obstacles": "[]"}, [], id="a type that a drive may find"),
+        pytest.param(
+            {"can": "lift, swap", "obstacles": "[]\nflat: flat_battery"}, [], id="a flat battery"
+        ),
         pytest.param(
             {"seed": "7"},
             [

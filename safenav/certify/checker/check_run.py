@@ -146,7 +146,8 @@ class Evidence(Rule):
         said = f"All {moves} moves{but} are legal: no wall, unresolved obstacle or collision"
         timed = "; at no instant are robots in conflict in one region" if self.live else ""
         others = "follow a joint plan" if self.live else "stay, back up or follow a joint plan"
-        what = f"{said}{timed}. {self.answered} follow strategies; the others {others}."
+        by = f"{self.answered} follow strategies; the others {others}"
+        what = f"{said}{timed}. {by if self.answered < moves else 'All follow strategies'}."
         self.claim("moves", what, "trace.jsonl")
 
     def state_form(self, robot: Robot) -> None:

@@ -16,7 +16,7 @@ def promise_lines(scenario: Scenario, ahead: Ahead | None) -> Iterator[str]:
     for of, most in _promised(scenario) if ahead is not None else ():
         assert ahead is not None
         what = f"by {most}" if of == MISSION else f"within {most} of {of}"
-        yield f"{what}: {_verdict(of, most, ahead)}"
+        yield f"{what}: {_verdict(of, most, ahead, _unseen(scenario))}"
 
 
 def promise_data(scenario: Scenario, ahead: Ahead | None) -> list[dict[str, Any]]:
@@ -48,8 +48,17 @@ def _late(of: str, most: int, ahead: Ahead) -> int | None:
     return ahead.late.get(of)
 
 
-def _verdict(of: str, most: int, ahead: Ahead) -> str:
-    late, steps = _late(of, most, ahead), ", with the slowest steps" if ahead.slowest else ""
+def _unseen(scenario: Scenario) -> str:
+    """The parts of the scenario that the simulation leaves out."""
+    orders = any(obstacle.ordered for obstacle in scenario.obstacles)
+    obstacles = any(not obstacle.ordered for obstacle in scenario.obstacles)
+    left = [word for word, has in (("obstacles", obstacles), ("orders", orders)) if has]
+    return f" without {' and '.join(left)}" if left else ""
+
+
+def _verdict(of: str, most: int, ahead: Ahead, unseen: str) -> str:
+    late = _late(of, most, ahead)
+    steps = unseen + (", with the slowest steps" if ahead.slowest else "")
     if ahead.why:
         return f"no promise: {ahead.why}"
     if late is not None:

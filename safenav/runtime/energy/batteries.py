@@ -191,7 +191,7 @@ class Batteries:
         return None if place is None else stops.graph.pose(place)
 
     def _duty(self, robot: RobotState) -> Duty | None:
-        """What a robot is to help with."""
+        """The duty of a robot; None if it does not help."""
         settled = self.team.settled
         return (
             None if settled is None else settled.found.duties.get(settled.floor.index(robot.name))

@@ -64,7 +64,9 @@ def test_what_repeats_goes_on_repeating(seed: int) -> None:
 SHARED = """
 safenav: 1
 map: {grid: ["#######", "#.....#", "#.....#", "#######"]}
-catalogue: {robots: {cart: {mobility: free, layer: ground, timing: {least: 1, most: 2}}}}
+catalogue:
+  robots: {cart: {mobility: free, layer: ground, capabilities: [lift], timing: {least: 1, most: 2}}}
+  obstacles: {parcel: {action: lift, blocks: []}}
 robots:
   a: {model: cart, start: [1, 1], objective: {visit: [[1, 5], [1, 1]], within: 30}}
   b: {model: cart, start: [2, 5], objective: {visit: [[2, 1], [2, 5]]}}
@@ -102,6 +104,10 @@ def test_alone_the_slowest_steps_are_the_worst_case(tmp_path: Path) -> None:
             "unrealizable: the mission cannot be completed before tick 8, and is due by 5",
         ),
         ("rounds: 1", "within 30 of a: kept, as simulated: the mission is completed in tick"),
+        (
+            "rounds: 1}\norders: [{at: 9, type: parcel, region: [1, 3]}]\nlimits: {ticks: 99",
+            "within 30 of a: kept, as simulated without orders: the mission is completed in tick",
+        ),
         ("rounds: 99999", "within 30 of a: kept forever, as simulated: tick"),
     ],
 )
