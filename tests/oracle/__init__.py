@@ -16,7 +16,6 @@ from oracle.generator import deep_formulas, random_specification
 from oracle.independent_games import independent_game
 from oracle.parity import counterstrategy_from_parity, solve_parity, strategy_from_parity
 from oracle.rendering import inputs_first, to_slugsin, to_structuredslugs
-from oracle.shrinking import shrink
 from oracle.slugsin import read_slugsin
 from oracle.specification import Specification, Variable
 
@@ -44,7 +43,6 @@ __all__ = [
     "members",
     "random_specification",
     "read_slugsin",
-    "shrink",
     "solve",
     "solve_parity",
     "strategy_from_parity",

@@ -24,7 +24,6 @@ from oracle import (
     losing_inputs,
     random_specification,
     read_slugsin,
-    shrink,
     solve,
     solve_parity,
     strategy_from_parity,
@@ -32,7 +31,6 @@ from oracle import (
     to_slugsin,
     to_text,
 )
-from oracle.formula import Atom
 
 BATCH = 25
 GAMES = int(os.environ.get("SAFENAV_RANDOM_GAMES", "200"))
@@ -98,23 +96,6 @@ def _plays(game: Game) -> tuple[object, ...]:
         game.assumptions,
         game.guarantees,
     )
-
-
-def test_shrinking_keeps_the_failure_and_drops_the_rest() -> None:
-    specification = next(
-        s
-        for s in map(_random, range(1000))
-        if len(s.sys_trans) > 1 and any(Atom(v.name) in s.sys_liveness for v in s.variables)
-    )
-
-    def fails(candidate: Specification) -> bool:
-        return any(isinstance(f, Atom) for f in candidate.sys_liveness)
-
-    smallest = shrink(specification, fails)
-    assert len(smallest.sys_liveness) == 1
-    assert len(smallest.variables) == 1
-    assert smallest.sys_trans == smallest.env_trans == smallest.env_liveness == ()
-    assert shrink(specification, lambda _: False) == specification
 
 
 def _corpus() -> Path:
