@@ -43,12 +43,10 @@ class Watch:
         self.hidden: tuple[Any, ...] = ()
         self.free_of_rules = {*told}
         self.slid: set[str] = set()
-        self.charges = Charges(data)
         for line in log:
             self._follow(line)
-        for name in self.at:
-            self.charges.stand(name, log[-1]["t"] if log else 0.0)
-        self.defects += self.charges.defects
+        starts = {name: robot["start"] for name, robot in robots.items()}
+        self.defects += Charges(data, starts, log).defects
 
     def _found(self, line: Line, said: str) -> None:
         self.defects.append(f"{line['t']:.2f} s: {said}")
@@ -64,7 +62,6 @@ class Watch:
 
     def _follow(self, line: Line) -> None:
         name = line.get("robot", "")
-        self.charges.follow(line)
         match line["log"]:
             case "start":
                 self._start(line, name)
@@ -157,52 +154,64 @@ class Watch:
 
 
 class Charges:
-    """The charge of each robot with a battery: a step takes one when it ends, a second without a
-    step ``stay``, or gives ``charge`` on a charger. Of scenarios in which nobody brings batteries.
-    """
+    """The charges of robots along a log, if nobody brings batteries: a step takes ``move`` when it
+    ends, a second without one ``stay``, or gives ``charge`` on a charger. A robot stands from the
+    moment on at which the team is told of the end of its step. ``starts``: regions; ``defects``:
+    steps without charge; ``flat``: robots that could take no step at some time."""
 
-    def __init__(self, data: Mapping[str, Any]) -> None:
-        robots, models = data["robots"], data["catalogue"]["robots"]
-        self.batteries = {n: models[r["model"]].get("battery") for n, r in robots.items()}
-        if "flat" in data:
-            self.batteries = {}
-        self.batteries = {n: b for n, b in self.batteries.items() if b}
+    def __init__(
+        self, data: Mapping[str, Any], starts: Mapping[str, int], log: Sequence[Line]
+    ) -> None:
+        models = (data.get("catalogue") or {}).get("robots") or {}
+        robots = data["robots"].items()
+        self.batteries = {n: models.get(r["model"], {}).get("battery") for n, r in robots}
+        self.batteries = {n: b for n, b in self.batteries.items() if b and "flat" not in data}
         self.chargers = {*data.get("chargers", ())}
-        self.charge = {n: float(b["capacity"]) for n, b in self.batteries.items()}
-        self.at = {n: robots[n]["start"] for n in self.batteries}
+        self.charge = {n: float(b.get("start", b["capacity"])) for n, b in self.batteries.items()}
+        self.at = {**starts}
         self.since: dict[str, float | None] = dict.fromkeys(self.batteries, 0.0)
-        self.command: dict[str, int] = {}
+        self.under_way: dict[str, int] = {}
         self.defects: list[str] = []
+        self.flat: set[str] = set()
+        self.charged = 0
+        for line in log:
+            if line.get("robot") in self.batteries:
+                self._follow(line, line["robot"])
+        for name in self.batteries:
+            self._pass(name, log[-1]["t"] if log else 0.0)
 
-    def stand(self, name: str, t: float) -> None:
-        since = self.since.get(name)
+    def _pass(self, name: str, t: float) -> None:
+        """Let a robot that stands have stood until then."""
+        battery, since = self.batteries[name], self.since[name]
         if since is None:
             return
-        battery = self.batteries[name]
         there = self.at[name] in self.chargers
-        rate = battery["charge"] if there else -battery["stay"]
+        rate = battery["charge"] if there else -battery.get("stay", 0)
         charge = self.charge[name] + rate * (t - since)
+        self.charged += there and self.charge[name] < battery["capacity"] and t > since
         self.charge[name] = min(battery["capacity"], max(0.0, charge))
         self.since[name] = t
+        if self.charge[name] < battery.get("move", 1) - CLOSE and not there:
+            self.flat.add(name)
 
-    def follow(self, line: Line) -> None:
-        name, t = line.get("robot", ""), line["t"]
-        if name not in self.batteries:
-            return
+    def _follow(self, line: Line, name: str) -> None:
+        move = self.batteries[name].get("move", 1)
         match line["log"]:
             case "start":
-                self.stand(name, t)
-                self.since[name], self.command[name] = None, line["command"]
-                if self.charge[name] < 1 - CLOSE:
+                self._pass(name, line["t"])
+                self.since[name], self.under_way[name] = None, line["command"]
+                if self.charge[name] < move - CLOSE:
                     told = f"{name} sets out with a charge of {self.charge[name]:g}"
-                    self.defects.append(f"{t:.2f} s: {told}")
+                    self.defects.append(f"{line['t']:.2f} s: {told}")
             case "end":
-                self.charge[name] = max(0.0, self.charge[name] - 1)
+                self.charge[name] = max(0.0, self.charge[name] - move)
                 self.at[name] = line["at"]
-            case "told" if line["command"] == self.command.get(name) and self.since[name] is None:
-                self.since[name] = t
+            case "told" if line["command"] == self.under_way.get(name):
+                del self.under_way[name]
+                self.since[name] = line["t"]
+                self._pass(name, line["t"])
             case "put":
-                self.stand(name, t)
+                self._pass(name, line["t"])
                 self.at[name] = line["at"]
             case _:
                 pass

@@ -11,8 +11,9 @@ from typing import Any
 import pytest
 
 from campaigns.generate.build import Data
+from fuzz.watch import Charges
 from live.campaign import faults_of, scenario_of
-from live.charged import Charges, alone, team
+from live.charged import alone, team
 from live.floor import Floor
 from live.judge import verdict
 from live.worlds import Live
@@ -45,7 +46,8 @@ def play(data: Data, scenario: Scenario, seed: int, *, faults: bool = False) -> 
     floor, lines = Floor(data, seed, faults_of(seed) if faults else {}), list[str]()
     world, heard = Live(scenario, floor), lambda record: lines.append(json.dumps(as_data(record)))
     result = Mission(scenario, world=world, listeners=[heard]).run()
-    charges = Charges(data, floor.log)
+    starts = {robot.name: robot.start[0] for robot in floor.mission.robots}
+    charges = Charges(data, starts, floor.log)
     assert charges.defects == []
     assert check_trace(lines).findings == ()
     said = {"outcome": result.outcome.value, "explanation": result.explanation}
