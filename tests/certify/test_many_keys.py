@@ -29,6 +29,12 @@ MODELS = """
     empty: {needs: [{action: lift, at: neighbours}], blocks: []}
 """
 
+ENTERED = "region' = AT & region != AT"
+THIRD_TIME = f"""{{ltl: {{memory: {{c: [0, 2]}}, init: c = 0, safety: [
+    {ENTERED} & c = 0 -> c' = 1, {ENTERED} & c = 1 -> c' = 2, {ENTERED} & c = 2 -> c' = 0,
+    "!({ENTERED}) -> c' = c"], liveness: [c = 2 & region = TO]}}}}"""
+"""To be at TO when it has entered AT two times more, of each three."""
+
 CASES = {
     "a refused charge follows from the rules of its objective": """
 map: {grid: ["######", "#....#", "######"]}
@@ -114,33 +120,11 @@ robots:
   r1: {model: cart, start: 0, objective: {visit: [8]}}
 never_together: [{robots: [r0, r1], in: [{any: [17, 13]}]}]
 """,
-    "a joint plan has a robot remember what its strategy never does there": """
-map: {grid: ["......", "#.##.#", "......"]}
+    "a joint plan has a robot remember what its strategy never does there": f"""
+map: {{grid: ["......", "#.##.#", "......"]}}
 robots:
-  r0:
-    model: cart
-    start: 0
-    objective:
-      ltl:
-        memory: {c: [0, 2]}
-        init: c = 0
-        safety: ["region' = 4 & region != 4 & c = 0 -> c' = 1",
-                 "region' = 4 & region != 4 & c = 1 -> c' = 2",
-                 "region' = 4 & region != 4 & c = 2 -> c' = 0",
-                 "!(region' = 4 & region != 4) -> c' = c"]
-        liveness: [c = 2 & region = 7]
-  r1:
-    model: cart
-    start: 13
-    objective:
-      ltl:
-        memory: {c: [0, 2]}
-        init: c = 0
-        safety: ["region' = 3 & region != 3 & c = 0 -> c' = 1",
-                 "region' = 3 & region != 3 & c = 1 -> c' = 2",
-                 "region' = 3 & region != 3 & c = 2 -> c' = 0",
-                 "!(region' = 3 & region != 3) -> c' = c"]
-        liveness: [c = 2 & region = 4]
+  r0: {{model: cart, start: 0, objective: {THIRD_TIME.replace("AT", "4").replace("TO", "7")}}}
+  r1: {{model: cart, start: 13, objective: {THIRD_TIME.replace("AT", "3").replace("TO", "4")}}}
 seed: 23
 """,
     "inputs of formulas may be such that a robot cannot continue": """

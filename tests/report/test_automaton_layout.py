@@ -83,23 +83,6 @@ def _crosses(here: Point, there: Point, centre: Point) -> bool:
     return first < last
 
 
-@pytest.mark.parametrize(
-    ("here", "there", "crossed"),
-    [
-        ((-100, 0), (100, 0), True),
-        ((-100, 22), (100, 22), False),
-        ((-46, 0), (-46, 100), False),
-        ((-100, 0), (0, 23), True),
-        ((-90, 0), (0, 60), False),
-        ((-10, 0), (10, 0), True),
-        ((45, 0), (60, 0), False),
-    ],
-    ids=["through", "along", "past", "a corner", "near a corner", "within", "from its side"],
-)
-def test_a_segment_crosses_a_box_or_not(here: Point, there: Point, crossed: bool) -> None:
-    assert _crosses(here, there, (0, 0)) is crossed
-
-
 def _on_border(point: Point, centre: Point) -> bool:
     away = [abs(point[i] - centre[i]) - BOX[i] / 2 for i in range(2)]
     return max(away) == pytest.approx(0, abs=1e-6)
