@@ -10,14 +10,18 @@ from typing import Any
 
 from safenav.audit.lines import Line, Objective
 from safenav.audit.state import State
-from safenav.audit.turn import StackEntry, Status, Turn, helpers_of, is_of_user, is_over
+from safenav.audit.turn import (
+    StackEntry,
+    Status,
+    Turn,
+    helpers_of,
+    is_of_scenario,
+    is_of_user,
+    is_over,
+)
 
 RESYNTHESIS = "resynthesis"
 WITHOUT_EFFECT = ("failed", "nothing")
-
-
-SCENARIO_CHANGES = ("gone", "appeared", "order", "objective", "service", "inputs")
-"""Lines of what the scenario itself changes."""
 _CHANGES = (
     *("violation", "resolved", "gone", "appeared", "blocked", "reopened", "service", "objective"),
 )
@@ -48,9 +52,11 @@ class Situation(State):
         origin = self.region[robot], self.toward[robot] is not None, self.progress[robot].copy()
         self.turn = Turn(record.tick, robot, record.line, before, *origin)
 
-    def _ends_wait(self, wait: Line, record: Line) -> bool:
+    def ends_wait(self, record: Line) -> bool:
         """Return whether a line ends a wait: one for a change of the scenario ends at its time."""
-        told = wait.until is None and record.type in SCENARIO_CHANGES
+        if (wait := self.waits) is None:
+            return False
+        told = wait.until is None and is_of_scenario(record)
         told = (told or is_of_user(record)) and not self.repeats_inputs(record)
         return told or is_over(wait, record)
 
@@ -62,7 +68,7 @@ class Situation(State):
         self.turn.records.append(record)
         if record.type in _CHANGES and not self.repeats_inputs(record):
             self.aside.clear()
-        if self.waits is not None and self._ends_wait(self.waits, record):
+        if self.ends_wait(record):
             self.waits = None
         robot: Any = getattr(record, "robot", None)
         name: Any = getattr(record, "obstacle", None)

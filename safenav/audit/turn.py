@@ -92,6 +92,18 @@ def is_of_user(record: Line) -> bool:
     return record.type == "operator" or told
 
 
+SCENARIO_CHANGES = ("gone", "appeared", "order", "objective", "service", "inputs")
+"""Lines of what the scenario itself changes."""
+
+
+def is_of_scenario(record: Line) -> bool:
+    """Return whether a line is of what the scenario or the world changes by itself: no robot that
+    fails, or has used up its charge, and no user."""
+    cause = getattr(record, "cause", None)
+    others = ("battery", "user", "world") if record.type == "service" else ("battery", "user")
+    return record.type in SCENARIO_CHANGES and cause not in others
+
+
 def taken(move: Line) -> set[int]:
     """Return the regions that a robot occupies after a move."""
     return {move.to} if move.toward is None else {move.to, move.toward}

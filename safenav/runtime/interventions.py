@@ -52,6 +52,8 @@ class Interventions(Struct):
     _recorded: frozenset[str] = frozenset()  # those of them that a line names
     took_effect: bool = False
     """Whether a requested intervention has changed anything, or is recorded as one."""
+    ends_wait: bool = False
+    """Whether the scenario, or an input, has changed something while an operator is waited for."""
 
     @property
     def asked(self) -> bool:
@@ -100,6 +102,7 @@ class Interventions(Struct):
         while self._made < len(changes) and changes[self._made].at <= self.state.time:
             change = changes[self._made]
             self._made += 1
+            self._note_change()
             robot = self._robot(change.robot)
             if change.objective is not None:
                 yield from self._give(robot, change.objective, _SCENARIO, change.within)
@@ -124,6 +127,10 @@ class Interventions(Struct):
             yield from self._bring_about(wanted)
         yield from self._inputs()
 
+    def _note_change(self) -> None:
+        """Note that the scenario or an input changes something: it may help the team."""
+        self.ends_wait |= self.state.waits_for_operator
+
     def _has_effect(self, wanted: user_changes.Intervention) -> bool:
         match wanted:
             case user_changes.Serve(name, active):
@@ -147,6 +154,7 @@ class Interventions(Struct):
             due = obstacle.ordered and (obstacle.appears or 0) <= self.state.time
             if due and obstacle.name not in self._ordered:
                 self._ordered.add(obstacle.name)
+                self._note_change()
                 yield from self._placed(Change(obstacle, appeared=True))
 
     def _placed(self, order: Change) -> Iterator[events.Event]:
@@ -160,6 +168,8 @@ class Interventions(Struct):
         if self._looked != state.tick:
             self._looked, state.inputs_before = state.tick, state.inputs
         told = self._told_inputs()
+        if told != state.inputs:
+            self._note_change()
         if told != state.inputs or self._chosen.keys() != self._recorded:  # once, also after a wait
             state.inputs, self._recorded = told, frozenset(self._chosen)
             state.emit(records.Inputs(state.tick, told, tuple(self._chosen) or None))
@@ -284,7 +294,7 @@ class Interventions(Struct):
     ) -> Iterator[events.Event]:
         state = self.state
         told = objective_in_trace(objective)
-        own = robot.assignment.role is Role.OWN
+        own = robot.assignment.role is Role.OWN and robot.stop is None
         state.emit(records.NewObjective(state.tick, robot.name, told, own, cause, within))
         yield from self.turns.leave_plan()
         hope = state.waiting is None  # it may resolve what it kept out of

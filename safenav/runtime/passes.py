@@ -70,13 +70,16 @@ class Passes(Algorithm):
         given_up = self.interventions.given_up
         self.guarded(lambda: self.settle(self.batteries.tick_begins()))
         waited, self.interventions.took_effect = team.waiting is not None, False
+        self.interventions.ends_wait = False
         while not self.guarded(lambda: self.settle(self.interventions.apply())):
             pass  # the change before has ended in a wait
         self._together |= waited and self.interventions.took_effect
+        self._together |= self.interventions.ends_wait
         if given_up:
             raise RunEnded(team.waiting or Conclusion(Outcome.INTERRUPTED, "given up"))
         for change in self.world.changes(team.occupied()):
             known = team.knowledge.knows(change.obstacle)
+            self._together |= team.waits_for_operator
             if change.obstacle.ordered if change.appeared else known:  # duties change with it
                 self.settle(self.turns.leave_plan())
             team.introduce(change.obstacle, change.truth)

@@ -223,6 +223,10 @@ class TeamState(Struct):
             robot.progress, robot.begun = own, False
 
     @property
+    def waits_for_operator(self) -> bool:
+        return self.waiting is not None and self.waits_until is None
+
+    @property
     def last_settled(self) -> Settled:
         """The last settlement: there is one from the start of the run on."""
         assert self.settled is not None

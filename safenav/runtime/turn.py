@@ -66,7 +66,7 @@ class Turns:
             yield from self._stand_still(robot, HoldReason.OPERATOR)
         elif robot.held is not None:
             yield from self._stand_still(robot, robot.held)
-        elif robot.too_flat and robot.pose.region not in self.state.scenario.chargers:
+        elif robot.too_flat and not self._charges(robot):
             yield from self._stand_still(robot, HoldReason.HELD)  # brought back with no charge
         elif not self.state.live and self.actions.acts_first(robot):
             yield from self._stand_still(robot, HoldReason.ACTING)
@@ -130,6 +130,11 @@ class Turns:
         if planner.node is None and robot.stays_for != off and not self.strategies.relocate(robot):
             robot.stays_for = off  # it has no node there
         return planner.node is not None
+
+    def _charges(self, robot: RobotState) -> bool:
+        """Whether it stands on a charger, and is not to go to another one."""
+        here, stop = robot.pose.region, robot.stop
+        return here in self.state.scenario.chargers and (stop is None or stop.region == here)
 
     def _awaits_action(self, name: str) -> bool:
         """Live: whether a robot has followed a helper that stands where it is to act."""

@@ -42,6 +42,9 @@ OPERATOR = {
     "an input that is as it was": 7119,
     "an order comes in the moment in which an action ends": 7289,
     "an input changes the objective on the way to a stop": 21263,
+    "a robot that stays where it charges gets another objective": 53117,
+    "an input gives the same targets in turn": 53182,
+    "one is put back and an obstacle is said to stay": 53260,
 }
 BOTH = {
     "an order where the world knows of none": 3053,
@@ -52,6 +55,8 @@ BOTH = {
     "put elsewhere with an empty battery": 8044,
     "what was resolved is seen again": 8231,
     "lost, and said to be back": 3387,
+    "put on a charger with an empty battery, on its way to another": 50632,
+    "an order comes while an operator is waited for": 50640,
 }
 LOCKSTEP = {
     "back in service, as it was": 7452,

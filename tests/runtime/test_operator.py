@@ -145,6 +145,31 @@ def test_plans_are_for_the_rounds_that_one_out_of_service_leaves_possible(
     assert (result.outcome, result.cause) == (Outcome.OPERATOR_NEEDED, "out_of_service")
 
 
+HEMMED_IN = """
+safenav: 1
+name: b and c keep each other out of a zone, and a stands where one of them would give way
+map: {grid: ["#####", "#...#", "#...#", "#####"]}
+catalogue:
+  robots:
+    cart: {mobility: free, layer: ground, capabilities: []}
+    walker: {mobility: heading, layer: ground, capabilities: []}
+robots:
+  a: {model: cart, start: 8, objective: {hold: 8}}
+  b: {model: cart, start: 12, objective: {visit: [11, 8]}}
+  c: {model: walker, start: 11, heading: west, objective: {visit: [7, 8]}}
+never_together: [{robots: [b, c], in: [6, 12, 13]}]
+limits: {ticks: 100}
+changes: [{at: 1, robot: a, service: out}]
+"""
+
+
+def test_robots_that_no_order_of_moves_brings_past_one_out_of_service_need_an_operator() -> None:
+    """Each alone has a way; together they have none, and the plan for the rest moves no robot."""
+    result = Mission(load_scenario_text(HEMMED_IN)).run()
+    assert (result.outcome, result.cause) == (Outcome.OPERATOR_NEEDED, "out_of_service")
+    assert result.ticks < 50
+
+
 def test_an_unattended_run_ends_instead() -> None:
     result = Mission(load_scenario_text(GATE)).run()
     assert result.outcome is Outcome.OPERATOR_NEEDED
@@ -264,3 +289,27 @@ def test_a_lost_robot_is_put_back() -> None:
     assert mission.result.outcome is Outcome.COMPLETED
     assert not run.findings
     assert run.one("gone")["obstacle"] == "lost_cart@26"
+
+
+class Clocked(Remote):
+    """One whose time does not stand still while the team waits."""
+
+    def __getattr__(self, name: str) -> Any:
+        if name in ("expected", "times"):
+            raise AttributeError(name)
+        return super().__getattr__(name)
+
+
+def test_what_the_scenario_changes_ends_a_wait_for_an_operator() -> None:
+    """The cart has nothing to do behind the gate any more."""
+    change = "changes: [{at: 8, robot: cart, objective: {visit: [[1, 1], [2, 1]]}}]\n"
+    near = GATE.replace("[[1, 9], [1, 1]]", "[[1, 2], [1, 1]]")
+    scenario, run = load_scenario_text(near + change), Run()
+    mission = Mission(scenario, world=Clocked(scenario), listeners=[run], attended=True)
+    mission.start()
+    for _ in range(5000):
+        if mission.result is None:
+            mission.step()
+    assert mission.result is not None and mission.result.outcome is Outcome.COMPLETED
+    assert len(run.all("waiting")) == 1
+    assert not run.findings

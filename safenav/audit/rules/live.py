@@ -7,8 +7,16 @@ from itertools import combinations
 
 from safenav.audit.lines import Line
 from safenav.audit.rules.rule import Finding, Rule, Said, judges
-from safenav.audit.situation import SCENARIO_CHANGES, WITHOUT_EFFECT, Situation
-from safenav.audit.turn import Status, is_of_user, is_over, moment, taken
+from safenav.audit.situation import WITHOUT_EFFECT, Situation
+from safenav.audit.turn import (
+    SCENARIO_CHANGES,
+    Status,
+    is_of_scenario,
+    is_of_user,
+    is_over,
+    moment,
+    taken,
+)
 
 _ROUNDED = 1e-6
 """Seconds by which sums of written times may differ."""
@@ -281,6 +289,8 @@ class WaitingRule(Rule):
                 yield f"{record.robot} gets a command while the team waits"
             case "appeared" | "gone" | "inputs" | "order" if is_of_user(record):
                 self._waiting, self._hope, self._changed = None, True, record.tick
+            case _ if self._ended_by_scenario(record):
+                self._waiting, self._hope, self._changed = None, True, record.tick
             case "gone":
                 timed = self._waiting is not None and self._waiting.until is not None
                 self._waiting, self._hope = self._waiting if timed else None, True
@@ -296,12 +306,16 @@ class WaitingRule(Rule):
                     yield f"{record.obstacle} is reopened, but was not given up"
                 elif not self._hope and record.tick != self._changed:
                     yield f"{record.obstacle} is reopened, but nothing has changed"
-            case "blocked" if record.reason != "untraversable":
+            case "blocked" if record.reason not in ("untraversable", "operator"):
                 self._hope = False
             case "outcome" if self._waiting is not None:
                 told = ("interrupted", "error", "time_limit", "tick_limit", self._waiting.outcome)
                 if record.outcome not in told:
                     yield f"the run ends as {record.outcome} while it waits"
+
+    def _ended_by_scenario(self, record: Line) -> bool:
+        wait = self._waiting
+        return wait is not None and wait.until is None and is_of_scenario(record)
 
     def _waits(self, record: Line, now: Situation) -> bool:
         """Return whether a robot is to stay, and sets out or acts."""

@@ -8,7 +8,7 @@ from safenav.audit.kinds import ALTERNATION, shape_of
 from safenav.audit.lines import Line, Objective
 from safenav.audit.rules.rule import Rule, Said
 from safenav.audit.situation import RESYNTHESIS, Situation
-from safenav.audit.turn import is_of_user, is_over
+from safenav.audit.turn import is_of_user
 
 _CAUSES: dict[str, tuple[str, ...]] = {
     "request": ("violation", "request", "met", "acted"),
@@ -39,7 +39,7 @@ class SynthesisRule(Rule):
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
         self._happened.add(record.type)
         changed = record.type == "objective" or is_of_user(record)  # before all is decided again
-        if changed or (now.waits is not None and is_over(now.waits, record)):
+        if changed or now.ends_wait(record):
             self._resumed = record.tick
         if record.type == "synthesis":
             yield from self._problems(record, now)
@@ -56,7 +56,8 @@ class SynthesisRule(Rule):
             causes = _CAUSES.get(record.reason)
             if record.reason == "request" and any(map(now.done.get, now.requests)):
                 continue  # a robot has had its part in a need
-            if record.reason == "service" and self._resumed == record.tick:
+            later = now.live and self._resumed >= 0  # when it comes
+            if record.reason == "service" and (later or self._resumed == record.tick):
                 continue  # whatever has changed by then
             if now.live and causes and self._happened & {*causes}:
                 continue  # its strategy may have come later
@@ -94,9 +95,10 @@ class SynthesisRule(Rule):
 
 class StrategyRule(Rule):
     """No robot moves without a strategy: the last synthesis for its objective in force exists, was
-    realizable, and its strategy was not refuted (D 1 and 10). One that was not realizable beside an
-    obstacle says nothing when that is away: the strategy before it suffices again. Once an
-    assumption was violated a robot may hold without a strategy."""
+    realizable, and its strategy was not refuted (D 1 and 10). One for the same targets in turn also
+    suffices. One that was not realizable beside an obstacle says nothing when that is away: the
+    strategy before it suffices again. Once an assumption was violated a robot may hold without a
+    strategy."""
 
     name, kinds = "strategy", ("synthesis", "assumption", "move", "gone", "resolved")
 
@@ -104,11 +106,13 @@ class StrategyRule(Rule):
         self._last: dict[tuple[str, Objective], Line] = {}
         self._kept: dict[tuple[str, Objective], Line] = {}
         """The last realizable one."""
+        self._alike: dict[tuple[str, tuple[str, object]], Line] = {}
         self._excused: set[str] = set()
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
         if record.type == "synthesis":
             self._last[record.robot, record.objective] = record
+            self._alike[record.robot, _alternating(record.objective)] = record
             if record.verdict == "realizable":
                 self._kept[record.robot, record.objective] = record
             self._excused.discard(record.robot)
@@ -128,7 +132,8 @@ class StrategyRule(Rule):
         if by is None and (now.live or now.toward[robot] is not None):
             return  # it continues a step, which was judged when it set out
         objective = now.objectives[robot]
-        last = self._last.get((robot, objective))
+        alike = self._alike.get((robot, _alternating(objective)))
+        last = self._last.get((robot, objective), alike)
         if last is None:
             if now.header.coordination == RESYNTHESIS:
                 yield f"{robot} moves without a strategy for {objective}"

@@ -179,7 +179,8 @@ class Batteries:
             there = stops.graph.number(stop)
             if not here:
                 way = stops.graph.steps_between(1 << pose, 1 << there, stops.allowed)
-                if way is not None and not kept >> there & 1:
+                near = way is not None and way * stops.battery.move <= robot.charge
+                if near and not kept >> there & 1:
                     return stop
             elif robot.charge < self._leaves_with(robot, stops, turn):
                 return stop

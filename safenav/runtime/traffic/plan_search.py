@@ -184,6 +184,11 @@ class PlanSearch(Struct):
         remember, so that a plan for all assumes goals as met that are not. None if there are no
         such moves, or the team could not continue after them."""
         answer = self._leg_of_starved(floor, course, start)
+        robots = self.state.robots
+        pursues_own = robots[self.starved].assignment.role is Role.OWN
+        hindered = pursues_own and not all(robot.active for robot in robots.values())
+        if isinstance(answer, Exhausted) and hindered and not floor.problem.sweeping:
+            self.searches.hem_in(floor.index(self.starved))
         if not isinstance(answer, Found):
             return None
         own = self.searches.own_of_charging()

@@ -387,6 +387,7 @@ class Traffic:
             self._watch.begin_anew()
             return  # the others complete the mission without
         if isinstance(answer, Exhausted) and not all(r.active for r in self.state.robots.values()):
+            self.search.leg(floor, course, start)
             self._watch.begin_anew()  # somebody stands in the way who may come back
             return
         if isinstance(answer, Exhausted) and floor.problem.sweeping:
@@ -422,6 +423,9 @@ class Traffic:
         short = charges and not self.search.leg_done(course, start, states[-1], helping)
         if short or self._changes_nothing(here, states, counts):
             leg = self.search.leg(floor, course, start)
+            if leg is None and floor.index(self.search.starved) in self._searches.hemmed_in:
+                self._watch.begin_anew()
+                return
             states = (leg and pending.from_here(course, counts, leg)) or states
         self._begin(floor, states, counts, reason)
 
