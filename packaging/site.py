@@ -7,7 +7,6 @@ does not have them.
 
 from __future__ import annotations
 
-import importlib
 import re
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,7 @@ import click
 from mkdocs.structure.files import File, Files
 
 import safenav
-from safenav.cli import COMMANDS, group
+from safenav.cli import COMMANDS, command_of, group
 
 ROOT = Path(__file__).resolve().parents[1]
 _OUTSIDE = re.compile(r"\[([^\]]+)\]\((?!https?:|#)((?:\.\./)+[^)]+)\)")
@@ -46,9 +45,8 @@ def _commands() -> str:
     """The help of every command."""
     parts = ["# The command line", "", "```text", _help(group, "safenav"), "```"]
     for name in COMMANDS:
-        module = importlib.import_module(f"safenav.cli.{name.replace('-', '_')}")
         parts += ["", f"## safenav {name}", "", "```text"]
-        parts += [_help(module.command, f"safenav {name}"), "```"]
+        parts += [_help(command_of(name), f"safenav {name}"), "```"]
     return "\n".join(parts) + "\n"
 
 

@@ -11,6 +11,8 @@ from enum import IntEnum
 
 from msgspec import Struct
 
+from safenav.outcome import Outcome
+
 
 class ExitCode(IntEnum):
     """Exit status of every command (see the README)."""
@@ -21,6 +23,21 @@ class ExitCode(IntEnum):
     RESOURCE_LIMIT = 3
     INTERNAL = 4
     INTERRUPTED = 130
+
+
+_OF_OUTCOMES = {
+    Outcome.COMPLETED: ExitCode.OK,
+    Outcome.TICK_LIMIT: ExitCode.RESOURCE_LIMIT,
+    Outcome.TIME_LIMIT: ExitCode.RESOURCE_LIMIT,
+    Outcome.SEARCH_LIMIT: ExitCode.RESOURCE_LIMIT,
+    Outcome.INTERRUPTED: ExitCode.INTERRUPTED,
+    Outcome.ERROR: ExitCode.INTERNAL,
+}
+
+
+def exit_code_of(outcome: Outcome) -> ExitCode:
+    """Return the exit code of a run that ends so, if nothing else was expected."""
+    return _OF_OUTCOMES.get(outcome, ExitCode.NEGATIVE)
 
 
 _WIDTH = 96

@@ -13,15 +13,18 @@ import click
 from safenav.errors import UsageError
 
 
-def write_bytes(path: Path, content: bytes) -> None:
-    """The content under that name (``-``: standard output), and a word about it.
+def write_out(path: Path, content: str | bytes, *, told: bool = True, replace: bool = True) -> None:
+    """The content under that name (``-``: standard output), and a word about it if ``told``.
+    ``replace``: a file that exists.
 
     Raises UsageError if it cannot be written.
     """
+    data = content.encode() if isinstance(content, str) else content
     if str(path) == "-":
-        sys.stdout.buffer.write(content)
-    else:
-        write_whole(path, lambda part: part.write_bytes(content))
+        sys.stdout.buffer.write(data)
+        return
+    write_whole(path, lambda part: part.write_bytes(data), replace=replace)
+    if told:
         tell(path)
 
 

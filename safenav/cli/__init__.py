@@ -42,6 +42,17 @@ COMMANDS = {
     "doctor": "List what is installed and test whether it works.",
 }
 
+ELSEWHERE = {
+    "resume": "run",
+    "check-motion": "motion",
+    "check-bundle": "certify",
+    "verify": "specification",
+    "schema": "reference",
+    "catalogue": "reference",
+    "doctor": "reference",
+}
+"""Commands in the module of another one, under their own names."""
+
 EXTRAS = {
     "numpy": "motion",
     "daqp": "motion",
@@ -76,11 +87,7 @@ class _Commands(click.Group):
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         del ctx
-        if cmd_name not in COMMANDS:
-            return None
-        module = importlib.import_module(f"safenav.cli.{cmd_name.replace('-', '_')}")
-        command: click.Command = module.command
-        return command
+        return command_of(cmd_name) if cmd_name in COMMANDS else None
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
@@ -104,6 +111,14 @@ class _Commands(click.Group):
             formatter.write_dl(list(COMMANDS.items()))
 
 
+def command_of(name: str) -> click.Command:
+    """The command of this name, from its module."""
+    word = name.replace("-", "_")
+    module = importlib.import_module(f"safenav.cli.{ELSEWHERE.get(name, word)}")
+    command: click.Command = getattr(module, word if name in ELSEWHERE else "command")
+    return command
+
+
 @click.group(cls=_Commands, epilog=EPILOG, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(safenav.__version__, prog_name="safenav")
 def group() -> None:
@@ -123,7 +138,7 @@ def group() -> None:
 
 def main() -> None:
     """Entry point of the ``safenav`` command."""
-    warnings.showwarning = _warn
+    warnings.showwarning = lambda message, *_, **__: warn(message)
     # Strategies and searches are millions of objects and hardly a cycle: look for cycles seldom.
     gc.set_threshold(100_000, 20, 100)
     try:
@@ -161,9 +176,11 @@ def main() -> None:
         )
 
 
-def _warn(message: Warning | str, *_: object, **__: object) -> None:
-    """A warning in our words, without the line of code that gave it."""
+def warn(message: Warning | str, *more: str) -> None:
+    """Print a warning, and lines that belong to it."""
     click.echo(f"{click.style('warning:', fg='yellow', bold=True)} {message}", err=True)
+    for line in more:
+        click.echo(line, err=True)
 
 
 def _fail(message: str, code: ExitCode) -> None:

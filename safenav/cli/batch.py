@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING
 import click
 
 from safenav.cli import options
-from safenav.cli.output import FILE, FOLDER
 from safenav.errors import ExitCode, UsageError
+from safenav.outfile import write_out
 
 if TYPE_CHECKING:
-    from safenav.batch.cases.case import Conditions
     from safenav.batch.cases.search import FoundCases
     from safenav.batch.workers.backend import Backend
     from safenav.batch.workers.worker import Worker
@@ -68,24 +67,24 @@ Exit codes:
 @options.verify
 @click.option(
     "--certify",
-    type=FOLDER,
+    type=options.FOLDER,
     help="Write the bundle of each run into this folder (docs/certify.md).",
 )
-@click.option("--junit", type=FILE, help="Write a JUnit report (XML).")
+@click.option("--junit", type=options.FILE, help="Write a JUnit report (XML).")
 @click.option(
     "--json",
     "as_json",
     is_flag=True,
     help="Print all results as JSON; the table goes to standard error.",
 )
-@click.option("--results", type=FILE, help="Write all results as JSON, for --baseline.")
-@click.option("--csv", "as_csv", type=FILE, help="Write the figures as CSV.")
+@click.option("--results", type=options.FILE, help="Write all results as JSON, for --baseline.")
+@click.option("--csv", "as_csv", type=options.FILE, help="Write the figures as CSV.")
 @click.option(
     "-o",
     "--output",
     "--out",
     "out",
-    type=FOLDER,
+    type=options.FOLDER,
     help="Keep results as they come, and trace and replay of failures, in this folder.",
 )
 @click.option("--resume", is_flag=True, help="Run only the cases that have no result in --out.")
@@ -146,6 +145,7 @@ def command(
         from safenav.batch.journal import StateFile
         from safenav.batch.results_file import read_results, to_csv, to_json
         from safenav.batch.session import run_batch
+        from safenav.batch.workers.pool import LocalPool
         from safenav.report.batches.failure import FailureFolder
         from safenav.report.batches.junit import to_junit
         from safenav.report.batches.progress import ProgressLine
@@ -158,10 +158,13 @@ def command(
         bundles = None if certify is None else str(certify.resolve())
         conditions = Conditions(time_limit, verify, bundles)
         traces = None if out is None else out / ".running-traces"
+        backend: Backend
         if dask is not None:
-            backend = _cluster(dask, conditions, traces)
+            from safenav.batch.cluster.dask import DaskCluster
+
+            backend = DaskCluster(dask, conditions, traces)
         else:
-            backend = _pool(jobs, conditions, traces, started)
+            backend = LocalPool(jobs or _processors(), conditions, traces, started)
         stack.callback(backend.close)
         state = failures = None
         if out is not None and traces is not None:
@@ -189,11 +192,11 @@ def command(
         not_run = [case.name for case in report.not_run]
         comparison = compare(report.in_order, former, slower, not_run)
     if junit is not None:
-        _write(junit, to_junit(report))
+        write_out(junit, to_junit(report), told=False)
     if results is not None:
-        _write(results, to_json(report, comparison))
+        write_out(results, to_json(report, comparison), told=False)
     if as_csv is not None:
-        _write(as_csv, to_csv(report))
+        write_out(as_csv, to_csv(report), told=False)
     for line in summary(report, comparison, slowest):
         click.echo(line, err=Path("-") in files)
     if report.left and out is not None:
@@ -212,25 +215,11 @@ def _first_worker(stack: ExitStack) -> Worker:
     return worker
 
 
-def _pool(
-    jobs: int | None, conditions: Conditions, traces: Path | None, started: list[Worker]
-) -> Backend:
-    from safenav.batch.workers.pool import LocalPool
-
-    return LocalPool(jobs or _processors(), conditions, traces, started)
-
-
 def _processors() -> int:
     """Those that we may use: a container often has fewer than the machine."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
-
-
-def _cluster(address: str, conditions: Conditions, traces: Path | None) -> Backend:
-    from safenav.batch.cluster.dask import DaskCluster
-
-    return DaskCluster(address, conditions, traces)
 
 
 def _make_empty(folder: Path, stack: ExitStack) -> None:
@@ -248,15 +237,6 @@ def _report_skipped(found: FoundCases) -> None:
         click.echo(f"skipped {count} YAML {files}: {names}", err=True)
     for matrix in found.matrices:
         click.echo(f"skipped a matrix file: to run it, safenav batch {matrix}", err=True)
-
-
-def _write(path: Path, text: str) -> None:
-    if path == Path("-"):
-        click.echo(text, nl=False)
-        return
-    from safenav.outfile import write_whole
-
-    write_whole(path, lambda part: part.write_text(text, encoding="utf-8"))
 
 
 def _as_interrupt(number: int, frame: object) -> None:

@@ -1,18 +1,22 @@
-"""``safenav certify``: a run, and everything that proves it, as one bundle."""
+"""``safenav certify`` and ``safenav check-bundle``: a run, and everything that proves it, as one
+bundle; and its check by the checker that is installed."""
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
+from msgspec import to_builtins
+from msgspec.structs import replace
 
+from safenav.certify.check import Acceptance
+from safenav.certify.check import check_bundle as checked
+from safenav.certify.proved import TEAM, prove, refusals, rests_on
+from safenav.certify.record import bundle_of_run, bundle_of_trace
 from safenav.cli import options
-from safenav.cli.output import BUNDLE
 from safenav.errors import ExitCode, NotCertifiedError, UsageError
-
-if TYPE_CHECKING:
-    from safenav.certify.bundle import Made
+from safenav.report.terminal.table import table
 
 EPILOG = """\b
 Examples:
@@ -31,18 +35,32 @@ Exit codes:
   2  bad input or usage   3  time or memory limit   4  synthesizer failure
 """
 
+CHECK_EPILOG = """\b
+Examples:
+  safenav new lab.yaml && safenav certify lab.yaml -o bundle
+  safenav check-bundle bundle
+  safenav check-bundle bundle --json
+\b
+With the verified checker (docs/proof.md):
+  safenav check-bundle --proved bundle
+\b
+Exit codes:
+  0  accepted   1  refused: the first reason is printed   2  not a bundle
+  3  too large for the checker
+"""
+
 
 @click.command(epilog=EPILOG)
-@click.argument("scenario", type=click.Path(path_type=Path), required=False)
-@click.option("--trace", type=click.Path(path_type=Path), help="The trace of an earlier run.")
-@click.option("-o", "--output", type=BUNDLE, required=True, help="A folder, or a .zip.")
+@click.argument("scenario", type=options.INPUT, required=False)
+@click.option("--trace", type=options.INPUT, help="The trace of an earlier run.")
+@click.option("-o", "--output", type=options.BUNDLE, required=True, help="A folder, or a .zip.")
 @click.option(
     "--motion",
-    type=click.Path(path_type=Path),
+    type=options.INPUT,
     help="With --trace: the motion of that run (safenav motion); it goes into the bundle.",
 )
 @click.option("--with-motion", is_flag=True, help="Also compute the motion of SCENARIO's run.")
-@click.option("--proved", is_flag=True, help="Also run the proved checker (docs/proof.md).")
+@options.proved
 @options.seed
 def command(
     scenario: Path | None,
@@ -57,8 +75,6 @@ def command(
     needs only Python.
 
     Any outcome can be certified, including that the mission is impossible."""
-    from safenav.certify.record import bundle_of_run, bundle_of_trace
-
     if (scenario is None) == (trace is None):
         raise UsageError("name a scenario to run, or the --trace of an earlier run")
     if (motion is not None and trace is None) or (with_motion and scenario is None):
@@ -72,11 +88,45 @@ def command(
     except NotCertifiedError as error:
         click.echo(str(error), err=True)
         return ExitCode.NEGATIVE
-    _tell(made)
-    return ExitCode.OK
-
-
-def _tell(made: Made) -> None:
     for claim in made.verdict.claims:
         click.echo(f"  {claim['text']}")
     click.echo(f"{made.path}: {made.files} files, {made.bytes / 1024:.0f} KiB, accepted")
+    return ExitCode.OK
+
+
+@click.command(name="check-bundle", epilog=CHECK_EPILOG)
+@click.argument("bundle", type=click.Path(path_type=Path, exists=True))
+@options.proved
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
+def check_bundle(bundle: Path, proved: bool, as_json: bool) -> int:
+    """Check a BUNDLE (a folder or a .zip) and print what it establishes, claim by claim.
+
+    The program is the one that is installed, not the copy in the bundle. A reviewer without
+    safenav runs `python3 -I -S check.py BUNDLE`.
+    """
+    verdict = checked(bundle)
+    proofs = prove(bundle) if proved and verdict.accepted else ()
+    if refused := refusals(proofs):
+        reason = f"the verified checker refuses {'; '.join(refused)}"
+        verdict = replace(verdict, result=Acceptance.REFUSED, reason=reason)
+    claims = [{**claim, "rests_on": rests_on(claim, proofs)} for claim in verdict.claims]
+    if as_json:
+        data = {"verdict": verdict.result, "reason": verdict.reason, "claims": claims}
+        data |= {"proofs": [to_builtins(proof) for proof in proofs]} if proved else {}
+        click.echo(json.dumps(data, indent=2))
+    else:
+        said = (f" [{claim['rests_on']}]" if proved else "" for claim in claims)
+        rows = [(c["id"], c["text"] + told) for c, told in zip(claims, said, strict=True)]
+        for proof in (p for p in proofs if p.kind in TEAM):
+            told = ": ".join(filter(None, (proof.verdict, proof.reason)))
+            rows.append((proof.kind, f"{TEAM[proof.kind]} [{told}]"))
+        if rows:
+            click.echo("\n".join(table(("claim", "established"), rows)))
+        colour = "green" if verdict.accepted else "red"
+        reason = f": {verdict.reason}" if verdict.reason else ""
+        click.echo(f"{bundle}: {click.style(verdict.result, fg=colour)}{reason}")
+    return {
+        Acceptance.ACCEPTED: ExitCode.OK,
+        Acceptance.REFUSED: ExitCode.NEGATIVE,
+        Acceptance.TOO_LARGE: ExitCode.RESOURCE_LIMIT,
+    }[verdict.result]

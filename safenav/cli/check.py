@@ -10,7 +10,22 @@ from typing import Any
 import click
 from msgspec.structs import replace
 
+from safenav.cli import options, warn
 from safenav.errors import ExitCode
+from safenav.explain.summary import explain_unrealizable
+from safenav.explain.vacuity import vacuous_wins
+from safenav.report.terminal.promises import promise_data, promise_lines
+from safenav.report.terminal.synthesis_progress import WaitingLine
+from safenav.report.terminal.vacuity_warning import vacuity_data, vacuity_lines
+from safenav.report.terminal.worst_cases import worst_data, worst_lines
+from safenav.runtime.analysis.ahead import run_ahead
+from safenav.runtime.coordination.foresight import foreseen
+from safenav.runtime.deadlines.worst import visited, worst_cases
+from safenav.runtime.mission import Mission, default_synthesizer, first_results
+from safenav.scenario.lint import lint
+from safenav.scenario.objective import describe
+from safenav.scenario.reading.loader import load_scenario
+from safenav.spec.compile import assumption_names
 
 EPILOG = """\b
 Examples:
@@ -24,7 +39,7 @@ Exit codes:
 
 
 @click.command(epilog=EPILOG)
-@click.argument("scenario", type=click.Path(path_type=Path))
+@click.argument("scenario", type=options.INPUT)
 @click.option("--strict", is_flag=True, help="Warnings count as unrealizable.")
 @click.option("--json", "as_json", is_flag=True, help="Print the verdicts as JSON.")
 def command(scenario: Path, strict: bool, as_json: bool) -> int:
@@ -34,21 +49,6 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
     action that no robot has, a capability that no obstacle needs, a seed without effect, a robot
     that can win by breaking its assumptions about the other robots. Says how long
     the resolution of each obstacle takes, at best and at worst."""
-    from safenav.explain.summary import explain_unrealizable
-    from safenav.explain.vacuity import vacuous_wins
-    from safenav.report.terminal.promises import promise_data, promise_lines
-    from safenav.report.terminal.synthesis_progress import WaitingLine
-    from safenav.report.terminal.vacuity_warning import vacuity_data, vacuity_lines
-    from safenav.report.terminal.worst_cases import worst_data, worst_lines
-    from safenav.runtime.analysis.ahead import run_ahead
-    from safenav.runtime.coordination.foresight import foreseen
-    from safenav.runtime.deadlines.worst import visited, worst_cases
-    from safenav.runtime.mission import Mission, default_synthesizer, first_results
-    from safenav.scenario.lint import lint
-    from safenav.scenario.objective import describe
-    from safenav.scenario.reading.loader import load_scenario
-    from safenav.spec.compile import assumption_names
-
     plan = load_scenario(scenario)
     synthesizer = default_synthesizer(plan)
     answers = first_results(plan, synthesizer, WaitingLine())
@@ -64,11 +64,8 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
                 of_scenario.append(f"when {event} is on from the start, {said}")
     warnings = list(of_scenario)
     for name, answer in answers.items():
-        why = (
-            None
-            if answer.realizable
-            else explain_unrealizable(answer.task.robot, answer.task, plan.map)
-        )
+        task = answer.task
+        why = None if answer.realizable else explain_unrealizable(task.robot, task, plan.map)
         strategy = answer.result.strategy
         vacuous = vacuous_wins(strategy, synthesizer) if answer.realizable and strategy else ()
         for vacuity in vacuous:
@@ -122,7 +119,9 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
         for line in promise_lines(plan, ahead):
             click.echo(line)
         for line in warnings:
-            word = "" if line.startswith(" ") else click.style("warning: ", fg="yellow", bold=True)
-            click.echo(f"{word}{line}", err=True)
+            if line.startswith(" "):
+                click.echo(line, err=True)
+            else:
+                warn(line)
     good = realizable and refusal is None and not (strict and warnings)
     return ExitCode.OK if good else ExitCode.NEGATIVE

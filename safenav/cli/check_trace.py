@@ -9,6 +9,7 @@ import click
 from msgspec import to_builtins
 
 from safenav.audit.check import Audit, audit
+from safenav.cli import options
 from safenav.errors import ExitCode
 from safenav.trace.reading import read_bytes, read_trace
 from safenav.trace.words import counted
@@ -16,10 +17,10 @@ from safenav.trace.words import counted
 
 @click.command(name="check-trace")
 @click.argument("trace", type=click.Path())
-@click.option("--all", "show_all", is_flag=True, help="Print every broken rule.")
+@options.show_all
 @click.option("--partial", is_flag=True, help="Accept a trace that ends before its outcome.")
 @click.option("--json", "as_json", is_flag=True, help="Print the whole result as JSON.")
-def command(trace: str, show_all: bool, partial: bool, as_json: bool) -> None:
+def command(trace: str, show_all: bool, partial: bool, as_json: bool) -> int:
     """Check a trace (`-`: standard input) against the rules of the design.
 
     Walls, mobility, obstacles, collisions, requests, the objective stack, goals and the outcome
@@ -43,15 +44,11 @@ def command(trace: str, show_all: bool, partial: bool, as_json: bool) -> None:
     else:
         found = audit(read_trace(trace))
     if as_json:
-        click.echo(json.dumps(_data(found), indent=2))
+        click.echo(json.dumps({"ok": found.ok, **to_builtins(found)}, indent=2))
     else:
         _tell(found, show_all, partial)
     good = found.ok and (found.complete or partial)
-    sys.exit(ExitCode.OK if good else ExitCode.NEGATIVE)
-
-
-def _data(found: Audit) -> dict[str, object]:
-    return {"ok": found.ok, **to_builtins(found)}
+    return ExitCode.OK if good else ExitCode.NEGATIVE
 
 
 def _tell(found: Audit, show_all: bool, partial: bool) -> None:

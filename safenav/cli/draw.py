@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
-from safenav.cli.division import division_options
-from safenav.cli.output import FILE
+from safenav.cli import options, warn
 from safenav.errors import ExitCode, UsageError
-
-if TYPE_CHECKING:
-    from safenav.scenario.model import Scenario
-    from safenav.scenario.reading.maps.bare_map import Division
+from safenav.outfile import write_out
+from safenav.report.picture.scenario import scenario_text, scene_of, sight_of
+from safenav.report.picture.scene import Options, svg_of
+from safenav.report.replay.perception import shading_lines
+from safenav.scenario.model import Scenario
+from safenav.scenario.reading.loader import load_scenario
+from safenav.scenario.reading.maps.bare_map import Division, form_of, load_map
 
 EPILOG = """\b
 Examples:
@@ -33,11 +34,11 @@ Exit codes:
 
 
 @click.command(epilog=EPILOG)
-@click.argument("scenario", type=click.Path(path_type=Path))
-@click.option("-o", "--output", type=FILE, help="Picture: .svg or .png.")
-@click.option("--width", type=click.IntRange(100, 8000), help="Width of the PNG in pixels.")
+@click.argument("scenario", type=options.INPUT)
+@click.option("-o", "--output", type=options.FILE, help="Picture: .svg or .png.")
+@click.option("--width", type=options.PIXELS, help="Width of the PNG in pixels.")
 @click.option("--sight", metavar="ROBOT", help="Shade what this robot sees from its start.")
-@division_options
+@options.division
 @click.option("--legend/--no-legend", default=True, help="Explain the marks (pictures).")
 def command(
     scenario: Path,
@@ -52,16 +53,10 @@ def command(
 ) -> int:
     """Draw SCENARIO as it is before the run: region numbers, starts, objectives, hidden
     obstacles. Without -o as text on the terminal. SCENARIO may be a map file alone."""
-    from safenav.report.picture.scenario import scenario_text, scene_of, sight_of
-    from safenav.report.replay.perception import shading_lines
-    from safenav.scenario.reading.maps.bare_map import Division
-
     plan = _plan(scenario, Division(rows, cols, side, share))
     for note in plan.map.notes:
-        click.echo(f"warning: {note}", err=True)
-    names = [robot.name for robot in plan.robots]
-    if sight is not None and sight not in names:
-        raise UsageError(f"{scenario}: there is no robot '{sight}'; it has {', '.join(names)}")
+        warn(note)
+    options.check_robot(sight, plan, scenario)
     shading = None if sight is None else sight_of(plan, sight)
     if output is None:
         for line in scenario_text(plan, shutil.get_terminal_size((120, 40)).columns):
@@ -69,9 +64,6 @@ def command(
         for line in shading_lines(shading) if shading is not None else ():
             click.echo(f"\n  {line}")
         return ExitCode.OK
-    from safenav.outfile import write_bytes
-    from safenav.report.picture.scene import Options, svg_of
-
     form = output.suffix.lower()
     if form not in (".svg", ".png"):
         raise UsageError(f"{output}: a picture ends in .svg or .png")
@@ -83,16 +75,12 @@ def command(
         from safenav.report.picture.raster import png_of
 
         content = png_of(picture, width)
-    write_bytes(output, content)
+    write_out(output, content)
     return ExitCode.OK
 
 
 def _plan(path: Path, division: Division) -> Scenario:
     """The scenario, or one without robots around a map file."""
-    from safenav.scenario.model import Scenario
-    from safenav.scenario.reading.loader import load_scenario
-    from safenav.scenario.reading.maps.bare_map import Division, form_of, load_map
-
     if form_of(path) is not None:
         return Scenario(path.name, load_map(path, division), ())
     if division != Division():

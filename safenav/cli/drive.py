@@ -5,22 +5,23 @@ from __future__ import annotations
 import signal
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 from msgspec.structs import replace
 
-from safenav.cli import options
-from safenav.cli.output import FILE
-
-if TYPE_CHECKING:
-    from safenav.fleet.fleet_file import FleetFile
-    from safenav.fleet.recording import DriveRecording
-    from safenav.fleet.world import FleetWorld
-    from safenav.runtime.mission import Mission
-    from safenav.scenario.model import Scenario
-    from safenav.studio.watching import LiveView
-    from safenav.trace.writing import Listener
+from safenav.cli import options, warn
+from safenav.cli.playing import Performance, attendant
+from safenav.fleet.connecting import fleet_world
+from safenav.fleet.fleet_file import load_fleet
+from safenav.fleet.recording import DriveRecording
+from safenav.outfile import write_out
+from safenav.runtime.mission import Mission, default_synthesizer
+from safenav.scenario.lint import oversized
+from safenav.scenario.model import Scenario
+from safenav.scenario.reading.loader import load_scenario
+from safenav.scenario.settings import Clock
+from safenav.trace.reading import read_trace
+from safenav.trace.writing import Listener
 
 EPILOG = """\b
 Examples:
@@ -40,16 +41,18 @@ Exit codes:
 
 
 @click.command(epilog=EPILOG)
-@click.argument("scenario", type=click.Path(path_type=Path))
+@click.argument("scenario", type=options.INPUT)
 @click.option(
     "--fleet",
-    type=click.Path(path_type=Path),
+    type=options.INPUT,
     required=True,
     help="How each robot is reached, senses and acts (docs/drive.md).",
 )
-@click.option("--trace", type=FILE, help="Write the trace (JSON Lines).")
+@options.trace
 @click.option(
-    "--motion", type=FILE, help="Write what was sent and measured in metres (extra: motion)."
+    "--motion",
+    type=options.FILE,
+    help="Write what was sent and measured in metres (extra: motion).",
 )
 @click.option("--rehearse", is_flag=True, help="Simulate the run in time; no robot moves.")
 @click.option(
@@ -59,11 +62,7 @@ Exit codes:
 )
 @options.live
 @options.result_as_json
-@click.option(
-    "--time-limit",
-    type=options.SECONDS,
-    help="Stop after this many seconds.",
-)
+@click.option("--time-limit", type=options.SECONDS, help="Stop after this many seconds.")
 @click.option(
     "--patience",
     type=options.SECONDS,
@@ -85,19 +84,6 @@ def command(
 ) -> int:
     """Run SCENARIO with the robots of a fleet file. safenav decides where each robot goes next; the
     robots' own navigation drives them there."""
-    from safenav.cli.operator import run_with_operator
-    from safenav.cli.run import attendant, interrupt, report, while_heard
-    from safenav.fleet.fleet_file import load_fleet
-    from safenav.fleet.recording import DriveRecording
-    from safenav.outfile import try_out
-    from safenav.report.terminal.story import Story
-    from safenav.runtime.analysis.expectation import Ledger
-    from safenav.runtime.mission import Mission, default_synthesizer
-    from safenav.scenario.lint import oversized
-    from safenav.scenario.reading.loader import load_scenario
-    from safenav.scenario.settings import Clock
-    from safenav.trace.writing import TraceWriter, next_part
-
     plan = replace(load_scenario(scenario), clock=Clock.LIVE)
     if time_limit is not None:
         plan = replace(plan, limits=replace(plan.limits, seconds=time_limit))
@@ -105,110 +91,53 @@ def command(
         raise click.UsageError("--motion: no robot moves in a rehearsal; use safenav motion")
     stations = load_fleet(fleet, plan)
     for warning in (*plan.map.notes, *oversized(plan)):
-        click.echo(f"warning: {warning}", err=True)
+        warn(warning)
     recording = None if motion is None else DriveRecording()
-    kept = trace
     operator = attendant(operator, True, as_json)
-    ledger = Ledger()
-    listeners: list[Listener] = [ledger]
-    with ExitStack() as watched:
-        view = watched.enter_context(_view(plan)) if live else None
-        if view is not None:
+    world = None
+
+    def mission(plan: Scenario, listeners: list[Listener]) -> Mission:
+        """The mission of the fleet, once each robot has answered."""
+        nonlocal world
+        robots = load_fleet(fleet, plan)
+        connection.close()
+        if not rehearse:
+            world = fleet_world(plan, robots, recording)
+            connection.callback(world.close)
+            world.open(patience)
+            listeners = [*listeners, world.told]
+        synthesizer = default_synthesizer(plan)
+        attended = operator is not None
+        return Mission(plan, synthesizer, world=world, listeners=listeners, attended=attended)
+
+    with ExitStack() as stack:
+        view = None
+        if live:
+            from safenav.studio.watching import LiveView
+
+            view = stack.enter_context(LiveView(plan))
             click.echo(f"live: {view.address}", err=True)
-        with ExitStack() as stack:
-            if motion is not None and trace is None:
-                from tempfile import TemporaryDirectory
+        connection = stack.enter_context(ExitStack())
+        run = Performance(
+            mission,
+            stack,
+            trace,
+            temporary=None if motion is None else f"{scenario.stem}.jsonl",
+            as_json=as_json,
+            views=() if view is None else (view,),
+        )
+        run.begin(plan)
+        run.run(operator, joins=motion is None)  # one file of motion, one run
+        connection.close()
+        if motion is not None and run.trace is not None and world is not None:
+            from safenav.fleet.driven import driven_motion
+            from safenav.motion.file.writing import text_of
 
-                folder = watched.enter_context(TemporaryDirectory())
-                trace = Path(folder) / f"{scenario.stem}.jsonl"
-            if trace is not None:
-                try_out(trace)
-            connection = stack.enter_context(ExitStack())
-            world = (
-                None if rehearse else _connected(plan, stations, patience, connection, recording)
-            )
-            if trace is not None:
-                listeners.append(stack.enter_context(TraceWriter(trace)))
-            if not as_json:
-                listeners.append(while_heard(Story(plan)))
-            if view is not None:
-                listeners.append(view)
-            if world is not None:
-                listeners.append(world.told)
-            mission = Mission(
-                plan,
-                default_synthesizer(plan),
-                world=world,
-                listeners=listeners,
-                attended=operator is not None,
-            )
-
-            def another(rest: Scenario) -> Mission:
-                """The mission that continues with a robot more, and has a trace of its own."""
-                nonlocal mission, trace, kept
-                robots = load_fleet(fleet, rest)
-                connection.close()
-                told: list[Listener] = [ledger]
-                if trace is not None:
-                    trace = next_part(trace)
-                    kept = kept and trace
-                    told.append(stack.enter_context(TraceWriter(trace)))
-                if not as_json:
-                    told.append(while_heard(Story(rest)))
-                told += [view] if view is not None else []
-                driven = None if rehearse else _connected(rest, robots, patience, connection, None)
-                told += [driven.told] if driven is not None else []
-                made = default_synthesizer(rest)
-                mission = Mission(rest, made, world=driven, listeners=told, attended=True)
-                return mission
-
-            for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGALRM):
-                signal.signal(number, lambda number, _: interrupt(mission, number))
-            if operator is None:
-                mission.run()
-            else:
-                joins = another if motion is None else None  # one file of motion, one run
-                run_with_operator(mission, operator, helping=not as_json, another=joins)
-            signal.setitimer(signal.ITIMER_REAL, 0)
-        if motion is not None and trace is not None and world is not None:
-            _write_motion(motion, trace, world, mission, stations)
-        status = report(mission, scenario, ledger, as_json, kept)
+            began = run.mission.began
+            made = driven_motion(read_trace(run.trace), world, stations.stations, began)
+            write_out(motion, text_of(made))
+        status = run.report(scenario)
         if view is not None:
             signal.signal(signal.SIGINT, signal.default_int_handler)
             view.wait()
     return status
-
-
-def _view(plan: Scenario) -> LiveView:
-    """The page of the run."""
-    from safenav.studio.watching import LiveView
-
-    return LiveView(plan)
-
-
-def _connected(
-    plan: Scenario,
-    fleet: FleetFile,
-    patience: float,
-    stack: ExitStack,
-    recording: DriveRecording | None,
-) -> FleetWorld:
-    """The fleet behind its transport, where each robot has answered; closed with the stack."""
-    from safenav.fleet.connecting import fleet_world
-
-    world = fleet_world(plan, fleet, recording)
-    stack.callback(world.close)
-    world.open(patience)
-    return world
-
-
-def _write_motion(
-    motion: Path, trace: Path, world: FleetWorld, mission: Mission, fleet: FleetFile
-) -> None:
-    from safenav.fleet.driven import driven_motion
-    from safenav.motion.file.writing import text_of
-    from safenav.outfile import write_bytes
-    from safenav.trace.reading import read_trace
-
-    made = driven_motion(read_trace(trace), world, fleet.stations, mission.began)
-    write_bytes(motion, text_of(made).encode())

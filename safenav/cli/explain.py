@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
-from safenav.cli.status import exit_code_of
-from safenav.errors import ExitCode, InputError, UsageError
-
-if TYPE_CHECKING:
-    from safenav.scenario.model import Scenario
+from safenav.cli import options, specification
+from safenav.errors import ExitCode, InputError, UsageError, exit_code_of
+from safenav.report.terminal.explanation_text import explanation_data, explanation_lines
+from safenav.report.terminal.postmortem_text import postmortem_data, postmortem_lines
+from safenav.report.terminal.promises import promise_lines
+from safenav.report.terminal.synthesis_progress import WaitingLine
+from safenav.runtime.analysis.ahead import run_ahead
+from safenav.runtime.analysis.postmortem import explain_run
+from safenav.runtime.explanation import explain_team
+from safenav.runtime.mission import default_synthesizer
+from safenav.scenario.model import Scenario
+from safenav.scenario.reading.loader import load_scenario
 
 EPILOG = """\b
 Examples:
@@ -27,7 +33,7 @@ Exit codes:
 
 
 @click.command(epilog=EPILOG)
-@click.argument("scenario", type=click.Path(path_type=Path))
+@click.argument("scenario", type=options.INPUT)
 @click.option("--robot", help="Only this robot.")
 @click.option("--json", "as_json", is_flag=True, help="Print the explanations as JSON.")
 def command(scenario: Path, robot: str | None, as_json: bool) -> int:
@@ -38,13 +44,6 @@ def command(scenario: Path, robot: str | None, as_json: bool) -> int:
 
     SCENARIO may be a specification of your own, in slugsin or structured slugs: then the core is
     one of its lines, and the repairs are assumptions."""
-    from safenav.cli import specification
-    from safenav.report.terminal.explanation_text import explanation_data, explanation_lines
-    from safenav.report.terminal.synthesis_progress import WaitingLine
-    from safenav.runtime.explanation import explain_team
-    from safenav.runtime.mission import default_synthesizer
-    from safenav.scenario.reading.loader import load_scenario
-
     if specification.is_specification(scenario):
         if robot is not None:
             raise UsageError(f"{scenario} is a specification: without --robot")
@@ -54,10 +53,8 @@ def command(scenario: Path, robot: str | None, as_json: bool) -> int:
         plan = load_scenario(scenario)
     except InputError as error:
         refused, plan = error, load_scenario(scenario, reachable=False)
-    names = [r.name for r in plan.robots]
-    if robot is not None and robot not in names:
-        raise UsageError(f"{scenario}: there is no robot '{robot}'; it has {', '.join(names)}")
-    wanted = names if robot is None else [robot]
+    options.check_robot(robot, plan, scenario)
+    wanted = [r.name for r in plan.robots] if robot is None else [robot]
     found = explain_team(plan, default_synthesizer(plan), wanted, WaitingLine())
     if refused is not None and not found and robot is None:
         raise refused  # for something else than an objective that cannot be met
@@ -79,12 +76,6 @@ def command(scenario: Path, robot: str | None, as_json: bool) -> int:
 
 def _of_the_run(plan: Scenario, as_json: bool) -> int:
     """Why the run of a team of realizable robots needs an operator, if it does."""
-    from safenav.report.terminal.postmortem_text import postmortem_data, postmortem_lines
-    from safenav.report.terminal.promises import promise_lines
-    from safenav.runtime.analysis.ahead import run_ahead
-    from safenav.runtime.analysis.postmortem import explain_run
-    from safenav.runtime.mission import default_synthesizer
-
     found = explain_run(plan, plan.catalogue.robots, lambda: default_synthesizer(plan))
     if as_json:
         click.echo(json.dumps(postmortem_data(found, plan), indent=2))

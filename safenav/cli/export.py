@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
-from safenav.cli.options import FiniteRange
-from safenav.cli.output import FILE
+from safenav.cli import options
 from safenav.errors import ExitCode, UsageError
+from safenav.motion.file.records import Motion
+from safenav.motion.waypoints import as_csv as csv_of
+from safenav.motion.waypoints import as_json as json_of
+from safenav.motion.waypoints import frame_of
+from safenav.motion.waypoints import waypoints as waypoints_of
+from safenav.outfile import tell, write_out, write_whole
+from safenav.report.bag.messages import Ways, messages
+from safenav.report.replay.reading import replay_of
+from safenav.report.tables import tables
+from safenav.trace.reading import read_trace
 from safenav.trace.trace import Trace
-
-if TYPE_CHECKING:
-    from safenav.motion.file.records import Motion
-    from safenav.report.bag.messages import Ways
-    from safenav.trace.trace import Trace
-    from safenav.world.frame import Frame
+from safenav.world.frame import Frame
 
 BAG_RATE = 20.0
 """Positions of each robot per second in a bag with a motion."""
@@ -40,16 +43,16 @@ Exit codes:
 
 
 @click.command(epilog=EPILOG)
-@click.argument("trace", type=click.Path(path_type=Path))
+@click.argument("trace", type=options.INPUT)
 @click.option(
     "-o",
     "--output",
-    type=FILE,
+    type=options.FILE,
     help="File to write, by its ending: .csv or .json are waypoints, .mcap a bag, .npz columns.",
 )
 @click.option(
     "--waypoints",
-    type=FILE,
+    type=options.FILE,
     help="Write where each robot is, in metres; - is standard output.",
 )
 @click.option(
@@ -58,27 +61,27 @@ Exit codes:
     type=click.Choice(["csv", "json"]),
     help="Default: json if the file ends in .json, else csv.",
 )
-@click.option("--mcap", type=FILE, help="A ROS 2 bag, for Foxglove (extra 'mcap').")
+@click.option("--mcap", type=options.FILE, help="A ROS 2 bag, for Foxglove (extra 'mcap').")
 @click.option(
     "--csv",
     "stem",
-    type=FILE,
+    type=options.FILE,
     metavar="STEM",
     help="Tables: STEM-moves.csv, ...",
 )
 @click.option(
     "--motion",
-    type=click.Path(path_type=Path),
+    type=options.INPUT,
     help="Take times and speeds from this motion file; without it a tick lasts a second.",
 )
 @click.option(
     "--columns",
-    type=FILE,
+    type=options.FILE,
     help="The motion sampled at a rate: FILE.npz, or FILE.csv of one robot.",
 )
 @click.option(
     "--rate",
-    type=FiniteRange(min=0.1, max=1e4),
+    type=options.FiniteRange(min=0.1, max=1e4),
     default=100.0,
     metavar="HZ",
     help="Samples per second of the columns.  [100]",
@@ -86,13 +89,13 @@ Exit codes:
 @click.option("--robot", help="The robot whose columns to write.")
 @click.option(
     "--resolution",
-    type=FiniteRange(min=0, min_open=True, max=1e6),
+    type=options.METRES,
     metavar="M",
     help="Side of a region in metres, if the trace does not give it.",
 )
 @click.option(
     "--origin",
-    type=FiniteRange(-1e9, 1e9),
+    type=options.FiniteRange(-1e9, 1e9),
     nargs=2,
     metavar="X Y",
     help="South-western corner of the map in metres, if the trace does not give it.",
@@ -133,53 +136,43 @@ def command(
             "no output: give -o FILE (.csv, .json, .mcap or .npz), --waypoints FILE, "
             "--mcap FILE, --csv STEM or --columns FILE"
         )
-    from safenav.motion.waypoints import as_csv, as_json, frame_of
-    from safenav.motion.waypoints import waypoints as waypoints_of
-    from safenav.outfile import write_bytes
-    from safenav.trace.reading import read_trace
-
     run = read_trace(trace)
+    moved = None
+    if motion is not None:
+        from safenav.motion.check.mismatch import read_motion_of
+
+        moved = read_motion_of(motion, run, trace)
     if stem is not None:
-        _tables(run, stem)
+        for name, text in tables(run, replay_of(run)).items():
+            write_out(stem.with_name(f"{stem.name}-{name}.csv"), text)
     if mcap is not None:
-        moved = None if motion is None else _motion(motion, run, trace)
-        if moved is not None and resolution is None:
-            resolution = moved.header.side
-        _bag(run, frame_of(run, resolution, origin), mcap, moved)
+        side = moved.header.side if moved is not None and resolution is None else resolution
+        _bag(run, frame_of(run, side, origin), mcap, moved)
     if columns is not None:
-        _columns(run, None if motion is None else _motion(motion, run, trace), columns, rate, robot)
+        _columns(run, moved, columns, rate, robot)
     if waypoints is None:
         return ExitCode.OK
-    if form is None:
-        form = "json" if waypoints.suffix.lower() == ".json" else "csv"
-    if motion is not None:
+    as_json = form == "json" if form else waypoints.suffix.lower() == ".json"
+    if moved is not None:
         from safenav.motion import timed
 
-        passed = timed.timed_waypoints(_motion(motion, run, trace))
-        text = timed.as_json(passed) if form == "json" else timed.as_csv(passed)
-        write_bytes(waypoints, text.encode())
-        return ExitCode.OK
-    frame = frame_of(run, resolution, origin)
-    found = waypoints_of(run, frame)
-    text = as_json(found, frame) if form == "json" else as_csv(found)
-    write_bytes(waypoints, text.encode())
+        passed = timed.timed_waypoints(moved)
+        text = timed.as_json(passed) if as_json else timed.as_csv(passed)
+    else:
+        frame = frame_of(run, resolution, origin)
+        found = waypoints_of(run, frame)
+        text = json_of(found, frame) if as_json else csv_of(found)
+    write_out(waypoints, text)
     return ExitCode.OK
 
 
-def _motion(path: Path, run: Trace, trace: Path) -> Motion:
-    from safenav.motion.check.mismatch import read_motion_of
-
-    return read_motion_of(path, run, trace)
-
-
-def _columns(run: Trace, moved: Motion | None, path: Path, rate: float, robot: str | None) -> None:
+def _columns(run: Trace, motion: Motion | None, path: Path, rate: float, robot: str | None) -> None:
     from safenav.motion.columns import as_csv, columns_of, npz_bytes
-    from safenav.outfile import write_bytes
 
-    if moved is None:
+    if motion is None:
         raise UsageError("columns are samples of a motion: add --motion FILE (safenav motion)")
     if path.suffix.lower() == ".npz":
-        write_bytes(path, npz_bytes(moved, rate))
+        write_out(path, npz_bytes(motion, rate))
         return
     names = list(run.header.scenario.robots)
     if robot is None and len(names) > 1:
@@ -187,23 +180,11 @@ def _columns(run: Trace, moved: Motion | None, path: Path, rate: float, robot: s
             f"a table has one robot: add --robot {names[0]}, or write {path.stem}.npz for all\n"
             f"    robots: {', '.join(names)}"
         )
-    write_bytes(path, as_csv(columns_of(moved, robot or names[0], rate)).encode())
-
-
-def _tables(run: Trace, stem: Path) -> None:
-    from safenav.outfile import write_bytes
-    from safenav.report.replay.reading import replay_of
-    from safenav.report.tables import tables
-
-    for name, text in tables(run, replay_of(run)).items():
-        write_bytes(stem.with_name(f"{stem.name}-{name}.csv"), text.encode())
+    write_out(path, as_csv(columns_of(motion, robot or names[0], rate)))
 
 
 def _bag(run: Trace, frame: Frame, path: Path, motion: Motion | None) -> None:
-    from safenav.outfile import tell, write_whole
     from safenav.report.bag.mcap_file import write_mcap
-    from safenav.report.bag.messages import messages
-    from safenav.report.replay.reading import replay_of
 
     ways = None
     if motion is not None:

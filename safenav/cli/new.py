@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from pathlib import Path
 from shlex import quote
-from typing import TYPE_CHECKING
 
 import click
 
-from safenav.cli.division import division_options
+from safenav.cli import options, warn
 from safenav.errors import ExitCode, UsageError
-from safenav.outfile import write_whole
+from safenav.fleet.fleet_file import template_text as fleet_text
+from safenav.outfile import write_out
+from safenav.scenario.beginning import scenario_on
+from safenav.scenario.reading.loader import load_scenario
+from safenav.scenario.reading.maps.bare_map import Division, load_map, map_lines
 from safenav.scenario.template import DEFAULT, TEMPLATES, template_text
-
-if TYPE_CHECKING:
-    from safenav.scenario.reading.maps.bare_map import Division
 
 EPILOG = "\n".join(
     [
@@ -41,7 +41,7 @@ EPILOG = "\n".join(
 
 
 @click.command(epilog=EPILOG)
-@click.argument("file", type=click.Path(path_type=Path), required=False)
+@click.argument("file", type=options.INPUT, required=False)
 @click.option(
     "--template",
     type=click.Choice(list(TEMPLATES)),
@@ -52,13 +52,13 @@ EPILOG = "\n".join(
 @click.option(
     "--map",
     "map_file",
-    type=click.Path(path_type=Path),
+    type=options.INPUT,
     help="Use this map (image, ROS, MovingAI) instead.",
 )
-@division_options
+@options.division
 @click.option(
     "--fleet",
-    type=click.Path(path_type=Path),
+    type=options.INPUT,
     metavar="SCENARIO",
     help="Write a fleet file for the robots of this scenario instead.",
 )
@@ -80,55 +80,42 @@ def command(
         return _new_fleet(file or Path("fleet.yaml"), fleet, force)
     file = file or Path("scenario.yaml")
     if map_file is not None:
-        from safenav.scenario.reading.maps.bare_map import Division
-
         text = _on_map(map_file, file, Division(rows, cols, side, share))
         about = f"two robots on {map_file}"
     elif (rows, cols, side, share) != (None, None, None, None):
         raise UsageError("--rows, --cols, --side and --share go with --map")
     else:
         text, about = template_text(template), TEMPLATES[template]
-    if not _written(text, file, force):
-        return ExitCode.OK
-    click.echo(f"{file}: {about}", err=True)
-    click.echo(f"    draw it:    safenav draw {quote(str(file))}", err=True)
-    click.echo(f"    run it:     safenav run {quote(str(file))}", err=True)
-    schema = file.with_name("safenav.schema.json")
+    next_steps = [f"draw it:    safenav draw {quote(str(file))}"]
+    next_steps.append(f"run it:     safenav run {quote(str(file))}")
+    schema = file.parent / "safenav.schema.json"
     if not schema.exists():
-        click.echo(f"    in editors: safenav schema -o {quote(str(schema))}", err=True)
-    return ExitCode.OK
-
-
-def _written(text: str, file: Path, force: bool) -> bool:
-    """Write a text; whether it is in a file now, not on standard output."""
-    if str(file) == "-":
-        click.echo(text, nl=False)
-        return False
-    write_whole(file, lambda part: part.write_text(text, encoding="utf-8"), replace=force)
-    return True
+        next_steps.append(f"in editors: safenav schema -o {quote(str(schema))}")
+    return _written(text, file, force, about, next_steps)
 
 
 def _new_fleet(file: Path, scenario: Path, force: bool) -> int:
-    from safenav.fleet.fleet_file import template_text as fleet_text
-    from safenav.scenario.reading.loader import load_scenario
-
     text = fleet_text(load_scenario(scenario))
-    if not _written(text, file, force):
-        return ExitCode.OK
-    click.echo(f"{file}: how to reach the robots of {scenario}", err=True)
     names = f"{quote(str(scenario))} --fleet {quote(str(file))}"
-    click.echo(f"    rehearse:   safenav drive {names} --rehearse", err=True)
-    click.echo(f"    drive:      safenav drive {names}", err=True)
+    next_steps = [f"rehearse:   safenav drive {names} --rehearse"]
+    next_steps.append(f"drive:      safenav drive {names}")
+    return _written(text, file, force, f"how to reach the robots of {scenario}", next_steps)
+
+
+def _written(text: str, file: Path, force: bool, about: str, next_steps: list[str]) -> int:
+    """Write a text; if it is in a file then, tell about it and what to do with it."""
+    write_out(file, text, told=False, replace=force)
+    if str(file) != "-":
+        click.echo(f"{file}: {about}", err=True)
+        for step in next_steps:
+            click.echo(f"    {step}", err=True)
     return ExitCode.OK
 
 
 def _on_map(map_file: Path, file: Path, division: Division) -> str:
-    from safenav.scenario.beginning import scenario_on
-    from safenav.scenario.reading.maps.bare_map import load_map, map_lines
-
     world = load_map(map_file, division)
     for note in world.notes:
-        click.echo(f"warning: {note}", err=True)
+        warn(note)
     folder = Path() if str(file) == "-" else file.parent
     text = scenario_on(world, map_lines(map_file, division, folder), map_file.stem)
     if text is None:

@@ -1,11 +1,22 @@
-"""Options that several commands have in common."""
+"""Options that several commands have in common, their types, and checks of what was given.
+
+A path to write is tried before the command begins, so that no work is lost.
+"""
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
+
+from safenav.errors import UsageError
+from safenav.outfile import try_folder, try_out
+
+if TYPE_CHECKING:
+    from safenav.scenario.model import Scenario
 
 
 class FiniteRange(click.FloatRange):
@@ -20,8 +31,39 @@ class FiniteRange(click.FloatRange):
         return number
 
 
+class _Output(click.ParamType[Path]):
+    """A path to write; ``-`` is standard output. Raises UsageError where nothing can be written.
+
+    ``endings``: those of files; with any other ending it is a folder. None: always a file.
+    """
+
+    name = "path"
+
+    def __init__(self, endings: tuple[str, ...] | None = None) -> None:
+        self._endings = endings
+
+    def convert(
+        self, value: str | Path, param: click.Parameter | None, ctx: click.Context | None
+    ) -> Path:
+        del param, ctx
+        path = Path(value)
+        if self._endings is not None and path.suffix not in self._endings:
+            try_folder(path)
+        elif str(path) != "-":
+            try_out(path)
+        return path
+
+
+INPUT = click.Path(path_type=Path)
+FILE = _Output()
+FOLDER = _Output(())
+TRACE_PAGE_OR_FOLDER = _Output((".jsonl", ".html"))
+BUNDLE = _Output((".zip",))
+
 SECONDS = FiniteRange(min=0, min_open=True, max=1e9)
 """A duration, or a moment of a run."""
+METRES = FiniteRange(min=0, min_open=True, max=1e6)
+PIXELS = click.IntRange(100, 8000)
 
 live = click.option(
     "--live", is_flag=True, help="Watch the run in a browser as it happens (extra: studio)."
@@ -38,3 +80,41 @@ seed = click.option("--seed", type=click.IntRange(min=0), help="Override the sce
 verify = click.option(
     "--verify/--no-verify", default=True, help="Check each strategy before it is used."
 )
+trace = click.option("--trace", type=FILE, help="Write the trace (JSON Lines).")
+proved = click.option("--proved", is_flag=True, help="Also run the proved checker (docs/proof.md).")
+show_all = click.option("--all", "show_all", is_flag=True, help="Print every broken rule.")
+
+_DIVISION = (
+    click.option("--rows", type=click.IntRange(min=1), help="Number of rows of a map file."),
+    click.option("--cols", type=click.IntRange(min=1), help="Number of columns of a map file."),
+    click.option("--side", type=SECONDS, metavar="M", help="Side of a square region, in metres."),
+    click.option(
+        "--share",
+        type=FiniteRange(0, 1),
+        help="Share of a region that must be blocked to make it a wall; default: any.",
+    ),
+)
+
+
+def division(command: Callable[..., Any]) -> Callable[..., Any]:
+    """How a map file is divided into regions: ``--rows``, ``--cols``, ``--side`` (metres) and
+    ``--share``."""
+    for option in reversed(_DIVISION):
+        command = option(command)
+    return command
+
+
+def check_robot(name: str | None, scenario: Scenario, file: Path) -> None:
+    """Raises UsageError unless the scenario in the file has this robot (None: none was named)."""
+    names = [robot.name for robot in scenario.robots]
+    if name is not None and name not in names:
+        raise UsageError(f"{file}: there is no robot '{name}'; it has {', '.join(names)}")
+
+
+def made_folder(folder: Path) -> Path:
+    """The folder, made if it is missing. Raises UsageError where that is impossible."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UsageError(f"cannot write to {folder}: {error.strerror}") from error
+    return folder

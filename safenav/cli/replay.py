@@ -6,18 +6,21 @@ import re
 import sys
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
-from safenav.cli.options import FiniteRange
-from safenav.cli.output import FILE
+from safenav.cli import options
 from safenav.errors import ExitCode, UsageError
 from safenav.extras import missing
-
-if TYPE_CHECKING:
-    from safenav.report.replay.timeline import Replay
-    from safenav.trace.trace import Trace
+from safenav.outfile import tell, write_out, write_whole
+from safenav.report.page.html import page_of_trace
+from safenav.report.picture.scene import Options, svg_of
+from safenav.report.replay.perception import shading_of, viewers
+from safenav.report.replay.reading import replay_of
+from safenav.report.replay.timeline import Replay
+from safenav.report.terminal.replay import log, play
+from safenav.trace.reading import read_trace
+from safenav.trace.trace import Trace
 
 EPILOG = """\b
 TICK is a number (of seconds in a run with a clock), 'last', or the kind of an
@@ -41,8 +44,8 @@ Exit codes:
 
 
 @click.command(epilog=EPILOG)
-@click.argument("trace", type=click.Path(path_type=Path))
-@click.option("-o", "--output", type=FILE, help="File to write; - is standard output.")
+@click.argument("trace", type=options.INPUT)
+@click.option("-o", "--output", type=options.FILE, help="File to write; - is standard output.")
 @click.option("--svg", metavar="TICK", help="Draw one moment as SVG.")
 @click.option("--png", metavar="TICK", help="Draw one moment as PNG.")
 @click.option("--gif", is_flag=True, help="Draw the run as an animated GIF.")
@@ -50,14 +53,14 @@ Exit codes:
 @click.option("--3d", "solid", is_flag=True, help="One HTML file that shows the run in 3D.")
 @click.option(
     "--motion",
-    type=click.Path(path_type=Path),
+    type=options.INPUT,
     help="The motion to show (3D); without it, one is made for the trace.",
 )
-@click.option("--width", type=click.IntRange(100, 8000), help="Width of PNG or GIF in pixels.")
+@click.option("--width", type=options.PIXELS, help="Width of PNG or GIF in pixels.")
 @click.option("--ticks", metavar="A-B", help="Only these ticks, or seconds (GIF, terminal).")
 @click.option(
     "--speed",
-    type=FiniteRange(0.1, 100),
+    type=options.FiniteRange(0.1, 100),
     help="Ticks per second; for a run in seconds, the speed-up (GIF, terminal).  [4 or 12]",
 )
 @click.option(
@@ -83,12 +86,6 @@ def command(
 ) -> int:
     """Replay TRACE, which `safenav run --trace` wrote: as one HTML file that needs no network
     (the default), as a picture of one moment, as a film, or on the terminal."""
-    from safenav.outfile import write_bytes
-    from safenav.report.picture.scene import Options, svg_of
-    from safenav.report.replay.perception import shading_of
-    from safenav.report.replay.reading import replay_of
-    from safenav.trace.reading import read_trace
-
     if sum((svg is not None, png is not None, gif, terminal, solid)) > 1:
         raise UsageError("choose one of --svg, --png, --gif, --terminal and --3d")
     if motion is not None and not solid:
@@ -97,7 +94,7 @@ def command(
         raise UsageError("--sight goes with --svg, --png or --gif; the page lets you choose")
     run = read_trace(trace)
     if solid:
-        write_bytes(output or trace.with_suffix(".3d.html"), _page3d(run, trace, motion).encode())
+        write_out(output or trace.with_suffix(".3d.html"), _page3d(run, trace, motion))
         return ExitCode.OK
     replay = replay_of(run)
     if sight is not None:
@@ -106,28 +103,26 @@ def command(
     if terminal:
         return _show(replay, _ticks(replay, ticks), speed)
     if gif:
-        path, shown = output or trace.with_suffix(".gif"), _ticks(replay, ticks)
-        return _film(replay, path, shown, speed, width or 720, sight)
+        path, during = output or trace.with_suffix(".gif"), _ticks(replay, ticks)
+        return _film(replay, path, during, speed, width or 720, sight)
     if svg is not None or png is not None:
         tick, part = _moment(replay, svg if svg is not None else png or "")
         shading = None if sight is None else shading_of(replay, sight, tick)
-        options = Options(legend=legend, hidden=hidden, shading=shading)
-        picture = svg_of(replay.scene(tick, part), options)
+        shown = Options(legend=legend, hidden=hidden, shading=shading)
+        picture = svg_of(replay.scene(tick, part), shown)
         content = picture.encode()
         if png is not None:
             from safenav.report.picture.raster import png_of
 
             content = png_of(picture, width)
         form = "svg" if svg is not None else "png"
-        write_bytes(
+        write_out(
             output
             or trace.with_name(f"{trace.stem}-{replay.when(tick).removeprefix('tick ')}.{form}"),
             content,
         )
         return ExitCode.OK
-    from safenav.report.page.html import page_of_trace
-
-    write_bytes(output or trace.with_suffix(".html"), page_of_trace(run, trace.name).encode())
+    write_out(output or trace.with_suffix(".html"), page_of_trace(run, trace.name))
     return ExitCode.OK
 
 
@@ -168,8 +163,6 @@ def _unit(replay: Replay) -> tuple[str, float]:
 
 
 def _check_viewer(replay: Replay, robot: str) -> None:
-    from safenav.report.replay.perception import viewers
-
     names = [track.name for track in replay.robots]
     if robot not in names:
         raise UsageError(f"there is no robot {robot!r}; the run has {', '.join(names)}")
@@ -188,8 +181,6 @@ def _ticks(replay: Replay, written: str | None) -> range:
 
 
 def _show(replay: Replay, ticks: range, speed: float) -> int:
-    from safenav.report.terminal.replay import log, play
-
     if not sys.stdout.isatty():
         for line in log(replay, ticks):
             click.echo(line)
@@ -202,7 +193,6 @@ def _show(replay: Replay, ticks: range, speed: float) -> int:
 def _film(
     replay: Replay, path: Path, ticks: range, speed: float, width: int, sight: str | None
 ) -> int:
-    from safenav.outfile import tell, write_whole
     from safenav.report.picture.raster import Film, write_gif
 
     steps = max(1, min(3, round(12 / speed)))

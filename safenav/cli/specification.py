@@ -1,30 +1,57 @@
-"""Specifications in files, for ``safenav synth`` and ``safenav explain``."""
+"""Specifications in files: ``safenav verify``, and their part of ``safenav synth`` and ``safenav
+explain``."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
-from functools import partial
+import sys
+from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 from msgspec.structs import replace
 
-from safenav.cli.output import made_folder
-from safenav.errors import ExitCode, ResourceLimitError
+from safenav.cli import warn
+from safenav.cli.options import made_folder
+from safenav.errors import Diagnostic, ExitCode, InputError, ResourceLimitError, SynthesizerError
+from safenav.explain.lines import explain_lines
+from safenav.explain.vacuity import Way, vacuous_wins
 from safenav.outcome import Verdict
+from safenav.outfile import write_out
+from safenav.report.terminal.line_explanation import (
+    line_explanation_data,
+    line_explanation_lines,
+    win_lines,
+)
+from safenav.report.terminal.strategy_failure import failure_lines, verification_data
+from safenav.report.terminal.table import table
+from safenav.scenario.yaml import source
+from safenav.spec.parsing import check_formulas, read_specification
+from safenav.synthesis.export import StrategySize, statistics_of, to_dot, to_graphml
 from safenav.synthesis.slugs import Synthesizer
+from safenav.synthesis.specification_file import load_specification
+from safenav.synthesis.strategy import Strategy
 from safenav.synthesis.verdict import SynthesisResult
+from safenav.verify.verification import (
+    first_failure,
+    verify_counterstrategy,
+    verify_strategy,
+)
 
-if TYPE_CHECKING:
-    from safenav.synthesis.export import StrategySize
+EPILOG = """\b
+Examples:
+  safenav new lab.yaml && safenav synth lab.yaml -o out
+  safenav verify out/walker.structuredslugs out/walker.json
+  safenav verify out/walker.structuredslugs - --json < out/walker.json
+\b
+Exit codes:
+  0  the strategy satisfies the specification   1  it does not
+  2  bad input: invalid specification or strategy, or they do not belong together
+"""
 
 
 def is_specification(file: Path) -> bool:
     """Whether a file holds a specification, not a scenario; not if it cannot be read."""
-    from safenav.scenario.yaml import source
-
     try:
         with file.open(encoding="utf-8", errors="replace") as text:
             return source.is_specification(text.read(source.MAX_BYTES))
@@ -34,11 +61,8 @@ def is_specification(file: Path) -> bool:
 
 def synthesize(file: Path, output: Path | None, verify: bool, strict: bool) -> int:
     """Print the size of the strategy of a specification, and write it into ``output``."""
-    from safenav.synthesis.export import statistics_of
-    from safenav.synthesis.specification_file import load_specification
-
     spec = load_specification(file)
-    synthesizer = _synthesizer(verify)
+    synthesizer = Synthesizer(verifier=first_failure if verify else None)
     result = _decided(file, synthesizer.synthesize(spec))
     negative = result.verdict is Verdict.UNREALIZABLE
     shown = synthesizer.counterstrategy(spec) if negative else result
@@ -61,8 +85,6 @@ def words_of(result: SynthesisResult) -> str:
 def print_sizes(first: str, rows: Iterable[tuple[StrategySize, str]]) -> None:
     """Print a table of strategies, each with a word on its verification; ``first``: the heading of
     their names."""
-    from safenav.report.terminal.table import table
-
     lines = [
         (
             *(each.robot, each.verdict, each.states, each.edges, each.goals, each.bits),
@@ -77,15 +99,8 @@ def print_sizes(first: str, rows: Iterable[tuple[StrategySize, str]]) -> None:
 
 def explain(file: Path, as_json: bool) -> int:
     """Print why a specification is unrealizable."""
-    from safenav.explain.lines import explain_lines
-    from safenav.report.terminal.line_explanation import (
-        line_explanation_data,
-        line_explanation_lines,
-    )
-    from safenav.synthesis.specification_file import load_specification
-
     spec = load_specification(file)
-    synthesizer = _synthesizer(verify=True)
+    synthesizer = Synthesizer(verifier=first_failure)
     result = _decided(file, synthesizer.synthesize(spec))
     if result.verdict is Verdict.REALIZABLE:
         if as_json:
@@ -105,12 +120,6 @@ def explain(file: Path, as_json: bool) -> int:
     return ExitCode.NEGATIVE
 
 
-def _synthesizer(verify: bool) -> Synthesizer:
-    from safenav.verify.verification import first_failure
-
-    return Synthesizer(verifier=first_failure if verify else None)
-
-
 def _decided(file: Path, result: SynthesisResult) -> SynthesisResult:
     if result.verdict in (Verdict.REALIZABLE, Verdict.UNREALIZABLE):
         return result
@@ -119,28 +128,87 @@ def _decided(file: Path, result: SynthesisResult) -> SynthesisResult:
 
 def _warn(file: Path, result: SynthesisResult, synthesizer: Synthesizer) -> bool:
     """Warn of a system that wins by breaking its assumptions; whether it does."""
-    from safenav.explain.vacuity import vacuous_wins
-    from safenav.report.terminal.line_explanation import win_lines
-
     assert result.strategy is not None
     found = vacuous_wins(result.strategy, synthesizer)
     for vacuity in found:
-        first, *rest = win_lines(vacuity, result.strategy, str(file))
-        click.echo(f"{click.style('warning:', fg='yellow', bold=True)} {first}", err=True)
-        for line in rest:
-            click.echo(line, err=True)
+        warn(*win_lines(vacuity, result.strategy, str(file)))
     return bool(found)
 
 
 def _write(result: SynthesisResult, folder: Path, name: str) -> None:
-    from safenav.outfile import write_whole
-    from safenav.synthesis.export import to_dot, to_graphml
-
-    assert result.strategy is not None and result.strategy_json is not None
-    for suffix, data in (
-        (".json", result.strategy_json),
-        (".dot", to_dot(result.strategy).encode()),
-        (".graphml", to_graphml(result.strategy).encode()),
-    ):
-        write_whole(folder / f"{name}{suffix}", partial(Path.write_bytes, data=data))
+    for suffix, data in files_of(result):
+        write_out(folder / f"{name}{suffix}", data, told=False)
     click.echo(f"\nwritten to {folder}: {name}.json, {name}.dot, {name}.graphml")
+
+
+def files_of(result: SynthesisResult) -> Iterator[tuple[str, str | bytes]]:
+    """The files of an explicit strategy, if there is one: the end of each name, the content."""
+    if result.strategy is not None and result.strategy_json is not None:
+        yield ".json", result.strategy_json
+        yield ".dot", to_dot(result.strategy)
+        yield ".graphml", to_graphml(result.strategy)
+
+
+@click.command(epilog=EPILOG)
+@click.argument("specification", type=click.Path())
+@click.argument("strategy", type=click.Path())
+@click.option(
+    "--counterstrategy",
+    is_flag=True,
+    help="STRATEGY is the environment's: the proof that SPECIFICATION is unrealizable.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print all failures as JSON.")
+def verify(specification: str, strategy: str, counterstrategy: bool, as_json: bool) -> int:
+    """Check that the explicit STRATEGY (JSON, as slugs prints it) keeps all guarantees of the
+    SPECIFICATION (structured slugs), whatever the environment does within the assumptions.
+    Either may be `-` for standard input.
+
+    Initial states, one answer to each allowed input, safety, and no cycle that starves a goal.
+    A failure names the constraint, its origin, and a shortest path to it.
+    """
+    if specification == strategy == "-":
+        raise click.UsageError("only one of SPECIFICATION and STRATEGY can be standard input")
+    spec = read_specification(_text(specification), specification)
+    check_formulas(spec, specification)
+    try:
+        automaton = Strategy.parse(_bytes(strategy), spec)
+    except SynthesizerError as error:
+        hint = "it must be the explicit strategy of this very specification, as JSON"
+        raise InputError([Diagnostic(strategy, 0, 0, str(error), hint)]) from error
+    check = verify_counterstrategy if counterstrategy else verify_strategy
+    found = check(spec, automaton)
+    if as_json:
+        click.echo(json.dumps(verification_data(found, automaton), indent=2))
+    elif found.ok:
+        good = click.style("correct:", fg="green", bold=True)
+        what = "the environment wins with it" if counterstrategy else "all guarantees are kept"
+        click.echo(f"{good} {what} ({found.nodes} nodes, {found.edges} transitions checked)")
+        if found.vacuous:
+            warn(f"{Way.NO_BEGINNING} (ENV_INIT)")
+    else:
+        for failure in found.failures:
+            bad = click.style("wrong:", fg="red", bold=True)
+            first, *rest = failure_lines(failure, automaton)
+            click.echo(f"{bad} {first}")
+            for line in rest:
+                click.echo(f"    {line}")
+    return ExitCode.OK if found.ok else ExitCode.NEGATIVE
+
+
+def _bytes(name: str) -> bytes:
+    try:
+        if name == "-":
+            return sys.stdin.buffer.read()
+        with click.open_file(name, "rb") as file:
+            data: bytes = file.read()
+            return data
+    except OSError as error:
+        found = error.strerror or str(error)
+        raise InputError([Diagnostic(name, 0, 0, found)]) from error
+
+
+def _text(name: str) -> str:
+    try:
+        return _bytes(name).decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise InputError([Diagnostic(name, 0, 0, "not valid UTF-8 text")]) from error

@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
-from safenav.cli.output import FOLDER, made_folder
+from safenav.cli import options, specification, warn
 from safenav.errors import ExitCode, UsageError
-
-if TYPE_CHECKING:
-    from safenav.runtime.coordination.strategy_search import TaskResult
-    from safenav.scenario.model import Scenario
-    from safenav.synthesis.slugs import Synthesizer
+from safenav.explain.summary import explain_unrealizable
+from safenav.explain.vacuity import vacuous_wins
+from safenav.outfile import write_out
+from safenav.report.picture.automaton import svg_of_strategy
+from safenav.report.terminal.synthesis_progress import WaitingLine
+from safenav.report.terminal.vacuity_warning import vacuity_lines
+from safenav.runtime.coordination.strategy_search import TaskResult
+from safenav.runtime.mission import default_synthesizer, first_results
+from safenav.scenario.model import Scenario
+from safenav.scenario.reading.loader import load_scenario
+from safenav.spec.compile import assumption_names, compile_task
+from safenav.synthesis.export import statistics_of
+from safenav.synthesis.slugs import Synthesizer
 
 EPILOG = """\b
 Examples:
@@ -40,9 +46,9 @@ Exit codes:
 
 
 @click.command(epilog=EPILOG)
-@click.argument("scenario", type=click.Path(path_type=Path))
+@click.argument("scenario", type=options.INPUT)
 @click.option("--robot", help="Only this robot.")
-@click.option("-o", "--output", type=FOLDER, help="Directory to write files into.")
+@click.option("-o", "--output", type=options.FOLDER, help="Directory to write files into.")
 @click.option("--plot", is_flag=True, help="Also draw each strategy into DIR (R.svg).")
 @click.option("--verify/--no-verify", default=True, help="Check each strategy independently.")
 @click.option("--strict", is_flag=True, help="Warnings count as unrealizable.")
@@ -59,11 +65,6 @@ def command(
     SCENARIO may be a specification of your own, in slugsin or structured slugs; an unrealizable one
     gets the environment's strategy.
     """
-    from safenav.cli import specification
-    from safenav.report.terminal.synthesis_progress import WaitingLine
-    from safenav.runtime.mission import default_synthesizer, first_results
-    from safenav.scenario.reading.loader import load_scenario
-
     if plot and output is None:
         raise UsageError("--plot writes files: name a directory with -o")
     if specification.is_specification(scenario):
@@ -71,11 +72,9 @@ def command(
             raise UsageError(f"{scenario} is a specification: without --robot and --plot")
         return specification.synthesize(scenario, output, verify, strict)
     plan = load_scenario(scenario)
-    names = [r.name for r in plan.robots]
-    if robot is not None and robot not in names:
-        raise UsageError(f"{scenario}: there is no robot '{robot}'; it has {', '.join(names)}")
+    options.check_robot(robot, plan, scenario)
     synthesizer = default_synthesizer(plan, verify=verify)
-    wanted = [robot] if robot is not None else names
+    wanted = [robot] if robot is not None else [r.name for r in plan.robots]
     answers = first_results(plan, synthesizer, WaitingLine(), wanted)
     if output is not None:
         for answer in answers.values():
@@ -89,16 +88,14 @@ def command(
 
 
 def _print_statistics(answers: dict[str, TaskResult], plan: Scenario) -> None:
-    from safenav.cli.specification import print_sizes, words_of
-    from safenav.spec.compile import assumption_names, compile_task
-    from safenav.synthesis.export import statistics_of
-
     rows = []
     for answer in answers.values():
         figures = statistics_of(compile_task(answer.task, plan.map), answer.result)
-        verified = words_of(answer.result) if answer.result.served is None else "each move"
+        verified = (
+            specification.words_of(answer.result) if answer.result.served is None else "each move"
+        )
         rows.append((figures, verified if answer.realizable else "-"))
-    print_sizes("robot", rows)
+    specification.print_sizes("robot", rows)
     for name, answer in answers.items():
         if answer.allows(plan.map.word):
             click.echo(f"{name}: {answer.words(plan.map.word)}")
@@ -110,9 +107,6 @@ def _print_statistics(answers: dict[str, TaskResult], plan: Scenario) -> None:
 
 def _warn(answers: dict[str, TaskResult], synthesizer: Synthesizer) -> bool:
     """Warn of robots that win by breaking their own assumptions; whether there are any."""
-    from safenav.explain.vacuity import vacuous_wins
-    from safenav.report.terminal.vacuity_warning import vacuity_lines
-
     warned = False
     for name, answer in answers.items():
         strategy = answer.result.strategy
@@ -120,16 +114,11 @@ def _warn(answers: dict[str, TaskResult], synthesizer: Synthesizer) -> bool:
             continue
         for vacuity in vacuous_wins(strategy, synthesizer):
             warned = True
-            first, *rest = vacuity_lines(name, vacuity, strategy)
-            click.echo(f"{click.style('warning:', fg='yellow', bold=True)} {first}", err=True)
-            for line in rest:
-                click.echo(line, err=True)
+            warn(*vacuity_lines(name, vacuity, strategy))
     return warned
 
 
 def _explain_failures(answers: dict[str, TaskResult], plan: Scenario) -> int:
-    from safenav.explain.summary import explain_unrealizable
-
     failed = [answer for answer in answers.values() if not answer.realizable]
     for answer in failed:
         click.echo(
@@ -141,26 +130,14 @@ def _explain_failures(answers: dict[str, TaskResult], plan: Scenario) -> int:
 
 
 def _write_all(answer: TaskResult, plan: Scenario, directory: Path, plot: bool) -> None:
-    from safenav.outfile import write_whole
-
-    made_folder(directory)
+    options.made_folder(directory)
     name = answer.task.robot.name
     for suffix, data in _files(answer, plan, plot):
-        write_whole(directory / f"{name}{suffix}", partial(Path.write_bytes, data=data))
+        write_out(directory / f"{name}{suffix}", data, told=False)
 
 
-def _files(answer: TaskResult, plan: Scenario, plot: bool) -> Iterator[tuple[str, bytes]]:
-    from safenav.spec.compile import compile_task
-    from safenav.synthesis.export import to_dot, to_graphml
-
-    text = compile_task(answer.task, plan.map).to_structuredslugs()
-    yield ".structuredslugs", text.encode()
-    strategy, data = answer.result.strategy, answer.result.strategy_json
-    if strategy is not None and data is not None:
-        yield ".json", data
-        yield ".dot", to_dot(strategy).encode()
-        yield ".graphml", to_graphml(strategy).encode()
-        if plot:
-            from safenav.report.picture.automaton import svg_of_strategy
-
-            yield ".svg", svg_of_strategy(strategy, answer.task, plan.map).encode()
+def _files(answer: TaskResult, plan: Scenario, plot: bool) -> Iterator[tuple[str, str | bytes]]:
+    yield ".structuredslugs", compile_task(answer.task, plan.map).to_structuredslugs()
+    yield from specification.files_of(answer.result)
+    if plot and answer.result.strategy is not None:
+        yield ".svg", svg_of_strategy(answer.result.strategy, answer.task, plan.map)

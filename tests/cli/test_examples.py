@@ -1,6 +1,5 @@
 """The examples of ``--help``: an installed user runs them in an empty folder."""
 
-import importlib
 import inspect
 import os
 import re
@@ -10,11 +9,10 @@ import subprocess
 import sys
 from pathlib import Path
 
-import click
 import pytest
 
 import warm
-from safenav.cli import COMMANDS, group
+from safenav.cli import COMMANDS, command_of, group
 
 MAPS = Path(__file__).parents[1] / "maps"
 SERVERS = re.compile(r"(safenav studio|--live)")
@@ -22,9 +20,7 @@ SERVERS = re.compile(r"(safenav studio|--live)")
 
 
 def help_of(name: str) -> str:
-    command: click.Command = importlib.import_module(
-        f"safenav.cli.{name.replace('-', '_')}"
-    ).command
+    command = command_of(name)
     return f"{inspect.cleandoc(str(command.help))}\n{command.epilog}"
 
 

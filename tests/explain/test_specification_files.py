@@ -11,7 +11,7 @@ import pytest
 from explain.conftest import Invoke
 from oracle.generator import random_specification
 from oracle.rendering import to_slugsin
-from safenav.cli import explain, synth, verify
+from safenav.cli import explain, specification, synth
 from safenav.explain.explanation import with_guarantees
 from safenav.explain.lines import explain_lines
 from safenav.outcome import Verdict
@@ -90,7 +90,7 @@ def test_a_strategy_is_that_of_slugs_and_is_correct(tmp_path: Path, invoke: Invo
     options = ["--explicitStrategy", "--jsonOutput"]
     slugs = subprocess.run([find_binary().path, *options, file], capture_output=True, check=True)
     assert (out / "lift.json").read_bytes() == slugs.stdout
-    assert invoke(verify.command, file, out / "lift.json").status == 0
+    assert invoke(specification.verify, file, out / "lift.json").status == 0
     assert "nothing to explain" in invoke(explain.command, file).output
 
 
@@ -101,7 +101,7 @@ def test_an_unrealizable_one_gets_the_strategy_of_the_environment(
     answer = invoke(synth.command, file, "-o", tmp_path)
     assert answer.status == 1 and f"safenav explain {file}" in answer.error
     strategy = tmp_path / "door.counterstrategy.json"
-    assert invoke(verify.command, "--counterstrategy", file, strategy).status == 0
+    assert invoke(specification.verify, "--counterstrategy", file, strategy).status == 0
 
 
 def test_a_core_names_lines_and_assumptions_were_tried(tmp_path: Path, invoke: Invoke) -> None:

@@ -1,0 +1,186 @@
+"""A run at the terminal: its listeners, what interrupts it, and how its end is reported."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sys
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from shlex import quote
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import click
+
+from safenav.cli.operator import TERMINAL, run_with_operator
+from safenav.errors import ExitCode, UsageError, exit_code_of
+from safenav.outcome import Outcome
+from safenav.report.terminal.story import Story
+from safenav.runtime.analysis.expectation import Ledger, differences
+from safenav.runtime.mission import Mission
+from safenav.scenario.model import Scenario
+from safenav.scenario.settings import Clock
+from safenav.trace.records import Record
+from safenav.trace.writing import Listener, TraceWriter, next_part
+
+PATIENCE = 0.8
+"""Seconds between the first signal and the end of a run that does not notice it."""
+
+MakeMission = Callable[[Scenario, list[Listener]], Mission]
+"""Makes the mission of a scenario with these listeners."""
+
+
+class Performance:
+    """A mission and those that continue it where a robot joins, each with a trace of its own.
+
+    ``trace``: file of the first one; None: no trace, or with a name ``temporary`` one that lasts
+    until the stack is closed. ``views`` also listen.
+    """
+
+    def __init__(
+        self,
+        make: MakeMission,
+        stack: ExitStack,
+        trace: Path | None,
+        *,
+        temporary: str | None = None,
+        as_json: bool = False,
+        maps: bool = True,
+        views: Sequence[Listener] = (),
+    ) -> None:
+        self._make, self._stack, self._views = make, stack, views
+        self._as_json, self._maps = as_json, maps
+        self._kept = trace is not None
+        if trace is None and temporary is not None:
+            trace = Path(stack.enter_context(TemporaryDirectory())) / temporary
+        self.trace = trace
+        self.ledger = Ledger()
+
+    def begin(self, plan: Scenario) -> None:
+        """Make the mission of a scenario."""
+        listeners: list[Listener] = [self.ledger]
+        if self.trace is not None:
+            listeners.append(self._stack.enter_context(TraceWriter(self.trace)))
+        if not self._as_json:
+            listeners.append(_while_heard(Story(plan, maps=self._maps)))
+        self.mission = self._make(plan, [*listeners, *self._views])
+
+    def _another(self, rest: Scenario) -> Mission:
+        """The mission that continues with a robot more."""
+        self.trace = self.trace and next_part(self.trace)
+        self.begin(rest)
+        return self.mission
+
+    def run(self, operator: str | None, *, joins: bool = True) -> None:
+        """Run the mission, and those that continue it, to the end. ``operator``: the file of
+        interventions; ``joins``: whether robots can join there."""
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGALRM):
+            signal.signal(number, lambda number, _: _interrupt(self.mission, number))
+        plan = self.mission.scenario
+        wall = plan.limits.seconds if plan.clock is Clock.LOCKSTEP else None
+        signal.setitimer(signal.ITIMER_REAL, wall or 0, PATIENCE)
+        if operator is None:
+            self.mission.run()
+        else:
+            another = self._another if joins else None
+            run_with_operator(self.mission, operator, helping=not self._as_json, another=another)
+        signal.setitimer(signal.ITIMER_REAL, 0)
+
+    def report(self, scenario: Path, html: Path | None = None, unmet: Sequence[str] = ()) -> int:
+        """Print how the run ended, and what differs from what the scenario expects (``unmet``:
+        differences found before); the exit code."""
+        assert self.mission.result is not None
+        plan, outcome = self.mission.scenario, self.mission.result.outcome
+        wrong = [*differences(plan.expect, self.ledger, plan.map.word), *unmet]
+        if self._as_json:
+            click.echo(json.dumps(self._record(wrong), indent=2))
+        for difference in wrong:
+            click.echo(f"{click.style('not as expected:', fg='red')} {difference}", err=True)
+        status = exit_code_of(outcome)
+        if outcome is not Outcome.INTERRUPTED and wrong:
+            status = status or ExitCode.NEGATIVE
+        elif outcome is not Outcome.INTERRUPTED and plan.expect.outcome is not None:
+            status = ExitCode.OK
+        if status in (ExitCode.NEGATIVE, ExitCode.RESOURCE_LIMIT) and not self._as_json:
+            for line in self._next_steps(outcome, scenario, html):
+                click.echo(f"    {line}", err=True)
+        return status
+
+    def _next_steps(self, outcome: Outcome, scenario: Path, html: Path | None) -> list[str]:
+        """Commands that show what went wrong."""
+        name = quote(str(scenario))
+        if html is not None:
+            steps = [f"view: open {quote(str(html))} (starts at the last tick)"]
+        elif self.trace is not None and self._kept:
+            steps = [f"view: safenav replay {quote(str(self.trace))}"]
+        else:
+            steps = [f"view: safenav run {name} --html {quote(scenario.stem)}.html"]
+        if outcome in (Outcome.UNREALIZABLE, Outcome.OPERATOR_NEEDED):
+            steps.append(f"explain: safenav explain {name}")
+        elif outcome is Outcome.TICK_LIMIT:
+            steps.append(f"run longer: safenav run {name} --max-ticks N")
+        return steps
+
+    def _record(self, wrong: list[str]) -> dict[str, Any]:
+        result, ledger = self.mission.result, self.ledger
+        assert result is not None
+        return {
+            "scenario": self.mission.scenario.name,
+            "outcome": result.outcome.value,
+            "explanation": result.explanation,
+            "cause": result.cause,
+            "as_expected": not wrong,
+            "differences": wrong,
+            "resolved": ledger.resolved,
+            "blocked": ledger.blocked,
+            "helpers": ledger.helpers,
+            "rounds": result.rounds,
+            "ticks": result.ticks,
+            "seconds": result.seconds,
+            "makespan": result.makespan,
+            "syntheses": result.syntheses,
+            "synthesis_seconds": result.synthesis_seconds,
+        }
+
+
+def attendant(given: str | None, live: bool, as_json: bool) -> str | None:
+    """The file of interventions; TERMINAL where somebody can be asked. Raises UsageError."""
+    if given is not None and not live:
+        raise UsageError("--operator helps live runs only; add '--clock live'")
+    if given is None and live and not as_json and sys.stdin.isatty() and sys.stderr.isatty():
+        return TERMINAL
+    return given
+
+
+def _interrupt(mission: Mission, number: int) -> None:
+    """Stop at the next safe point; immediately on a second signal or after PATIENCE. The clock's
+    own first signal ends the run at its time limit."""
+    if number == signal.SIGALRM and mission.ending:
+        return
+    if mission.stopping:
+        raise KeyboardInterrupt
+    if number == signal.SIGALRM:
+        mission.look_at_the_clock()
+        return
+    mission.stop()
+    signal.setitimer(signal.ITIMER_REAL, PATIENCE)
+
+
+def _while_heard(listener: Listener) -> Listener:
+    """A listener that falls silent when the reader of our output has gone: the run continues."""
+    heard = True
+
+    def hear(record: Record) -> None:
+        nonlocal heard
+        if not heard:
+            return
+        try:
+            listener(record)
+        except BrokenPipeError:
+            heard = False
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+    return hear
