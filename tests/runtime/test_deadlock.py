@@ -1,28 +1,16 @@
 """Robots that wait for each other: each case ends well, and does not with resolution off."""
 
+import textwrap
+
 import pytest
 
+from once import SCENARIOS
 from runtime.played import play
 
 ROVER = "catalogue: {robots: {rover: {mobility: free, layer: ground, capabilities: [push]}}}"
 
 CASES = {
-    "corridor swap": f"""
-        safenav: 1
-        map:
-          grid: |
-            ###########
-            #..#####..#
-            #.........#
-            #..#####..#
-            ###########
-        {ROVER}
-        robots:
-          a: {{model: rover, start: [2, 1], objective: {{visit: [[2, 9], [2, 1]]}}}}
-          b: {{model: rover, start: [2, 9], objective: {{visit: [[2, 1], [2, 9]]}}}}
-        until: {{rounds: 2}}
-        limits: {{ticks: 200}}
-        """,
+    "corridor swap": (SCENARIOS / "corridor_swap.yaml").read_text(),
     "parked in a doorway": f"""
         safenav: 1
         map:
@@ -90,7 +78,7 @@ def test_nobody_is_synthesized_for_giving_way(name: str) -> None:
 
 @pytest.mark.parametrize("name", CASES)
 def test_nobody_does_with_resolution_off(name: str) -> None:
-    trace = play(CASES[name].rstrip() + "\n        deadlock: off\n")
+    trace = play(textwrap.dedent(CASES[name]) + "deadlock: off\n")
     assert trace.outcome["outcome"] == "tick_limit"
     assert trace.all("plan") == []
 
