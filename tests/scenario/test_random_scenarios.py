@@ -14,6 +14,7 @@ from safenav.scenario.objective import to_data
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.yaml.document import plain, read_document
 from safenav.world.map import RegionMap
+from scenario.test_schema import FULL
 
 words = st.text(alphabet=string.ascii_letters + "ü -", min_size=1, max_size=8).filter(
     lambda word: word.strip() == word
@@ -102,48 +103,6 @@ def test_random_scenarios_load_as_meant(given_data: dict[str, Any]) -> None:
     ]
 
 
-VALID = """\
-safenav: 1
-name: everything once
-map:
-  grid: |
-    ######
-    #....#
-    #.##.#
-    #....#
-    ######
-  names: {dock: [3, 4]}
-robots:
-  ann: {model: rover, start: 7, heading: east, objective: {visit: [dock, {any: [7, 8]}]}}
-  bob:
-    model: digit
-    start: [3, 1]
-    heading: east
-    vision: 4
-    avoids: [ann]
-    tracks: []
-    tracking: belief
-    objective:
-      ltl:
-        memory: {done: bool, laps: [0, 3]}
-        init: ["!done & laps = 0"]
-        safety: ["done' <-> (done | region = dock)", "laps' = laps"]
-        liveness: [region = 9 & heading = east]
-obstacles:
-  - &door {type: door, region: 9}
-  - {type: uncertainty, region: 10, traversable: {probability: 0.5}}
-until: {rounds: 2}
-limits: {ticks: 500, synthesis_seconds: 1.5, synthesis_memory: 64}
-seed: 3
-coordination: resynthesis
-deadlock: on
-partition: {tiles: [2, 3]}
-expect: {outcome: completed, resolved: [door@9], helpers: {door@9: bob}, ticks: 99}
-catalogue:
-  robots: {rover: {mobility: heading, layer: rail, vision: 3, capabilities: [sense], timing: 1}}
-  obstacles: {debris: {action: clear, resolve_at: [7, dock], blocks: [rail, digit]}}
-"""
-
 SNIPPETS = [
     *"[]{}:,#'\"|>&*!-?%@` \n\t.~=0123456789",
     *("\n  ", "- ", ": ", "''", "!!python/object:os.system ", "&a ", "*a", "*door", "<<: *door"),
@@ -163,12 +122,8 @@ def load_or_refuse(text: str) -> Scenario | None:
         return None
 
 
-def test_the_scenario_that_is_mutated_is_valid() -> None:
-    assert load_or_refuse(VALID) is not None
-
-
 edits = st.lists(
-    st.tuples(st.integers(0, len(VALID)), st.integers(0, 12), st.sampled_from(["", *SNIPPETS])),
+    st.tuples(st.integers(0, len(FULL)), st.integers(0, 12), st.sampled_from(["", *SNIPPETS])),
     min_size=1,
     max_size=4,
 )
@@ -179,7 +134,7 @@ edits = st.lists(
 def test_any_damage_to_the_text_gives_a_scenario_or_an_input_error(
     changes: list[tuple[int, int, str]],
 ) -> None:
-    text = VALID
+    text = FULL
     for place, removed, added in changes:
         text = text[:place] + added + text[place + removed :]
     load_or_refuse(text)
@@ -193,7 +148,7 @@ def _paths(value: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
     return found
 
 
-PLAIN = plain(read_document(VALID).root)
+PLAIN = plain(read_document(FULL).root)
 
 
 @settings(max_examples=400)
@@ -201,7 +156,7 @@ PLAIN = plain(read_document(VALID).root)
 def test_any_value_in_any_place_gives_a_scenario_or_an_input_error(
     changes: list[tuple[tuple[Any, ...], Any]],
 ) -> None:
-    scenario = plain(read_document(VALID).root)
+    scenario = plain(read_document(FULL).root)
     for path, value in changes:
         parent = scenario
         with suppress(KeyError, IndexError, TypeError):  # an earlier change took the place away
