@@ -3,7 +3,7 @@ pass (Tarjan: SIAM J. Comput. 1972)."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from typing import TypeVar
 
 Graph = Sequence[Sequence[int]]
@@ -25,6 +25,29 @@ def explored(
             found[state] = after(state)
             stack += found[state]
     return found
+
+
+def shortest_paths(
+    begins: Iterable[_State], after: Callable[[_State], Iterable[_State]]
+) -> dict[_State, _State]:
+    """The states that can be reached from ``begins``, the nearest first, each with the one before
+    it on a shortest path; a beginning has itself there."""
+    before = {state: state for state in begins}
+    queue = list(before)
+    for state in queue:
+        for other in after(state):
+            if other not in before:
+                before[other] = state
+                queue.append(other)
+    return before
+
+
+def path_to(state: _State, before: Mapping[_State, _State]) -> tuple[_State, ...]:
+    """The path to a state by the result of ``shortest_paths``, from its beginning on."""
+    path = [state]
+    while before[path[-1]] != path[-1]:
+        path.append(before[path[-1]])
+    return tuple(reversed(path))
 
 
 def components(graph: Graph) -> list[list[int]]:

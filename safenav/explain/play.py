@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Mapping, Sequence
 from itertools import islice
 
 from msgspec import Struct
 
-from safenav.components import explored
+from safenav.components import explored, path_to, shortest_paths
 from safenav.explain.explanation import WitnessEnd
 from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.synthesis.strategy import Strategy
@@ -44,25 +43,18 @@ class Play:
             open_goals = [g for g in open_goals if g is not met] or list(goals)
         return walk
 
-    def _nearest(self, start: int, goals: Sequence[Clause]) -> tuple[list[int], Clause | None]:
+    def _nearest(self, start: int, goals: Sequence[Clause]) -> tuple[Sequence[int], Clause | None]:
         """Return the nodes of a shortest walk after ``start`` whose last step meets a goal."""
-        before = {start: start}
-        queue = deque([start])
-        while queue:
-            node = queue.popleft()
-            now = self._strategy.values(node)
-            for after in self.answers(node):
-                later = self._strategy.values(after)
-                met = next((g for g in goals if g.holds(now, later)), None)
-                if met is not None:
-                    leg = [after]
-                    while node != start:
-                        leg.append(node)
-                        node = before[node]
-                    return leg[::-1], met
-                if after not in before:
-                    before[after] = node
-                    queue.append(after)
+        values = self._strategy.values
+
+        def steps(node: int) -> list[tuple[int, int]]:
+            return [(node, after) for after in self.answers(node)]
+
+        before = shortest_paths(steps(start), lambda step: steps(step[1]))
+        for a, b in before:
+            met = next((goal for goal in goals if goal.holds(values(a), values(b))), None)
+            if met is not None:
+                return [after for _, after in path_to((a, b), before)], met
         return [], None
 
     def answers(self, node: int) -> Sequence[int]:
@@ -122,61 +114,31 @@ def losing_play(spec: Specification, counterstrategy: Strategy) -> LosingPlay:
     nodes = explored(starts, play.answers)
     parts = cyclic_parts(Edges(list(nodes), counterstrategy.transitions))
     greedy = play.goals_first(starts[0])
-    ahead = explored(greedy[-1:], play.answers)
-    if parts and not parts.keys() & ahead:
-        greedy, ahead = [*_shortest(starts, parts, play)], nodes
+    ahead = shortest_paths(greedy[-1:], play.answers)
+    if parts and not parts.keys() & ahead.keys():
+        ahead = shortest_paths(starts, play.answers)
+        greedy = [*path_to(next(node for node in ahead if node in parts), ahead)]
+        ahead = shortest_paths(greedy[-1:], play.answers)
     if not parts:
         longest = _longest(starts if len(greedy) == 1 else greedy[-1:], nodes)
         walk = longest if len(greedy) == 1 else (*greedy[:-1], *longest)
         pressure = tuple(play.pressure(walk[-1]).items())
         return LosingPlay(WitnessEnd.STUCK, walk, pressure=pressure)
-    away = _away(greedy[-1:], play)
+    away = dict[int, int]()  # moments until each node
+    for node, last in ahead.items():
+        away[node] = away.get(last, -1) + 1
     far = [node for node in away if node in parts and away[node] <= MOST_VENTURED]
-    ends = {max(far, key=lambda node: away[node])} if far else parts
-    walk = (*greedy[:-1], *_shortest(greedy[-1:], ends, play))
-    inside = {node for node, part in parts.items() if part == parts[walk[-1]]}
-    after = [node for node in play.answers(walk[-1]) if node in inside]
-    back = _shortest(after, {walk[-1]}, play, inside)
+    end = max(far or [node for node in away if node in parts][:1], key=lambda node: away[node])
+    walk = (*greedy[:-1], *path_to(end, ahead))
+    inside = {node for node, part in parts.items() if part == parts[end]}
+
+    def within(node: int) -> list[int]:
+        return [after for after in play.answers(node) if after in inside]
+
+    back = path_to(end, shortest_paths(within(end), within))
     cycle = (walk[-1], *back[:-1])
     goal = play.unreachable(explored(cycle, play.answers)) or play.starved(cycle)
     return LosingPlay(WitnessEnd.STARVED, walk[:-1], cycle, goal)
-
-
-def _away(starts: Sequence[int], play: Play) -> dict[int, int]:
-    """Return the moments until each node that can be reached, nearest first."""
-    found = dict.fromkeys(starts, 0)
-    queue = deque(starts)
-    while queue:
-        node = queue.popleft()
-        for after in play.answers(node):
-            if after not in found:
-                found[after] = found[node] + 1
-                queue.append(after)
-    return found
-
-
-def _shortest(
-    starts: Sequence[int],
-    ends: dict[int, int] | set[int],
-    play: Play,
-    inside: set[int] | None = None,
-) -> tuple[int, ...]:
-    """Return the nodes of a shortest walk from one of ``starts`` to one of ``ends``."""
-    before = dict.fromkeys(starts, -1)
-    queue = deque(starts)
-    while queue:
-        node = queue.popleft()
-        if node in ends:
-            walk = []
-            while node >= 0:
-                walk.append(node)
-                node = before[node]
-            return tuple(reversed(walk))
-        for after in play.answers(node):
-            if after not in before and (inside is None or after in inside):
-                before[after] = node
-                queue.append(after)
-    raise AssertionError("no walk leads there")
 
 
 def _longest(starts: Sequence[int], nodes: dict[int, Sequence[int]]) -> tuple[int, ...]:

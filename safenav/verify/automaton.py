@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property, lru_cache
 from itertools import count
 
+from safenav.components import path_to, shortest_paths
 from safenav.errors import Diagnostic, InputError
 from safenav.formula.parser import FormulaError, parse
 from safenav.formula.syntax import Formula
@@ -43,13 +44,8 @@ class Automaton:
         self.current = tuple(Slot(v, False) for v in spec.variables)
         self.next_inputs = tuple(Slot(v, True) for v in spec.owned(Owner.INPUT))
         self.next_outputs = tuple(Slot(v, True) for v in spec.owned(Owner.OUTPUT))
-        self._parent = {node: node for node in self.starts}
-        self.nodes = list(self._parent)
-        for node in self.nodes:  # grows while it is gone through: breadth first
-            for target in strategy.transitions[node]:
-                if target not in self._parent:
-                    self._parent[target] = node
-                    self.nodes.append(target)
+        self._before = shortest_paths(self.starts, strategy.transitions.__getitem__)
+        self.nodes = list(self._before)
         self.edges = Edges(self.nodes, strategy.transitions)
         self._parts: dict[Owner, dict[int, Row]] = {owner: {} for owner in Owner}
 
@@ -151,10 +147,7 @@ class Automaton:
 
     def path(self, node: int) -> tuple[int, ...]:
         """A shortest path from a start node."""
-        path = [node]
-        while self._parent[path[-1]] != path[-1]:
-            path.append(self._parent[path[-1]])
-        return tuple(path[::-1])
+        return path_to(node, self._before)
 
     def in_words(self, node: int) -> str:
         values = self.strategy.values(node)

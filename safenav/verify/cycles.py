@@ -7,12 +7,12 @@ with a bit for each.
 
 from __future__ import annotations
 
-from collections import Counter, deque
-from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain, compress, repeat
 from operator import and_, eq, ne
 
-from safenav.components import components
+from safenav.components import components, path_to, shortest_paths
 
 _ROUNDS = 10
 """Edges are removed together until this multiple of their number has been visited."""
@@ -91,13 +91,11 @@ def closed_walk(edges: Iterable[Edge], required: Sequence[Edge]) -> tuple[int, .
     if not required:
         source = next(iter(successors))
         required = [(source, successors[source][0])]
-    start = required[0][0]
-    walk = [start]
-    for source, target in required:
-        walk += shortest_path(successors, walk[-1], {source})[1:]
-        walk.append(target)
-    walk += shortest_path(successors, walk[-1], {start})[1:]
-    return tuple(walk[:-1])
+    walk = [required[0][0]]
+    for source, target in (*required, required[0]):
+        paths = shortest_paths(walk[-1:], lambda node: successors.get(node, ()))
+        walk += (*path_to(source, paths)[1:], target)
+    return tuple(walk[:-2])
 
 
 def fair_cycle(edges: Edges, allowed: int, unmet: Sequence[int]) -> tuple[int, ...] | None:
@@ -140,21 +138,3 @@ def _core(sources: list[int], targets: list[int]) -> Iterator[Edge]:
             break
         keep = map(and_, map(heads.__contains__, sources), map(tails.__contains__, targets))
     return zip(sources, targets, strict=True)
-
-
-def shortest_path(successors: Successors, start: int, goals: Container[int]) -> list[int]:
-    """Nodes from ``start`` to the nearest of ``goals``, both included. Raises ValueError."""
-    parent = {start: start}
-    queue = deque([start])
-    while queue:
-        node = queue.popleft()
-        if node in goals:
-            path = [node]
-            while path[-1] != start:
-                path.append(parent[path[-1]])
-            return path[::-1]
-        for successor in successors.get(node, ()):
-            if successor not in parent:
-                parent[successor] = node
-                queue.append(successor)
-    raise ValueError("there is no path")

@@ -1,8 +1,7 @@
 """Cycles and walks in large graphs, and where there are none; others: ``test_verify_random``."""
 
-import pytest
-
-from safenav.verify.cycles import Edges, cyclic_parts, fair_cycle, shortest_path
+from safenav.components import path_to, shortest_paths
+from safenav.verify.cycles import Edges, cyclic_parts, fair_cycle
 
 
 def test_a_long_cycle_needs_no_recursion() -> None:
@@ -13,10 +12,13 @@ def test_a_long_cycle_needs_no_recursion() -> None:
     assert cyclic_parts([(0, 0), (0, 1), (1, 2), (2, 2)]).keys() == {0, 2}
 
 
-def test_there_may_be_no_path() -> None:
-    assert shortest_path({0: [1], 1: [2, 0]}, 0, {2}) == [0, 1, 2]
-    with pytest.raises(ValueError, match="no path"):
-        shortest_path({0: [1], 1: [0]}, 0, {2})
+def test_paths_are_shortest_from_the_nearest_beginning() -> None:
+    graph = {0: [1, 3], 1: [2, 0], 2: [3, 4], 3: [0], 4: [], 5: []}
+    paths = shortest_paths([0], graph.__getitem__)
+    assert [*paths] == [0, 1, 3, 2, 4]
+    assert path_to(4, paths) == (0, 1, 2, 4)
+    assert path_to(3, shortest_paths([1, 2], graph.__getitem__)) == (2, 3)
+    assert path_to(0, paths) == (0,)
 
 
 def test_a_long_way_is_no_cycle() -> None:
