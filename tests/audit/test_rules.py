@@ -25,7 +25,7 @@ def test_robots_that_change_places_collide() -> None:
     )
     s.next_tick().move("a", 6).move("b", 5)
     audit = check_trace(text(s.end("interrupted", {"a": 0, "b": 0})))
-    assert [(f.rule, f.robot) for f in audit.findings] == [("collision", "a"), ("swap", "b")]
+    assert [(f.rule, f.robot) for f in audit.findings] == [("collision", "a")]
 
 
 @pytest.mark.parametrize(
@@ -87,8 +87,7 @@ def test_heading_mobility_is_straight_on_or_a_right_angle(
 def test_every_rule_is_there_once_and_has_a_broken_trace() -> None:
     names = [rule.name for rule in RULES]
     assert len(set(names)) == len(names)
-    alone = {*names, NAMES_RULE} - {"swap"}  # whoever swaps collides as well: see above
-    assert {case[0] for case in CASES} == alone
+    assert {case[0] for case in CASES} == {*names, NAMES_RULE}
     assert {case[1] for case in CASES} <= GOOD.keys()
 
 

@@ -138,8 +138,8 @@ def transit(record: Line, now: Situation) -> Iterator[Said]:
 
 @judges("line", "move")
 def collision(record: Line, now: Situation) -> Iterator[Said]:
-    """Robots in conflict never share a region, at any moment of a tick; one in transit occupies two
-    (D 4, Layers)."""
+    """Robots in conflict never share a region, at any moment; one in transit occupies two regions.
+    Robots that would change places do, as they move one after the other (D 4, Layers)."""
     for other in now.region:
         if other != record.robot and now.conflict(record.robot, other):
             for region in sorted(taken(record) & now.taken_by(other)):
@@ -154,29 +154,6 @@ def never_together(record: Line, now: Situation) -> Iterator[Said]:
         for zone in now.zones(record.robot, other):
             if taken(record) & zone and now.taken_by(other) & zone:
                 yield f"{record.robot} and {other} are together in {sorted(zone)}"
-
-
-class SwapRule(Rule):
-    """Robots of one layer do not change places within a tick (D 4). Turns interleave, so that
-    follows from the absence of collisions if the moves are continuous; checked on its own."""
-
-    name, kinds = "swap", ("move",)
-
-    def __init__(self) -> None:
-        self._tick = 0
-        self._moves: list[Line] = []
-
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
-        if record.tick != self._tick:
-            self._tick, self._moves = record.tick, []
-        for other in self._moves:
-            swapped = (other.from_, other.to) == (record.to, record.from_)
-            if not swapped or record.to == record.from_ or other.robot == record.robot:
-                continue
-            if now.conflict(record.robot, other.robot):
-                places = f"{now.show(record.from_)} and {now.show(record.to)}"
-                yield f"{other.robot} and {record.robot} change places, {places}"
-        self._moves.append(record)
 
 
 _IS = {

@@ -32,7 +32,7 @@ SOMEBODY = "any robot"
 STRAYING = (
     *("always", "backtrack", "belief", "collision", "continuity", "follows-plan", "hold"),
     *("known-obstacle", "missed-belief", "missed-goal", "mobility", "never-together"),
-    *("out-of-turn", "service", "swap", "transit"),
+    *("out-of-turn", "service", "transit"),
 )
 """Rules on moves and sightings. In an external world a robot may end up elsewhere than
 commanded."""
