@@ -92,43 +92,24 @@ class _Enumeration:
 
     def serves(self, names: set[str], most: int) -> bool | None:
         """Whether a state can be reached that completes the mission with obstacles resolved."""
-        queue = self._starts()
-        seen = {*queue}
-        while queue:
-            state = queue.pop()
+        for state, seen in self._reached():
             open_ = {obstacle.name for obstacle in state.obstacles}
             if not names & open_ and self._is_complete(state):
                 return True
-            if len(seen) > most:
+            if seen > most:
                 return None
-            for after in self._successors(state):
-                if after not in seen:
-                    seen.add(after)
-                    queue.append(after)
         return False
 
     def problems(self, told: int, digest: object) -> Iterator[str]:
-        queue, seen = list[tuple[int, int, _State]](), set[_State]()
         poses = set[tuple[Pose, ...]]()
-
-        def find(state: _State) -> None:
-            if state not in seen:
-                seen.add(state)
-                poses.add(state.poses)
-                heappush(queue, (state.rank, len(seen), state))
-
-        for state in self._starts():
-            find(state)
-        while queue:
-            _, _, state = heappop(queue)
+        for state, seen in self._reached():
+            poses.add(state.poses)
             if self._is_complete(state):
                 at = zip(self._robots, state.poses, strict=True)
                 places = ", ".join(f"{name} at {region}" for name, (region, _) in at)
                 yield f"the mission can be completed: every objective is met with {places}"
                 return
-            for after in self._successors(state):
-                find(after)
-            if len(seen) > MOST_STATES:
+            if seen > MOST_STATES:
                 raise TooManyError(f"more than {MOST_STATES} states: too many for the audit")
             if len(poses) > told:
                 yield f"more states are reachable than the {told} of the proof"
@@ -137,6 +118,21 @@ class _Enumeration:
             yield f"{len(poses)} states are reachable, not {told}"
         elif digest != _digest(poses):
             yield "the reachable states are not those of the proof (sha256)"
+
+    def _reached(self) -> Iterator[tuple[_State, int]]:
+        """Yield the reachable states, those with the least to do first, each with the number of
+        states that were found before it was examined."""
+        queue, seen, after = list[tuple[int, int, _State]](), set[_State](), iter(self._starts())
+        while True:
+            for found in after:
+                if found not in seen:
+                    seen.add(found)
+                    heappush(queue, (found.rank, len(seen), found))
+            if not queue:
+                return
+            _, _, state = heappop(queue)
+            yield state, len(seen)
+            after = self._successors(state)
 
     def _starts(self) -> list[_State]:
         choices: list[list[Left]] = []

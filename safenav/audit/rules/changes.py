@@ -32,29 +32,21 @@ def appeared(record: Line, now: Situation) -> Iterator[Said]:
             yield f"{obstacle.name} appears in tick {record.tick}, before {since}"
 
 
-class OrderedRule(Rule):
+@judges("line")
+def ordered(record: Line, now: Situation) -> Iterator[Said]:
     """An order of the scenario is recorded when it appears, and nothing else in its name; an order
     is in no robot's way (D 5)."""
-
-    name = "ordered"
-
-    def __init__(self) -> None:
-        self._appeared: Line | None = None
-
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:
-        before, self._appeared = self._appeared, None
-        if record.type == "appeared":
-            self._appeared = record
-        if record.type == "order":
-            obstacle = now.obstacles[record.obstacle]
-            if before is None or before.obstacle != record.obstacle:
-                yield f"{obstacle.name} has not just appeared"
-            elif obstacle.blocks:
-                yield f"{obstacle.name} is ordered, but stops robots"
-            elif not obstacle.ordered:
-                yield f"{obstacle.name} is not to be ordered"
-        elif before is not None and now.obstacles[before.obstacle].ordered:
-            yield None, f"{before.obstacle} appears, but is not ordered", before
+    before = next((line for line in now.turn.records[-1:] if line.type == "appeared"), None)
+    if record.type == "order":
+        obstacle = now.obstacles[record.obstacle]
+        if before is None or before.obstacle != record.obstacle:
+            yield f"{obstacle.name} has not just appeared"
+        elif obstacle.blocks:
+            yield f"{obstacle.name} is ordered, but stops robots"
+        elif not obstacle.ordered:
+            yield f"{obstacle.name} is not to be ordered"
+    elif before is not None and now.obstacles[before.obstacle].ordered:
+        yield None, f"{before.obstacle} appears, but is not ordered", before
 
 
 @judges("line", "gone")

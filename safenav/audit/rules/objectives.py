@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 
 from safenav.audit.kinds import shape_of
 from safenav.audit.lines import Line, Objective
@@ -74,15 +74,7 @@ class MissedGoalRule(Rule):
     in all its targets has met them often enough after the rounds of ``until`` (after one round, if
     the objective is not its own): passes take no time."""
 
-    name, kinds = "missed-goal", ("move",)
-
-    def __init__(self) -> None:
-        self._ends: set[int] = set()  # lines of steps that were begun before
-
-    def line(self, record: Line, now: Situation) -> Iterable[Said]:
-        if now.toward[record.robot] is not None:
-            self._ends.add(record.line)
-        return ()
+    name = "missed-goal"
 
     def turn(self, now: Situation) -> Iterator[Said]:
         turn = now.turn
@@ -95,8 +87,7 @@ class MissedGoalRule(Rule):
             return  # it is leaving: only a robot that ends a step, or stays, meets a target
         met = {goal.goal for goal in turn.all("goal")}
         crosses = shape_of(progress.objective.kind).strict and not _by_strategy(turn)
-        begun = move is not None and move.line in self._ends  # perhaps under another objective
-        if progress.awaited is None and (now.alternates(robot) or crosses or begun):
+        if progress.awaited is None and (now.alternates(robot) or crosses or turn.on_the_way):
             return  # which target is next is not known yet
         if now.live and _stays_in_all(progress.objective, turn.origin, here):
             own = progress.objective == now.own[robot]
