@@ -55,7 +55,7 @@ class Bound:
         self.ends = {obstacle.name: NEVER for obstacle in self.open}
         self.met = {
             o.name: [
-                self.turn if number < now.stage[o.name] else NEVER
+                self.turn if number < now.open[o.name].stage else NEVER
                 for number in range(len(o.all_needs))
             ]
             for o in self.open
@@ -118,12 +118,11 @@ class Bound:
         for obstacle in self.open:
             if obstacle.region != region or robot not in obstacle.blocks:
                 continue
-            stage, met = self.now.stage[obstacle.name], self.met[obstacle.name]
-            told, last = self.now.header.robots[robot], len(obstacle.all_needs) - 1
-            if not obstacle.resolved_by_entering(told, last):
+            one, met = self.now.open[obstacle.name], self.met[obstacle.name]
+            if not one.ends_by_entering(robot):
                 after = max(after, met[-1])
-            elif stage < last:
-                after = max(after, met[last - 1])
+            elif len(one.left) > 1:
+                after = max(after, met[-2])
         return after
 
     def ticks(
@@ -159,8 +158,9 @@ class Bound:
         return best, stepped
 
     def _needs(self, obstacle: Line) -> list[int]:
-        now, count, needs = self.now, len(self.names), obstacle.all_needs
-        stage = min(now.stage[obstacle.name], len(needs) - 1)
+        count, one = len(self.names), self.now.open[obstacle.name]
+        needs = (*obstacle.all_needs[: one.stage], *one.left)
+        stage = len(needs) - len(one.left)
         turns, before = [self.turn] * stage, self.turn + 1
         begun = before
         fields: dict[str, Ticks] = {}
@@ -168,15 +168,10 @@ class Bound:
             need, former, fields = needs[number], fields, {}
             arrivals = []
             for index, name in enumerate(self.names):
-                done = name in now.done[obstacle.name]
-                able = obstacle.actions(number) <= now.header.robots[name].capabilities
-                if number == stage:
-                    if done and not need.together:
-                        fields[name] = self.ticks(name, dict([self.start[name]]))[0]
-                        continue
-                    if need.same and name not in now.group[obstacle.name]:
-                        continue
-                if not able:
+                if number == stage and name in one.done and not need.together:
+                    fields[name] = self.ticks(name, dict([self.start[name]]))[0]
+                    continue
+                if name not in need.able:
                     continue
                 seeds = dict([self.start[name]])
                 if need.same and number > stage:
@@ -186,7 +181,7 @@ class Bound:
                     earlier, alone = needs[number - 1], not needs[number - 1].together
                     part_at = begun + (index - begun) % count if alone else before
                     since, places = self.sets_out(name, part_at), earlier.regions
-                    took_part = number - 1 == stage and name in now.done[obstacle.name]
+                    took_part = number - 1 == stage and name in one.done
                     took_part = took_part and alone
                     if not took_part and self.leaving(name, earlier, part_at) >= NEVER:
                         had = former[name].items()
@@ -200,7 +195,7 @@ class Bound:
                 if turn < NEVER:
                     arrivals.append(turn)
             begun = before
-            had_part = 0 if need.together or number > stage else len(now.done[obstacle.name])
+            had_part = 0 if need.together or number > stage else len(one.done)
             missing = need.robots - had_part
             arrivals.sort()
             before = arrivals[missing - 1] if len(arrivals) >= missing else NEVER

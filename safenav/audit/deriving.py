@@ -10,7 +10,7 @@ from safenav.audit.formulas import Formulas, rules_of
 from safenav.audit.kinds import shape_of
 from safenav.audit.language import HEADINGS, Pose, RefusedError
 from safenav.audit.lines import Objective
-from safenav.audit.members import FAR, Member, Need, OpenObstacle, Poses
+from safenav.audit.members import FAR, Member, OpenObstacle, Poses
 from safenav.audit.situation import Situation
 from safenav.audit.team import Team
 from safenav.audit.turn import Status
@@ -44,21 +44,12 @@ def open_obstacle(
 ) -> OpenObstacle:
     """One obstacle with the needs that are not met yet. ``out``: the robots out of service
     (default: those of the moment), which live do nothing where they stand."""
-    obstacle = now.obstacles[name]
-    needs = []
-    for number, need in [*enumerate(obstacle.all_needs)][now.stage[name] :]:
-        able = now.able(name, number)
-        if need.same and number == now.stage[name]:
-            able &= now.group[name]
-        how = frozenset(need.regions), need.robots, need.together, need.same
-        needs.append(Need(able, *how))
-    done = frozenset() if now.need(name).together else frozenset(now.done[name])
+    one = now.open[name]
     barred = frozenset(robot for robot, left in {*refused, *now.barred} if left == name)
     if now.live:
         barred |= {*(now.out if out is None else out)}
-    about = name, obstacle.region, frozenset(obstacle.blocks), tuple(needs), done, barred
-    sweeps = frozenset(obstacle.sweeps or ())
-    return OpenObstacle(*about, now.load_order(name), now.stage[name], sweeps)
+    done = frozenset[str]() if one.left[0].together else one.done
+    return one._replace(done=done, barred=barred)
 
 
 def team_of(
@@ -141,7 +132,7 @@ def serving(now: Situation, *, own: bool = False) -> dict[str, frozenset[str]]:
     one whose own objective reads as that duty, which the objectives do not tell."""
     found = dict[str, frozenset[str]]()
     for name in now.requests:
-        needs = now.obstacles[name].all_needs[: now.stage[name] + 1]
+        needs = now.obstacles[name].all_needs[: now.open[name].stage + 1]
         regions = [frozenset(need.regions) for need in needs]
         found[name] = frozenset(
             robot

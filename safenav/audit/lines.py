@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from itertools import takewhile
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 from safenav.audit.kinds import shape_of
+from safenav.audit.members import Need, OpenObstacle
 
 Line = Any
 """``type`` is its type; a field that is absent is None, or what the page names as its default."""
@@ -57,41 +59,25 @@ class Obstacle(Made):
     also where the trace has only one."""
 
     @classmethod
-    def of(cls, told: Line) -> Obstacle:
+    def of(cls, told: Line, robots: Mapping[str, Line]) -> Obstacle:
         one = Made(action=told.action, regions=told.resolution_regions)
-        listed = [
-            Made(
-                action=need.action,
-                regions=need.regions,
-                robots=1 if need.robots is None else need.robots,
-                together=bool(need.together),
-                same=bool(need.same),
-            )
-            for need in told.needs or (one,)
-        ]
+        listed, needs = told.needs or (one,), list[Need]()
+        for k, need in enumerate(listed):
+            chain = (need, *takewhile(lambda other: other.same, listed[k + 1 :]))
+            actions = {each.action for each in chain}
+            able = frozenset(n for n, robot in robots.items() if actions <= robot.capabilities)
+            how = need.robots or 1, bool(need.together), bool(need.same)
+            needs.append(Need(able, frozenset(need.regions), *how, need.action))
         fields = ("name", "region", "blocks", "traversable", "from_", "until", "resolve_within")
         about = {name: getattr(told, name) for name in (*fields, "ordered", "type", "sweeps")}
-        return cls(all_needs=tuple(listed), **about)
+        return cls(all_needs=tuple(needs), **about)
 
-    def actions(self, stage: int) -> frozenset[str]:
-        """The actions that a robot must have for a need: its own, and those of the needs that the
-        same robots must meet after it."""
-        last = stage
-        while last + 1 < len(self.all_needs) and self.all_needs[last + 1].same:
-            last += 1
-        return frozenset(need.action for need in self.all_needs[stage : last + 1])
-
-    def takes(self, stage: int) -> bool:
-        """Whether the robots that meet a need carry a load from then on."""
-        left = self.all_needs[stage : stage + 2]
-        return len(left) == 2 and left[1].same and not left[0].same
-
-    def resolved_by_entering(self, robot: Line, stage: int) -> bool:
-        """Whether a robot alone resolves it by entering its region once ``stage`` needs are met:
-        only one is left, and the region is one of that need's."""
-        last = self.all_needs[-1]
-        only = stage == len(self.all_needs) - 1 and last.robots == 1 and not last.same
-        return only and self.region in last.regions and last.action in robot.capabilities
+    def opened(self) -> OpenObstacle:
+        """The obstacle with no need met."""
+        number = self.name.partition("#")[2]
+        order = self.type, self.region, int(number) if number.isdecimal() else 1
+        about = self.name, self.region, frozenset(self.blocks), self.all_needs
+        return OpenObstacle(*about, order=order, sweeps=frozenset(self.sweeps or ()))
 
 
 def proof_of(line: Line) -> Mapping[str, Any] | None:

@@ -25,13 +25,15 @@ class Act(NamedTuple):
 
 class Need(NamedTuple):
     """An action that ``robots`` of the ``able`` ones perform, each on one of ``regions``, all in
-    one tick if ``together``; ``same``: they are among those of the need before it."""
+    one tick if ``together``; ``same``: they are among those of the need before it. The able ones
+    also have the actions of the needs after it that the same robots must meet."""
 
     able: frozenset[str]
     regions: frozenset[int]
     robots: int = 1
     together: bool = False
     same: bool = False
+    action: str = ""
 
 
 class OpenObstacle(NamedTuple):
@@ -53,10 +55,17 @@ class OpenObstacle(NamedTuple):
 
     def closes(self, robot: str) -> bool:
         """Whether a robot must keep out: it is stopped, and does not resolve it by entering."""
-        last = self.left[-1:]
-        enters = len(self.left) == 1 and last[0].robots == 1 and not last[0].same
-        enters = enters and self.region in last[0].regions and robot in last[0].able
-        return bool(last) and robot in self.stops and not enters
+        return bool(self.left) and robot in self.stops and not self.entered_by(robot)
+
+    def entered_by(self, robot: str) -> bool:
+        """Whether a robot alone resolves it by entering its region now."""
+        return len(self.left) == 1 and self.ends_by_entering(robot)
+
+    def ends_by_entering(self, robot: str) -> bool:
+        """Whether a robot alone meets its last need by entering its region."""
+        last = self.left[-1]
+        alone = last.robots == 1 and not last.same
+        return alone and self.region in last.regions and robot in last.able
 
     def chain(self) -> tuple[Need, ...]:
         """The needs after the next one that the same robots must meet."""
@@ -71,7 +80,7 @@ class OpenObstacle(NamedTuple):
         """The robots that carry a load: they have taken it, or had a part in taking it."""
         if self.left and self.left[0].same:
             return self.left[0].able
-        return self.done if self.takes() else frozenset()
+        return self.done if self.takes() and not self.left[0].together else frozenset()
 
     def commits(self) -> bool:
         """Whether the robots that meet the next need are chosen for another one by that."""

@@ -135,7 +135,8 @@ class Situation(State):
                     self._begin(found.name)
             case "resolved":
                 self._fit_again(obstacle=name)
-                self.stage[name] = len(self.obstacles[name].all_needs)
+                whole = len(self.obstacles[name].all_needs)
+                self.open[name] = self.open[name]._replace(stage=whole)
                 self.requests.pop(name, None)
                 self.given_up.pop(name, None)
                 gone = record.traversable is not False
@@ -153,7 +154,7 @@ class Situation(State):
                 self.discovered.add(name)
                 self.orders.add(name)
             case "met":
-                if self.meets_at_once(robot, name) and self.stage[name] == record.need:
+                if self.meets_at_once(robot, name) and self.open[name].stage == record.need:
                     self._perform_at(robot, name)
                 self._take(record)
             case "truth":
@@ -223,8 +224,7 @@ class Situation(State):
     def _begin(self, obstacle: str) -> None:
         """Let an obstacle be there with no need met."""
         self.status[obstacle] = Status.UNRESOLVED
-        self.stage[obstacle] = 0
-        self.done[obstacle].clear()
+        self.open[obstacle] = self.obstacles[obstacle].opened()
 
     def finish_turn(self, last: bool) -> None:
         """Note of the turn that is over whether it was the last of the trace."""
@@ -273,7 +273,7 @@ class Situation(State):
                 found.append(name)
         for name in found:
             self._perform_at(robot, name, put_down=True)
-        for name in sorted(filter(self.takes, found), key=self.load_order):
+        for name in sorted(filter(self.takes, found), key=lambda name: self.open[name].order):
             # Whether robots take a load as a whole is their choice, which the line ``met`` tells.
             whole = self.need(name).robots == 1 or self.need(name).together
             asked = self._is_next(robot, name) if act is None else name in act.obstacles
@@ -283,31 +283,33 @@ class Situation(State):
     def _take(self, record: Line) -> None:
         """Note that robots take a load as a whole, and what the robot then does with it there."""
         name, stage = record.obstacle, record.need
-        if self.stage.get(name) != stage or not self.takes(name):
+        if name not in self.open or self.open[name].stage != stage or not self.takes(name):
             return
         group = self.takers(record.robot, name)
         if group is not None:
-            self.turn.met[name, stage] = self.group[name] = group
-            self.stage[name] += 1
-            self.done[name].clear()
-            self.turn.advanced.add(name)
+            self._meet(name, group)
             self._perform_at(record.robot, name, put_down=True)
 
     def _perform_at(self, robot: str, name: str, *, put_down: bool = False) -> None:
         """``put_down``: no load is taken."""
         while robot in self.standing(name) and not (put_down and self.takes(name)):
-            self.done[name].add(robot)
+            done = self.open[name].done | {robot}
+            self.open[name] = self.open[name]._replace(done=done)
             need = self.need(name)
-            group = self.standing(name) if need.together else self.done[name]
-            last = self.stage[name] + 1 >= len(self.obstacles[name].all_needs)
-            if len(group) >= need.robots:
-                self.turn.met[name, self.stage[name]] = frozenset(group)
-            if len(group) < need.robots or last:
+            group = frozenset(self.standing(name)) if need.together else done
+            if len(group) < need.robots or not self._meet(name, group):
                 return
-            self.group[name] = frozenset(group)
-            self.stage[name] += 1
-            self.done[name].clear()
-            self.turn.advanced.add(name)
+
+    def _meet(self, name: str, group: frozenset[str]) -> bool:
+        """Note that a group meets the next need of an obstacle. Return whether that gives way to
+        another one: the last one stays."""
+        one = self.open[name]
+        self.turn.met[name, one.stage] = group
+        if len(one.left) == 1:
+            return False
+        self.open[name] = one._replace(done=frozenset()).advanced(group)
+        self.turn.advanced.add(name)
+        return True
 
     def _put_in_force(self, objectives: Mapping[str, Objective], line: int) -> None:
         for robot, objective in objectives.items():

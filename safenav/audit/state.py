@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable
 
 from safenav.audit.lines import Line, Objective, Obstacle
+from safenav.audit.members import Need
 from safenav.audit.passes import LIVE
 from safenav.audit.progress import Progress
 from safenav.audit.turn import StackEntry, Status, Turn, helpers_of, taken
@@ -20,12 +21,13 @@ class State:
         told = self.header.map
         self.live = header.clock == LIVE
         self.grid = World(told.grid, told.rows, told.cols, live=self.live)
-        first = [Obstacle.of(told) for told in self.header.obstacles]
-        later = [Obstacle.of(record.obstacle) for record in records if record.type == "discovered"]
+        robots = self.header.robots
+        first = [Obstacle.of(told, robots) for told in self.header.obstacles]
+        found = [record.obstacle for record in records if record.type == "discovered"]
+        later = [Obstacle.of(told, robots) for told in found]
         self.obstacles = {o.name: o for o in later} | {o.name: o for o in first}
         self.truth = {name: o.traversable for name, o in self.obstacles.items()}
         self.external = self.header.world == "external"
-        robots = self.header.robots
         self.region: dict[str, int] = {n: r.start for n, r in robots.items()}
         self.heading: dict[str, str | None] = {n: r.heading for n, r in robots.items()}
         self.own: dict[str, Objective] = {n: r.objective for n, r in robots.items()}
@@ -64,10 +66,8 @@ class State:
             name: Status.ABSENT if all(o.from_ is not None for o in listed) else Status.UNRESOLVED
             for name, listed in self.listed.items()
         }
-        self.stage = dict.fromkeys(self.obstacles, 0)
-        self.done: dict[str, set[str]] = {name: set() for name in self.obstacles}
-        self.group: dict[str, frozenset[str]] = {}
-        """The robots that met the last need of each obstacle."""
+        self.open = {name: obstacle.opened() for name, obstacle in self.obstacles.items()}
+        """Each obstacle with its needs as far as they are not met; its last need stays."""
         self.introduced = {obstacle.name for obstacle in self.header.obstacles}
         """Obstacles that the scenario lists, or that a line has described."""
         self.discovered: set[str] = set()
@@ -136,39 +136,28 @@ class State:
             return bool(robots[one].layer == robots[other].layer)
         return other in listed[0] or one in listed[1]
 
-    def able(self, obstacle: str, need: int) -> frozenset[str]:
-        """Return the robots that have the actions for a need (see ``Obstacle.actions``)."""
-        actions, robots = self.obstacles[obstacle].actions(need), self.header.robots
-        return frozenset(name for name, one in robots.items() if actions <= one.capabilities)
-
     def resolves_alone(self, obstacle: str) -> bool:
         """Return whether one action resolves an obstacle: there is no result for a part of one."""
-        left = self.obstacles[obstacle].all_needs[self.stage[obstacle] :]
+        left = self.obstacles[obstacle].all_needs[self.open[obstacle].stage :]
         return len(left) == 1 and left[0].robots == 1
 
     def capable(self, obstacle: str) -> set[str]:
         """Return the robots that have the action which the obstacle needs next, and what the same
         robots must do after it: only those of the need before it where it takes the same."""
-        needs = self.obstacles[obstacle].all_needs
-        stage = min(self.stage[obstacle], len(needs) - 1)
-        able = {*self.able(obstacle, stage)}
-        return able & self.group.get(obstacle, frozenset()) if needs[stage].same else able
+        return {*self.need(obstacle).able}
 
     def takes(self, obstacle: str) -> bool:
         """Return whether the robots that meet the obstacle's next need carry a load from then
         on."""
-        return self.obstacles[obstacle].takes(self.stage[obstacle])
+        return self.open[obstacle].takes()
 
-    def carriers(self, obstacle: str) -> Collection[str]:
+    def carriers(self, obstacle: str) -> frozenset[str]:
         """Return the robots that carry a load: they have taken it, or had a part in taking it, and
         have not put it down in this turn."""
-        needs, stage = self.obstacles[obstacle].all_needs, self.stage[obstacle]
+        last = obstacle, len(self.obstacles[obstacle].all_needs) - 1
         there = self.status[obstacle] in (Status.UNRESOLVED, Status.GIVEN_UP)
-        if not there or stage >= len(needs) or (obstacle, len(needs) - 1) in self.turn.met:
-            return ()
-        if needs[stage].same:
-            return self.group[obstacle]
-        return self.done[obstacle] if self.takes(obstacle) and not needs[stage].together else ()
+        there = there and last not in self.turn.met
+        return self.open[obstacle].carriers() if there else frozenset()
 
     def loads(self, robot: str) -> list[str]:
         """Return the loads that a robot carries."""
@@ -184,17 +173,15 @@ class State:
         """Return whether the robot was synthesized for its objective as plain alternation."""
         return self.form.get((robot, self.objectives[robot])) == "alternation"
 
-    def need(self, obstacle: str) -> Line:
+    def need(self, obstacle: str) -> Need:
         """Return the obstacle's next need, or its last one if all are met."""
-        needs = self.obstacles[obstacle].all_needs
-        return needs[min(self.stage[obstacle], len(needs) - 1)]
+        return self.open[obstacle].left[0]
 
     def too_few(self, obstacle: str) -> list[bool]:
         """Return for each unmet need whether fewer robots have its action, and what the same robots
         must do after it, than it takes."""
-        needs = self.obstacles[obstacle].all_needs
-        left = range(self.stage[obstacle], len(needs))
-        return [len(self.able(obstacle, k)) < needs[k].robots for k in left]
+        left = self.obstacles[obstacle].all_needs[self.open[obstacle].stage :]
+        return [len(need.able) < need.robots for need in left]
 
     def swept_with(self, obstacle: str, robots: Collection[str]) -> list[str]:
         """Return the robots, other than these, that are where an obstacle's resolution sweeps."""
@@ -212,13 +199,8 @@ class State:
         acts = [act for act in self.acting.values() if obstacle in act.obstacles]
         region = self.obstacles[obstacle].region
         inside = {name for name in self.region if region in self.taken_by(name)}
-        entered = {name for name in inside if self.resolves_by_entering(obstacle, name)}
+        entered = {name for name in inside if self.open[obstacle].entered_by(name)}
         return entered.union(*(act.robots for act in acts))
-
-    def resolves_by_entering(self, obstacle: str, robot: str) -> bool:
-        """Return whether a robot resolves an obstacle by entering its region now."""
-        about, stage = self.obstacles[obstacle], self.stage[obstacle]
-        return about.resolved_by_entering(self.header.robots[robot], stage)
 
     def stopped_by(self, obstacle: str) -> set[str]:
         """Return the robots that the obstacle physically stops."""
@@ -230,7 +212,7 @@ class State:
         stopped = self.stopped_by(obstacle)
         if self.status[obstacle] is not Status.UNRESOLVED:
             return stopped
-        return {name for name in stopped if not self.resolves_by_entering(obstacle, name)}
+        return {name for name in stopped if not self.open[obstacle].entered_by(name)}
 
     def is_cut_short(self) -> bool:
         """Return whether the run ended within this turn, so that the rest of it never happened."""
@@ -280,7 +262,7 @@ class State:
         acts = self._acts_to_come()
         if self.is_full(robot) or not acts:
             return not self.is_full(robot)
-        next_ = obstacle, self.stage[obstacle]
+        next_ = obstacle, self.open[obstacle].stage
         groups = [act.robots for act in acts if (act.obstacle, act.need) == next_]
         if groups:
             return any(robot in group for group in groups)
@@ -293,7 +275,7 @@ class State:
     def _acts_to_come(self) -> list[Line]:
         unresolved = {name for name, is_ in self.status.items() if is_ is Status.UNRESOLVED}
         acts = [act for act in self.acts if act.obstacle in unresolved and not self.has_plan]
-        return [act for act in acts if self.stage[act.obstacle] <= act.need]
+        return [act for act in acts if self.open[act.obstacle].stage <= act.need]
 
     def _is_next(self, robot: str, obstacle: str) -> bool:
         """Return whether a robot's acts let it have its part in a load now: none of those before
@@ -322,14 +304,9 @@ class State:
     def meets_at_once(self, robot: str, obstacle: str) -> frozenset[str] | None:
         """Return the robots that meet the next need of an obstacle, not its last, if an action of
         one of them is over immediately: a live run has no lines for that."""
-        last = self.stage[obstacle] + 1 >= len(self.obstacles[obstacle].all_needs)
+        last = len(self.open[obstacle].left) == 1
         if not self.live or last or self.takes(obstacle) or robot in self.acting:
             return None
         need, there = self.need(obstacle), self.standing(obstacle)
-        group = there if need.together else {*self.done[obstacle], robot}
+        group = there if need.together else self.open[obstacle].done | {robot}
         return frozenset(group) if robot in there and len(group) >= need.robots else None
-
-    def load_order(self, obstacle: str) -> tuple[str, int, int]:
-        """Return the place of a load among those that a robot can take."""
-        about, number = self.obstacles[obstacle], obstacle.partition("#")[2]
-        return about.type, about.region, int(number) if number.isdecimal() else 1

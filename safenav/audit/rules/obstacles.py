@@ -73,7 +73,7 @@ def resolution(record: Line, now: Situation) -> Iterator[Said]:
     obstacle, need = now.obstacles[name], now.need(name)
     if robot not in now.capable(name):
         yield f"{robot} cannot {need.action}, which {name} needs"
-    left = len(obstacle.all_needs) - 1 - now.stage[name]
+    left = len(obstacle.all_needs) - 1 - now.open[name].stage
     if left > 0:
         yield f"{name} has {left} more open needs"
     if record.at != now.region[robot]:
@@ -99,7 +99,7 @@ def resolution(record: Line, now: Situation) -> Iterator[Said]:
 def _group_problems(record: Line, now: Situation) -> Iterator[str]:
     """Yield the errors in the group of robots that took part together."""
     name, need = record.obstacle, now.need(record.obstacle)
-    able = now.standing(name) if need.together else now.done[name]
+    able = now.standing(name) if need.together else now.open[name].done
     group = able | {record.robot}
     if record.robots and len(now.obstacles[name].all_needs) == 1:
         group = set(record.robots)
@@ -134,11 +134,11 @@ class NeedRule(Rule):
         name, needs = record.obstacle, now.obstacles[record.obstacle].all_needs
         what = f"need {record.need + 1} of {name}"
         group = now.turn.met.get((name, record.need))
-        if group is None and record.need == now.stage[name]:
+        if group is None and record.need == now.open[name].stage:
             group = now.takers(record.robot, name) or now.meets_at_once(record.robot, name)
         if group is None or len(needs) < 2:
             full = [n for n in record.robots or (record.robot,) if now.is_full(n)]
-            for robot in full if record.need == now.stage[name] and now.takes(name) else ():
+            for robot in full if record.need == now.open[name].stage and now.takes(name) else ():
                 yield f"{robot} carries {_names({*now.loads(robot)})}, and takes {name} as well"
             yield f"{what} is not met in this turn"
             return
@@ -180,8 +180,8 @@ class MissedResolutionRule(Rule):
             self._tried = {tried for tried in self._tried if tried[0] != robot}
         elif _departs(record, now) and not now.external and not now.has_act(robot):
             for name in now.obstacles:
-                need, standing = now.need(name), now.standing(name)
-                lacks = len(standing) < need.robots if need.together else robot in now.done[name]
+                need, standing, done = now.need(name), now.standing(name), now.open[name].done
+                lacks = len(standing) < need.robots if need.together else robot in done
                 tried = (robot, name) in self._tried
                 later = self._changed.get(name, 0) > self._came.get(robot, 0)
                 if now.live and name not in now.requests and (later or need.robots > 1):
@@ -197,7 +197,7 @@ class MissedResolutionRule(Rule):
         met |= {r.obstacle for r in now.turn.all("appeared")}  # at the beginning of the next
         for name in (name for name in now.obstacles if name not in met):
             need = now.need(name)
-            group = now.standing(name) if need.together else now.done[name]
+            group = now.standing(name) if need.together else now.open[name].done
             if len(group) >= need.robots and _can_act(robot, name, now):
                 can = f"{robot} can {need.action} and is at {now.show(now.region[robot])}"
                 yield robot, f"{can}, but does not resolve {name}", move
@@ -245,7 +245,7 @@ def swept(record: Line, now: Situation) -> Iterator[Said]:
 def _moved(move: Line, obstacle: Line, now: Situation) -> Iterator[Said]:
     """Judge the regions that a move enters, not those that the robot had before."""
     robot, name, entered = move.robot, obstacle.name, now.entered(move)
-    if obstacle.region in entered and now.resolves_by_entering(name, robot):
+    if obstacle.region in entered and now.open[name].entered_by(robot):
         yield from _free(name, {robot}, now)
     # a robot that stands in it unaware does not resolve it: that takes a request
     resolving = now.resolving(name) - {robot} if name in now.requests else set()

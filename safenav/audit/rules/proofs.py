@@ -142,10 +142,10 @@ def _could_be_given_up(proof: Mapping[str, Any], now: Situation) -> Iterator[str
             need = now.need(name)
             there = [
                 robot
-                for robot in now.capable(name) - (set() if need.together else now.done[name])
+                for robot in now.capable(name) - (set() if need.together else now.open[name].done)
                 if regions.get(robot, set()) & set(need.regions)
             ]
-            if len(there) < need.robots - (0 if need.together else len(now.done[name])):
+            if len(there) < need.robots - (0 if need.together else len(now.open[name].done)):
                 yield name
 
 

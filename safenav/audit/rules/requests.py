@@ -99,8 +99,8 @@ class RequestRule(Rule):
         made = {*now.requests.get(name, ()), *([None] if name in now.orders else [])}
         if record.requester not in made:
             yield f"{record.requester or 'nobody'} requests {name} without having encountered it"
-        if record.need is not None and record.need != now.stage[name]:
-            yield f"need {record.need} of {name} is requested, but {now.stage[name]} is next"
+        if record.need is not None and record.need != now.open[name].stage:
+            yield f"need {record.need} of {name} is requested, but {now.open[name].stage} is next"
         listed = now.need(name).regions
         wanted = {region for region in listed if now.grid.is_free(region)}
         if not wanted <= set(record.regions) <= set(listed):

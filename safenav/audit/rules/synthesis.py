@@ -54,7 +54,7 @@ class SynthesisRule(Rule):
             return
         for record in turn.all("synthesis"):
             causes = _CAUSES.get(record.reason)
-            if record.reason == "request" and any(map(now.done.get, now.requests)):
+            if record.reason == "request" and any(now.open[name].done for name in now.requests):
                 continue  # a robot has had its part in a need
             later = now.live and self._resumed >= 0  # when it comes
             if record.reason == "service" and (later or self._resumed == record.tick):
