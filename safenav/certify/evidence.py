@@ -80,7 +80,7 @@ class RulesEvidence:
                 begin = [node for node in nodes if task.done[node] in task.openings(start)]
             edges = strategy.edges(strategy.reach(begin))
             wishes, assumed = task.met(edges)
-        except RefusedError:
+        except (RefusedError, LookupError):  # or the line lacks what the format leaves open
             return None
         if counter is None:
             return [_best(strategy, edges, met, assumed) for met in wishes]

@@ -68,12 +68,14 @@ def bundle_of_trace(
     """Write the bundle of an earlier run, from its trace, what the cache has kept, and the file of
     its motion if there is one. ``proved``: also run the verified checker.
 
-    Raises UsageError if a part is missing, NotCertifiedError if the run or its motion is refused.
+    Raises InputError if it is not a trace, UsageError if a part is missing, NotCertifiedError if
+    the run or its motion is refused.
     """
     try:
         data = trace.read_bytes()
     except OSError as error:
         raise UsageError(f"{trace} cannot be read: {error.strerror}") from error
+    read_bytes(data, str(trace))
     cache, kept = Cache.from_environment(), Kept()
     synthesizer = Synthesizer(cache=cache, verifier=first_failure)
     kept.complete(syntheses_of(data, trace.name), cache, synthesizer)

@@ -184,5 +184,7 @@ def warn(message: Warning | str, *more: str) -> None:
 
 
 def _fail(message: str, code: ExitCode) -> None:
-    click.echo(f"{click.style('error:', fg='red', bold=True)} {message}", err=True)
+    # A message quotes its input, which must not give orders to the terminal.
+    shown = "".join(char if char.isprintable() or char == "\n" else "?" for char in message)
+    click.echo(f"{click.style('error:', fg='red', bold=True)} {shown}", err=True)
     sys.exit(code)

@@ -8,7 +8,7 @@ from msgspec import Struct, to_builtins
 from msgspec.structs import replace
 
 import safenav
-from safenav.errors import Diagnostic, InputError, UsageError
+from safenav.errors import Diagnostic, InputError, SafenavError, UsageError
 from safenav.motion.file.records import Flight, Line, Motion, MotionHeader, MotionOutcome, Segment
 from safenav.motion.flyer.mover import FlyerMover
 from safenav.motion.flyer.simulation import check_gust, flown
@@ -48,11 +48,18 @@ def motion_of(
 ) -> Motion:
     """The motion of a run. ``side``: metres of a region, if not as the trace says.
 
-    Raises UsageError or InputError if somebody cannot move so.
+    Raises UsageError or InputError if somebody cannot move so, or if the trace breaks a rule and
+    its robots jump.
     """
     floor = floor_of(trace, side)
     movers = movers_of(trace, floor)
-    lines, outcome = _carried_out(trace, floor, movers)
+    try:
+        lines, outcome = _carried_out(trace, floor, movers)
+    except SafenavError:
+        raise
+    except Exception as error:
+        _refuse_broken(trace, error)
+        raise
     if against.gust or against.push:
         lines = _disturbed(lines, movers, floor, against)
     header = MotionHeader(
@@ -68,6 +75,20 @@ def motion_of(
         push=against.push,
     )
     return Motion(header, lines, outcome)
+
+
+def _refuse_broken(trace: Trace, error: Exception) -> None:
+    """Raises UsageError if it is the trace that is wrong: no motion is made of any sequence of
+    moves."""
+    from safenav.audit.check import audit  # here: it takes time to import
+
+    try:
+        found = audit(trace).findings
+    except Exception:  # then the first error says more
+        return
+    if found:
+        hint = f"all broken rules: safenav check-trace --all {trace.source}"
+        raise UsageError(f"{trace.source} breaks a rule: {found[0]}\n    {hint}") from error
 
 
 def check_movable(scenario: Scenario) -> None:

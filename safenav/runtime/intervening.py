@@ -18,7 +18,7 @@ from safenav.scenario.model import Scenario
 from safenav.scenario.objective import USAGE
 from safenav.scenario.reading.changes import read_changes
 from safenav.scenario.reading.regions import Reading
-from safenav.scenario.yaml.document import Node
+from safenav.scenario.yaml.document import DocumentError, Node, read_document
 from safenav.scenario.yaml.source import parsed
 from safenav.world.map import HEADINGS
 from safenav.world.moves import Pose
@@ -70,9 +70,11 @@ def line_read(line: str, scenario: Scenario) -> user_changes.Intervention:
 
 def _value(text: str) -> object:
     try:
+        read_document(text)  # its limits of depth and size
         return yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise UsageError(f"'{text[:60]}' is not valid YAML") from error
+    except (DocumentError, yaml.YAMLError) as error:
+        why = f": {error.found}" if isinstance(error, DocumentError) else ""
+        raise UsageError(f"'{text[:60]}' is not valid YAML{why}") from error
 
 
 def intervention(data: Mapping[str, Any], scenario: Scenario) -> user_changes.Intervention:

@@ -247,6 +247,13 @@ def test_a_trace_of_an_earlier_run_is_certified(
     assert safenav("run", scenario, "--trace", trace)[0] == 0
     assert safenav("certify", "--trace", trace, "-o", tmp_path / "door")[0] == 0
     assert run_checker(tmp_path / "door")[0] == 0
+    for old, new, (code, words) in (
+        (b'{"type":"move"', b'{"kind":"move"', (2, "`type` must be a string")),
+        (b'"region":14,', b'"place":14,', (1, "KeyError('region')")),
+    ):
+        (broken := tmp_path / "broken.jsonl").write_bytes(trace.read_bytes().replace(old, new, 1))
+        status, said = safenav("certify", "--trace", broken, "-o", tmp_path / "broken")
+        assert status == code and words in said
     monkeypatch.setenv("SAFENAV_CACHE", str(tmp_path / "another"))
     status, said = safenav("certify", "--trace", trace, "-o", tmp_path / "again")
     assert status == 2

@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from motion.runs import motion, played, trace_of
-from safenav.errors import InputError
+from motion.runs import motion, played, trace_bytes, trace_of
+from safenav.errors import InputError, UsageError
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.file.reading import parsed
 from safenav.motion.file.writing import text_of
@@ -99,3 +99,19 @@ def test_cut_off_file_is_told() -> None:
     text = text_of(motion("case_study_1"))
     with pytest.raises(InputError, match="cut off"):
         parsed(text[: text.rindex('{"type":"outcome"')].encode(), "file")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (b'"from":58,"to":57', b'"from":58,"to":90', "moved.jsonl breaks a rule"),
+        (b'"from":58,"to":57', b'"from":58,"to":71', "moved.jsonl breaks a rule"),
+    ],
+    ids=["a jump", "backwards"],
+)
+def test_no_motion_is_made_of_moves_that_no_robot_makes(old: bytes, new: bytes, said: str) -> None:
+    """Such traces ended in KeyError, StopIteration or ZeroDivisionError."""
+    content = trace_bytes("case_study_1")
+    assert old in content
+    with pytest.raises(UsageError, match=said):
+        motion_of(read_bytes(content.replace(old, new, 1), "moved.jsonl"))

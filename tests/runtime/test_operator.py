@@ -1,6 +1,7 @@
 """An operator in a live run: it waits, is told what would help, and goes on after interventions."""
 
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -185,6 +186,13 @@ def test_an_unattended_run_ends_instead() -> None:
         ("service cart away", "expected: service ROBOT out|back"),
         ("open gate@27", "unknown intervention 'open'"),
         ("objective cart {visit: [1}", "is not valid YAML"),
+        ("objective cart " + "{a: " * 3000, "nested more than 50 deep"),
+        (
+            "objective cart {a: &a [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]"
+            + "".join(f", {n}: &{n} [{', '.join([f'*{b}'] * 10)}]" for b, n in pairwise("abcdefgh"))
+            + "}",
+            "more than 100000 values",
+        ),
     ],
 )
 def test_an_impossible_intervention_is_refused(line: str, message: str) -> None:
@@ -245,6 +253,8 @@ def test_a_file_gives_the_interventions(tmp_path: Path) -> None:
     done = warm.safenav(*run)
     assert done.returncode == 2
     assert f"{fixes}:3: 'push it' is not an intervention" in done.stderr
+    fixes.write_text("push\x1b[31m it\n")
+    assert f"{fixes}:1: 'push?[31m it' is not" in warm.safenav(*run).stderr
 
 
 def test_the_terminal_tells_what_would_help(tmp_path: Path) -> None:
