@@ -8,7 +8,6 @@ strings, structs (objects, or ``row``: lists), and ``Objective``.
 from __future__ import annotations
 
 import json
-import math
 import re
 import types
 from collections.abc import Callable, Iterable, Mapping
@@ -105,7 +104,8 @@ def _member_of(kind: type[StrEnum]) -> Callable[[Any], StrEnum | None]:
 def _number(value: object) -> float | None:
     if type(value) is int and abs(value) < _EXACT:
         return float(value)
-    return value if isinstance(value, float) and math.isfinite(value) else None
+    # What is as large does not come from a run, and its square may overflow.
+    return value if isinstance(value, float) and abs(value) < _EXACT else None
 
 
 _PLAIN: dict[Any, Converter] = {

@@ -207,8 +207,12 @@ def test_motion_of_another_trace_is_refused() -> None:
         ('"phases":[[', '"phases":[],"more":[[', "a piece of motion without parts"),
         ('"side":2.7', '"side":1e-9', "regions; expected less than 1000"),
         ('"turning":[', '"swings":[[1,0,1e9,0,1,STILL,STILL]],"turning":[', "a piece of 1,000,000"),
+        ('"makespan":', '"makespan":1e12,"m":', "a makespan of 1e[+]12 s"),
     ],
-    ids=["kind", "clearance", "stranger", "no phases", "tiny regions", "a foot in the air"],
+    ids=[
+        *("kind", "clearance", "stranger", "no phases", "tiny regions", "a foot in the air"),
+        "an eternity",
+    ],
 )
 def test_what_contradicts_itself_is_neither_checked_nor_drawn(
     old: str, new: str, said: str, tmp_path: Path

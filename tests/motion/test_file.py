@@ -82,13 +82,23 @@ def test_what_is_no_motion_is_told(content: bytes, words: str) -> None:
     [
         (lambda: broken(without="phases"), "`phases` is missing"),
         (lambda: broken({"t0": "soon"}), '`t0` must be a number, not "soon"'),
+        (lambda: broken({"t0": 1e300}), "`t0` must be a number, not"),
         (lambda: broken({"t0": None}), "`t0` must be a number, not null"),
         (lambda: broken({"start": [1, 2]}), r"`start` must be a list of 4 numbers, not \[1, 2\]"),
         (lambda: broken({"phases": [[1]]}), r"`phases\[0\]` must be a list of 3 entries"),
         (lambda: broken({"tick": 1.5}), "whole number"),
         (lambda: broken({"swings": [[1, 0, 1, 0, 1, [0], [0]]]}), "must be a list of 9 numbers"),
     ],
-    ids=["missing", "text", "null", "too short", "row too short", "no whole number", "foot"],
+    ids=[
+        "missing",
+        "text",
+        "too large",
+        "null",
+        "too short",
+        "row too short",
+        "no whole number",
+        "foot",
+    ],
 )
 def test_broken_line_is_told_with_its_field(content, words: str) -> None:  # type: ignore[no-untyped-def]
     with pytest.raises(InputError, match=words):

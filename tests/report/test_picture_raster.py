@@ -32,6 +32,15 @@ def test_a_png_is_as_wide_as_asked_and_shows_the_robots(replays: dict[str, Repla
     assert colours.get(_rgb(BLUE), 0) > 300 and colours.get(_rgb(ORANGE), 0) > 300
 
 
+def test_a_png_of_a_large_map_does_not_fill_the_memory() -> None:
+    """A map of 512 x 512 regions took 3.6 GB."""
+    svg = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {} 10"></svg>'
+    with pytest.raises(UsageError, match="use at most --width 219, or SVG"):
+        png_of(svg.format("0.01"), width=220)
+    assert Image.open(io.BytesIO(png_of(svg.format(2.5), zoom=2))).size == (6, 20)
+    assert Image.open(io.BytesIO(png_of(svg.format(10), zoom=9000))).size == (6928, 6928)
+
+
 def test_texts_are_rendered_with_our_own_fonts(replays: dict[str, Replay]) -> None:
     """A machine without fonts must not give pictures without words."""
     svg = svg_of(replays["door"].scene(0))

@@ -5,12 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 
 from safenav.errors import UsageError
+from safenav.motion.check.tracking import COLUMNS
 from safenav.motion.file.reading import read_motion
-from safenav.motion.file.records import Drive, Flight, Motion, Moving, Segment
+from safenav.motion.file.records import Drive, Flight, FlownTrack, Motion, Moving, Segment
 from safenav.trace.trace import Trace
 
 WALKER = ("omega", "height", "step", "aside", "friction", "swing", "size", "clearance")
 """The fields that the header must hold for a walker."""
+
+LONGEST = 2_000_000
+"""Seconds of a motion, 23 days: it is sampled from its beginning to its end."""
 
 
 def read_motion_of(path: Path, trace: Trace, name: Path) -> Motion:
@@ -19,7 +23,10 @@ def read_motion_of(path: Path, trace: Trace, name: Path) -> Motion:
     Raises InputError as ``read_motion``, and UsageError for the motion of another trace.
     """
     motion = read_motion(path)
-    if found := mismatch(motion, trace):
+    found = mismatch(motion, trace)
+    if any(len(row) != COLUMNS for track in motion.of(FlownTrack) for row in track.rows):
+        found = found or f"a row of a flight does not have {COLUMNS} numbers"
+    if found:
         raise UsageError(f"{path}: {found}\n    recompute it: safenav motion {name} -o {path}")
     return motion
 
@@ -36,6 +43,8 @@ def mismatch(motion: Motion, trace: Trace) -> str:
         return f"the robots {', '.join(sorted(header.robots))} are not those of the trace"
     if header.side <= 0:
         return f"regions of {header.side:g} m"
+    if not 0 <= motion.outcome.makespan <= LONGEST:
+        return f"a makespan of {motion.outcome.makespan:g} s, not of 0 to {LONGEST:,} s"
     for name, limits in header.robots.items():
         if not isinstance(limits.get("kind"), str):
             return f"{name}: 'kind' is missing, or no text"

@@ -7,12 +7,14 @@ are our own, so that a picture looks the same on every machine.
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
+from safenav.errors import UsageError
 from safenav.extras import missing
 from safenav.report.picture.scene import Options, svg_of
 from safenav.report.picture.text import FONTS
@@ -31,19 +33,28 @@ _HALTS = {
     StoryKind.RESOLVED,
     StoryKind.BLOCKED,
 }
+_SIZE = re.compile(r'viewBox="0 0 ([\d.]+) ([\d.]+)"')
+MOST_PIXELS = 48_000_000
+"""Drawing takes about 17 bytes for each."""
 PAUSE = 0.125
 """Seconds of a frame of a run with a clock."""
 _CAPTIONS = _HALTS | {StoryKind.ASSUMPTION, StoryKind.OUTCOME}
 
 
 def png_of(svg: str, width: int | None = None, zoom: float = 2.0) -> bytes:
-    """Return the picture in pixels: ``width`` of them across, or ``zoom`` for each unit.
+    """Return the picture in pixels: ``width`` of them across, or ``zoom`` for each unit, which is
+    less for a very large picture.
 
-    Raises UsageError if the extra ``pictures`` is not installed."""
+    Raises UsageError if the extra ``pictures`` is not installed, or for too many pixels."""
     try:
         import resvg_py
     except ImportError as error:
         raise missing("PNG (not SVG)", "resvg-py", "pictures") from error
+    units, most = _units(svg), _widest(svg)
+    if width is not None and width > most:
+        what = f"--width {width} makes a picture of more than {MOST_PIXELS:,} pixels"
+        raise UsageError(f"{what}; use at most --width {most}, or SVG")
+    zoom = min(zoom, most / units[0])
     pixels = resvg_py.svg_to_bytes(
         svg_string=svg,
         width=width,
@@ -54,6 +65,19 @@ def png_of(svg: str, width: int | None = None, zoom: float = 2.0) -> bytes:
         sans_serif_family="DejaVu Sans",
     )
     return bytes(pixels)
+
+
+def _units(svg: str) -> tuple[float, float]:
+    """Width and height of a picture in its own units."""
+    found = _SIZE.search(svg)
+    assert found is not None
+    return float(found[1]), float(found[2])
+
+
+def _widest(svg: str) -> int:
+    """The most pixels across that a picture may have."""
+    across, down = _units(svg)
+    return int((MOST_PIXELS * across / down) ** 0.5)
 
 
 class Film(Struct, frozen=True):
@@ -157,4 +181,4 @@ def _palette(replay: Replay, film: Film) -> Palette:
 def _image(svg: str, width: int) -> Image.Image:
     from PIL import Image
 
-    return Image.open(io.BytesIO(png_of(svg, width=width))).convert("RGB")
+    return Image.open(io.BytesIO(png_of(svg, min(width, _widest(svg))))).convert("RGB")
