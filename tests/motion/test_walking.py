@@ -76,27 +76,6 @@ def test_ten_thousand_random_moves_join_exactly_and_nothing_grows() -> None:
     assert all(before.t1 == after.t0 for before, after in pairwise(found))
 
 
-def test_mass_starts_and_ends_where_the_segment_says() -> None:
-    omega = walker().gait.omega
-    for segment in every_primitive(2.7):
-        path = mass(segment, omega)
-        ends = np.concatenate([path["c"][[0, -1]], path["v"][[0, -1]]], axis=1)
-        np.testing.assert_allclose(ends[0], segment.start, atol=1e-9)
-        np.testing.assert_allclose(ends[1], segment.goal, atol=1e-9)
-
-
-def test_mass_obeys_the_pendulum_at_each_sample() -> None:
-    """Differences of the velocity are the pull of the pendulum, to the order of the step."""
-    omega = walker().gait.omega
-    for segment in every_primitive(2.7):
-        path = mass(segment, omega, per_phase=400)
-        seconds = np.diff(path["t"])
-        smooth = seconds > 0
-        pull = np.diff(path["v"], axis=0)[smooth] / seconds[smooth, None]
-        middle = ((path["c"][1:] + path["c"][:-1]) / 2 - path["p"][1:])[smooth]
-        assert np.abs(pull - omega**2 * middle).max() < 1e-4
-
-
 @pytest.mark.parametrize("side", [1.8, 2.4, 2.7, 3.0, 3.7, 4.4, 6.0])
 def test_walker_keeps_to_its_limits_on_regions_of(side: float) -> None:
     mover = walker(side)
@@ -114,14 +93,6 @@ def test_walker_keeps_to_its_limits_on_regions_of(side: float) -> None:
             places, speeds = swing_path(swing)
             assert speeds.max() <= 3.0
             assert inside(places[:, :2], segment, where, side) >= 0.25
-
-
-def test_mass_stays_40_cm_and_feet_25_cm_inside_regions_of_2_7_m() -> None:
-    where = centres(2.7)
-    for segment in every_primitive(2.7):
-        assert inside(mass(segment, walker().gait.omega)["c"], segment, where, 2.7) >= 0.40
-        feet = np.array([[foot.x, foot.y] for foot in segment.feet])
-        assert inside(feet, segment, where, 2.7) >= 0.25
 
 
 def test_swing_foot_passes_the_standing_foot_at_a_distance() -> None:
@@ -153,23 +124,6 @@ def test_swings_join_footholds_and_each_other() -> None:
             goal, start = np.array(before.swings[-1].goal), np.array(after.swings[0].start)
             np.testing.assert_allclose(goal[[0, 1, 3, 4]], start[[0, 1, 3, 4]], atol=1e-9)
             assert np.cos(goal[2] - start[2]) == pytest.approx(1)
-
-
-def test_centre_of_pressure_is_between_the_feet_in_double_support() -> None:
-    for segment in every_primitive(2.7):
-        begin = 0.0
-        for phase in segment.phases:
-            middle = begin + phase.seconds / 2
-            holds = [foot for foot in segment.feet if foot.down <= middle <= foot.up]
-            begin += phase.seconds
-            if len(holds) == 1:
-                assert (phase.x, phase.y) == pytest.approx((holds[0].x, holds[0].y), abs=1e-9)
-                continue
-            one, other = (np.array([hold.x, hold.y]) for hold in holds)
-            along = (other - one) / np.hypot(*(other - one))
-            way = np.array([phase.x, phase.y]) - one
-            assert 0 <= way @ along <= np.hypot(*(other - one))
-            assert abs(way[0] * along[1] - way[1] * along[0]) < 0.05
 
 
 def test_turn_on_the_good_foot_is_faster() -> None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any, Literal
+from dataclasses import dataclass
+from typing import Literal
 
 from oracle.formula import Formula, is_boolean
 
@@ -56,10 +56,6 @@ class Specification:
     def section(self, name: Section) -> tuple[Formula, ...]:
         formulas: tuple[Formula, ...] = getattr(self, name)
         return formulas
-
-    def with_section(self, name: Section, formulas: tuple[Formula, ...]) -> Specification:
-        changes: dict[str, Any] = {name: formulas}
-        return replace(self, **changes)
 
 
 Section = Literal["env_init", "sys_init", "env_trans", "sys_trans", "env_liveness", "sys_liveness"]

@@ -6,8 +6,7 @@ import pytest
 
 from safenav.cli.run import command as run_command
 from safenav.report.replay.reading import read_replay
-from safenav.report.replay.timeline import ObstacleStatus, Replay
-from safenav.report.terminal.replay import frame
+from safenav.report.replay.timeline import Replay
 
 SCENARIO = """
 safenav: 1
@@ -43,23 +42,3 @@ def test_the_last_tick_is_that_of_the_outcome(failed: Replay) -> None:
     assert f"tick {failed.last} of {failed.last}, ended within it: operator needed" == (
         failed.scene(failed.last).moment
     )
-
-
-def test_who_took_no_turn_stands_where_it_was(failed: Replay) -> None:
-    late = failed.track("late")
-    assert late.regions[-1] == late.regions[-2]
-    assert len({len(track.regions) for track in failed.robots}) == 1
-
-
-def test_the_obstacle_is_known_in_that_moment_and_not_before(failed: Replay) -> None:
-    def status(tick: int) -> ObstacleStatus:
-        return failed.scene(tick).obstacles[0][1]
-
-    assert status(failed.last) is ObstacleStatus.BLOCKED
-    assert status(failed.last - 1) is ObstacleStatus.HIDDEN
-
-
-def test_the_terminal_shows_the_same_moment(failed: Replay) -> None:
-    text = "\n".join(frame(failed, failed.last))
-    assert f"tick {failed.last} of {failed.last}" in text
-    assert "XX" in text

@@ -2,66 +2,18 @@
 
 import random
 
-import pytest
-
 from runtime.coordination.floors import Bot, Floor
 from safenav.runtime.traffic.immobile import Stuck
 from safenav.runtime.traffic.joint import Course, Exhausted
 from safenav.runtime.traffic.joint_plan import Search
 
-ROOM = ["#####", "#...#", "#...#", "#####"]
-"""Regions 6 to 8 above 11 to 13."""
 
-
-def found(grid: list[str], bots: dict[str, Bot]) -> tuple[str, str]:
-    """Those who can never move again, and those of whom one can never complete."""
-    floor = Floor(grid, bots)
+def test_who_stands_where_another_wants_to_be_and_cannot_move_stops_it() -> None:
+    bots = {"a": Bot("6w", [6]), "b": Bot("11w", [11]), "c": Bot("8", [6])}
+    floor = Floor(["#####", "#...#", "#...#", "#####"], bots)
     course = Course(floor.problem, 1)
     stuck, start = Stuck(course), course.begun(floor.poses, floor.counts, ())
-    names = list(bots)
-
-    def named(robots: set[int]) -> str:
-        return " ".join(names[i] for i in sorted(robots))
-
-    return named(stuck.robots(floor.poses)), named(stuck.cannot_complete(start))
-
-
-@pytest.mark.parametrize(
-    ("bots", "stuck", "hopeless"),
-    [
-        pytest.param(
-            {"a": Bot("6w", [8]), "b": Bot("11w", [13])},
-            "a b",
-            "a b",
-            id="face to face in a corner",
-        ),
-        pytest.param({"a": Bot("6w", [8]), "b": Bot("11s", [13])}, "", "", id="one can turn away"),
-        pytest.param({"a": Bot("6w", [8]), "b": Bot("11", [13])}, "", "", id="one needs not turn"),
-        pytest.param(
-            {"a": Bot("6w", [6]), "b": Bot("11w", [11])}, "a b", "", id="where they want to be"
-        ),
-        pytest.param(
-            {"a": Bot("6w", [6]), "b": Bot("11w", [11]), "c": Bot("8", [12])},
-            "a b",
-            "",
-            id="in nobody's way",
-        ),
-        pytest.param(
-            {"a": Bot("6w", [6]), "b": Bot("11w", [11]), "c": Bot("8", [6])},
-            "a b",
-            "a b c",
-            id="where another one wants to be",
-        ),
-        pytest.param(
-            {"a": Bot("6w", [6]), "b": Bot("11w", [11]), "c": Bot("8", [6], layer="air")},
-            "a b",
-            "",
-            id="on another layer",
-        ),
-    ],
-)
-def test_who_is_stuck_and_whom_that_stops(bots: dict[str, Bot], stuck: str, hopeless: str) -> None:
-    assert found(ROOM, bots) == (stuck, hopeless)
+    assert (stuck.robots(floor.poses), stuck.cannot_complete(start)) == ({0, 1}, {0, 1, 2})
 
 
 def test_what_is_called_hopeless_has_no_plan() -> None:

@@ -5,9 +5,8 @@ import pytest
 from safenav.runtime.traffic.budgets import REMEMBERED_STATES
 from safenav.runtime.traffic.remembering import StateGraph, state_graph
 from safenav.scenario.objective import Ltl
-from safenav.world.map import Heading, RegionMap
+from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility, Pose
-from safenav.world.poses import bits
 
 WORLD = RegionMap.from_grid(["#####", "#...#", "#####"])  # regions 6, 7 and 8
 LATCH = Ltl(
@@ -23,14 +22,6 @@ def state(graph: StateGraph, region: int, *done: int) -> int:
     return found
 
 
-def test_a_step_remembers_and_forbids() -> None:
-    graph = StateGraph(LATCH, WORLD, Mobility.FREE)
-    assert graph.steps(state(graph, 7, 0)) == (state(graph, 8, 0), state(graph, 6, 0))
-    assert graph.steps(state(graph, 6, 0)) == (state(graph, 7, 1),)
-    assert graph.steps(state(graph, 7, 1)) == (state(graph, 6, 1),)
-    assert graph.after(state(graph, 6, 0), 7) == [state(graph, 7, 1)]
-
-
 def test_what_is_remembered_is_not_forgotten() -> None:
     graph = StateGraph(LATCH, WORLD, Mobility.FREE)
     start, later = state(graph, 7, 0), state(graph, 7, 1)
@@ -38,20 +29,6 @@ def test_what_is_remembered_is_not_forgotten() -> None:
     assert not graph.returns(later, start, graph.everywhere)
     assert graph.closure(1 << start, graph.everywhere) >> later & 1
     assert not graph.back(1 << start, graph.everywhere) >> later & 1
-
-
-def test_goals_are_met_where_they_are_remembered() -> None:
-    graph = StateGraph(LATCH, WORLD, Mobility.FREE)
-    assert graph.goals == (1 << state(graph, 7, 1),)
-    assert {graph.pose(s) for s in bits(graph.lifted(1 << 7))} == {Pose(7)}
-    assert graph.plain(state(graph, 7, 1)) == 7
-
-
-def test_headings_and_memories_do_not_mix() -> None:
-    graph = StateGraph(LATCH, WORLD, Mobility.HEADING)
-    west = graph.state(graph.number(Pose(7, Heading.WEST)), {"done": 0})
-    assert west is not None
-    assert [graph.pose(step) for step in graph.steps(west)] == [Pose(6, Heading.WEST)]
 
 
 @pytest.mark.parametrize(
