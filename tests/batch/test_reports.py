@@ -208,17 +208,6 @@ def test_cases_that_are_new_or_gone_are_named_but_not_those_that_were_not_run() 
     assert (found.new, found.gone) == (["d"], ["c"])
 
 
-def test_the_comparison_is_told_in_the_summary() -> None:
-    before = {"a": ran("a"), "b": ran("b")}
-    comparison = compare([ran("a", 4.0), ran("b", ticks=9)], before)
-    text = "\n".join(summary(report(), comparison))
-    assert "slower: a: 1.00 s before, 4.00 s now (4.0 times)" in text
-    assert "changed: b\n  ticks: 40 before, 9 now" in text
-    assert "nothing has changed" in "\n".join(
-        summary(report(), compare([ran("a")], {"a": ran("a")}))
-    )
-
-
 def varied(seed: int, mode: str, wrong: str = "", **measured: object) -> Result:
     settings = {"seed": seed, "coordination": mode}
     name = f"d.yaml [seed={seed}, coordination={mode}]"

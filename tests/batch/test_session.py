@@ -63,32 +63,8 @@ def failing(*letters: str, until: int = 99) -> Script:
     return script
 
 
-def interrupted_at(letter: str) -> Script:
-    def script(case: Case, attempt: int) -> CaseVerdict:
-        if case.name[0] == letter:
-            raise KeyboardInterrupt
-        return passing(case, attempt)
-
-    return script
-
-
 def done(report: Report) -> str:
     return "".join(result.name[0] for result in report.in_order)
-
-
-def test_all_as_expected() -> None:
-    backend = Scripted(passing)
-    report = run_batch(CASES, backend)
-    assert report.as_expected
-    assert done(report) == "abcd"
-    assert backend.closed
-
-
-def test_failures_are_not_tried_again_by_themselves() -> None:
-    backend = Scripted(failing("b"))
-    report = run_batch(CASES, backend)
-    assert [result.name for result in report.failed] == ["b.yaml"]
-    assert backend.asked == ["a.yaml", "b.yaml", "c.yaml", "d.yaml"]
 
 
 def test_a_case_that_passes_at_last_is_called_flaky_and_keeps_its_reasons() -> None:
@@ -98,14 +74,6 @@ def test_a_case_that_passes_at_last_is_called_flaky_and_keeps_its_reasons() -> N
     assert result.flaky
     assert (result.attempts, result.earlier) == (3, ["reason 2", "reason 5"])
     assert not report.results["a.yaml"].flaky
-
-
-def test_the_retry_limit_is_a_limit() -> None:
-    backend = Scripted(failing("b"))
-    report = run_batch(CASES, backend, retries=2)
-    assert backend.asked.count("b.yaml") == 3
-    assert report.results["b.yaml"].attempts == 3
-    assert not report.as_expected
 
 
 def test_what_is_no_scenario_is_not_tried_again() -> None:
@@ -125,19 +93,6 @@ def test_fail_fast_stops_at_the_first_failure() -> None:
     assert not report.as_expected
 
 
-def test_an_interrupted_batch_keeps_its_results_and_is_resumed(tmp_path: Path) -> None:
-    with StateFile(tmp_path, resume=False) as state:
-        report = run_batch(CASES, Scripted(interrupted_at("c")), state=state)
-    assert report.interrupted and not report.as_expected
-    assert done(report) == "ab"
-    backend = Scripted(passing)
-    with StateFile(tmp_path, resume=True) as state:
-        report = run_batch(CASES, backend, state=state)
-    assert backend.asked == ["c.yaml", "d.yaml"]
-    assert done(report) == "abcd"
-    assert report.resumed == 2 and report.as_expected
-
-
 def test_failures_are_results_too_and_not_run_again_by_resume(tmp_path: Path) -> None:
     with StateFile(tmp_path, resume=False) as state:
         run_batch(CASES, Scripted(failing("b")), state=state)
@@ -146,16 +101,6 @@ def test_failures_are_results_too_and_not_run_again_by_resume(tmp_path: Path) ->
         report = run_batch(CASES, backend, state=state)
     assert backend.asked == []
     assert [result.name for result in report.failed] == ["b.yaml"]
-
-
-def test_a_scenario_that_was_changed_is_run_again(tmp_path: Path) -> None:
-    with StateFile(tmp_path, resume=False) as state:
-        run_batch(CASES, Scripted(passing), state=state)
-    changed = (Case("a.yaml", "a.yaml", "changed"), *CASES[1:])
-    backend = Scripted(passing)
-    with StateFile(tmp_path, resume=True) as state:
-        run_batch(changed, backend, state=state)
-    assert backend.asked == ["a.yaml"]
 
 
 def test_without_resume_everything_is_run_again(tmp_path: Path) -> None:

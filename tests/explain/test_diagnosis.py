@@ -13,7 +13,7 @@ from safenav.explain.summary import explain_unrealizable
 from safenav.explain.undisturbed import play
 from safenav.outcome import Verdict
 from safenav.report.terminal.explanation_text import cause_words
-from safenav.scenario.model import Robot, RobotModel
+from safenav.scenario.model import Robot, RobotModel, Scenario
 from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Once, Patrol, Visit, describe
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.compile import compile_task
@@ -79,7 +79,21 @@ def _corridor(objective: Objective, **changes: object) -> tuple[Task, RegionMap]
     return Task(robot, robot.start, objective, **changes), world  # type: ignore[arg-type]
 
 
+def _beside(other: str) -> Scenario:
+    """Of that corridor, with another robot."""
+    return load_scenario_text(f"""
+safenav: 1
+map: {{grid: ["#########", "#.......#", "#########"]}}
+robots:
+  rover: {{model: r, start: 10, objective: {{visit: [16]}}}}
+  {other}
+catalogue: {{robots: {{r: {{mobility: free, layer: ground, capabilities: []}}}}}}
+""")
+
+
 AWAY = Visit((frozenset({16}),))
+BLOCKER = "blocker: {model: r, start: 14, objective: {visit: [14, 15]}}"
+GUARD = "guard: {model: r, start: 14, objective: {hold: 14}}"
 
 
 @pytest.mark.parametrize(
@@ -102,25 +116,15 @@ def test_what_stands_in_the_way_is_told_by_its_item(item: str, cause: NoStrategy
 
 def test_a_robot_that_assumes_nothing_can_be_kept_away() -> None:
     other = Observed("blocker", 14, (frozenset({14}),))
-    task, _ = _corridor(AWAY, observed=(other,), fairness=Fairness.NONE)
-    scenario = load_scenario_text(
-        """
-safenav: 1
-map: {grid: ["#########", "#.......#", "#########"]}
-robots:
-  rover: {model: r, start: 10, objective: {visit: [16]}}
-  blocker: {model: r, start: 14, objective: {visit: [14, 15]}}
-catalogue: {robots: {r: {mobility: free, layer: ground, capabilities: []}}}
-"""
-    )
-    found = explain(scenario, task, Synthesizer(), lambda _: False)
+    task, world = _corridor(AWAY, observed=(other,), fairness=Fairness.NONE)
+    found = explain(_beside(BLOCKER), task, Synthesizer(), lambda _: False)
     assert found.cause is NoStrategyCause.KEPT_AWAY
     assert not found.core.alone
     assert found.witness is not None
     assert found.witness.goal is not None
     assert found.witness.goal.regions == (16,)
     assert [repair.kind for repair in found.repairs] == [RepairKind.ASSUMPTION]
-    assert cause_words(found, scenario.map) == "blocker can keep it away forever"
+    assert cause_words(found, world) == "blocker can keep it away forever"
 
 
 def test_a_robot_that_must_not_wait_can_be_cornered() -> None:
@@ -130,17 +134,7 @@ def test_a_robot_that_must_not_wait_can_be_cornered() -> None:
     )
     other = Observed("blocker", 14, (frozenset({14}),))
     task, world = _corridor(formulas, observed=(other,), fairness=Fairness.OUT_OF_MY_WAY)
-    scenario = load_scenario_text(
-        """
-safenav: 1
-map: {grid: ["#########", "#.......#", "#########"]}
-robots:
-  rover: {model: r, start: 10, objective: {ltl: {liveness: ["region = 16"]}}}
-  blocker: {model: r, start: 14, objective: {visit: [14, 15]}}
-catalogue: {robots: {r: {mobility: free, layer: ground, capabilities: []}}}
-"""
-    )
-    found = explain(scenario, task, Synthesizer(), lambda _: False)
+    found = explain(_beside(BLOCKER), task, Synthesizer(), lambda _: False)
     assert found.cause is NoStrategyCause.CORNERED
     assert found.witness is not None and found.witness.ending is WitnessEnd.STUCK
     said = cause_words(found, world)
@@ -150,17 +144,7 @@ catalogue: {robots: {r: {mobility: free, layer: ground, capabilities: []}}}
 def test_a_robot_that_stays_in_the_only_way_is_what_is_in_the_way() -> None:
     other = Observed("guard", 14, (frozenset({14}),))
     task, world = _corridor(AWAY, observed=(other,), fairness=Fairness.NONE)
-    scenario = load_scenario_text(
-        """
-safenav: 1
-map: {grid: ["#########", "#.......#", "#########"]}
-robots:
-  rover: {model: r, start: 10, objective: {visit: [16]}}
-  guard: {model: r, start: 14, objective: {hold: 14}}
-catalogue: {robots: {r: {mobility: free, layer: ground, capabilities: []}}}
-"""
-    )
-    found = explain(scenario, task, Synthesizer(), lambda _: False)
+    found = explain(_beside(GUARD), task, Synthesizer(), lambda _: False)
     assert found.cause is NoStrategyCause.PARKED_ROBOT
     assert "14 [1, 5]: guard holds this region" in cause_words(found, world)
 
