@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from safenav.audit.lines import Line, Objective
-from safenav.audit.state import State
+from safenav.audit.state import DECIMALS, State
 from safenav.audit.turn import (
     StackEntry,
     Status,
@@ -71,6 +71,8 @@ class Situation(State):
         if self.ends_wait(record):
             self.waits = None
         robot: Any = getattr(record, "robot", None)
+        if robot in self.charge:
+            self._charged(record)
         name: Any = getattr(record, "obstacle", None)
         match record.type:
             case "waiting":
@@ -220,6 +222,25 @@ class Situation(State):
                     met.meet(record)
                 else:  # counted by the objective before the reset, or by that after it
                     met.last_round = record.round
+
+    def _charged(self, record: Line) -> None:
+        """Note what a line means for the charge of its robot."""
+        robot, battery = record.robot, self.header.robots[record.robot].battery
+        match record.type:
+            case "move" if not self.live:
+                self.charge[robot] = max(0.0, self.charge_after(record))
+            case "depart" | "arrive" | "operator" if self.live and record.t is not None:
+                self.charge[robot] = self.charge_at(robot, record.t)
+                if record.type == "depart":
+                    self.stands.pop(robot, None)
+                elif record.type == "arrive":
+                    left = max(0.0, self.charge[robot] - battery.move)
+                    self.charge[robot] = round(left, DECIMALS)
+                if record.type == "arrive" or robot in self.stands:
+                    self.stands[robot] = record.t
+            case "service" if record.active and record.cause == "battery":
+                self.charge[robot] = float(battery.capacity)
+                self.stands[robot] = record.t or 0.0
 
     def _begin(self, obstacle: str) -> None:
         """Let an obstacle be there with no need met."""

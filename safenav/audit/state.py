@@ -11,6 +11,9 @@ from safenav.audit.progress import Progress
 from safenav.audit.turn import StackEntry, Status, Turn, helpers_of, taken
 from safenav.audit.world import World
 
+DECIMALS = 6
+"""Digits of a charge in a live run."""
+
 
 class State:
     """The state at some line. Only ``audit.situation`` changes it."""
@@ -40,6 +43,10 @@ class State:
         self.goals: dict[str, list[Line]] = {name: [] for name in robots}
         """The goals of each robot's own objective since the last resolution."""
         self.toward: dict[str, int | None] = dict.fromkeys(robots)
+        self.charge = {n: float(r.battery.start) for n, r in robots.items() if r.battery}
+        """Of robots with a battery; live, when their last step ended or began."""
+        self.stands = dict.fromkeys(self.charge, 0.0)
+        """Live: when that was, of those that have ended it."""
         self.signals: dict[str, Line] = {}
         """Each robot's last command inputs, where robots are driven by command inputs."""
         self.beliefs: dict[tuple[str, str], Line] = {}
@@ -110,6 +117,25 @@ class State:
     def entered(self, move: Line) -> set[int]:
         """Return the regions that a robot occupies after a move, and did not before."""
         return taken(move) - self.taken_by(move.robot)
+
+    def charge_after(self, move: Line) -> float:
+        """Return a robot's charge after a move, below 0 if it does not suffice."""
+        charge, battery = self.charge[move.robot], self.header.robots[move.robot].battery
+        if move.to != move.from_:
+            return float(charge - battery.move)
+        if move.toward is not None:
+            return charge
+        if move.to in (self.header.chargers or ()):
+            return float(min(battery.capacity, charge + battery.charge))
+        return float(max(0, charge - battery.stay))
+
+    def charge_at(self, robot: str, t: float) -> float:
+        """Live: return a robot's charge at a time; where it stands, time takes or gives it."""
+        charge, battery = self.charge[robot], self.header.robots[robot].battery
+        charges = self.region[robot] in (self.header.chargers or ())
+        rate = battery.charge if charges else -battery.stay
+        charge += rate * max(0.0, t - self.stands.get(robot, t))
+        return float(round(min(battery.capacity, max(0, charge)), DECIMALS))
 
     def has_failed(self, robot: str) -> bool:
         """Return whether the step that a robot ends by its next move ends otherwise than it

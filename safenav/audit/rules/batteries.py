@@ -14,8 +14,6 @@ from safenav.audit.situation import Situation
 from safenav.audit.turn import Status, taken
 
 BATTERY = ".battery"
-DECIMALS = 6
-"""Digits of a charge in a live run."""
 _FLOOR = ("violation", "blocked", "gone", "appeared", "operator", "objective", "service", "plan")
 """Lines after which a robot may be sent elsewhere before it has got to its stop."""
 
@@ -36,8 +34,6 @@ class ChargeRule(Rule):
     name = "charge"
 
     def __init__(self) -> None:
-        self._charge: dict[str, float] = {}
-        self._since: dict[str, float] = {}  # live: when the last step ended of robots that stand
         self._pass = (0, 0.0)
         self._flat: dict[str, str] = {}
         self._filled: set[str] = set()
@@ -46,11 +42,8 @@ class ChargeRule(Rule):
         self._stops: dict[str, tuple[Objective, int, int]] = {}  # its line, and its tick
 
     def opening(self, now: Situation) -> Iterable[Said]:
-        for name, robot in now.header.robots.items():
-            if robot.battery is not None:
-                self._charge[name] = robot.battery.start
-                self._since[name] = 0.0
-        self._empty = [name for name in self._charge if self._is_empty(name, now.region[name], now)]
+        charges = now.charge.items()
+        self._empty = [name for name, left in charges if _is_empty(name, left, now)]
         return ()
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
@@ -62,7 +55,7 @@ class ChargeRule(Rule):
         match record.type:
             case "move" if not now.live:
                 yield from self._owes()
-                if record.robot in self._charge:
+                if record.robot in now.charge:
                     yield from self._moved(record, now)
             case "appeared" if record.cause == "battery":
                 if self._owed is None:
@@ -82,8 +75,6 @@ class ChargeRule(Rule):
                     yield f"the battery of {record.robot} was not replaced"
                 else:
                     self._filled.discard(record.robot)
-                    self._charge[record.robot] = _battery(now, record.robot).capacity
-                    self._since[record.robot] = record.t or 0.0
             case "synthesis":
                 yield from self._stop(record, now)
             case "resolved":
@@ -116,7 +107,7 @@ class ChargeRule(Rule):
         """Judge a stop by that before it."""
         robot, here = record.robot, now.region.get(record.robot)
         before, *_ = self._stops.pop(robot, (None,))
-        if record.reason != "charge" or robot not in self._charge or now.requests:
+        if record.reason != "charge" or robot not in now.charge or now.requests:
             return  # it can wait for what was requested
         if before is not None and here not in before.targets[0]:
             again = record.objective.targets == before.targets  # in another pose there
@@ -131,12 +122,10 @@ class ChargeRule(Rule):
             self._owed = None
 
     def _moved(self, move: Line, now: Situation) -> Iterator[Said]:
-        name, battery = move.robot, _battery(now, move.robot)
-        self._charge[name] = charge_after(now, move, self._charge[name])
-        if self._charge[name] < 0:
-            yield f"{name} takes a step with a charge of {self._charge[name] + battery.move}"
-            self._charge[name] = 0
-        if self._is_empty(name, move.to, now) and move.toward is None and name not in now.out:
+        name, left = move.robot, now.charge_after(move)
+        if left < 0:
+            yield f"{name} takes a step with a charge of {now.charge[name]:g}"
+        if _is_empty(name, left, now, move.to) and move.toward is None and name not in now.out:
             self._runs_flat(name, move.to, now)
 
     def _in_time(self, record: Line, now: Situation) -> Iterator[Said]:
@@ -154,29 +143,10 @@ class ChargeRule(Rule):
             for one in self._flat_at(t, now):
                 if one == name or now.region[one] == at:
                     self._runs_flat(one, now.region[one], now)
-        if name not in self._charge or record.type not in ("depart", "arrive", "operator"):
-            return
-        battery = _battery(now, name)
-        self._charge[name] = self._left(name, t, now)
-        if record.type == "depart":
-            if self._charge[name] < battery.move:
-                yield f"{name} takes a step with a charge of {self._charge[name]:g}"
-            self._since.pop(name, None)
-        elif record.type == "arrive":
-            self._charge[name] = round(max(0, self._charge[name] - battery.move), DECIMALS)
-            self._since[name] = t
-        elif name in self._since:
-            self._since[name] = t
-
-    def _left(self, name: str, t: float, now: Situation) -> float:
-        """The charge of a robot at a time: of one that stands, as time takes or gives it."""
-        battery, since = _battery(now, name), self._since.get(name)
-        if since is None:
-            return self._charge[name]
-        charger = now.region[name] in (now.header.chargers or ())
-        rate = battery.charge if charger else -battery.stay
-        left = self._charge[name] + rate * (max(t, since) - since)
-        return float(round(min(battery.capacity, max(0, left)), DECIMALS))
+        if record.type == "depart" and record.robot in now.charge:
+            charge = now.charge_at(record.robot, t)
+            if charge < _battery(now, record.robot).move:
+                yield f"{name} takes a step with a charge of {charge:g}"
 
     def _flat_at(self, t: float, now: Situation) -> list[str]:
         """Live: the robots in service that stand off the chargers without charge for a step."""
@@ -184,15 +154,11 @@ class ChargeRule(Rule):
         acting = {name for act in now.acting.values() for name in act.robots}
         return [
             name
-            for name in self._since
+            for name in now.stands
             if name not in now.out | acting
             and now.region[name] not in chargers
-            and self._left(name, t, now) < _battery(now, name).move
+            and now.charge_at(name, t) < _battery(now, name).move
         ]
-
-    def _is_empty(self, name: str, at: int, now: Situation) -> bool:
-        charger = at in (now.header.chargers or ())
-        return self._charge[name] < _battery(now, name).move and not charger
 
     def _runs_flat(self, name: str, at: int, now: Situation) -> None:
         """From here on lines are owed that take a robot out of service."""
@@ -206,7 +172,7 @@ class ChargeRule(Rule):
     def _refused(
         self, name: str, least: int | None, outcome: Line, now: Situation
     ) -> Iterator[Said]:
-        if name not in self._charge:
+        if name not in now.charge:
             yield None, f"{name} has no battery"
             return
         try:
@@ -216,8 +182,8 @@ class ChargeRule(Rule):
             return
         if least != truth:
             yield name, f"{name} is refused since it needs a charge of {least}, but it is {truth}"
-        elif least is not None and least <= self._charge[name]:
-            yield name, f"{name} is refused, but its charge of {self._charge[name]} suffices"
+        elif least is not None and least <= now.charge[name]:
+            yield name, f"{name} is refused, but its charge of {now.charge[name]:g} suffices"
 
 
 def _battery(now: Situation, robot: str) -> Line:
@@ -236,24 +202,16 @@ def _kept_from(robot: str, regions: frozenset[int], now: Situation) -> bool:
     )
 
 
-def charge_after(now: Situation, move: Line, charge: float) -> float:
-    """A robot's charge after a move, below 0 if it did not suffice."""
-    battery = _battery(now, move.robot)
-    if move.to != move.from_:
-        return charge - battery.move
-    if move.toward is not None:
-        return charge
-    if move.to in (now.header.chargers or ()):
-        return min(battery.capacity, charge + battery.charge)
-    return max(0, charge - battery.stay)
+def _is_empty(robot: str, charge: float, now: Situation, at: int | None = None) -> bool:
+    """Whether a robot off the chargers has no charge for a step. ``at``: default: where it is."""
+    charger = (now.region[robot] if at is None else at) in (now.header.chargers or ())
+    return charge < _battery(now, robot).move and not charger
 
 
-def lasts_until(
-    now: Situation, tick: int, robot: str, obstacle: str, charge: int, turn: int
-) -> int | None:
+def lasts_until(now: Situation, tick: int, robot: str, obstacle: str, turn: int) -> int | None:
     """The last tick in which an obstacle that cuts a robot off from its chargers can be resolved;
     None if it does not cut it off, or if waiting takes no charge."""
-    stay = _battery(now, robot).stay
+    stay, charge = _battery(now, robot).stay, int(now.charge[robot])
     known = [name for name in now.requests if robot in now.blocked_by(name)]
     stays = [
         o.name

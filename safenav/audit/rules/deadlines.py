@@ -11,7 +11,7 @@ from safenav.audit.bound import Bound, least_within, mission_end
 from safenav.audit.kinds import shape_of
 from safenav.audit.language import RefusedError
 from safenav.audit.lines import Line
-from safenav.audit.rules.batteries import BATTERY, charge_after, lasts_until
+from safenav.audit.rules.batteries import BATTERY, lasts_until
 from safenav.audit.rules.requests import SETTLES
 from safenav.audit.rules.rule import Rule, Said
 from safenav.audit.situation import Situation
@@ -80,7 +80,6 @@ class DeadlineRule(Rule):
         promises, robots = now.header.promises, now.header.robots
         self._active = promises is not None
         self._clocks = {name: _Clock() for name in robots}
-        self._charge = {name: one.battery.start for name, one in robots.items() if one.battery}
         if promises is not None:
             self._within = dict(promises.within)
             if promises.by is not None:
@@ -223,13 +222,7 @@ class DeadlineRule(Rule):
                 self._within.pop(record.robot, None)
                 if record.within is not None:
                     self._within[record.robot] = record.within
-            case "move" if record.robot in self._charge:
-                left = charge_after(now, record, self._charge[record.robot])
-                self._charge[record.robot] = int(max(0, left))
             case "service" if record.active is True:
-                battery = now.header.robots[record.robot].battery
-                if record.cause == "battery" and battery is not None:
-                    self._charge[record.robot] = battery.capacity
                 self._clocks[record.robot].restart(tick, met=self._clocks[record.robot].met)
             case "goal":
                 self._goal(record, now)
@@ -237,13 +230,12 @@ class DeadlineRule(Rule):
     def _lasts(self, record: Line, now: Situation) -> int | None:
         """Until when the charge of the first requester lasts behind the obstacle."""
         first = next(iter(now.requests.get(record.obstacle, {})), None)
-        if first is None or first not in self._charge:
+        if first is None or first not in now.charge:
             return None
         turn = self._clocks[first].turn
         after = 0 if turn is None else turn + 1
-        charge = self._charge[first]
         try:
-            return lasts_until(now, record.tick, first, record.obstacle, charge, after)
+            return lasts_until(now, record.tick, first, record.obstacle, after)
         except RefusedError:
             return None
 
