@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from functools import lru_cache
 from itertools import product
 from math import prod
+from typing import Any
 
 from safenav.audit.language import (
     HEADINGS,
@@ -35,10 +36,10 @@ class Formulas:
     inputs that its formulas name. Raises RefusedError for what cannot be read."""
 
     def __init__(self, body: Mapping[str, object]) -> None:
-        memory = body.get("memory") or {}
+        memory: Any = body.get("memory") or {}
         require(isinstance(memory, Mapping), "the memory is not one of names")
         inputs = _lines(body, "inputs")  # any values may come
-        kinds = {**memory, **dict.fromkeys(inputs, "bool")}  # type: ignore[dict-item]
+        kinds = {**memory, **dict.fromkeys(inputs, "bool")}
         truths = {name for name, kind in kinds.items() if kind == "bool"}
         ranges = [range(2) if kind == "bool" else _range(kind) for kind in kinds.values()]
         many = prod(map(len, ranges))

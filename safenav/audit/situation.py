@@ -85,9 +85,11 @@ class Situation(State):
             case "depart":
                 self.awaiting.discard(robot)
                 self.under_way[robot] = record
+                self.lost.pop(robot, None)
             case "arrive":
                 self.under_way.pop(robot, None)
                 self.ended[robot] = record
+                self.lost[robot] = frozenset(record.regions or ())
             case "act":
                 self.acting[robot] = record
             case "acted":
@@ -108,6 +110,7 @@ class Situation(State):
                 self.region[robot] = record.region
                 self.heading[robot] = record.heading
                 self.toward[robot] = None
+                self.lost.pop(robot, None)
                 self._fit_again(robot=robot)
             case "move":
                 self.region[robot] = record.to

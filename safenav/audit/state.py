@@ -97,6 +97,8 @@ class State:
         """Live: the action of each robot that has not ended."""
         self.awaiting: set[str] = set()
         """Live: the robots that wait for a strategy."""
+        self.lost: dict[str, frozenset[int]] = {}
+        """Live: the regions in one of which each robot is whose step ended nobody knows where."""
         self.ended: dict[str, Line] = {}
         """Live: the end of each robot's step that its next move shows."""
         self.acts: tuple[Line, ...] = ()
@@ -113,6 +115,10 @@ class State:
         """Return the regions that a robot occupies: two while it is in transit."""
         toward = self.toward[robot]
         return {self.region[robot]} if toward is None else {self.region[robot], toward}
+
+    def may_have(self, robot: str) -> set[int]:
+        """Return the regions that a robot occupies, or of which it may occupy one."""
+        return self.taken_by(robot) | self.lost.get(robot, set())
 
     def entered(self, move: Line) -> set[int]:
         """Return the regions that a robot occupies after a move, and did not before."""

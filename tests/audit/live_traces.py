@@ -235,7 +235,7 @@ B_HOLDS: Line = {"robot": "b", "why": "strategy"}
 CASES_OF_LIVE: list[Case] = [
     ("clock", "delayed", edit("arrive", {"robot": "a", "command": 1}, t=0.5), 4, None),
     ("clock", "delayed", edit("goal", {"robot": "b", "goal": 1}, t=None), 6, None),
-    ("clock", "lost", all_earlier, 0, "a"),
+    ("collision", "lost", all_earlier, 2, "b", 5),
     ("command", "delayed", edit("arrive", {"robot": "b"}, command=9), 2, "b"),
     ("command", "delayed", edit("depart", {"robot": "a", "command": 4}, command=1), 5, "a", 2),
     ("command", "opened", edit("acted", {"command": 4}, results={}), 8, "digit"),

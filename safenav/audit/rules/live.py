@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from itertools import combinations
+from collections.abc import Iterator
 
 from safenav.audit.lines import Line
-from safenav.audit.rules.rule import Finding, Rule, Said, judges
+from safenav.audit.rules.rule import Rule, Said, judges
 from safenav.audit.situation import WITHOUT_EFFECT, Situation
 from safenav.audit.turn import (
     SCENARIO_CHANGES,
@@ -25,74 +24,27 @@ _LIVE = ("depart", "arrive", "act", "acted", "hold", "late", "operator")
 
 
 class ClockRule(Rule):
-    """A run has times on all of its lines or on none, and no time is less than the one before. In
-    seconds, robots in conflict never have a region at the same time: a robot has the two regions of
-    a step from its ``depart`` line to the ``arrive`` line that ends it, then where that says it is
-    (T, Live runs)."""
+    """A run has times on all of its lines or on none, and no time is less than the one before (T,
+    Live runs)."""
 
     name = "clock"
 
     def __init__(self) -> None:
         self._last = 0.0
-        self._since: dict[str, float] = {}
-        self._have: dict[str, tuple[int, ...]] = {}
-        self._spans: dict[int, list[tuple[float, float, str, int]]] = {}
-
-    def opening(self, now: Situation) -> Iterable[Said]:
-        self._since = dict.fromkeys(now.region, 0.0)
-        self._have = {robot: (region,) for robot, region in now.region.items()}
-        return ()
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
         if not now.live:
             dropped = record.type == "late" and record.event == _INTERVENTION
             if record.t is not None or (record.type in _LIVE and not dropped):
                 yield None, "a line of a live run in a run in lockstep"
-            return
-        if record.t is None:
+        elif record.t is None:
             if record.type != "move":
                 yield None, "a line of a live run has no time"
-            return
-        if record.t < self._last:
-            yield None, f"its time, {record.t} s, is before that of the last line, {self._last} s"
-        self._last = record.t
-        match record.type:
-            case "depart":
-                self._has(record.robot, record, (record.from_, record.to))
-            case "arrive":
-                self._has(record.robot, record, record.regions or (record.at,))
-            case "operator" if record.robot is not None and record.region is not None:
-                self._has(record.robot, record, (record.region,))
-
-    def ending(self, now: Situation) -> Iterator[Said]:
-        for robot, regions in self._have.items():
-            for region in regions:
-                span = (self._since[robot], float("inf"), robot, now.header_line)
-                self._spans.setdefault(region, []).append(span)
-        told: set[tuple[str, str]] = set()
-        for zone in now.header.never_together or () if now.live else ():
-            spans = [s for r in zone.regions for s in self._spans.get(r, ()) if s[2] in zone.robots]
-            for (_, until, one, _), (later, _, other, line) in combinations(sorted(spans), 2):
-                if one != other and later < until and (one, other) not in told:
-                    told |= {(one, other), (other, one)}
-                    where = f"{one} and {other} are together in {now.show(zone.regions[0])}"
-                    problem = f"{where} and beside it at {later} s"
-                    yield Finding(self.name, 0, other, line, problem)
-        for region, spans in sorted(self._spans.items()):
-            for (since, until, one, _), (later, end, other, line) in combinations(sorted(spans), 2):
-                shared = min(until, end) - max(since, later)
-                new = one != other and (one, other) not in told
-                if now.live and new and shared > 0 and now.conflict(one, other):
-                    told |= {(one, other), (other, one)}
-                    where = f"{one} and {other} both have {now.show(region)} from {later} s on"
-                    yield Finding(self.name, 0, other, line, where)
-
-    def _has(self, robot: str, record: Line, regions: tuple[int, ...]) -> None:
-        assert record.t is not None
-        for region in self._have.get(robot, ()):
-            span = (self._since[robot], record.t, robot, record.line)
-            self._spans.setdefault(region, []).append(span)
-        self._since[robot], self._have[robot] = record.t, regions
+        else:
+            if record.t < self._last:
+                before = f"before that of the last line, {self._last} s"
+                yield None, f"its time, {record.t} s, is {before}"
+            self._last = record.t
 
 
 class CommandRule(Rule):

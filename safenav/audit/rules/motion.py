@@ -138,22 +138,25 @@ def transit(record: Line, now: Situation) -> Iterator[Said]:
 
 @judges("line", "move")
 def collision(record: Line, now: Situation) -> Iterator[Said]:
-    """Robots in conflict never share a region, at any moment; one in transit occupies two regions.
-    Robots that would change places do, as they move one after the other (D 4, Layers)."""
+    """Robots in conflict never share a region, at any moment; one in transit occupies two regions,
+    a lost one all that it may be in. Robots that would change places do share one, as they move one
+    after the other (D 4, Layers)."""
+    robot, regions = record.robot, taken(record) | now.lost.get(record.robot, set())
     for other in now.region:
-        if other != record.robot and now.conflict(record.robot, other):
-            for region in sorted(taken(record) & now.taken_by(other)):
-                yield f"{record.robot} and {other} are both at {now.show(region)}"
+        if other != robot and now.conflict(robot, other):
+            for region in sorted(regions & now.may_have(other)):
+                yield f"{robot} and {other} are both at {now.show(region)}"
 
 
 @judges("line", "move")
 def never_together(record: Line, now: Situation) -> Iterator[Said]:
     """Of robots that are never together in some regions at most one is in them, from its departure
     for the first to its arrival outside (D 4)."""
-    for other in now.region.keys() - {record.robot}:
-        for zone in now.zones(record.robot, other):
-            if taken(record) & zone and now.taken_by(other) & zone:
-                yield f"{record.robot} and {other} are together in {sorted(zone)}"
+    robot, regions = record.robot, taken(record) | now.lost.get(record.robot, set())
+    for other in now.region.keys() - {robot}:
+        for zone in now.zones(robot, other):
+            if regions & zone and now.may_have(other) & zone:
+                yield f"{robot} and {other} are together in {sorted(zone)}"
 
 
 _IS = {

@@ -1,7 +1,5 @@
 """Base class of rules, and their findings."""
 
-# ruff: noqa: ARG002 (a rule answers the questions that concern it and ignores the others)
-
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator

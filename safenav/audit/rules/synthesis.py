@@ -151,7 +151,7 @@ class VerdictsRule(Rule):
     def __init__(self) -> None:
         self._proven: dict[str, Line] = {}
 
-    def line(self, record: Line, now: Situation) -> Iterator[Said]:  # noqa: ARG002
+    def line(self, record: Line, now: Situation) -> Iterator[Said]:
         if record.spec and record.verdict in ("realizable", "unrealizable"):
             former: Line = self._proven.setdefault(record.spec, record)
             if former.verdict != record.verdict:
