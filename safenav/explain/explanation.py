@@ -163,6 +163,12 @@ class RepairKind(StrEnum):
     """Another model of the other robots, under which other assumptions can be made."""
     ASSUMPTION = "assumption"
     """A guarantee that the other robots would have to give."""
+    CAPABILITY = "capability"
+    ROBOT = "robot"
+    """One more robot; like those below, for a run that needs an operator."""
+    NEED = "need"
+    WALL = "wall"
+    TARGET = "target"
 
 
 class Repair(Struct, frozen=True):

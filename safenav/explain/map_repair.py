@@ -6,7 +6,7 @@ through the fewest."""
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from msgspec.structs import replace
 
@@ -26,12 +26,12 @@ def map_repairs(
     world = scenario.map
     if kind is RepairKind.OPEN_WALL:
         for wall in _single_walls(world, task, found):
-            open_map = _without(world, [wall])
-            for obstacle, helpers in _resolvable(wall, open_map, scenario, robot):
+            opened = without_walls(scenario, [wall])
+            for obstacle, helpers in _resolvable(wall, opened.map, scenario, robot):
                 yield Repair(
                     kind,
                     (("map", f"no wall at {wall}"), ("obstacles", _written(obstacle))),
-                    replace(scenario, map=open_map, obstacles=(*scenario.obstacles, obstacle)),
+                    replace(opened, obstacles=(*scenario.obstacles, obstacle)),
                     helpers,
                     obstacle.type.action,
                 )
@@ -41,7 +41,7 @@ def map_repairs(
     for way in ways:
         regions = ", ".join(map(str, way))
         change = (("map", f"no wall at {regions}"),)
-        yield Repair(kind, change, replace(scenario, map=_without(world, way)))
+        yield Repair(kind, change, without_walls(scenario, way))
 
 
 def _single_walls(world: RegionMap, task: Task, found: Diagnosis) -> list[Region]:
@@ -116,8 +116,10 @@ def _fewest_walls(world: RegionMap, task: Task, target: frozenset[Region]) -> li
     return sorted(way)
 
 
-def _without(world: RegionMap, walls: list[Region]) -> RegionMap:
-    return replace(world, walls=world.walls - set(walls))
+def without_walls(scenario: Scenario, walls: Sequence[Region]) -> Scenario:
+    """Return the scenario with these walls taken away."""
+    world = scenario.map
+    return replace(scenario, map=replace(world, walls=world.walls - {*walls}))
 
 
 def _written(obstacle: Obstacle) -> str:

@@ -8,6 +8,8 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterable, Iterator
+from itertools import islice
+from typing import TypeVar
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -20,9 +22,10 @@ from safenav.scenario.objective import Ltl, Objective, avoided, relaxed, station
 from safenav.scenario.reachability import Reachability
 from safenav.spec.objective import NO_MEMORY
 from safenav.spec.task import Task
-from safenav.world.map import Heading, Region
+from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.moves import Mobility, Pose
 
+Answer = TypeVar("Answer")
 Judge = Callable[[Scenario], bool]
 """Whether the robot in question has a strategy at the start of a scenario."""
 
@@ -33,33 +36,19 @@ TRIED = 8
 LOOKED_AT = 40
 """Maximum number of regions that are examined as another start."""
 
-K = RepairKind
+C, K = NoStrategyCause, RepairKind
 _FIRST: dict[NoStrategyCause, tuple[RepairKind, ...]] = {
-    NoStrategyCause.NO_WAY: (K.OPEN_WALL, K.REMOVE_WALLS, K.START, K.OBJECTIVE),
-    NoStrategyCause.OBSTACLE: (K.OBJECTIVE, K.OPEN_WALL, K.REMOVE_WALLS),
-    NoStrategyCause.PARKED_ROBOT: (K.OTHER_START, K.AVOIDS, K.OPEN_WALL, K.REMOVE_WALLS, K.START),
-    NoStrategyCause.HEADING: (K.HEADING, K.START, K.MOBILITY),
-    NoStrategyCause.ONE_WAY: (K.MOBILITY, K.OPEN_WALL, K.REMOVE_WALLS, K.OBJECTIVE),
-    NoStrategyCause.CROSSING: (K.OBJECTIVE, K.OPEN_WALL, K.REMOVE_WALLS, K.START),
-    NoStrategyCause.IMPOSSIBLE_START: (K.START, K.HEADING, K.OBJECTIVE),
-    NoStrategyCause.CONTRADICTION: (K.OBJECTIVE,),
-    NoStrategyCause.FORBIDDEN_WAY: (K.OBJECTIVE, K.START, K.HEADING, K.MOBILITY, K.OPEN_WALL),
-    NoStrategyCause.CORNERED: (
-        K.OBJECTIVE,
-        K.TRACKING,
-        K.AVOIDS,
-        K.OPEN_WALL,
-        K.REMOVE_WALLS,
-        K.START,
-    ),
-    NoStrategyCause.KEPT_AWAY: (
-        K.TRACKING,
-        K.AVOIDS,
-        K.OTHER_START,
-        K.OBJECTIVE,
-        K.OPEN_WALL,
-        K.START,
-    ),
+    C.NO_WAY: (K.OPEN_WALL, K.REMOVE_WALLS, K.START, K.OBJECTIVE),
+    C.OBSTACLE: (K.OBJECTIVE, K.OPEN_WALL, K.REMOVE_WALLS),
+    C.PARKED_ROBOT: (K.OTHER_START, K.AVOIDS, K.OPEN_WALL, K.REMOVE_WALLS, K.START),
+    C.HEADING: (K.HEADING, K.START, K.MOBILITY),
+    C.ONE_WAY: (K.MOBILITY, K.OPEN_WALL, K.REMOVE_WALLS, K.OBJECTIVE),
+    C.CROSSING: (K.OBJECTIVE, K.OPEN_WALL, K.REMOVE_WALLS, K.START),
+    C.IMPOSSIBLE_START: (K.START, K.HEADING, K.OBJECTIVE),
+    C.CONTRADICTION: (K.OBJECTIVE,),
+    C.FORBIDDEN_WAY: (K.OBJECTIVE, K.START, K.HEADING, K.MOBILITY, K.OPEN_WALL),
+    C.CORNERED: (K.OBJECTIVE, K.TRACKING, K.AVOIDS, K.OPEN_WALL, K.REMOVE_WALLS, K.START),
+    C.KEPT_AWAY: (K.TRACKING, K.AVOIDS, K.OTHER_START, K.OBJECTIVE, K.OPEN_WALL, K.START),
 }
 
 
@@ -88,14 +77,28 @@ def find_repairs(problem: RepairProblem, judge: Judge) -> tuple[Repair, ...]:
     for kind in _FIRST[problem.cause]:
         if kind is K.REMOVE_WALLS and any(repair.kind is K.OPEN_WALL for repair in found):
             continue
-        good = 0
-        for tried, candidate in enumerate(_candidates(kind, problem)):
-            if good == OFFERED or tried == TRIED or problem.late:
-                break
-            if candidate.scenario is not None and judge(candidate.scenario):
-                found.append(candidate)
-                good += 1
+        candidates = _candidates(kind, problem)
+        tried = offered(candidates, lambda new: judge(new) or None, TRIED, problem.deadline)
+        found += [repair for repair, _ in tried]
     return tuple(found)
+
+
+def offered(
+    candidates: Iterable[Repair],
+    works: Callable[[Scenario], Answer | None],
+    most: int,
+    deadline: float,
+) -> Iterator[tuple[Repair, Answer]]:
+    """Yield OFFERED of the candidates that work, each with the answer. At most so many are tried,
+    until the deadline (by the monotonic clock)."""
+    good = 0
+    for candidate in islice(candidates, most):
+        if good == OFFERED or time.monotonic() >= deadline:
+            return
+        answer = None if candidate.scenario is None else works(candidate.scenario)
+        if answer is not None:
+            good += 1
+            yield candidate, answer
 
 
 def _candidates(kind: RepairKind, problem: RepairProblem) -> Iterator[Repair]:
@@ -129,8 +132,7 @@ def _starts(problem: RepairProblem) -> Iterator[Repair]:
     scenario, robot = problem.scenario, problem.robot
     taken = {other.start.region for other in scenario.robots if other is not robot}
     within = _rooms_with_all_targets(problem)
-    near = [r for r in _nearest(robot.start.region, scenario) if r in within and r not in taken]
-    for region in near[:LOOKED_AT]:
+    for region in nearest(robot.start.region, within - taken, scenario.map)[:LOOKED_AT]:
         if region == robot.start.region:
             continue
         if problem.late:
@@ -192,13 +194,13 @@ def _milder(objective: Objective) -> Iterator[Objective]:
 def _other_starts(problem: RepairProblem) -> Iterator[Repair]:
     """Yield other starts for the robots in the way; a robot that holds its place holds the new
     one."""
-    scenario, robot = problem.scenario, problem.robot
+    scenario, robot, world = problem.scenario, problem.robot, problem.scenario.map
     names = [k.item.removeprefix("robots.") for k in problem.diagnosis.culprits]
     names = names or [other.name for other in problem.task.observed if other.danger]
     for name in names:
         other = scenario.robot(name)
         taken = {r.start.region for r in scenario.robots if r is not other}
-        for region in _nearest(other.start.region, scenario)[:LOOKED_AT]:
+        for region in nearest(other.start.region, world.free, world)[:LOOKED_AT]:
             if problem.late:
                 return
             if region == other.start.region or region in taken | avoided(other.objective):
@@ -273,23 +275,28 @@ def _rooms_with_all_targets(problem: RepairProblem) -> set[Region]:
     return found
 
 
-def _nearest(region: Region, scenario: Scenario) -> list[Region]:
-    """Return all free regions, those nearest to ``region`` (ignoring walls) first."""
-    row, col = scenario.map.position(region)
+def nearest(region: Region, regions: Iterable[Region], world: RegionMap) -> list[Region]:
+    """Return some regions, those nearest to ``region`` (ignoring walls) first."""
+    row, col = world.position(region)
 
     def away(other: Region) -> tuple[int, Region]:
-        r, c = scenario.map.position(other)
+        r, c = world.position(other)
         return abs(r - row) + abs(c - col), other
 
-    return sorted(scenario.map.free, key=away)
+    return sorted(regions, key=away)
+
+
+def with_robots(scenario: Scenario, changed: Iterable[Robot]) -> Scenario:
+    """Return the scenario with robots in place of those with their names."""
+    new = {robot.name: robot for robot in changed}
+    robots = tuple(new.get(robot.name, robot) for robot in scenario.robots)
+    return replace(scenario, robots=robots)
 
 
 def _with_robots(
     kind: RepairKind, problem: RepairProblem, changed: list[Robot], *change: tuple[str, str]
 ) -> Repair:
-    new = {robot.name: robot for robot in changed}
-    robots = tuple(new.get(robot.name, robot) for robot in problem.scenario.robots)
-    return Repair(kind, change, replace(problem.scenario, robots=robots))
+    return Repair(kind, change, with_robots(problem.scenario, changed))
 
 
 def _listed(names: Iterable[str]) -> str:

@@ -6,13 +6,15 @@ A repair is offered only if a run of the changed scenario was completed.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping
-from itertools import islice
+from collections.abc import Callable, Iterable, Iterator, Mapping
 
 from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.errors import SafenavError
+from safenav.explain.explanation import Repair, RepairKind
+from safenav.explain.map_repair import without_walls
+from safenav.explain.repair import nearest, offered, with_robots
 from safenav.outcome import Outcome
 from safenav.runtime.coordination.foresight import Foresight, foresee
 from safenav.runtime.duties.reasons import Hindrance, Shortfall
@@ -37,20 +39,16 @@ SECONDS = 20.0
 """Wall time for trying repairs."""
 RUN_SECONDS = 5.0
 """Wall time of one of their runs."""
-OFFERED = 2
-"""Repairs of one kind that are enough."""
 TRIED = 6
 """Candidates of one kind that are run at most."""
-
-Change = tuple[tuple[str, str], ...]
 
 
 class TeamRepair(Struct, frozen=True):
     """A change under which a run was seen to complete: the scenario's items and their new values,
     as they would be written. ``ticks``: what that run took."""
 
-    kind: str
-    change: Change
+    kind: RepairKind
+    change: tuple[tuple[str, str], ...]
     ticks: int
 
 
@@ -62,12 +60,6 @@ class Postmortem(Struct, frozen=True):
     repairs: tuple[TeamRepair, ...]
     tried: int
     seconds: float
-
-
-class Candidate(Struct, frozen=True):
-    kind: str
-    change: Change
-    scenario: Scenario
 
 
 def explain_run(
@@ -83,19 +75,27 @@ def explain_run(
     result = mission.run()
     if result.outcome is not Outcome.OPERATOR_NEEDED:
         return Postmortem(result, (), (), 1, time.monotonic() - begun)
-    deadline = time.monotonic() + seconds
-    repairs, tried = [], 1
-    for kind in _KINDS:
-        good = 0
-        for candidate in islice(kind(_Failure(scenario, mission, models)), TRIED):
-            left = deadline - time.monotonic()
-            if good == OFFERED or left <= 0:
-                break
-            tried += 1
-            ticks = _completes(candidate.scenario, synthesizer(), min(left, RUN_SECONDS))
-            if ticks is not None:
-                repairs.append(TeamRepair(candidate.kind, candidate.change, ticks))
-                good += 1
+    deadline, tried = time.monotonic() + seconds, 1
+
+    def completes(changed: Scenario) -> int | None:
+        """Return the ticks of a run that completes; None for every other end."""
+        nonlocal tried
+        tried += 1
+        left = max(0, min(deadline - time.monotonic(), RUN_SECONDS))
+        limited = replace(changed, limits=replace(changed.limits, seconds=left))
+        try:
+            ended = Mission(limited, synthesizer()).run()
+        except SafenavError:
+            return None
+        return ended.ticks if ended.outcome is Outcome.COMPLETED else None
+
+    repairs = [
+        TeamRepair(repair.kind, repair.change, ticks)
+        for kind in _KINDS
+        for repair, ticks in offered(
+            kind(_Failure(scenario, mission, models)), completes, TRIED, deadline
+        )
+    ]
     return Postmortem(result, result.links, tuple(repairs), tried, time.monotonic() - begun)
 
 
@@ -111,16 +111,6 @@ def as_it_stands(state: TeamState) -> Scenario:
         obstacles=(*known.values(), *hidden),
         changes=(),
     )
-
-
-def _completes(scenario: Scenario, synthesizer: Synthesizer, seconds: float) -> int | None:
-    """The ticks of a run that completes; None for every other end."""
-    limited = replace(scenario, limits=replace(scenario.limits, seconds=seconds))
-    try:
-        result = Mission(limited, synthesizer).run()
-    except SafenavError:
-        return None
-    return result.ticks if result.outcome is Outcome.COMPLETED else None
 
 
 class _Failure:
@@ -151,17 +141,15 @@ class _Failure:
         taken = {robot.start.region for robot in self.scenario.robots}
         return [r for r in dict.fromkeys((*there, *beside)) if r not in closed | taken]
 
-    def with_robots(
-        self, kind: str, changed: Mapping[str, Robot], *change: tuple[str, str]
-    ) -> Candidate:
-        robots = tuple(changed.get(robot.name, robot) for robot in self.scenario.robots)
-        return Candidate(kind, change, replace(self.scenario, robots=robots))
+    def changed(
+        self, kind: RepairKind, robots: Iterable[Robot], *change: tuple[str, str]
+    ) -> Repair:
+        return Repair(kind, change, with_robots(self.scenario, robots))
 
-    def without(self, wall: Region) -> Candidate:
+    def without(self, wall: Region) -> Repair:
         """The scenario with a wall taken away."""
-        world = self.scenario.map
-        opened = replace(self.scenario, map=replace(world, walls=world.walls - {wall}))
-        return Candidate("wall", (("map", f"no wall at {world.label(wall)}"),), opened)
+        change = (("map", f"no wall at {self.scenario.map.label(wall)}"),)
+        return Repair(RepairKind.WALL, change, without_walls(self.scenario, [wall]))
 
 
 def _beside(failed: _Failure) -> list[Region]:
@@ -181,7 +169,7 @@ def _start(model: RobotModel, region: Region, heading: Heading | None) -> Pose:
     return Pose(region, heading if model.mobility is Mobility.HEADING else None)
 
 
-def _starts(failed: _Failure) -> Iterator[Candidate]:
+def _starts(failed: _Failure) -> Iterator[Repair]:
     """A robot that has the action starts where it is needed."""
     for lacks in failed.lacks:
         for helper in lacks.helpers:
@@ -191,10 +179,10 @@ def _starts(failed: _Failure) -> Iterator[Candidate]:
             for region in failed.places(lacks)[:3]:
                 moved = replace(robot, start=_start(robot.model, region, robot.start.heading))
                 item = f"robots.{robot.name}.start"
-                yield failed.with_robots("start", {robot.name: moved}, (item, failed.word(region)))
+                yield failed.changed(RepairKind.START, [moved], (item, failed.word(region)))
 
 
-def _capabilities(failed: _Failure) -> Iterator[Candidate]:
+def _capabilities(failed: _Failure) -> Iterator[Repair]:
     """A model of the team has the action as well."""
     for lacks in failed.lacks:
         for name in dict.fromkeys(robot.model.name for robot in failed.scenario.robots):
@@ -202,15 +190,13 @@ def _capabilities(failed: _Failure) -> Iterator[Candidate]:
             if lacks.action in team[0].capabilities:
                 continue
             more = sorted({*team[0].capabilities, lacks.action})
-            able = {
-                r.name: replace(r, model=replace(r.model, capabilities=frozenset(more)))
-                for r in team
-            }
+            model = replace(team[0].model, capabilities=frozenset(more))
+            able = [replace(robot, model=model) for robot in team]
             item = f"catalogue.robots.{name}.capabilities"
-            yield failed.with_robots("capability", able, (item, f"[{', '.join(more)}]"))
+            yield failed.changed(RepairKind.CAPABILITY, able, (item, f"[{', '.join(more)}]"))
 
 
-def _robots(failed: _Failure) -> Iterator[Candidate]:
+def _robots(failed: _Failure) -> Iterator[Repair]:
     """A robot more, which has the action and waits where it is needed."""
     for lacks in failed.lacks:
         for model in failed.models.values():
@@ -226,10 +212,10 @@ def _robots(failed: _Failure) -> Iterator[Candidate]:
                 objective = written(robot.objective, failed.word)
                 said = f"{{model: {model.name}, {where}, objective: {objective}}}"
                 scenario = replace(failed.scenario, robots=(*failed.scenario.robots, robot))
-                yield Candidate("robot", ((f"robots.{name}", said),), scenario)
+                yield Repair(RepairKind.ROBOT, ((f"robots.{name}", said),), scenario)
 
 
-def _needs(failed: _Failure) -> Iterator[Candidate]:
+def _needs(failed: _Failure) -> Iterator[Repair]:
     """The type of an obstacle takes fewer robots, or can be resolved from beside it."""
     for lacks in failed.lacks:
         kind = failed.obstacle(lacks).type
@@ -245,7 +231,7 @@ def _needs(failed: _Failure) -> Iterator[Candidate]:
             yield _with_need(failed, kind, number, other)
 
 
-def _with_need(failed: _Failure, kind: ObstacleType, number: int, need: Need) -> Candidate:
+def _with_need(failed: _Failure, kind: ObstacleType, number: int, need: Need) -> Repair:
     needs = (*kind.needs[:number], need, *kind.needs[number + 1 :])
     changed = replace(kind, action=needs[0].action, resolve_at=needs[0].at, listed=needs)
     obstacles = tuple(
@@ -253,7 +239,7 @@ def _with_need(failed: _Failure, kind: ObstacleType, number: int, need: Need) ->
     )
     said = ", ".join(_need_written(each, failed) for each in needs)
     change = ((f"catalogue.obstacles.{kind.name}.needs", f"[{said}]"),)
-    return Candidate("need", change, replace(failed.scenario, obstacles=obstacles))
+    return Repair(RepairKind.NEED, change, replace(failed.scenario, obstacles=obstacles))
 
 
 def _need_written(need: Need, failed: _Failure) -> str:
@@ -268,7 +254,7 @@ def _need_written(need: Need, failed: _Failure) -> str:
     return f"{{action: {need.action}{robots}, at: {at}{together}{same}}}"
 
 
-def _walls(failed: _Failure) -> Iterator[Candidate]:
+def _walls(failed: _Failure) -> Iterator[Repair]:
     """A wall taken away between what a robot reaches and where it is to be; for robots in each
     other's way beside where they are, as a place to give way."""
     world, scenario = failed.scenario.map, failed.scenario
@@ -302,7 +288,7 @@ def _walls(failed: _Failure) -> Iterator[Candidate]:
                 yield failed.without(wall)
 
 
-def _targets(failed: _Failure) -> Iterator[Candidate]:
+def _targets(failed: _Failure) -> Iterator[Repair]:
     """A target moved to the nearest region that its robot can get to."""
     world = failed.scenario.map
     for name in failed.stuck:
@@ -314,23 +300,15 @@ def _targets(failed: _Failure) -> Iterator[Candidate]:
             others = set().union(*(t for k, t in enumerate(targets) if k != number))
             if target & reach and failed.lacks:
                 continue
-            goal = world.position(min(target))
-
-            def away(region: Region, goal: tuple[int, int] = goal) -> tuple[int, Region]:
-                row, col = world.position(region)
-                return abs(row - goal[0]) + abs(col - goal[1]), region
-
-            for region in sorted(reach - others - target, key=away)[:3]:
+            for region in nearest(min(target), reach - others - target, world)[:3]:
                 moved = [*targets[:number], frozenset({region}), *targets[number + 1 :]]
                 objective = with_targets(robot.objective, moved)
-                yield failed.with_robots(
-                    "target",
-                    {name: replace(robot, objective=objective)},
-                    (f"robots.{name}.objective", written(objective, failed.word)),
-                )
+                change = (f"robots.{name}.objective", written(objective, failed.word))
+                moving = replace(robot, objective=objective)
+                yield failed.changed(RepairKind.TARGET, [moving], change)
 
 
-_KINDS: tuple[Callable[[_Failure], Iterator[Candidate]], ...] = (
+_KINDS: tuple[Callable[[_Failure], Iterator[Repair]], ...] = (
     _starts,
     _capabilities,
     _robots,
