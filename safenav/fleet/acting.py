@@ -31,11 +31,10 @@ class FleetProgress:
     def work(self, obstacle: Obstacle) -> Work:
         return self._works.setdefault(obstacle.name, Work(obstacle))
 
-    def forget(self, region: Region) -> None:
-        """The obstacle there is resolved, or gone."""
-        for name, work in list(self._works.items()):
-            if work.obstacle.region == region:
-                del self._works[name]
+    def forget(self, obstacle: Obstacle) -> None:
+        """The obstacle is resolved, or gone. Other work in its region, such as a second parcel, is
+        as far as it was."""
+        self._works.pop(obstacle.name, None)
 
     def group(
         self, obstacle: Obstacle, robot: Robot, idle: Mapping[str, Region]
@@ -104,10 +103,10 @@ class TeamAction(Struct):
         return True
 
     @property
-    def resolved(self) -> Region | None:
-        """The region whose obstacle the last answers have removed; None if it still stands."""
+    def resolved(self) -> Obstacle | None:
+        """The obstacle that the last answers have removed; None if it still stands."""
         gone = self.on is not None and self.results.get(self.on.name, ActResult.FAILED)
-        return self.on.region if self.on is not None and gone is not ActResult.FAILED else None
+        return self.on if self.on is not None and gone is not ActResult.FAILED else None
 
     @property
     def silent(self) -> list[str]:

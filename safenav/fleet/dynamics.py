@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from math import hypot, inf
 from types import MappingProxyType
 from typing import Any
@@ -11,7 +11,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from safenav.fleet.lab_model import STEP, SimulatedBody, body_of, is_door, model_text
+from safenav.fleet.lab_model import STEP, SimulatedBody, body_of, model_text
+from safenav.fleet.lab_obstacles import Standing, lab_obstacles
 from safenav.fleet.place import Places, turned
 from safenav.fleet.setpoints import Setpoints
 from safenav.motion.flyer.tracking import DRAG, HORIZON, LAG, AxisTracker
@@ -30,7 +31,7 @@ class Dynamics:
     def __init__(
         self,
         places: Places,
-        robots: Iterable[Robot],
+        robots: Sequence[Robot],
         obstacles: Iterable[Obstacle],
         begin: Mapping[str, tuple[float, float, float]] = MappingProxyType({}),
     ) -> None:
@@ -39,14 +40,14 @@ class Dynamics:
         self._side = min(places.frame.resolution)
         self._bodies = {robot.name: body_of(robot) for robot in robots}
         starts = {robot.name: robot.start for robot in robots}
-        self._obstacles = {o.name: o for o in obstacles}
+        known = lab_obstacles(obstacles, robots)
         self._model: Any = mujoco.MjModel.from_xml_string(
-            model_text(places, self._obstacles.values(), self._bodies.values())
+            model_text(places, known, self._bodies.values())
         )
+        self._obstacles = Standing(self._model, known)
         self._data: Any = mujoco.MjData(self._model)
         self._leaves: dict[str, list[int]] = {}
         self.contacts: dict[tuple[str, str], int] = {}
-        self._stages: dict[str, int] = {}
         self._parts: dict[str, set[str]] = {}
         for name, body in self._bodies.items():
             axes = "xyza" if body.flies else "xya"
@@ -61,10 +62,10 @@ class Dynamics:
             if body.flies:
                 self._data.qpos[body.dofs[2]] = body.height
                 body.trackers = (AxisTracker(x, body.tilt), AxisTracker(y, body.tilt))
-        for name, obstacle in self._obstacles.items():
-            if is_door(obstacle):
-                self._leaves[name] = [
-                    int(self._model.joint(f"{name}.{i}").qposadr[0]) for i in (0, 1)
+        for one in known:
+            if one.is_door:
+                self._leaves[one.key] = [
+                    int(self._model.joint(f"{one.key}.{i}").qposadr[0]) for i in (0, 1)
                 ]
         mujoco.mj_forward(self._model, self._data)
 
@@ -187,4 +188,4 @@ class Dynamics:
 
     def _named(self, geom: int) -> str:
         name = str(self._model.geom(geom).name)
-        return name.split(".")[0]
+        return name.split(".")[0].split("~")[0]

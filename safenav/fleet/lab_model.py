@@ -7,6 +7,7 @@ from math import cos, inf, pi, sin
 
 from msgspec import Struct, field
 
+from safenav.fleet.lab_obstacles import EVERY, LabObstacle, contact_bit
 from safenav.fleet.place import Places
 from safenav.fleet.setpoints import Setpoints
 from safenav.fleet.walk import BalancedWalk
@@ -64,13 +65,13 @@ class Handling(Struct):
 
 
 def model_text(
-    places: Places, obstacles: Iterable[Obstacle], bodies: Iterable[SimulatedBody]
+    places: Places, obstacles: Iterable[LabObstacle], bodies: Iterable[SimulatedBody]
 ) -> str:
     """The model of a lab, as MuJoCo reads it."""
     parts = [_wall(places, region) for region in sorted(places.world.walls)]
-    solid = [o for o in obstacles if not o.type.has_truth]
-    parts += [_door(places, o) if is_door(o) else _box(places, o) for o in solid]
-    parts += [_robot(body) for body in bodies]
+    solid = [o for o in obstacles if o.touches]
+    parts += [_door(places, o) if o.is_door else _box(places, o) for o in solid]
+    parts += [_robot(body, contact_bit(number)) for number, body in enumerate(bodies)]
     return (
         f'<mujoco><option timestep="{STEP}" integrator="implicitfast" gravity="0 0 0"/>'
         f"<worldbody>{''.join(parts)}</worldbody></mujoco>"
@@ -86,21 +87,21 @@ def _wall(places: Places, region: Region) -> str:
     )
 
 
-def _box(places: Places, obstacle: Obstacle) -> str:
-    x, y = places.centre(obstacle.region)
+def _box(places: Places, one: LabObstacle) -> str:
+    x, y = places.centre(one.obstacle.region)
     half = 0.3 * min(places.frame.resolution)
     return (
-        f'<geom name="{obstacle.name}" type="box" pos="{x} {y} {TALL / 2}" '
-        f'size="{half} {half} {TALL / 2}"/>'
+        f'<geom name="{one.key}" type="box" pos="{x} {y} {TALL / 2}" '
+        f'size="{half} {half} {TALL / 2}" contype="0" conaffinity="{one.touches}"/>'
     )
 
 
-def _door(places: Places, obstacle: Obstacle) -> str:
+def _door(places: Places, one: LabObstacle) -> str:
     """Two leaves across the passage, hinged at the sides of their region."""
-    world = places.world
-    x, y = places.centre(obstacle.region)
-    beside = world.neighbours(obstacle.region)
-    row = world.position(obstacle.region)[0]
+    world, region = places.world, one.obstacle.region
+    x, y = places.centre(region)
+    beside = world.neighbours(region)
+    row = world.position(region)[0]
     along = 0.0 if any(world.position(r)[0] == row for r in beside) else pi / 2
     along += places.frame.yaw
     text = ""
@@ -110,18 +111,18 @@ def _door(places: Places, obstacle: Obstacle) -> str:
         hx, hy = x + reach * cos(across), y + reach * sin(across)
         half = reach / 2
         text += (
-            f'<body name="{obstacle.name}.{index}" pos="{hx} {hy} {TALL / 2}" '
+            f'<body name="{one.key}.{index}" pos="{hx} {hy} {TALL / 2}" '
             f'euler="0 0 {(across + pi) * 180 / pi}">'
-            f'<joint name="{obstacle.name}.{index}" type="hinge" axis="0 0 1" '
+            f'<joint name="{one.key}.{index}" type="hinge" axis="0 0 1" '
             f'damping="{LEAF_DAMPING}" frictionloss="{LEAF_FRICTION}" range="-100 100" '
-            f'limited="true"/><geom name="{obstacle.name}.leaf{index}" type="box" '
+            f'limited="true"/><geom name="{one.key}.leaf{index}" type="box" '
             f'pos="{half} 0 0" size="{half} 0.025 {TALL / 2}" mass="{LEAF_MASS}" '
-            'contype="2" conaffinity="1"/></body>'
+            f'contype="2" conaffinity="{one.touches}"/></body>'
         )
     return text
 
 
-def _robot(body: SimulatedBody) -> str:
+def _robot(body: SimulatedBody, bit: int) -> str:
     slides = f'<joint name="{body.name}.x" type="slide" axis="1 0 0"/>'
     slides += f'<joint name="{body.name}.y" type="slide" axis="0 1 0"/>'
     shape, z = f'type="capsule" size="{body.radius} {HEIGHT / 2}"', HEIGHT / 2 + body.radius
@@ -131,7 +132,8 @@ def _robot(body: SimulatedBody) -> str:
     return (
         f'<body name="{body.name}" pos="0 0 {z}">{slides}'
         f'<joint name="{body.name}.a" type="hinge" axis="0 0 1"/>'
-        f'<geom name="{body.name}" {shape} mass="{body.mass}" friction="0.05" priority="1"/>'
+        f'<geom name="{body.name}" {shape} mass="{body.mass}" friction="0.05" priority="1" '
+        f'contype="{EVERY | bit}"/>'
         "</body>"
     )
 
@@ -159,7 +161,3 @@ def body_of(robot: Robot) -> SimulatedBody:
         number("tilt", 3.4),
         omega=(9.81 / number("height", 0.8)) ** 0.5 if walks else 0.0,
     )
-
-
-def is_door(obstacle: Obstacle) -> bool:
-    return any(need.action == "push" for need in obstacle.needs)

@@ -18,12 +18,14 @@ import mujoco
 import numpy as np
 
 from safenav.fleet.dynamics import Dynamics
-from safenav.fleet.lab_model import STEP, Handling, SimulatedBody, is_door
+from safenav.fleet.lab_model import STEP, Handling, SimulatedBody
+from safenav.fleet.lab_obstacles import LabObstacle
 from safenav.fleet.place import turned
 from safenav.fleet.setpoints import Setpoints
 from safenav.motion.flyer.tracking import STEP as PERIOD
 from safenav.motion.flyer.tracking import AxisTracker
-from safenav.scenario.model import Need, Obstacle
+from safenav.scenario.model import Obstacle
+from safenav.world.map import Region
 
 NEAR, SLOW, ALIGNED = 0.03, 0.05, 0.05
 """Metres, metres per second, radians: within these a robot has reached its goal."""
@@ -73,18 +75,11 @@ class Physics(Dynamics):
             body = self._bodies[name]
             x, y, yaw = self._at(body)
             here = self._places.region(x, y)
-            near = set() if here is None else {here, *self._places.world.neighbours(here)}
-            found = next(
-                (
-                    o
-                    for o in self._obstacles.values()
-                    if o.region in near and any(n.action == action for n in o.needs)
-                ),
-                None,
-            )
+            found = None if here is None else self._reached(here, action)
             body.acts = Handling(action, found, self.now + ACTING)
-            if found is not None and is_door(found) and action == "push":
-                if self._need(found).action != action:
+            stands = None if found is None else self._obstacles.stands(found)
+            if found is not None and stands is not None and stands.is_door and action == "push":
+                if self._obstacles.need(found).action != action:
                     body.acts.result = "failed"  # something else has to be done first
                     return
                 cx, cy = self._places.centre(found.region)
@@ -142,9 +137,7 @@ class Physics(Dynamics):
         with self.lock:
             here = self._places.region(*self._at(self._bodies[name])[:2])
             near = () if here is None else self._places.world.neighbours(here)
-            return [
-                o.name for o in self._obstacles.values() if o.type.has_truth and o.region in near
-            ]
+            return [o.name for o in self._obstacles if o.type.has_truth and o.region in near]
 
     def log(self) -> dict[str, Any]:
         """The time, contacts, doors that are closed, and where robots are."""
@@ -152,7 +145,11 @@ class Physics(Dynamics):
             return {
                 "now": self.now,
                 "contacts": {" ".join(pair): count for pair, count in self.contacts.items()},
-                "closed": sorted(n for n in self._leaves if not self._is_open(n)),
+                "closed": sorted(
+                    name
+                    for name, one in self._obstacles.now.items()
+                    if one.is_door and not self._is_open(one)
+                ),
                 "regions": {
                     name: self._places.region(*self._at(body)[:2])
                     for name, body in self._bodies.items()
@@ -173,7 +170,33 @@ class Physics(Dynamics):
         body.begun = (*self._at(body)[:2], self.now)
         body.best, body.since = inf, self.now
 
+    def _reached(self, here: Region, action: str) -> Obstacle | None:
+        """The obstacle on which a robot acts: one whose next need is met there, or one in its
+        region or beside it that takes the action."""
+        near = {here, *self._places.world.neighbours(here)}
+        able = [o for o in self._obstacles if any(need.action == action for need in o.needs)]
+        beside = None
+        for one in able:
+            need, stage = self._obstacles.need(one), self._obstacles.stage(one)
+            if need.action == action and here in one.resolution_regions(self._places.world, stage):
+                return one
+            elsewhere = need.action == action and isinstance(need.at, frozenset)
+            if beside is None and one.region in near and not elsewhere:
+                beside = one
+        return beside
+
+    def _busy(self, region: Region) -> bool:
+        """Whether a robot is in a region, or on its way there."""
+        for body in self._bodies.values():
+            ways = [self._at(body)[:2], *((x, y) for x, y, _ in body.way)]
+            if body.reference is not None:
+                ways.append((float(body.reference.rows[-1, 0]), float(body.reference.rows[-1, 1])))
+            if any(self._places.region(x, y) == region for x, y in ways):
+                return True
+        return False
+
     def _step(self) -> None:
+        self._obstacles.passes(self.now, self._busy)
         self._data.qfrc_applied[:] = 0.0
         thinks = round(self.now / STEP) % round(PERIOD / STEP) == 0
         for body in self._bodies.values():
@@ -199,24 +222,21 @@ class Physics(Dynamics):
                 self._next(body, "aborted")
         elif act is not None and act.result is None and act.until == inf:
             assert act.obstacle is not None
-            opened = self._is_open(act.obstacle.name)
+            stands = self._obstacles.stands(act.obstacle)
+            opened = stands is None or self._is_open(stands)
             act.result = "done" if opened and body.end == "succeeded" else "failed"
             body.end = None
         elif act is not None and act.result is None and self.now >= act.until:
             self._worked(body.name, act)
 
-    def _need(self, obstacle: Obstacle) -> Need:
-        """The need of an obstacle that is to be met next."""
-        return obstacle.needs[min(self._stages.get(obstacle.name, 0), len(obstacle.needs) - 1)]
-
     def _worked(self, name: str, act: Handling) -> None:
         """A robot has worked long enough: that meets a need if enough robots have, or if it is
         alone for long, it does not."""
         obstacle = act.obstacle
-        if obstacle is None or obstacle.name not in self._obstacles:
+        if obstacle is None or self._obstacles.stands(obstacle) is None:
             act.result = "nothing"
             return
-        need = self._need(obstacle)
+        need = self._obstacles.need(obstacle)
         if need.action != act.action:
             act.result = "failed"
             return
@@ -232,10 +252,10 @@ class Physics(Dynamics):
         passable = not obstacle.type.has_truth or obstacle.traversable
         for one in team:
             one.result = "done" if passable else "untraversable"
-        self._stages[obstacle.name] = self._stages.get(obstacle.name, 0) + 1
+        self._obstacles.stages[obstacle.name] = stage = self._obstacles.stage(obstacle) + 1
         self._parts.pop(obstacle.name, None)
-        if self._stages[obstacle.name] >= len(obstacle.needs):
-            self._take_away(obstacle)
+        if stage >= len(obstacle.needs):
+            self._obstacles.remove(obstacle)
 
     def _at_work(self, obstacle: Obstacle, action: str) -> list[Handling]:
         """The robots' actions of this kind on an obstacle that are under way."""
@@ -254,13 +274,5 @@ class Physics(Dynamics):
             x, y, _ = self._at(body)
             body.trackers = (AxisTracker(x, body.tilt), AxisTracker(y, body.tilt))
 
-    def _is_open(self, name: str) -> bool:
-        return all(abs(float(self._data.qpos[joint])) >= OPEN for joint in self._leaves[name])
-
-    def _take_away(self, obstacle: Obstacle) -> None:
-        del self._obstacles[obstacle.name]
-        if obstacle.type.has_truth:
-            return
-        geom = self._model.geom(obstacle.name)
-        geom.contype, geom.conaffinity, geom.group = 0, 0, 5
-        self._model.geom_pos[geom.id][2] = -10.0
+    def _is_open(self, door: LabObstacle) -> bool:
+        return all(abs(float(self._data.qpos[joint])) >= OPEN for joint in self._leaves[door.key])

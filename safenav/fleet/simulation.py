@@ -41,6 +41,8 @@ class SimulationTransport:
         if hidden is None:
             truths = draw_truths(scenario)
             hidden = tuple(replace(o, traversable=truths[o]) for o in scenario.obstacles)
+        else:
+            hidden = (*hidden, *(o for o in scenario.obstacles if o.ordered))
         begin = {
             robot.name: resting_place(mover_of(robot, places), places)
             for robot in scenario.robots

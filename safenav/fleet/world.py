@@ -116,7 +116,7 @@ class FleetWorld(FleetSteps):
 
     def cleared(self, obstacle: Obstacle) -> None:
         """An operator has resolved an obstacle."""
-        self._forget(obstacle.region)
+        self._forget(obstacle)
 
     def cancel(self, robot: Robot) -> None:
         body = self._bodies[robot.name]
@@ -280,11 +280,13 @@ class FleetWorld(FleetSteps):
 
     # Sensing
 
-    def _forget(self, region: Region) -> None:
+    def _forget(self, obstacle: Obstacle) -> None:
         """An obstacle is resolved: readings that were taken before are of the past."""
-        self._progress.forget(region)
+        self._progress.forget(obstacle)
         places = {name: body.place for name, body in self._bodies.items()}
-        self._sensing.forget(region, {n: -inf if p is None else p.stamp for n, p in places.items()})
+        self._sensing.forget(
+            obstacle.region, {n: -inf if p is None else p.stamp for n, p in places.items()}
+        )
 
     def _sighted(self, body: DrivenRobot, found: Sequence[Sighting]) -> None:
         now, name = self.now(), body.robot.name

@@ -1,6 +1,7 @@
 """Actions of several robots: who is asked for what, and what their answers mean."""
 
 import pytest
+from msgspec.structs import replace
 
 from safenav.fleet.acting import FleetProgress, TeamAction
 from safenav.fleet.fleet_file import Station
@@ -46,7 +47,7 @@ def test_all_that_lift_are_asked_and_the_worst_answer_counts(
     assert not team_action.answer("one", FAILED, BESIDE)  # it has answered
     assert team_action.answer("two", answers[1], BESIDE, "its arm jams")
     assert team_action.reasons == (["two: its arm jams"] if result is FAILED else [])
-    assert team_action.resolved == (None if result is FAILED else 10)
+    assert team_action.resolved == (None if result is FAILED else crate)
     assert team_action.next(BESIDE, stations) == {} and team_action.found == [(crate, result)]
 
 
@@ -60,7 +61,7 @@ def test_who_cannot_be_asked_fails_for_all() -> None:
 
 def test_a_need_that_is_met_is_not_the_end() -> None:
     """The gate is unlocked, and stays closed until somebody pushes it."""
-    scenario, _, gate, stations = yard()
+    scenario, crate, gate, stations = yard()
     progress = FleetProgress(scenario)
     beside = {**BESIDE, "fetch": 11}
     team_action = TeamAction(scenario.robots[2], (gate,), progress)
@@ -68,5 +69,7 @@ def test_a_need_that_is_met_is_not_the_end() -> None:
     assert team_action.answer("fetch", DONE, beside) and team_action.resolved is None
     assert team_action.next(beside, stations) == {} and team_action.found == []
     assert progress.work(gate).need == 1
-    progress.forget(12)
+    progress.forget(replace(crate, region=gate.region))  # other work in its region
+    assert progress.work(gate).need == 1
+    progress.forget(gate)
     assert progress.work(gate).need == 0

@@ -4,12 +4,13 @@ from math import pi
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
 
 from safenav.fleet.physics import FAR, Physics
 from safenav.fleet.place import Places
-from safenav.scenario.model import Obstacle
+from safenav.scenario.model import Need, Obstacle, ObstacleType
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.world.map import Heading
@@ -186,3 +187,55 @@ def test_a_gate_is_unlocked_before_it_is_pushed() -> None:
     physics.perform("left", "push")
     assert ended(physics, "left", "acted") == "done"
     assert physics.log()["closed"] == []
+
+
+def ahead(physics: Physics) -> float:
+    """Metres from the left robot to what is in its east."""
+    return float(physics.scan("left")[1][0])
+
+
+def test_obstacles_come_and_go_at_their_times() -> None:
+    """One that appears where an equal one has been is another one; none appears around a robot."""
+    physics = yard(replace(CRATE, goes=2), replace(CRATE, appears=4))
+    assert ahead(physics) < 1.5
+    physics.step(3.0)
+    assert ahead(physics) > 2.0
+    physics.send("left", *physics._places.centre(10), None)
+    assert ended(physics, "left", "end") == "succeeded" and physics.now > 4.0
+    physics.step(1.0)
+    assert ahead(physics) > 1.0  # the other robot
+    physics.send("left", *physics._places.centre(9), None)
+    assert ended(physics, "left", "end") == "succeeded"
+    assert ahead(physics) < 1.5
+
+
+@pytest.mark.parametrize(
+    ("blocks", "stops"),
+    [
+        (None, True),
+        (frozenset({"left"}), True),
+        (frozenset({"right"}), False),
+        (frozenset(), False),
+    ],
+)
+def test_an_obstacle_stops_those_that_it_blocks(blocks: frozenset[str] | None, stops: bool) -> None:
+    physics = yard(replace(CRATE, type=replace(CRATE.type, blocks=blocks)))
+    assert (ahead(physics) < 1.5) is (blocks != frozenset())
+    physics.send("left", *physics._places.centre(10), None)
+    assert ended(physics, "left", "end") == ("aborted" if stops else "succeeded")
+
+
+def test_a_load_is_fetched_and_put_down_elsewhere() -> None:
+    """An order stops no robot, so it has no body, and what is done there counts for it."""
+    parcel = ObstacleType(
+        "parcel",
+        "lift",
+        frozenset({9}),
+        blocks=frozenset(),
+        listed=(Need("lift", at=frozenset({9})), Need("lift", at=frozenset({11}), same=True)),
+    )
+    physics = yard(Obstacle(parcel, 9, ordered=True), Obstacle(parcel, 9, ordered=True, number=2))
+    for name in ("left", "right"):  # it takes two, and puts down two; a third one finds nothing
+        for done in ("done", "done", "nothing"):
+            physics.perform(name, "lift")
+            assert ended(physics, name, "acted") == done

@@ -103,7 +103,7 @@ def trackings(motion: Motion, trace: Trace) -> list[TrackingError]:
         held = 0
         if limits["driven"] == SETPOINTS:
             off = float(_errors(case, name, way).max(initial=0.0))
-            held = len(case.motion.of(Reset, name))
+            held = len(_holds(case, name))
         else:
             offs = [off for _, _, off in _arrived(case, name, way) if off is not None]
             off = max(offs, default=0.0)
@@ -160,6 +160,12 @@ def _errors(case: Examination, name: str, way: MeasuredWay) -> Array:
     return off
 
 
+def _holds(case: Examination, name: str) -> list[Reset]:
+    """Where a robot was held: its plan continues from there. That of one that has fallen ends."""
+    last = max((piece.t1 for piece in case.pieces[name]), default=0.0)
+    return [reset for reset in case.motion.of(Reset, name) if reset.t < last - NEAR]
+
+
 def _tracking(case: Examination, name: str, way: MeasuredWay) -> None:
     """A robot is where its plan has it, up to the tolerance that the header states, or is held as
     soon as it is not: its plan then continues from where it was."""
@@ -168,7 +174,7 @@ def _tracking(case: Examination, name: str, way: MeasuredWay) -> None:
     tolerance = case.numbers[name].get("tolerance", 0.0)
     off = _errors(case, name, way)
     held = np.zeros(len(way.times), dtype=bool)
-    for reset in case.motion.of(Reset, name):
+    for reset in _holds(case, name):
         held |= (way.times >= reset.t - HELD) & (way.times <= reset.t + NEAR)
     beyond = np.flatnonzero((off > tolerance) & ~held)
     if len(beyond):
