@@ -54,7 +54,7 @@ class FleetProgress:
 class TeamAction(Struct):
     """One command to act. ``on``: the obstacle that is acted on now, and ``team`` the answers of
     those who do; ``advanced``: obstacles of which a need was met, and not the last one;
-    ``reasons``: why parts of it have failed."""
+    ``reasons``: why parts of it have failed; ``need``: the one that the action is to meet."""
 
     robot: Robot
     obstacles: Sequence[Obstacle]
@@ -64,6 +64,7 @@ class TeamAction(Struct):
     team: dict[str, ActResult | None] = field(default_factory=dict)
     advanced: set[str] = field(default_factory=set)
     reasons: list[str] = field(default_factory=list)
+    need: int = 0
 
     def next(self, idle: Mapping[str, Region], stations: Mapping[str, Station]) -> dict[str, str]:
         """The service to call at each robot that takes part in the next action, on ``on``; empty if
@@ -73,7 +74,8 @@ class TeamAction(Struct):
             group = self.progress.group(obstacle, self.robot, idle)
             if obstacle.name in self.results or (obstacle.name in self.advanced and not group):
                 continue
-            action = obstacle.needs[self.progress.work(obstacle).need].action
+            self.need = self.progress.work(obstacle).need
+            action = obstacle.needs[self.need].action
             names = group or (self.robot.name,)
             if all(action in stations[name].act for name in names):
                 self.on, self.team = obstacle, dict.fromkeys(names)
@@ -95,6 +97,9 @@ class TeamAction(Struct):
         if len(answers) < len(self.team):
             return False
         worst, obstacle = max(answers, key=WORST.index), self.on
+        if self.progress.work(obstacle).need != self.need:  # other robots were faster
+            self.advanced.add(obstacle.name)
+            return True
         more = worst in GOOD and bool(self.progress.group(obstacle, self.robot, idle))
         if more and not self.progress.meet(obstacle, self.robot, idle):
             self.advanced.add(obstacle.name)

@@ -5,7 +5,7 @@ from msgspec.structs import replace
 
 from safenav.fleet.acting import FleetProgress, TeamAction
 from safenav.fleet.fleet_file import Station
-from safenav.scenario.model import Obstacle, Scenario
+from safenav.scenario.model import Need, Obstacle, ObstacleType, Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.vocabulary import ActResult
 
@@ -73,3 +73,24 @@ def test_a_need_that_is_met_is_not_the_end() -> None:
     assert progress.work(gate).need == 1
     progress.forget(gate)
     assert progress.work(gate).need == 0
+
+
+@pytest.mark.parametrize("answer", [DONE, NOTHING, FAILED])
+def test_who_comes_second_does_not_meet_the_need_after_it(answer: ActResult) -> None:
+    """Both reach for one parcel; the one that has it is still to bring it."""
+    scenario = load_scenario_text(YARD, "yard.yaml")
+    parcel = ObstacleType(
+        "parcel",
+        "lift",
+        listed=(Need("lift"), Need("lift", at=frozenset({8}), same=True)),
+        blocks=frozenset(),
+    )
+    order, progress = Obstacle(parcel, 9, ordered=True), FleetProgress(scenario)
+    stations = {name: Station(f"/{name}", act={"lift": "grip"}) for name in ("one", "two")}
+    there = {"one": 9, "two": 9}
+    first, second = (TeamAction(robot, (order,), progress) for robot in scenario.robots[:2])
+    assert first.next(there, stations) and second.next(there, stations)
+    assert first.answer("one", DONE, there) and first.next(there, stations) == {}
+    assert second.answer("two", answer, there) and second.next(there, stations) == {}
+    assert second.found == [] and second.resolved is None
+    assert progress.work(order).need == 1 and set(progress.work(order).carriers) == {"one"}

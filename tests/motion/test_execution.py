@@ -238,3 +238,11 @@ def test_exports_and_requirements_take_what_was_measured_or_sent(drive: Drive) -
         assert np.allclose(shifted.place[0] - plain.place[0], off)
     planned = columns_at(moved, "quad", times, False, planned=True)
     assert np.abs(planned.place[0] - columns_at(moved, "quad", times, False).place[0]).min() > 0.3
+
+
+def test_an_obstacle_that_no_robot_has_found_stops_none() -> None:
+    """What a scenario lists need not stand in a drive's world."""
+    listed = HALL + "obstacles: [{type: debris, region: [1, 4]}]\n"
+    drive = driven(listed)
+    assert drive.trace.outcome is not None and drive.trace.outcome.outcome == "completed"
+    assert drive.judged() == []

@@ -314,6 +314,27 @@ def test_the_audit_judges_when_orders_are_left_undone(clock: Clock) -> None:
     assert "every robot has completed 1 round, but the run continues" in run.findings
 
 
+LAST = """
+safenav: 1
+map: {grid: ["#####", "#...#", "#####"], resolution: 1}
+catalogue: {obstacles: {p0: {action: lift, blocks: []}}}
+robots: {r0: {model: quadcopter, start: 6, objective: {hold: 6}}}
+orders: [{at: 30, type: p0, region: 8}]
+until: {rounds: 1}
+clock: live
+"""
+
+
+def test_the_last_order_may_come_a_little_later_on_a_real_clock() -> None:
+    """A drive hears the time of an order at the next message, and ends in that pass."""
+    run = play(LAST)
+    assert run.outcome["outcome"] == "completed" and "not done: p0@8" in run.outcome["explanation"]
+    for record in run.records:
+        if record.get("t", 0.0) >= 30:
+            record["t"] += 0.0003
+    assert not run.findings
+
+
 AFTER = """
 safenav: 1
 map: {grid: ["#####", "#...#", "#..##", "#...#", "#####"], resolution: 1}

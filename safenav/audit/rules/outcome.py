@@ -106,7 +106,7 @@ def _causes(proof: Mapping[str, Any] | None, now: Situation) -> tuple[str, ...]:
     return (*others, "no_capable_robot") if later else others
 
 
-_COUNT = ("goal", "gone", "objective", "operator")
+_COUNT = ("goal", "gone", "objective", "operator", "blocked")
 """Lines that may come before all moves of a tick, after which the run may be completed."""
 
 
@@ -124,6 +124,7 @@ class CompletedRule(Rule):
         self._tick = 0
         self._time = 0.0  # the tick; in a live run the seconds
         self._goes_on = False
+        self._requested: set[str] = set()
         self._begins = 0  # the last tick in which what counts came before all moves
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
@@ -139,6 +140,8 @@ class CompletedRule(Rule):
                 yield None, f"every robot has completed {rounds}, but the run continues"
         elif record.type in _COUNT and record.tick > self._tick:
             self._begins = record.tick
+        if record.type == "request":
+            self._requested.add(record.obstacle)
         if record.type == "resolved":
             self._held.clear()
         elif record.type == "objective":
@@ -201,6 +204,8 @@ class CompletedRule(Rule):
             return False  # an order is to come
         if _undone(now) and any(time >= self._time for time in _coming(now, surely=False)):
             return False  # what comes may make an order possible
+        if any(now.status[n] is Status.UNRESOLVED for n in set(_undone(now)) - self._requested):
+            return False  # the team has not decided on it yet
         if any(map(now.is_away, now.header.robots)):
             return False  # an input keeps a robot from its objective
         return all(self._surely(robot, now) >= wanted for robot in now.header.robots)

@@ -198,7 +198,10 @@ class _Order:
         """In a run with a clock, when a robot had arrived as its action began, and that time; later
         it has done the first of several things, or got another strategy."""
         self.closed: set[str] = set()
-        listed = {obstacle.name for obstacle in case.trace.header.scenario.obstacles}
+        told = case.trace.header.scenario
+        self.external = told.world == "external"
+        """Obstacles of such a world are known from where a robot finds them."""
+        listed = set() if self.external else {obstacle.name for obstacle in told.obstacles}
         self.opened = {
             name: 0.0 for name, found in self.obstacles.items() if found.from_ or name not in listed
         }
@@ -236,6 +239,8 @@ class _Order:
                         self.opened[record.obstacle] = done
                 case records.Discovered():
                     self.opened.pop(record.obstacle.name, None)
+                case records.Violation() if self.external:
+                    self.opened.pop(record.obstacle, None)
                 case records.Appeared():
                     self.opened.pop(record.obstacle, None)
                     self.met.pop(record.obstacle, None)
