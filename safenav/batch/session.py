@@ -12,7 +12,34 @@ from msgspec.structs import replace
 
 from safenav.batch.cases.case import Case, Result
 from safenav.batch.journal import StateFile
-from safenav.batch.workers.backend import Arrival, Backend
+
+
+class Arrival(Struct, frozen=True):
+    """A result, and where the trace of the run lies until somebody wants it or not."""
+
+    case: Case
+    result: Result
+    trace: Path | None = None
+
+
+class Backend(Protocol):
+    """Runs cases; whatever becomes of one, its result arrives."""
+
+    def submit(self, case: Case) -> None:
+        """Run it when there is room. Returns immediately."""
+
+    def collect(self, seconds: float) -> list[Arrival]:
+        """Return the results that have arrived, waiting at most ``seconds`` for the first.
+
+        Raises SafenavError if no more cases can be run at all.
+        """
+
+    def running(self) -> list[tuple[str, float]]:
+        """Names of cases in work, as far as known, with their seconds so far."""
+
+    def close(self) -> None:
+        """Stop all work, leaving no process behind."""
+
 
 Artifacts = Callable[[Result, Path | None], list[str]]
 """Keeps what helps to look into a failure (given its trace, if any); returns what it wrote."""

@@ -86,7 +86,7 @@ def bundle_of_trace(
 def motion_made(trace: bytes) -> bytes:
     """The motion file of a run that moves as its models say."""
     # Imported here and below: motion needs numpy, which a batch must do without.
-    from safenav.motion.file.writing import text_of
+    from safenav.motion.file.reading import text_of
     from safenav.motion.making import motion_of
 
     return text_of(motion_of(read_bytes(trace))).encode()

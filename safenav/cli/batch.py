@@ -17,7 +17,7 @@ from safenav.outfile import write_out
 
 if TYPE_CHECKING:
     from safenav.batch.cases.search import FoundCases
-    from safenav.batch.workers.backend import Backend
+    from safenav.batch.session import Backend
     from safenav.batch.workers.worker import Worker
 
 EPILOG = """\b
@@ -160,7 +160,7 @@ def command(
         traces = None if out is None else out / ".running-traces"
         backend: Backend
         if dask is not None:
-            from safenav.batch.cluster.dask import DaskCluster
+            from safenav.batch.cluster import DaskCluster
 
             backend = DaskCluster(dask, conditions, traces)
         else:

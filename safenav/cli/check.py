@@ -14,10 +14,9 @@ from safenav.cli import options, warn
 from safenav.errors import ExitCode
 from safenav.explain.summary import explain_unrealizable
 from safenav.explain.vacuity import vacuous_wins
-from safenav.report.terminal.promises import promise_data, promise_lines
+from safenav.report.terminal.line_explanation import vacuity_data, vacuity_lines
 from safenav.report.terminal.synthesis_progress import WaitingLine
-from safenav.report.terminal.vacuity_warning import vacuity_data, vacuity_lines
-from safenav.report.terminal.worst_cases import worst_data, worst_lines
+from safenav.report.terminal.worst_cases import promise_data, promise_lines, worst_data, worst_lines
 from safenav.runtime.analysis.ahead import run_ahead
 from safenav.runtime.coordination.foresight import foreseen
 from safenav.runtime.deadlines.worst import visited, worst_cases

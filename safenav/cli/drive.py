@@ -11,9 +11,9 @@ from msgspec.structs import replace
 
 from safenav.cli import options, warn
 from safenav.cli.playing import Performance, attendant
-from safenav.fleet.connecting import fleet_world
 from safenav.fleet.fleet_file import load_fleet
-from safenav.fleet.recording import DriveRecording
+from safenav.fleet.transport import DriveRecording
+from safenav.fleet.world import fleet_world
 from safenav.outfile import write_out
 from safenav.runtime.mission import Mission, default_synthesizer
 from safenav.scenario.lint import oversized
@@ -131,7 +131,7 @@ def command(
         connection.close()
         if motion is not None and run.trace is not None and world is not None:
             from safenav.fleet.driven import driven_motion
-            from safenav.motion.file.writing import text_of
+            from safenav.motion.file.reading import text_of
 
             began = run.mission.began
             made = driven_motion(read_trace(run.trace), world, stations.stations, began)

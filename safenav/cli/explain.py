@@ -11,8 +11,8 @@ from safenav.cli import options, specification
 from safenav.errors import ExitCode, InputError, UsageError, exit_code_of
 from safenav.report.terminal.explanation_text import explanation_data, explanation_lines
 from safenav.report.terminal.postmortem_text import postmortem_data, postmortem_lines
-from safenav.report.terminal.promises import promise_lines
 from safenav.report.terminal.synthesis_progress import WaitingLine
+from safenav.report.terminal.worst_cases import promise_lines
 from safenav.runtime.analysis.ahead import run_ahead
 from safenav.runtime.analysis.postmortem import explain_run
 from safenav.runtime.explanation import explain_team

@@ -76,7 +76,7 @@ def command(
 ) -> int:
     """Compute the motion of TRACE: how each robot moves in metres and seconds, so that every
     guarantee of the run holds at every instant."""
-    from safenav.motion.file.writing import text_of
+    from safenav.motion.file.reading import text_of
     from safenav.motion.making import SIDE, Disturbances, motion_of
     from safenav.motion.report import report_of
 

@@ -185,7 +185,7 @@ def _refuse_same_files(scenario: Path, outputs: dict[str, Path | None]) -> None:
 
 def _write_motion(trace: Path, motion: Path) -> list[str]:
     """Write the motion of a run; returns which requirements of the scenario it does not satisfy."""
-    from safenav.motion.file.writing import text_of
+    from safenav.motion.file.reading import text_of
     from safenav.motion.making import motion_of
     from safenav.motion.requirements import MotionRecording, judged, requirements_of
 

@@ -13,8 +13,8 @@ from safenav.explain.summary import explain_unrealizable
 from safenav.explain.vacuity import vacuous_wins
 from safenav.outfile import write_out
 from safenav.report.picture.automaton import svg_of_strategy
+from safenav.report.terminal.line_explanation import vacuity_lines
 from safenav.report.terminal.synthesis_progress import WaitingLine
-from safenav.report.terminal.vacuity_warning import vacuity_lines
 from safenav.runtime.coordination.strategy_search import TaskResult
 from safenav.runtime.mission import default_synthesizer, first_results
 from safenav.scenario.model import Scenario

@@ -17,8 +17,7 @@ import safenav
 from safenav.fleet.fleet_file import Station
 from safenav.fleet.following import Follower
 from safenav.fleet.place import Places
-from safenav.fleet.recording import SentGoal
-from safenav.fleet.transport import Located
+from safenav.fleet.transport import Located, SentGoal
 from safenav.fleet.world import FleetWorld
 from safenav.motion.file.records import (
     Action,

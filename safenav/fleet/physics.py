@@ -1,7 +1,7 @@
 """Robots, walls, doors and boxes in MuJoCo: a lab without robots, for rehearsals and tests.
 
 A robot on the ground is a capsule that slides and turns under limited forces, a walker that tracks
-its footsteps an inverted pendulum (``safenav.fleet.walk``); a quadcopter is a point mass whose
+its footsteps an inverted pendulum (``BalancedWalk``); a quadcopter is a point mass whose
 accelerations the 20 Hz quadratic programme of ``safenav.motion.flyer`` commands (paper, Section
 VII). A door is two leaves on hinges with damping, wide open only where somebody has
 pushed it by contact; a region of uncertainty has no body, and is noticed beside it; anything else

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from safenav.errors import UsageError
 from safenav.fleet import ros
 from safenav.fleet.fleet_file import Network, Station
-from safenav.fleet.streaming import Streams
+from safenav.fleet.ros import Streams
 from safenav.fleet.transport import (
     GoalEnd,
     GoalEnded,

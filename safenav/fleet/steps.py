@@ -1,10 +1,12 @@
-"""The steps of driven robots: goals sent, watched, tried again or given up, and where they end."""
+"""The steps of driven robots: goals sent, watched, tried again or given up, and where they end;
+with the state of robots and their commands, which the world owns."""
 
 from __future__ import annotations
 
 import queue
 import time
 from collections.abc import Callable, Mapping
+from enum import Enum, auto
 from math import inf
 from typing import TYPE_CHECKING
 
@@ -12,21 +14,75 @@ from msgspec import Struct
 
 from safenav.errors import ExitCode, SafenavError
 from safenav.extras import missing
-from safenav.fleet.acting import FleetProgress
+from safenav.fleet.acting import FleetProgress, TeamAction
 from safenav.fleet.fleet_file import Station
 from safenav.fleet.place import Places
-from safenav.fleet.recording import DriveRecording
 from safenav.fleet.sensing import Sensing
-from safenav.fleet.task import DrivenRobot, FleetTask, Phase
-from safenav.fleet.transport import GoalEnd, GoalEnded, GoalPoint, Message, Transport
+from safenav.fleet.transport import (
+    DriveRecording,
+    GoalEnd,
+    GoalEnded,
+    GoalPoint,
+    Located,
+    Message,
+    Transport,
+)
 from safenav.runtime.worlds.protocol import Arrived, Blocked, Elsewhere, Failed, Lost, WorldEvent
-from safenav.scenario.model import Obstacle, Scenario
+from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.world.frame import Frame
 from safenav.world.map import Region
 from safenav.world.moves import Mobility, Pose
 
 if TYPE_CHECKING:
     from safenav.fleet.following import Follower, Following
+
+
+class Phase(Enum):
+    """A phase of a command."""
+
+    GOING = auto()
+    STOPPING = auto()
+    RETURNING = auto()
+    LOOKING = auto()
+    ACTING = auto()
+
+
+class FleetTask(Struct):
+    """A command under way. ``left``: times that its goal may be sent again; ``due``: when its
+    present phase is to be over, on the world's clock; ``back``: it failed, and the robot was sent
+    back to where it set out."""
+
+    command: int
+    start: Pose
+    to: Pose
+    left: int
+    phase: Phase
+    goal: int = 0
+    due: float = inf
+    reason: str = ""
+    since: float = -inf
+    team_action: TeamAction | None = None
+    back: bool = False
+
+
+class DrivenRobot(Struct):
+    """The state of a robot. ``heard``: when its newest odometry came, on the world's clock;
+    ``looked``: the stamp of its newest reading."""
+
+    robot: Robot
+    station: Station
+    pose: Pose
+    place: Located | None = None
+    heard: float = -inf
+    looked: float = -inf
+    task: FleetTask | None = None
+
+    @property
+    def regions(self) -> frozenset[Region]:
+        """Those that it has: where it stands, and those of its step."""
+        step = (self.task.start, self.task.to) if self.task is not None else ()
+        return frozenset(pose.region for pose in (self.pose, *step))
+
 
 FRESH = 1.0
 """Seconds for which an arrival waits for a reading that was taken after it."""

@@ -15,14 +15,26 @@ from contextlib import suppress
 from functools import partial
 from math import hypot, inf
 
+from safenav.extras import missing
 from safenav.fleet import transport
 from safenav.fleet.acting import TeamAction
+from safenav.fleet.fleet_file import FleetFile, TransportKind
+from safenav.fleet.place import Places
 from safenav.fleet.sensing import Sighting
-from safenav.fleet.steps import FRESH, SETTLING, FleetError, FleetSteps
-from safenav.fleet.task import DrivenRobot, FleetTask, Phase
+from safenav.fleet.steps import (
+    FRESH,
+    SETTLING,
+    DrivenRobot,
+    FleetClock,
+    FleetError,
+    FleetSteps,
+    FleetTask,
+    Phase,
+)
+from safenav.fleet.transport import DriveRecording, Transport
 from safenav.runtime.failures import lost
 from safenav.runtime.worlds.protocol import Acted, Lost, Sensed, WorldEvent
-from safenav.scenario.model import Obstacle, Robot
+from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.records import Depart, Record
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
@@ -319,3 +331,37 @@ class FleetWorld(FleetSteps):
             if region in other.regions or (at is not None and hypot(at.x - x, at.y - y) < size):
                 return True
         return False
+
+
+def fleet_world(
+    scenario: Scenario, fleet: FleetFile, recording: DriveRecording | None = None
+) -> FleetWorld:
+    """Return the world, not yet open; ``recording`` takes what is sent and measured.
+
+    Raises UsageError if the transport's library is missing."""
+    stations = fleet.stations
+    if fleet.transport is TransportKind.SIMULATION:
+        from safenav.fleet.simulation import SimulationTransport
+
+        FleetWorld.check(scenario)
+        simulated = SimulationTransport(scenario, stations, fleet.simulation)
+        clock = FleetClock(lambda: simulated.physics.now, simulated.step)
+        return FleetWorld(scenario, stations, simulated, clock, recording)
+    transport: Transport
+    if fleet.transport is TransportKind.ROS1:
+        from safenav.fleet.ros1 import Ros1Transport
+
+        transport = Ros1Transport(fleet.network, stations, fleet.inputs)
+    elif fleet.transport is TransportKind.PYROBOSIM:
+        from safenav.fleet.pyrobosim.transport import PyrobosimTransport
+
+        assert fleet.pyrobosim is not None
+        places = Places(scenario.map, FleetWorld.check(scenario))
+        transport = PyrobosimTransport(places, stations, fleet.pyrobosim)
+    else:
+        try:
+            from safenav.fleet.ros2.transport import Ros2Transport
+        except ImportError as error:
+            raise missing("transport ros2", "cyclonedds", "ros2") from error
+        transport = Ros2Transport(fleet.network, stations, fleet.inputs)
+    return FleetWorld(scenario, stations, transport, recording=recording)

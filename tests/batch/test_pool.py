@@ -11,7 +11,7 @@ import pytest
 
 from batch.made_scenarios import SlugsLog, Write, scenario
 from safenav.batch.cases.case import Case, CaseVerdict, Conditions
-from safenav.batch.workers.backend import Arrival
+from safenav.batch.session import Arrival
 from safenav.batch.workers.pool import LocalPool
 from safenav.batch.workers.worker import Worker
 from safenav.errors import SafenavError

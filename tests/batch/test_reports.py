@@ -12,9 +12,8 @@ import pytest
 import xmlschema
 from msgspec.structs import replace
 
-from safenav.batch.baseline import BaselineComparison, compare
+from safenav.batch.baseline import BaselineComparison, compare, without_effect
 from safenav.batch.cases.case import Case, CaseVerdict, Result, without_a_run
-from safenav.batch.effect import without_effect
 from safenav.batch.results_file import read_results, to_csv, to_json
 from safenav.batch.session import Report
 from safenav.errors import UsageError

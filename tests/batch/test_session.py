@@ -9,8 +9,7 @@ from msgspec import convert
 
 from safenav.batch.cases.case import Case, CaseVerdict, Result, without_a_run
 from safenav.batch.journal import StateFile
-from safenav.batch.session import Report, run_batch
-from safenav.batch.workers.backend import Arrival
+from safenav.batch.session import Arrival, Report, run_batch
 from safenav.errors import UsageError
 
 CASES = tuple(Case(f"{letter}.yaml", f"{letter}.yaml", letter) for letter in "abcd")

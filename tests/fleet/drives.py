@@ -8,15 +8,14 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
-from safenav.fleet.connecting import fleet_world
 from safenav.fleet.driven import driven_motion
 from safenav.fleet.fleet_file import load_fleet
-from safenav.fleet.recording import DriveRecording
+from safenav.fleet.transport import DriveRecording
+from safenav.fleet.world import fleet_world
 from safenav.motion.check.examination import Finding
 from safenav.motion.check.verdict import check_motion
-from safenav.motion.file.reading import parsed
+from safenav.motion.file.reading import parsed, text_of
 from safenav.motion.file.records import Motion
-from safenav.motion.file.writing import text_of
 from safenav.runtime.mission import Mission
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.settings import Clock

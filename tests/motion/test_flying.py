@@ -11,9 +11,8 @@ from motion.runs import played, trace_of
 from once import made_once
 from safenav.errors import UsageError
 from safenav.motion.check.verdict import check_motion
-from safenav.motion.file.reading import parsed
+from safenav.motion.file.reading import parsed, text_of
 from safenav.motion.file.records import Flight, FlownTrack, Motion
-from safenav.motion.file.writing import text_of
 from safenav.motion.flyer.tracking import HORIZON, AxisTracker
 from safenav.motion.making import Disturbances, motion_of
 from safenav.trace.reading import read_bytes

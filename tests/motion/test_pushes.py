@@ -17,9 +17,8 @@ from motion.test_walking import walker, wandering
 from motion.walking import lateral_order, longest_step, mass, swing_path
 from safenav.errors import UsageError
 from safenav.motion.check.verdict import check_motion
-from safenav.motion.file.reading import parsed
+from safenav.motion.file.reading import parsed, text_of
 from safenav.motion.file.records import BodyPush, Segment
-from safenav.motion.file.writing import text_of
 from safenav.motion.geometry import Box
 from safenav.motion.making import Disturbances, motion_of
 from safenav.motion.walker.courses import Actual, PendingMove

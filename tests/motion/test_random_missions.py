@@ -15,8 +15,7 @@ from fuzz.mixed import metric_mission
 from motion.runs import played
 from safenav.errors import InputError
 from safenav.motion.check.verdict import check_motion
-from safenav.motion.file.reading import parsed
-from safenav.motion.file.writing import text_of
+from safenav.motion.file.reading import parsed, text_of
 from safenav.motion.making import motion_of
 from safenav.trace.reading import read_bytes
 

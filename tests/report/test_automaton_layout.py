@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from safenav.report.picture.automaton_layout import BoxLayout, Point, laid_out, layers_of
+from safenav.report.picture.automaton import BoxLayout, Point, laid_out, layers_of
 
 BOX = (90.0, 44.0)
 

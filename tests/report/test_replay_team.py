@@ -14,9 +14,8 @@ from report import made_traces, team_trace
 from safenav.cli.draw import command as draw_command
 from safenav.cli.replay import command as replay_command
 from safenav.errors import InputError, UsageError
-from safenav.report.page.encode import encoded
+from safenav.report.page.encode import RegionSets, encoded, written
 from safenav.report.page.html import page_of
-from safenav.report.page.region_sets import RegionSets, written
 from safenav.report.picture.scene import Options, svg_of
 from safenav.report.replay.perception import SightCache, shading_lines, shading_of, viewers
 from safenav.report.replay.reading import read_replay

@@ -14,7 +14,7 @@ from safenav.errors import UsageError
 from safenav.motion.columns import columns_of
 from safenav.motion.file.records import Action
 from safenav.motion.making import motion_of
-from safenav.report.view3d.encode import RATE, encoded_motion, packed
+from safenav.report.view3d.html import RATE, encoded_motion, packed
 from safenav.trace.reading import read_trace
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "case_study_1.yaml"

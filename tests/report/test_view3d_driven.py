@@ -18,8 +18,7 @@ from report.browser import Browser
 from report.test_view3d import PICTURE
 from safenav.motion.columns import columns_of
 from safenav.motion.file.records import GoalLine, Measured, Motion
-from safenav.report.view3d.encode import RATE, encoded_motion
-from safenav.report.view3d.html import page3d_of
+from safenav.report.view3d.html import RATE, encoded_motion, page3d_of
 
 EAST = 0.6
 """Metres by which every measurement is moved."""

@@ -2,7 +2,7 @@
 
 import pytest
 
-from safenav.studio.guard import UPLOAD, Guard
+from safenav.studio.server import UPLOAD, Guard
 
 GUARD = Guard("secret", 7246)
 OURS = {"Host": "127.0.0.1:7246"}

@@ -15,7 +15,7 @@ from safenav.runtime.user_changes import Close, Give, Serve
 from safenav.scenario.objective import Hold
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_draft, load_scenario
-from safenav.studio import saving
+from safenav.studio import session
 from safenav.studio.editing import beginnings, importing
 from safenav.trace.records import Record
 from safenav.trace.writing import as_data
@@ -46,27 +46,27 @@ def trace() -> bytes:
 def test_a_picture_of_every_tick(trace: bytes) -> None:
     lines = trace.splitlines(keepends=True)
     short = b"".join(line for line in lines if json.loads(line).get("tick", 0) <= 1)
-    with zipfile.ZipFile(io.BytesIO(saving.frames(short, "run.jsonl"))) as files:
+    with zipfile.ZipFile(io.BytesIO(session.frames(short, "run.jsonl"))) as files:
         names = files.namelist()
         assert names == ["tick-0000.png", "tick-0001.png"]
         assert all(files.read(name).startswith(b"\x89PNG") for name in names)
 
 
 def test_too_many_pictures_are_refused(trace: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(saving, "MOST_FRAMES", 3)
+    monkeypatch.setattr(session, "MOST_FRAMES", 3)
     with pytest.raises(UsageError, match="at most 3"):
-        saving.frames(trace, "run.jsonl")
+        session.frames(trace, "run.jsonl")
 
 
 def test_the_run_so_far_in_three_dimensions(trace: bytes) -> None:
-    page = saving.page_3d(trace, "run.jsonl")
+    page = session.page_3d(trace, "run.jsonl")
     assert b'id="motion"' in page and b"</html>" in page
 
 
 def test_the_bundle_of_a_changed_run_is_accepted_by_its_own_checker(
     trace: bytes, tmp_path: Path
 ) -> None:
-    with zipfile.ZipFile(io.BytesIO(saving.bundle(trace, "run.jsonl"))) as files:
+    with zipfile.ZipFile(io.BytesIO(session.bundle(trace, "run.jsonl"))) as files:
         files.extractall(tmp_path)
     (checker,) = tmp_path.rglob("check.py")
     command = [sys.executable, "-I", "-S", str(checker), str(checker.parent)]

@@ -14,7 +14,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from safenav.batch.cases.case import Case, Conditions
-from safenav.batch.workers.backend import Arrival
+from safenav.batch.session import Arrival
 from safenav.batch.workers.worker import Worker, with_news
 
 

@@ -1,17 +1,31 @@
-"""Reads a motion file into typed records: every line is checked for its fields and their types.
+"""Reads a motion file into typed records, and writes one as JSON Lines.
 
-Lines of types that this version does not know are skipped; further fields likewise.
+What is read is checked line by line: fields, and their types. Lines of types that this version
+does not know are skipped; further fields likewise.
 """
 
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
+from math import ceil, log10
 from pathlib import Path
 from typing import Any
 
 from safenav.errors import Diagnostic, InputError
-from safenav.motion.file.records import TYPES, VERSION, Line, Motion, MotionHeader, MotionOutcome
-from safenav.trace.fields import WrongError, convert
+from safenav.lines import json_line
+from safenav.motion.file.records import (
+    TYPES,
+    VERSION,
+    Arc,
+    Curve,
+    Line,
+    Motion,
+    MotionHeader,
+    MotionOutcome,
+    Numbers,
+)
+from safenav.trace.fields import WrongError, convert, entries, is_row
 
 _DIAGNOSTIC_LIMIT = 20
 
@@ -76,3 +90,49 @@ def _header(data: Any, kind: object) -> MotionHeader:
         raise _HeaderError(f"motion version {data['motion']!r}: this safenav reads {VERSION}")
     header: MotionHeader = convert(MotionHeader, data)
     return header
+
+
+NAMES = {kind: name for name, kind in TYPES.items()}
+
+DECIMALS = 12
+"""Decimals of metres, seconds and radians: joins are exact to 1e-9."""
+
+
+def text_of(motion: Motion) -> str:
+    """The lines of the file."""
+    header = motion.header
+    lines: list[dict[str, object]] = [{"type": "header", "motion": VERSION, **_object(header)}]
+    lines += [{"type": NAMES[type(line)], **_object(line)} for line in motion.lines]
+    lines.append({"type": "outcome", **_object(motion.outcome)})
+    return "".join(map(json_line, lines))
+
+
+def _object(record: object) -> dict[str, object]:
+    kind: Any = type(record)
+    return {entry.key: _plain(getattr(record, entry.name)) for entry in entries(kind)}
+
+
+def _plain(value: object) -> object:
+    if isinstance(value, float):
+        return round(value, DECIMALS) + 0.0  # no -0.0
+    if isinstance(value, tuple | list):
+        return [_plain(item) for item in value]
+    if isinstance(value, Mapping):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, Curve):
+        polynomials = (value.x, value.y, value.z, value.yaw)
+        return [_plain(value.seconds), *(_polynomial(p, value.seconds) for p in polynomials)]
+    if isinstance(value, Arc):
+        pose = _plain((value.x, value.y, value.yaw, value.curvature))
+        assert isinstance(pose, list)
+        return [_plain(value.seconds), *pose, _polynomial(value.way, value.seconds)]
+    kind: Any = type(value)
+    if is_row(kind):
+        return [_plain(getattr(value, entry.name)) for entry in entries(kind)]
+    return value
+
+
+def _polynomial(coefficients: Numbers, seconds: float) -> list[float]:
+    """With more decimals for higher powers: at the end each adds the same error."""
+    more = log10(max(seconds, 1.0))
+    return [round(c, DECIMALS + ceil(k * more)) + 0.0 for k, c in enumerate(coefficients)]

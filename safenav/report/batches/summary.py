@@ -6,9 +6,8 @@ from collections.abc import Sequence
 
 import click
 
-from safenav.batch.baseline import BaselineComparison
+from safenav.batch.baseline import BaselineComparison, without_effect
 from safenav.batch.cases.case import Result
-from safenav.batch.effect import without_effect
 from safenav.batch.results_file import counts
 from safenav.batch.session import Report
 from safenav.report.terminal.table import table

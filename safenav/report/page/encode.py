@@ -2,6 +2,8 @@
 
 Values that change now and then are lists of [tick, value...]; ways are lists of regions and a
 letter for each heading: a thousand ticks of a robot take about five kilobytes.
+A set of regions is written once, as a list of runs of consecutive regions; of each run the gap
+before it and its length: ``14,3,7,2`` (front/src/run/sets.ts).
 """
 
 from __future__ import annotations
@@ -9,9 +11,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
+from msgspec import Struct, field
 from msgspec.structs import asdict
 
-from safenav.report.page.region_sets import RegionSets
 from safenav.report.picture.glyphs import EVENT_MARKS, NOSE, STATUS_MARKS
 from safenav.report.picture.pictograms import CHARGER, obstacle_pictogram, robot_pictogram
 from safenav.report.replay.perception import SightCache, viewers
@@ -33,6 +35,34 @@ from safenav.trace.looks import looks
 from safenav.trace.wording import objective_words
 from safenav.trace.words import seconds_words
 from safenav.world.map import Region, RegionMap
+
+
+class RegionSets(Struct):
+    """Collects sets; ``index`` is the index of one in ``texts``."""
+
+    texts: list[str] = field(default_factory=list)
+    _places: dict[str, int] = field(default_factory=dict)
+
+    def index(self, regions: Iterable[Region]) -> int:
+        """Return the index of the set with these regions, which must ascend."""
+        text = written(regions)
+        if text not in self._places:
+            self._places[text] = len(self.texts)
+            self.texts.append(text)
+        return self._places[text]
+
+
+def written(regions: Iterable[Region]) -> str:
+    """Return regions, ascending, as gaps and lengths of runs."""
+    numbers: list[int] = []
+    end = 0
+    for region in regions:
+        if numbers and region == end:
+            numbers[-1] += 1
+        else:
+            numbers += [region - end, 1]
+        end = region + 1
+    return ",".join(map(str, numbers))
 
 
 def encoded(replay: Replay, source: str) -> dict[str, Any]:

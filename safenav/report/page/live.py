@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from safenav.report.page import encode
-from safenav.report.page.region_sets import written
+from safenav.report.page.encode import written
 from safenav.report.replay.perception import CLOSED, SightCache
 from safenav.report.replay.reading import ReplayBuilder
 from safenav.report.replay.timeline import Hidden

@@ -1,4 +1,5 @@
-"""Why a specification from a file is unrealizable, or wins too easily, by its lines."""
+"""Why a specification from a file is unrealizable, by its lines; and vacuous wins as warnings, of
+specifications and of robots, with the path to each."""
 
 from __future__ import annotations
 
@@ -127,4 +128,35 @@ def _data(constraint: Constraint) -> dict[str, str]:
         "formula": constraint.formula,
         "item": constraint.origin.item,
         "rule": constraint.origin.rule,
+    }
+
+
+_STEPS = 12
+
+
+def vacuity_lines(robot: str, vacuity: Vacuity, strategy: Strategy) -> Iterator[str]:
+    """Yield the text; the first line is the warning itself."""
+    verb = "could win" if vacuity.way is Way.FORCED else "may win"
+    yield f"{robot} {verb} by breaking its own assumptions: {vacuity.way.value}"
+    if vacuity.way in (Way.UNFAIR, Way.NO_BEGINNING):
+        for origin in vacuity.origins[:_STEPS]:
+            yield f"  assumption: {origin.item}: {origin.rule}"
+    if vacuity.path:
+        count = counted(len(vacuity.path) - 1, "step")
+        yield f"  it happens after {count}, if the other robots do this:"
+        skipped = max(0, len(vacuity.path) - _STEPS)
+        if skipped:
+            yield f"    ... {counted(skipped, 'step')} before"
+        for node in vacuity.path[skipped:]:
+            yield f"    {node_words(node, strategy)}"
+
+
+def vacuity_data(vacuity: Vacuity, strategy: Strategy) -> dict[str, Any]:
+    """Return the same for machines."""
+    return {
+        "way": vacuity.way.name.lower(),
+        "says": vacuity.way.value,
+        "nodes": vacuity.nodes,
+        "assumptions": [{"item": o.item, "rule": o.rule} for o in vacuity.origins],
+        "path": [strategy.values(node) for node in vacuity.path],
     }

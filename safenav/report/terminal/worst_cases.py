@@ -1,11 +1,14 @@
-"""The best and the worst times of resolutions, for people and as data."""
+"""The best and the worst times of resolutions, and promises on rounds and on the mission as
+simulated: for people and as data."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from safenav.runtime.analysis.ahead import Ahead
 from safenav.runtime.deadlines.worst import Times, Worst
+from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Word
 from safenav.trace.words import obstacle_words
 from safenav.world.moves import Pose
@@ -58,3 +61,67 @@ def _moment(moment: Mapping[str, Pose], word: Word) -> str:
         for name, pose in moment.items()
     ]
     return ", ".join(told)
+
+
+MISSION = "mission"
+
+
+def promise_lines(scenario: Scenario, ahead: Ahead | None) -> Iterator[str]:
+    """``within 12 of digit: kept, as simulated until the mission is completed in tick 30``."""
+    for of, most in _promised(scenario) if ahead is not None else ():
+        assert ahead is not None
+        what = f"by {most}" if of == MISSION else f"within {most} of {of}"
+        yield f"{what}: {_verdict(of, most, ahead, _unseen(scenario))}"
+
+
+def promise_data(scenario: Scenario, ahead: Ahead | None) -> list[dict[str, Any]]:
+    """The same for programs: ``verdict`` is kept, late or none."""
+    if ahead is None:
+        return []
+    found = []
+    for of, most in _promised(scenario):
+        verdict = "late" if _late(of, most, ahead) is not None else "kept"
+        decided = ahead.completed is not None or (ahead.repeats is not None and of != MISSION)
+        verdict = verdict if verdict == "late" or decided else "none"
+        more = {"completed": ahead.completed, "repeats": ahead.repeats, "why": ahead.why or None}
+        found.append({"of": of, "most": most, "verdict": verdict, **more})
+    return found
+
+
+def _promised(scenario: Scenario) -> Iterator[tuple[str, int]]:
+    for robot in scenario.robots:
+        if robot.within is not None:
+            yield robot.name, robot.within
+    if scenario.until.by is not None:
+        yield MISSION, scenario.until.by
+
+
+def _late(of: str, most: int, ahead: Ahead) -> int | None:
+    """The first tick in which a promise is late."""
+    if of == MISSION and ahead.completed is not None and ahead.completed > most:
+        return most + 1
+    return ahead.late.get(of)
+
+
+def _unseen(scenario: Scenario) -> str:
+    """The parts of the scenario that the simulation leaves out."""
+    orders = any(obstacle.ordered for obstacle in scenario.obstacles)
+    obstacles = any(not obstacle.ordered for obstacle in scenario.obstacles)
+    left = [word for word, has in (("obstacles", obstacles), ("orders", orders)) if has]
+    return f" without {' and '.join(left)}" if left else ""
+
+
+def _verdict(of: str, most: int, ahead: Ahead, unseen: str) -> str:
+    late = _late(of, most, ahead)
+    steps = unseen + (", with the slowest steps" if ahead.slowest else "")
+    if ahead.why:
+        return f"no promise: {ahead.why}"
+    if late is not None:
+        done = f", completed in tick {ahead.completed}" if ahead.completed is not None else ""
+        return f"late in tick {late}, as simulated{steps}{done if of == MISSION else ''}"
+    if ahead.repeats is not None and of != MISSION:
+        first, again = ahead.repeats
+        return f"kept forever, as simulated{steps}: tick {again} is as tick {first}"
+    if ahead.completed is not None:
+        return f"kept, as simulated{steps}: the mission is completed in tick {ahead.completed}"
+    return "no promise: the simulated run neither ended nor repeated itself"

@@ -2,29 +2,203 @@
 
 The program is large (three.js), so it travels deflated and is unpacked by the browser. Its
 sources are beside those of the flat page (``report/page/front``), with which it shares all but
-the stage.
+the stage. Motions are sampled ``RATE`` times per second, in the frame of the map, in thousandths of
+a metre or radian, column by column as differences: a minute of a walker takes about ten kilobytes
+(types: front/src/view3d/motion.ts).
 """
 
 from __future__ import annotations
 
+import struct
 import zlib
 from base64 import b64encode
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from importlib.resources import files
+from typing import Any
 
+import numpy as np
 from msgspec.structs import replace
+from numpy.typing import NDArray
 
-from safenav.motion.file.records import Motion
+from safenav.errors import UsageError
+from safenav.motion.columns import columns_of
+from safenav.motion.file.records import (
+    Action,
+    FlownTrack,
+    GoalLine,
+    Measured,
+    Motion,
+    Release,
+    Reserve,
+    Segment,
+)
 from safenav.motion.in_time import in_time, turns_in_time
 from safenav.motion.requirements import curves
 from safenav.report.page.encode import encoded
 from safenav.report.page.html import data_element, document
 from safenav.report.replay.reading import SAME, replay_of
 from safenav.report.replay.timeline import Changes
-from safenav.report.view3d.encode import encoded_motion
 from safenav.trace.trace import Trace
+
+RATE = 20
+"""Samples per second."""
+MOST = 1_000_000
+"""Metres, or radians: thousandths up to here, and their differences, fit in four bytes."""
+
+GRAVITY = 9.81
+
+Array = NDArray[np.float64]
+
+_WALKER = {
+    **{"x": "com_x", "y": "com_y", "z": "com_z", "yaw": "yaw"},
+    **{f"l{name}": f"left_{name}" for name in ("x", "y", "z", "yaw")},
+    **{f"r{name}": f"right_{name}" for name in ("x", "y", "z", "yaw")},
+}
+_BODY = {name: name for name in ("x", "y", "z", "yaw")}
+
+
+def encoded_motion(motion: Motion) -> dict[str, Any]:
+    """Return the data of the page."""
+    names = list(motion.header.robots)
+    tracks = [_track(motion, name) for name in names]
+    return {
+        "side": motion.header.side,
+        "seconds": motion.outcome.makespan,
+        "rate": RATE,
+        "samples": tracks[0]["samples"] if tracks else 0,
+        "tracks": tracks,
+        "reserved": [
+            [names.index(robot), region, round(begin, 3), round(end, 3)]
+            for robot, region, begin, end in _reserved(motion)
+        ],
+        "actions": [
+            [names.index(a.robot), a.obstacle, a.action, round(a.t0, 3), round(a.t1, 3)]
+            for a in motion.of(Action)
+        ],
+    }
+
+
+def _track(motion: Motion, robot: str) -> dict[str, Any]:
+    described = motion.header.robots[robot]
+    columns = columns_of(motion, robot, RATE, in_world=False)
+    walks = "com_x" in columns.columns
+    found = {name: columns.columns[given] for name, given in (_WALKER if walks else _BODY).items()}
+    if described["kind"] == "flyer":
+        found |= _attitude(motion, robot, columns.times, columns.columns)
+    return {
+        "kind": described["kind"],
+        "size": described["size"],
+        "samples": len(columns.times),
+        **_packed(found),
+        "feet": [list(foot) for foot in _feet(motion, robot)],
+        **_ghost(motion, robot, columns.times, list(found)),
+    }
+
+
+def _ghost(motion: Motion, robot: str, times: Array, names: list[str]) -> dict[str, Any]:
+    """Return the plan of a robot whose columns are measured: of one with a reference that, of one
+    with goals the goal that it has, or had last."""
+    if not motion.of(Measured, robot):
+        return {}
+    goals = motion.of(GoalLine, robot)
+    columns = columns_of(motion, robot, RATE, in_world=False, planned=not goals).columns
+    wanted = _WALKER if "com_x" in columns else _BODY
+    found = {name: columns[wanted[name]].copy() for name in names if name in wanted}
+    if goals:
+        for goal in goals:
+            since = times >= goal.t0
+            found["x"][since], found["y"][since] = goal.x, goal.y
+            if goal.yaw is not None:
+                found["yaw"][since] = goal.yaw
+        first = times < goals[0].t0
+        for name in ("x", "y", "yaw"):
+            found[name][first] = found[name][0]
+    return {"ghost": _packed(found)}
+
+
+def _packed(found: Mapping[str, Array]) -> dict[str, Any]:
+    """Return names and values of columns; angles without jumps of a whole turn."""
+    smooth = (np.unwrap(c) if name.endswith("yaw") else c for name, c in found.items())
+    return {"columns": list(found), "data": packed(column.tolist() for column in smooth)}
+
+
+def _attitude(
+    motion: Motion, robot: str, times: Array, columns: Mapping[str, Array]
+) -> dict[str, Array]:
+    """Return position and quaternion of a flyer: as it was simulated in wind, else tilted by the
+    thrust that its reference takes (thrust along the body's z axis, then turned by its yaw)."""
+    rows = [
+        (line.t0 + index * line.step, row)
+        for line in motion.of(FlownTrack, robot)
+        for index, row in enumerate(line.rows)
+    ]
+    if rows:
+        at = np.array([time for time, _ in rows])
+        table = np.array([row for _, row in rows])
+        names = {"x": 0, "y": 1, "z": 2, "qw": 6, "qx": 7, "qy": 8, "qz": 9}
+        return {name: np.interp(times, at, table[:, i]) for name, i in names.items()}
+    up = np.stack([columns["acc_x"], columns["acc_y"], columns["acc_z"] + GRAVITY], axis=1)
+    up /= np.linalg.norm(up, axis=1, keepdims=True)
+    # The shortest rotation from (0, 0, 1) to ``up``, after a turn about z by the yaw.
+    w = np.sqrt((1 + up[:, 2]) / 2)
+    x, y = -up[:, 1] / (2 * w), up[:, 0] / (2 * w)
+    cos, sin = np.cos(columns["yaw"] / 2), np.sin(columns["yaw"] / 2)
+    return {
+        "qw": w * cos,
+        "qx": x * cos + y * sin,
+        "qy": y * cos - x * sin,
+        "qz": w * sin,
+    }
+
+
+def _feet(motion: Motion, robot: str) -> Iterator[tuple[int, ...]]:
+    """Yield the footholds: x, y and yaw (thousandths), side, down and up (ms), each once."""
+    latest: dict[int, tuple[int, int]] = {}
+    for line in motion.of(Segment, robot):
+        for foot in sorted(line.feet, key=lambda foot: foot.down):
+            place = (round(foot.x * 1000), round(foot.y * 1000))
+            if latest.get(foot.side) != place:
+                latest[foot.side] = place
+                down, up = (round((line.t0 + t) * 1000) for t in (foot.down, foot.up))
+                yield (*place, round(foot.yaw * 1000), foot.side, down, up)
+
+
+def _reserved(motion: Motion) -> Iterator[tuple[str, int, float, float]]:
+    """Yield each reservation: robot, region, start and end time."""
+    since: dict[tuple[str, int], float] = {}
+    for line in motion.lines:
+        if isinstance(line, Reserve):
+            since.setdefault((line.robot, line.region), line.t)
+        elif isinstance(line, Release):
+            begin = since.pop((line.robot, line.region), None)
+            if begin is not None:
+                yield line.robot, line.region, begin, line.t
+    for (robot, region), begin in since.items():
+        yield robot, region, begin, motion.outcome.makespan + 1
+
+
+def packed(columns: Iterable[Sequence[float]]) -> str:
+    """Return all columns one after the other; the first value of each is absolute, the others are
+    differences. A difference of less than 128 thousandths takes one byte, any other five.
+
+    Raises UsageError for a value that four bytes of thousandths cannot hold."""
+    found = bytearray()
+    for column in columns:
+        before = 0
+        for value in column:
+            if not abs(value) < MOST:
+                found_there = f"the motion has a value of {value:.6g}"
+                raise UsageError(f"{found_there}; the 3D page holds values below {MOST:,}")
+            now = round(value * 1000)
+            step = now - before
+            found += (
+                struct.pack("<b", step) if -128 < step < 128 else struct.pack("<bi", -128, step)
+            )
+            before = now
+    return b64encode(zlib.compress(bytes(found), 9)).decode()
+
 
 _LOADER = """\
 (async () => {

@@ -19,7 +19,6 @@ from ruamel.yaml.error import YAMLError
 
 from safenav.errors import UsageError
 from safenav.scenario.reading.catalogue import LIBRARY
-from safenav.studio.editing.areas import add_area, remove_area, rename_area
 from safenav.studio.editing.keys import ordered_keys
 from safenav.studio.editing.places import LISTS, MapPlaces, any_of
 from safenav.studio.editing.robots import (
@@ -33,7 +32,14 @@ from safenav.studio.editing.robots import (
     set_objective,
 )
 from safenav.studio.editing.round_trip import Operation, changed, inline, parsed, put
-from safenav.studio.editing.walls import name_region, paint, resize
+from safenav.studio.editing.walls import (
+    add_area,
+    name_region,
+    paint,
+    remove_area,
+    rename_area,
+    resize,
+)
 
 
 def edited(text: str, operation: Operation) -> str:

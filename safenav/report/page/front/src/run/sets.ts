@@ -1,4 +1,4 @@
-/** Sets of regions as `safenav/report/page/region_sets.py` writes them, and their shapes. */
+/** Sets of regions as `safenav/report/page/encode.py` writes them, and their shapes. */
 
 import type { Run } from "./run";
 

@@ -1,7 +1,9 @@
 """The same work on a Dask cluster: ``--dask ADDRESS`` (optional extra ``safenav[dask]``).
 
-If a Dask worker dies, the scheduler gives its cases to another one, also those whose results
-had not been fetched yet. Running a case twice does no harm.
+A Dask worker runs each case in a process of its own, kept for the next case: one that crashes or
+hangs costs neither the Dask worker nor the cases beside it. If a Dask worker dies, the scheduler
+gives its cases to another one, also those whose results had not been fetched yet. Running a case
+twice does no harm.
 """
 
 from __future__ import annotations
@@ -9,8 +11,11 @@ from __future__ import annotations
 import contextlib
 import importlib
 import queue
+import tempfile
+import threading
 import time
 import uuid
+from collections import defaultdict
 from pathlib import Path
 from typing import Any
 
@@ -19,10 +24,59 @@ from msgspec.structs import replace
 
 import safenav
 from safenav.batch.cases.case import Case, CaseVerdict, Conditions, Result, without_a_run
-from safenav.batch.cluster import remote
-from safenav.batch.workers.backend import Arrival
+from safenav.batch.session import Arrival
+from safenav.batch.workers.worker import Worker
 from safenav.errors import SafenavError, UsageError
 from safenav.extras import missing
+
+_lock = threading.Lock()
+_idle: dict[str, list[Worker]] = defaultdict(list)
+_busy: dict[str, set[Worker]] = defaultdict(set)
+"""Worker processes here by batch: several batches may share a cluster."""
+
+
+def version_here() -> str:
+    return safenav.__version__
+
+
+def run_case(
+    batch: str, directory: str, case: dict[str, Any], conditions: dict[str, Any], traced: bool
+) -> tuple[dict[str, Any], bytes]:
+    """The result of a case as a record, and the trace if it is wanted and the case failed.
+    ``directory``: where the batch runs; files that a scenario names are read as from there.
+
+    Raises SafenavError if no worker process can be started here.
+    """
+    with _lock:
+        worker = _idle[batch].pop() if _idle[batch] else Worker()
+        _busy[batch].add(worker)
+    try:
+        with tempfile.TemporaryDirectory(prefix="safenav-") as folder:
+            trace = Path(folder) / "trace.jsonl" if traced else None
+            worker.give(Case(**case), Conditions(**conditions), trace, directory)
+            result = worker.wait()
+            content = b""
+            if trace is not None and not result.passed and trace.exists():
+                content = trace.read_bytes()
+    except BaseException:
+        worker.end()
+        raise
+    finally:
+        with _lock:
+            _busy[batch].discard(worker)
+            if worker.alive:
+                _idle[batch].append(worker)
+    return result.record(), content
+
+
+def leave(batch: str) -> None:
+    """End all worker processes of a batch that is over."""
+    with _lock:
+        for worker in _idle.pop(batch, []):
+            worker.end()
+        for worker in _busy.pop(batch, set()):
+            worker.kill()  # the thread that waits for it does the rest
+
 
 _CONNECT_SECONDS = 10
 
@@ -60,7 +114,7 @@ class DaskCluster:
 
     def submit(self, case: Case) -> None:
         future = self._client.submit(
-            remote.run_case,
+            run_case,
             self._batch,
             str(Path.cwd()),
             to_builtins(case),
@@ -89,7 +143,7 @@ class DaskCluster:
             return
         with contextlib.suppress(Exception):  # the cluster may be gone: nothing is left to stop
             self._client.cancel(list(self._sent), force=True)
-            self._client.run(remote.leave, self._batch)
+            self._client.run(leave, self._batch)
         self._sent.clear()
         self._client.close()
 
@@ -133,7 +187,7 @@ class DaskCluster:
     def _check_versions(self) -> None:
         """Threads of the workers connected now; a cluster may have none yet."""
         try:
-            versions = self._client.run(remote.version_here)
+            versions = self._client.run(version_here)
         except Exception as error:
             raise UsageError(
                 f"the Dask workers at {self._address} cannot run safenav: {error}\n"
