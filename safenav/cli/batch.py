@@ -160,7 +160,7 @@ def command(
         traces = None if out is None else out / ".running-traces"
         backend: Backend
         if dask is not None:
-            from safenav.batch.cluster import DaskCluster
+            from safenav.batch.dask_cluster import DaskCluster
 
             backend = DaskCluster(dask, conditions, traces)
         else:

@@ -201,11 +201,9 @@ def _bag(run: Trace, frame: Frame, path: Path, motion: Motion | None) -> None:
 
 def _ways(motion: Motion, frame: Frame) -> Ways:
     """Where each robot of a motion is, in the frame of the map."""
-    import numpy as np
+    from safenav.motion.columns import Columns, columns_of, placed
 
-    from safenav.motion.columns import columns_of
-
-    side, (x0, y0) = motion.header.side, frame.origin
+    side = motion.header.side
     if abs(side - frame.resolution[0]) > 1e-6 * side:
         raise UsageError(
             f"the regions of the motion measure {side:g} m, not {frame.resolution[0]:g} m\n"
@@ -213,9 +211,8 @@ def _ways(motion: Motion, frame: Frame) -> Ways:
         )
     found = {}
     for name in motion.header.robots:
-        moved = columns_of(motion, name, BAG_RATE, in_world=False)
-        (east, north), yaw = moved.place, moved.columns["yaw"] + frame.yaw
-        x = x0 + east * np.cos(frame.yaw) - north * np.sin(frame.yaw)
-        y = y0 + east * np.sin(frame.yaw) + north * np.cos(frame.yaw)
-        found[name] = [*zip(*(c.tolist() for c in (moved.times, x, y, yaw)), strict=True)]
+        planned = columns_of(motion, name, BAG_RATE, in_world=False)
+        there = Columns(planned.times, placed(planned.columns, (*frame.origin, frame.yaw)))
+        columns = (there.times, *there.place, there.columns["yaw"])
+        found[name] = [*zip(*(column.tolist() for column in columns), strict=True)]
     return found

@@ -104,7 +104,7 @@ def columns_at(
         columns = _tracked(tracks, times, columns)
     if not planned:
         columns = _executed(motion, robot, times, columns)
-    return Columns(times, _placed(columns, motion.header.origin) if in_world else columns)
+    return Columns(times, placed(columns, motion.header.origin) if in_world else columns)
 
 
 def _executed(
@@ -243,7 +243,8 @@ def _tracked(
     return columns | {f"ref_{name}": reference[name] for name in ("x", "y", "z")}
 
 
-def _placed(columns: dict[str, Array], origin: tuple[float, float, float]) -> dict[str, Array]:
+def placed(columns: Mapping[str, Array], origin: tuple[float, float, float]) -> dict[str, Array]:
+    """Columns in the frame of the map as those of the world: its ``origin``, x, y and yaw."""
     x0, y0, yaw = origin
     found = dict(columns)
     for x in columns:

@@ -361,6 +361,11 @@ def targets_of(objective: Objective) -> tuple[Target, ...]:
     return () if isinstance(objective, Ltl) else objective.listed()
 
 
+def target_regions(objective: Objective | None) -> frozenset[Region]:
+    """All regions of an objective's targets."""
+    return frozenset().union(*targets_of(objective)) if objective is not None else frozenset()
+
+
 def kinds_that(has: Callable[[type[TargetObjective]], bool] = bool) -> tuple[str, ...]:
     """The keys of the kinds for which ``has`` is true, in the order of ``KINDS``."""
     return tuple(key for key, kind in KINDS.items() if has(kind))

@@ -19,7 +19,6 @@ import webbrowser
 from collections.abc import Awaitable, Callable, Mapping
 from contextlib import suppress
 from functools import cache
-from html import escape
 from importlib.resources import files
 from pathlib import PurePath
 from typing import Any
@@ -28,6 +27,7 @@ from aiohttp import WSMsgType, web
 from msgspec import Struct
 
 from safenav.errors import SafenavError, UsageError
+from safenav.report.page.html import framed
 from safenav.studio.session import Studio
 from safenav.studio.shelf import ReplaceError
 
@@ -286,28 +286,11 @@ def _allow_many_connections() -> None:
 
 FILES = {"studio.js": "text/javascript", "studio.css": "text/css"}
 
-_PAGE = """\
-<!doctype html>
-<html lang="en" data-theme="auto">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<meta name="generator" content="safenav">
-<link rel="icon" href="data:,">
-<link rel="stylesheet" href="studio.css">
-<title>{title}</title>
-</head>
-<body>
-<div id="app"><noscript>The studio needs JavaScript.</noscript></div>
-<script src="studio.js"></script>
-</body>
-</html>
-"""
-
 
 def page(title: str) -> str:
     """The document that loads everything else."""
-    return _PAGE.format(title=escape(title))
+    style = '<link rel="stylesheet" href="studio.css">'
+    return framed(title, style, '<script src="studio.js"></script>')
 
 
 @cache

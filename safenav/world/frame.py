@@ -17,8 +17,9 @@ class Frame(Struct, frozen=True):
     origin: tuple[float, float] = (0.0, 0.0)
     yaw: float = 0.0
 
-    def centre(self, row: int, col: int, rows: int) -> tuple[float, float]:
-        """x and y of the middle of a region of a map with this many rows."""
+    def centre(self, row: float, col: float, rows: int) -> tuple[float, float]:
+        """x and y of the middle of a region of a map with this many rows; of a place between two
+        regions, if these are fractions."""
         east = (col + 0.5) * self.resolution[0]
         north = (rows - row - 0.5) * self.resolution[1]
         x = self.origin[0] + east * cos(self.yaw) - north * sin(self.yaw)

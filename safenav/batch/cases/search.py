@@ -22,7 +22,14 @@ from safenav.batch.cases.case import Case, Settings
 from safenav.batch.cases.matrix import Matrix, Named, is_matrix, read_matrix
 from safenav.batch.cases.variation import varied
 from safenav.errors import UsageError
-from safenav.scenario.yaml.document import DocumentError, Mapping, Node, Scalar, read_document
+from safenav.scenario.yaml.document import (
+    DocumentError,
+    Mapping,
+    Node,
+    Scalar,
+    below,
+    read_document,
+)
 from safenav.scenario.yaml.findings import Findings
 from safenav.scenario.yaml.source import STDIN, read_bytes, read_source
 from safenav.world.files.flaws import MAX_BYTES
@@ -63,19 +70,14 @@ MAP_FILES = ("image", "ros", "movingai")
 
 def referenced_files(root: Node, folder: Path) -> list[Path]:
     """The files that a scenario in ``folder`` names, whether they exist or not, each once."""
-    found = [_file(_get(root, "catalogue"), folder)]
-    world = _get(root, "map")
-    found += [_file(_get(world, form), folder) for form in MAP_FILES]
-    found.append(_file(_get(_get(world, "image"), "file"), folder))
-    ros = _file(_get(world, "ros"), folder)
+    found = [_file(below(root, "catalogue"), folder)]
+    found += [_file(below(root, "map", form), folder) for form in MAP_FILES]
+    found.append(_file(below(root, "map", "image", "file"), folder))
+    ros = _file(below(root, "map", "ros"), folder)
     if ros is not None:
         text = read_source(ros, Findings(str(ros)))
-        found.append(_file(_get(_root_of(text or ""), "image"), ros.parent))
+        found.append(_file(below(_root_of(text or ""), "image"), ros.parent))
     return list(dict.fromkeys(path for path in found if path is not None))
-
-
-def _get(node: Node | None, key: str) -> Node | None:
-    return node.get(key) if isinstance(node, Mapping) else None
 
 
 def _file(node: Node | None, folder: Path) -> Path | None:

@@ -17,6 +17,8 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
 
+from safenav.fleet.place import turned
+
 RATE = 50.0
 """Odometry and reports a second; scans only while a robot stands."""
 HERE = 0.005
@@ -113,7 +115,7 @@ class HostedRobot:
         from pyrobosim.utils.path import Path as Way
 
         at = self.robot.get_pose()
-        off = abs(_turned(goal.get_yaw() - at.get_yaw())) if turns else 0.0
+        off = abs(turned(goal.get_yaw() - at.get_yaw())) if turns else 0.0
         if at.get_linear_distance(goal) < HERE:
             if off < HERE:
                 return "succeeded", ""
@@ -161,10 +163,6 @@ def _inside(way: Any, within: Any) -> bool:
     return bool(regions.buffer(HERE).covers(line))
 
 
-def _turned(angle: float) -> float:
-    return (angle + tau / 2) % tau - tau / 2
-
-
 def _rays(lidar: Any, at: Any, yaw: float) -> list[float | None]:
     """Metres by degree, counter-clockwise from the robot's front; None where nothing was hit or no
     beam goes. pyrobosim drops beams from its list of lengths, but its lines have ends."""
@@ -173,7 +171,7 @@ def _rays(lidar: Any, at: Any, yaw: float) -> list[float | None]:
         if line.length >= lidar.max_range_m - HERE:
             continue
         x, y = max(line.coords, key=lambda end: (end[0] - at.x) ** 2 + (end[1] - at.y) ** 2)
-        beam = round(_turned(atan2(y - at.y, x - at.x) - yaw) * 360 / tau) % 360
+        beam = round(turned(atan2(y - at.y, x - at.x) - yaw) * 360 / tau) % 360
         found[beam] = min(line.length, found[beam] or inf)
     return found
 

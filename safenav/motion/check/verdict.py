@@ -9,8 +9,7 @@ from itertools import pairwise
 from safenav.motion.check.actions import check_actions, check_charge
 from safenav.motion.check.examination import NEAR, Examination, Finding
 from safenav.motion.check.execution import GOALS, check_execution
-from safenav.motion.check.gliding import check_drive, check_flight
-from safenav.motion.check.joins import check_joins, inner_joins
+from safenav.motion.check.joins import check_drive, check_flight, check_joins, inner_joins
 from safenav.motion.check.mismatch import mismatch
 from safenav.motion.check.order import check_clock, check_order, passages
 from safenav.motion.check.room import (

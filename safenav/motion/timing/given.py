@@ -6,7 +6,7 @@ walker stands first. One that has less time than its motion needs is refused.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from copy import copy
 
 from msgspec import Struct
@@ -28,9 +28,8 @@ from safenav.motion.file.records import (
 )
 from safenav.motion.geometry import MetricFloor
 from safenav.motion.mover import Crossing, Mover
-from safenav.motion.timing.schedule import ACTION_SECONDS
+from safenav.motion.timing.schedule import ACTION_SECONDS, team_of
 from safenav.trace import records
-from safenav.trace.setting import NeedHeader
 from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import MoveEnd
 
@@ -262,29 +261,15 @@ def actions_of(trace: Trace) -> tuple[dict[int, list[Deed]], set[tuple[str, int]
             if by is not None and not told:
                 takes = need + 1 < len(needs) and bool(needs[need + 1].same)
                 place = (obstacle.name, obstacle.region, needs[need].action)
-                team = frozenset(_team(trace, record, needs[need], entered))
+                at = {name: robot.start for name, robot in trace.header.scenario.robots.items()}
+                at |= {name: region for name, (region, _) in entered.items()}
+                team = frozenset(team_of(trace, record, needs[need], at))
                 found.setdefault(by.command, []).append(Deed(*place, team, takes))
                 steps = ((name, *entered.get(name, (-1, 0))) for name in team)
                 short |= {(name, step) for name, at, step in steps if at == obstacle.region}
     for deeds in found.values():
         deeds.sort(key=lambda deed: (deed.takes, deed.obstacle))
     return found, short
-
-
-def _team(
-    trace: Trace,
-    record: records.Met | records.Resolved,
-    need: NeedHeader,
-    entered: Mapping[str, tuple[int, int]],
-) -> Iterator[str]:
-    """The robots that meet a need: who is named, and of the others those who can, also unasked."""
-    yield record.robot
-    robots = trace.header.scenario.robots
-    alone = isinstance(record, records.Met) and not need.together
-    for name in () if alone else record.robots or ():
-        at, _ = entered.get(name, (robots[name].start, 0))
-        if at in need.regions and need.action in robots[name].capabilities:
-            yield name
 
 
 def _done(

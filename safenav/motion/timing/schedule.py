@@ -20,7 +20,7 @@ from safenav.motion.geometry import MetricFloor
 from safenav.motion.mover import Crossing, Mover
 from safenav.pace.robot import AT_ONCE
 from safenav.trace import records
-from safenav.trace.setting import ExclusionHeader, ObstacleHeader, RobotHeader
+from safenav.trace.setting import ExclusionHeader, NeedHeader, ObstacleHeader, RobotHeader
 from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import ChangeCause
 
@@ -257,17 +257,10 @@ class _Run(Struct):
         self, record: records.Met | records.Resolved, obstacle: ObstacleHeader, number: int
     ) -> Activity:
         need = obstacle.all_needs[number]
-        others = tuple(
-            name
-            for name in record.robots or ()
-            if name != record.robot
-            and (need.together or isinstance(record, records.Resolved))
-            and self.movers[name].region in need.regions
-            and need.action in self.robots[name].capabilities
-        )
-        team = (record.robot, *others)
+        at = {name: mover.region for name, mover in self.movers.items()}
+        team = tuple(team_of(self.trace, record, need, at))
         before = self._own(record.robot, self.cause.get(record.robot))
-        for name in others:
+        for name in team[1:]:
             links = self._own(name, self.cause.get(name))
             before += [(link, LinkCause.TOGETHER) for link, _ in links]
         if self.decided is not None:
@@ -323,6 +316,20 @@ class _Run(Struct):
         self.done.append(done)
         self.last.update(dict.fromkeys(team, done))
         return done
+
+
+def team_of(
+    trace: Trace, record: records.Met | records.Resolved, need: NeedHeader, at: Mapping[str, int]
+) -> Iterator[str]:
+    """The robots that meet a need: who is named, and of the others those who can, also unasked.
+    ``at``: where each robot is."""
+    yield record.robot
+    robots = trace.header.scenario.robots
+    alone = isinstance(record, records.Met) and not need.together
+    for name in () if alone else record.robots or ():
+        able = at[name] in need.regions and need.action in robots[name].capabilities
+        if able and name != record.robot:
+            yield name
 
 
 def _acted(team: Sequence[Mover], region: int) -> float:

@@ -29,7 +29,7 @@ from safenav.report.picture.glyphs import STATUS_MARKS
 from safenav.report.picture.names import AREA
 from safenav.report.replay.timeline import ObstacleStatus, Replay, RobotTrack, StoryKind
 from safenav.scenario.motion import AIR
-from safenav.scenario.objective import targets_of
+from safenav.scenario.objective import target_regions
 from safenav.trace.looks import looks
 from safenav.world.frame import Frame
 from safenav.world.map import Heading, Region
@@ -169,16 +169,10 @@ class _Telling:
     def _header(self, tick: int) -> Message:
         return {"stamp": stamp(self.replay.time(tick)), "frame_id": "map"}
 
-    def _centre(self, row: float, col: float) -> tuple[float, float]:
-        (side, _), (x0, y0) = self.frame.resolution, self.frame.origin
-        east, north = (col + 0.5) * side, (self.replay.map.rows - row - 0.5) * side
-        c, s = cos(self.frame.yaw), sin(self.frame.yaw)
-        return x0 + east * c - north * s, y0 + east * s + north * c
-
     def _pose(self, track: RobotTrack, tick: int) -> Message:
         """Return the robot's pose: between two regions while a step takes several ticks."""
         (placed,) = [r for r in self.replay.scene(tick, trail=0).robots if r.name == track.name]
-        x, y = self._centre(placed.row, placed.col)
+        x, y = self.frame.centre(placed.row, placed.col, self.replay.map.rows)
         facing = 0.0 if placed.heading is None else radians(90.0 - placed.heading)
         return _pose(x, y, self.frame.yaw + facing)
 
@@ -251,7 +245,7 @@ class _Telling:
                 down, right = heading.step
                 for along in (-0.5, 0.5):
                     side = row + down / 2 + along * right, col + right / 2 + along * down
-                    x, y = self._centre(*side)
+                    x, y = self.frame.centre(*side, world.rows)
                     yield {"x": x, "y": y, "z": 0.0}
 
     def _bodies(self) -> Iterator[Message]:
@@ -281,9 +275,7 @@ class _Telling:
         plan = self.replay.plans.at(tick)
         for number, (track, look) in enumerate(zip(self.replay.robots, self.looks, strict=True)):
             objective = self.replay.objectives[track.name].at(tick)
-            targets = targets_of(objective) if objective is not None else ()
-            regions = sorted(frozenset[Region]().union(*targets))
-            if regions:
+            if regions := sorted(target_regions(objective)):
                 yield self._marker(tick, "targets", number, _CUBES) | {
                     "scale": self._size(0.8, 0.02),
                     "color": _colour(look.colour, 0.25),
@@ -317,8 +309,8 @@ class _Telling:
         return [self._at(region)["position"] for region in regions]
 
     def _at(self, region: Region) -> Message:
-        row, col = self.replay.map.position(region)
-        x, y = self._centre(row, col)
+        world = self.replay.map
+        x, y = self.frame.centre(*world.position(region), world.rows)
         return _pose(x, y, self.frame.yaw)
 
     def _size(self, wide: float, high: float) -> Message:

@@ -30,7 +30,7 @@ from safenav.report.replay.timeline import (
     Slack,
     StackRow,
 )
-from safenav.scenario.objective import Objective, targets_of
+from safenav.scenario.objective import Objective, target_regions
 from safenav.trace.looks import looks
 from safenav.trace.wording import objective_words
 from safenav.trace.words import seconds_words
@@ -227,8 +227,7 @@ def stack_data(frames: Sequence[StackRow], world: RegionMap) -> list[Any]:
 
 
 def task_data(objective: Objective | None, world: RegionMap) -> list[Any]:
-    targets = targets_of(objective) if objective is not None else ()
-    return [objective_words(objective, world.word), sorted(set().union(*targets))]
+    return [objective_words(objective, world.word), sorted(target_regions(objective))]
 
 
 def _changes(changes: Changes[Any], value: Callable[[Any], list[Any]]) -> list[list[Any]]:

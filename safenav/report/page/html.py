@@ -70,20 +70,23 @@ _DOCUMENT = """\
 <head>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
-<meta http-equiv="Content-Security-Policy" content="default-src 'none'; \
-style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:">
 <meta name="generator" content="safenav">
 <link rel="icon" href="data:,">
 <title>{title}</title>
-<style>
-{style}</style>
+{head}
 </head>
 <body>
-<div id="app"><noscript>This page shows a run of robots; it needs JavaScript.</noscript></div>
+<div id="app"><noscript>This page needs JavaScript.</noscript></div>
 {scripts}
 </body>
 </html>
 """
+
+_ALONE = """\
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; \
+style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:">
+<style>
+{style}</style>"""
 
 
 def page_of(replay: Replay, source: str, curves: Sequence[Mapping[str, object]] = ()) -> str:
@@ -103,9 +106,14 @@ def page_of_trace(trace: Trace, source: str) -> str:
 
 
 def document(title: str, style: str, *scripts: str) -> str:
-    """Return a page of its own: head and policy, an element ``app`` to draw in, and script
-    elements."""
-    return _DOCUMENT.format(title=escape(title), style=style, scripts="\n".join(scripts))
+    """Return a page that needs no other file: policy and style, an element ``app`` to draw in, and
+    script elements."""
+    return framed(title, _ALONE.format(style=style), *scripts)
+
+
+def framed(title: str, head: str, *scripts: str) -> str:
+    """Return a page with these elements in its head, and after the element ``app``."""
+    return _DOCUMENT.format(title=escape(title), head=head, scripts="\n".join(scripts))
 
 
 def data_element(name: str, data: object) -> str:

@@ -18,7 +18,7 @@ from safenav.report.picture.strategy import svg_of_summary
 from safenav.report.picture.svg import SvgWriter, number
 from safenav.report.picture.text import text_width, wrapped
 from safenav.report.replay.timeline import StoryKind
-from safenav.scenario.objective import describe, targets_of
+from safenav.scenario.objective import describe, target_regions
 from safenav.spec.specification import Owner, Section
 from safenav.spec.task import Task
 from safenav.synthesis.export import in_words
@@ -255,7 +255,7 @@ def _draw_start(page: SvgWriter, centre: Point, size: tuple[float, float]) -> No
 
 
 def _boxes(strategy: Strategy, task: Task, world: RegionMap) -> list[_Box]:
-    targets = frozenset[int]().union(*targets_of(task.objective))
+    targets = target_regions(task.objective)
     boxes = []
     for node, goal in enumerate(strategy.ranks):
         values = strategy.values(node)

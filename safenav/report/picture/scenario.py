@@ -6,7 +6,7 @@ from safenav.report.replay.perception import Shading
 from safenav.report.replay.timeline import Hidden, ObstacleStatus, Placed, Scene
 from safenav.report.terminal.map import FREE, MapPicture, Marker, draw, with_names
 from safenav.scenario.model import Obstacle, Scenario
-from safenav.scenario.objective import Objective, describe, targets_of
+from safenav.scenario.objective import describe, target_regions
 from safenav.trace.labels import labels
 from safenav.trace.words import listed, obstacle_words, regions_words
 from safenav.world.map import Region, RegionMap
@@ -88,15 +88,11 @@ def _with_axes(lines: list[str], world: RegionMap) -> list[str]:
     return [f"{' ' * beside}{columns.rstrip()}", *rows]
 
 
-def _targets(objective: Objective) -> list[Region]:
-    return sorted(set().union(*targets_of(objective)))
-
-
 def _numbered(scenario: Scenario, sign: dict[str, str], digits: int) -> list[str]:
     """Return each region as a mark and its number. Robots come before obstacles and targets."""
     marks: dict[Region, str] = {}
     for robot in scenario.robots:
-        for region in _targets(robot.objective):
+        for region in target_regions(robot.objective):
             marks[region] = sign[robot.name].lower()
     marks |= {obstacle.region: "?" for obstacle in scenario.obstacles}
     marks |= {robot.start.region: sign[robot.name] for robot in scenario.robots}
@@ -122,7 +118,7 @@ def _plain(scenario: Scenario, sign: dict[str, str]) -> list[str]:
         Marker(sign[robot.name], robot.start.region, robot.start.heading)
         for robot in scenario.robots
     ]
-    targets = [region for robot in scenario.robots for region in _targets(robot.objective)]
+    targets = [region for robot in scenario.robots for region in target_regions(robot.objective)]
     closed = {obstacle.region: obstacle.name for obstacle in scenario.obstacles}
     lines = draw(scenario.map, MapPicture(robots, closed=closed, targets=targets))
     taken = {*targets, *closed, *(robot.region for robot in robots)}

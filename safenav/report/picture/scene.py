@@ -36,7 +36,7 @@ from safenav.report.picture.svg import SvgWriter, number
 from safenav.report.picture.text import wrapped
 from safenav.report.replay.perception import Shading
 from safenav.report.replay.timeline import Hidden, ObstacleStatus, Placed, Scene, StoryKind
-from safenav.scenario.objective import avoided, targets_of
+from safenav.scenario.objective import avoided, target_regions
 from safenav.trace.looks import Look, looks
 from safenav.world.map import Region
 
@@ -238,8 +238,7 @@ class _Drawing(Struct):
         taken: dict[frozenset[Region], int] = {}
         areas = [area for area in self.scene.map.areas.values() if len(area) > 1]
         for robot, look in zip(self.scene.robots, style, strict=True):
-            targets = targets_of(robot.objective) if robot.objective is not None else ()
-            left = frozenset[Region]().union(*targets)
+            left = target_regions(robot.objective)
             framed = [area for area in areas if area <= left]
             left = left.difference(*framed)
             for regions in [*framed, *(frozenset({region}) for region in sorted(left))]:

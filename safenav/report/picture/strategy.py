@@ -16,7 +16,7 @@ from safenav.report.picture.legend import WIDTH, Block, Legend, Row, lines_of
 from safenav.report.picture.svg import SvgWriter, number
 from safenav.report.picture.text import wrapped
 from safenav.report.replay.timeline import StoryKind
-from safenav.scenario.objective import describe, targets_of
+from safenav.scenario.objective import describe, target_regions
 from safenav.spec.compile import assumption_names
 from safenav.spec.task import Task
 from safenav.synthesis.strategy import Strategy
@@ -125,7 +125,7 @@ def _title(task: Task, world: RegionMap) -> str:
 
 def _draw_places(page: SvgWriter, task: Task, world: RegionMap, cell: float) -> None:
     """Draw a frame and a flag on each target, a round frame on the start."""
-    for region in sorted(frozenset[Region]().union(*targets_of(task.objective))):
+    for region in sorted(target_regions(task.objective)):
         row, col = world.position(region)
         edge = {"fill": "none", "stroke": INK, "stroke_width": max(1.5, 0.06 * cell)}
         page.rect(col * cell, row * cell, cell, cell, **edge)

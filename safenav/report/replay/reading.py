@@ -24,7 +24,6 @@ from safenav.report.replay.timeline import (
     RobotBelief,
     RobotProgress,
     RobotTrack,
-    RunEnd,
     Slack,
     StackRow,
     StoryKind,
@@ -113,8 +112,7 @@ class ReplayBuilder:
         self.deadlines: list[Slack] = []
         self.loads: dict[str, list[tuple[int, tuple[str, ...]]]] = {}
         self.violation: records.Violation | None = None
-        self.ending: RunEnd | None = None
-        self.ended: int | None = None
+        self.ending: records.End | None = None
 
     def _track(self, name: str, robot: setting.RobotHeader) -> RobotTrack:
         heading = HEADINGS[robot.heading] if robot.heading is not None else None
@@ -215,14 +213,7 @@ class ReplayBuilder:
             case records.PlanEnd():
                 self.plans.append((line.tick, {}))
             case records.End():
-                self.ending = RunEnd(
-                    line.outcome.value,
-                    line.explanation,
-                    line.seconds,
-                    line.syntheses,
-                    line.synthesis_seconds,
-                )
-                self.ended = line.tick
+                self.ending = line
         if line.type in STORY:
             self._event(line, StoryKind(line.type))
 
@@ -359,7 +350,7 @@ class ReplayBuilder:
     def _stand(self, last: int) -> bool:
         """Let robots that took no turn in the tick after ``last`` stand where they were, if the run
         ended within that tick; return whether it did."""
-        if self.ended != last + 1:
+        if self.ending is None or self.ending.tick != last + 1:
             return False
         for name, regions in self.regions.items():
             if len(regions) == last + 1:

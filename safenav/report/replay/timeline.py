@@ -13,7 +13,9 @@ from typing import Generic, TypeVar
 
 from msgspec import Struct, field
 
+from safenav.outcome import Outcome
 from safenav.scenario.objective import Objective, Word, number_word
+from safenav.trace.records import End
 from safenav.trace.wording import Wording
 from safenav.trace.words import listed, obstacle_words
 from safenav.world.map import Heading, Region, RegionMap
@@ -48,7 +50,7 @@ _MEANINGS = {
 TURNED_BACK = 0.4
 """The part of a step after which a robot that comes back to where it set out turns."""
 
-_FAILURES = ("operator_needed", "unrealizable", "assumption_violated")
+_FAILURES = (Outcome.OPERATOR_NEEDED, Outcome.UNREALIZABLE, Outcome.ASSUMPTION_VIOLATED)
 
 
 class StoryKind(StrEnum):
@@ -189,16 +191,6 @@ class RobotProgress(Struct, frozen=True):
     reached: Region | None = None
 
 
-class RunEnd(Struct, frozen=True):
-    """The ``outcome`` line of a trace."""
-
-    outcome: str
-    explanation: str
-    seconds: float = 0.0
-    syntheses: int = 0
-    synthesis_seconds: float = 0.0
-
-
 class Changes(Struct, Generic[T], frozen=True):
     """A value that changes now and then: its values with the tick from which each holds."""
 
@@ -276,7 +268,7 @@ class Replay(Struct, frozen=True):
     progress: Mapping[str, Changes[RobotProgress]]
     stack: Changes[tuple[StackRow, ...]]
     events: tuple[Event, ...]
-    ending: RunEnd | None
+    ending: End | None
     version: str = ""
     within: bool = False
     """The run ended within its last tick: robots whose turn it was not stand where they were."""

@@ -248,7 +248,7 @@ def _picture(found: Explanation, scenario: Scenario) -> list[str]:
     """Return the map with the robots at the start, targets, and the regions out of reach blank."""
     names = labels([robot.name for robot in scenario.robots])
     markers = [Marker(names[r.name], r.start.region, r.start.heading) for r in scenario.robots]
-    targets = sorted(frozenset().union(*found.task.targets)) if found.task.targets else []
+    targets = frozenset[Region]().union(*found.task.targets)
     wanted = MapPicture(markers, targets=targets)
     lines = draw(scenario.map, wanted)
     legend = ", ".join(f"{letter} {name}" for name, letter in names.items())

@@ -4,7 +4,7 @@ Two robots above each other (one flies) share a region's two characters."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 
 from msgspec import Struct, field
 
@@ -31,7 +31,7 @@ class MapPicture(Struct, frozen=True):
     markers: Sequence[Marker] = ()
     closed: Mapping[Region, str] = field(default_factory=dict)
     barred: Mapping[Region, str] = field(default_factory=dict)
-    targets: Sequence[Region] = ()
+    targets: Collection[Region] = ()
 
 
 def draw(world: RegionMap, picture: MapPicture) -> list[str]:

@@ -15,7 +15,7 @@ from msgspec.structs import replace
 from safenav.report.replay.perception import shading_lines, shading_of, viewers
 from safenav.report.replay.timeline import ObstacleStatus, Replay, StoryKind
 from safenav.report.terminal.map import MapPicture, Marker, draw
-from safenav.scenario.objective import targets_of
+from safenav.scenario.objective import target_regions
 from safenav.trace.labels import labels
 from safenav.trace.wording import objective_words
 
@@ -43,15 +43,9 @@ def frame(replay: Replay, tick: int, recent: int = 6) -> list[str]:
     for obstacle, status in scene.obstacles:
         known[status][obstacle.region] = obstacle.name
     objectives = {robot.name: robot.objective for robot in scene.robots}
-    targets = {
-        region
-        for objective in objectives.values()
-        if objective is not None
-        for target in targets_of(objective)
-        for region in target
-    }
+    targets = frozenset[int]().union(*map(target_regions, objectives.values()))
     closed = known[ObstacleStatus.FOUND] | known[ObstacleStatus.REQUESTED]
-    picture = MapPicture(robots, closed, known[ObstacleStatus.BLOCKED], sorted(targets))
+    picture = MapPicture(robots, closed, known[ObstacleStatus.BLOCKED], targets)
     lines = [click.style(scene.title, bold=True) + f"  {scene.moment}", ""]
     lines += draw(replay.map, picture)
     lines.append("")

@@ -12,7 +12,7 @@ import click
 from safenav.outcome import Outcome
 from safenav.report.terminal.map import MapPicture, Marker, draw
 from safenav.scenario.model import Scenario
-from safenav.scenario.objective import describe, station, targets_of
+from safenav.scenario.objective import describe, station, target_regions
 from safenav.trace import records, vocabulary
 from safenav.trace.labels import labels
 from safenav.trace.wording import Wording, objective_of, synthesis_words
@@ -224,12 +224,8 @@ class Story:
             Marker(self._letters[name], region, heading)
             for name, (region, heading) in self._poses.items()
         ]
-        targets = [
-            region
-            for robot in self._scenario.robots
-            for target in targets_of(robot.objective)
-            for region in target
-        ]
+        objectives = (robot.objective for robot in self._scenario.robots)
+        targets = frozenset[Region]().union(*map(target_regions, objectives))
         picture = MapPicture(markers, self._closed, self._barred, targets)
         self._echo("")
         legend = self._legend()

@@ -70,6 +70,23 @@ class Mapping(Struct, frozen=True):
 Node = Scalar | Sequence | Mapping
 
 
+def below(node: Node | None, *keys: str) -> Node | None:
+    """What stands below a node under one key after the other; None if there is nothing."""
+    for key in keys:
+        node = node.get(key) if isinstance(node, Mapping) else None
+    return node
+
+
+def entries_of(node: Node | None) -> tuple[tuple[Scalar, Node], ...]:
+    """The keys and values of a mapping; none of any other node."""
+    return node.entries if isinstance(node, Mapping) else ()
+
+
+def items_of(node: Node | None) -> tuple[Node, ...]:
+    """The items of a list; none of any other node."""
+    return node.items if isinstance(node, Sequence) else ()
+
+
 def plain(node: Node) -> Any:
     """The data that a node stands for."""
     if isinstance(node, Scalar):

@@ -31,6 +31,9 @@ from safenav.scenario.yaml.document import (
     Node,
     Scalar,
     Sequence,
+    below,
+    entries_of,
+    items_of,
     read_document,
 )
 from safenav.studio.editing.keys import known_keys, parts_of
@@ -41,10 +44,10 @@ from safenav.world.moves import Mobility
 class _Placing:
     """Reads regions where they stand, walls or not, and says nothing of what is wrong."""
 
-    def __init__(self, world: RegionMap, names: Iterable[tuple[str, Node]]) -> None:
+    def __init__(self, world: RegionMap, names: Iterable[tuple[Scalar, Node]]) -> None:
         self.world = world
         self._reader = Reading("", world=replace(world, walls=frozenset(), names={}))
-        found = ((name, self._reader.region(node, "")) for name, node in names)
+        found = ((name.text, self._reader.region(node, "")) for name, node in names)
         self.names = {name: region for name, region in found if region is not None}
         self._reader.names = self.names
 
@@ -53,7 +56,7 @@ class _Placing:
 
     def target(self, node: Node | None) -> list[Region]:
         """The regions of a target in the order in which they are written."""
-        listed = node.get("any") if isinstance(node, Mapping) else None
+        listed = below(node, "any")
         items = listed.items if isinstance(listed, Sequence) else (node,) if node else ()
         found = (self._reader.regions(item, "") or () for item in items)
         return [region for regions in found for region in sorted(regions)]
@@ -65,11 +68,11 @@ def drawing_of(text: str, world: RegionMap, catalogue: Catalogue) -> dict[str, A
         root = read_document(text).root
     except DocumentError:
         return None
-    placing = _Placing(world, _entries(_get(_get(root, "map"), "names")))
+    placing = _Placing(world, entries_of(below(root, "map", "names")))
     robots = [r for r in _robots(root, placing) if r["start"] is not None]
     obstacles = [*_obstacles(root, placing, "obstacles"), *_obstacles(root, placing, "orders")]
-    chargers = [r for item in _items(_get(root, "chargers")) for r in placing.target(item)]
-    title = _text(_get(root, "name")) or "new scenario"
+    chargers = [r for item in items_of(below(root, "chargers")) for r in placing.target(item)]
+    title = _text(below(root, "name")) or "new scenario"
     still = _still(title, world, robots, obstacles, catalogue)
     return {
         "run": encoded(replace(still, chargers=tuple(chargers)), "scenario"),
@@ -79,12 +82,12 @@ def drawing_of(text: str, world: RegionMap, catalogue: Catalogue) -> dict[str, A
         "areas": {name: sorted(area) for name, area in world.areas.items()},
         "chargers": chargers,
         "parts": parts_of(root),
-        "grid": isinstance(_get(_get(root, "map"), "grid"), Scalar | Sequence),
+        "grid": isinstance(below(root, "map", "grid"), Scalar | Sequence),
         "settings": {
             "name": title,
-            "rounds": _number(_get(_get(root, "until"), "rounds"), 2),
-            "ticks": _number(_get(_get(root, "limits"), "ticks"), 1000),
-            "seed": _number(_get(root, "seed"), 0),
+            "rounds": _number(below(root, "until", "rounds"), 2),
+            "ticks": _number(below(root, "limits", "ticks"), 1000),
+            "seed": _number(below(root, "seed"), 0),
         },
     }
 
@@ -135,19 +138,19 @@ def palette(catalogue: Catalogue) -> dict[str, Any]:
 
 
 def _robots(root: Node, placing: _Placing) -> Iterable[dict[str, Any]]:
-    for key, node in _entries_with_places(_get(root, "robots")):
-        objective = _get(node, "objective")
+    for key, node in entries_of(below(root, "robots")):
+        objective = below(node, "objective")
         kind, nodes = stated(objective)
-        heading = _get(node, "heading")
+        heading = below(node, "heading")
         yield {
             "name": key.text,
-            "model": _text(_get(node, "model")),
-            "start": placing.region(_get(node, "start")),
+            "model": _text(below(node, "model")),
+            "start": placing.region(below(node, "start")),
             "heading": _text(heading) if _text(heading) in HEADINGS else None,
             "kind": kind or None,
             "targets": [placing.target(target) for target in nodes],
             "areas": [area if area in placing.world.areas else None for area in map(_text, nodes)],
-            "literal": _get(objective, "form") is not None,
+            "literal": below(objective, "form") is not None,
             "line": key.place.line,
         }
 
@@ -155,22 +158,22 @@ def _robots(root: Node, placing: _Placing) -> Iterable[dict[str, Any]]:
 def _obstacles(root: Node, placing: _Placing, key: str) -> list[dict[str, Any]]:
     """Return the entries of ``obstacles`` or ``orders`` whose region is on the map."""
     found = []
-    for index, node in enumerate(_items(_get(root, key))):
-        region = placing.region(_get(node, "region"))
+    for index, node in enumerate(items_of(below(root, key))):
+        region = placing.region(below(node, "region"))
         if region is None or not isinstance(node, Mapping):
             continue
-        truth, sweeps = _get(node, "traversable"), _get(node, "sweeps")
+        truth, sweeps = below(node, "traversable"), below(node, "sweeps")
         found.append(
             {
                 "list": key,
                 "index": index,
-                "at": _number(_get(node, "at"), None),
-                "type": _text(_get(node, "type")),
+                "at": _number(below(node, "at"), None),
+                "type": _text(below(node, "type")),
                 "region": region,
-                "from": _number(_get(node, "from"), None),
-                "until": _number(_get(node, "until"), None),
+                "from": _number(below(node, "from"), None),
+                "until": _number(below(node, "until"), None),
                 "traversable": truth.value if isinstance(truth, Scalar) else None,
-                "within": _number(_get(node, "resolve_within"), None),
+                "within": _number(below(node, "resolve_within"), None),
                 "sweeps": "listed" if isinstance(sweeps, Sequence) else _text(sweeps) or None,
                 "line": node.place.line,
             }
@@ -226,22 +229,6 @@ def _objective(kind: str | None, targets: list[list[Region]]) -> Objective | Non
         return None
     found = KINDS.get(kind)
     return None if found is None or found.wrong(sets) else found.made(sets)
-
-
-def _items(node: Node | None) -> tuple[Node, ...]:
-    return node.items if isinstance(node, Sequence) else ()
-
-
-def _get(node: Node | None, key: str) -> Node | None:
-    return node.get(key) if isinstance(node, Mapping) else None
-
-
-def _entries(node: Node | None) -> list[tuple[str, Node]]:
-    return [(key.text, value) for key, value in _entries_with_places(node)]
-
-
-def _entries_with_places(node: Node | None) -> tuple[tuple[Scalar, Node], ...]:
-    return node.entries if isinstance(node, Mapping) else ()
 
 
 def _text(node: Node | None) -> str:

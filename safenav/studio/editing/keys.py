@@ -15,7 +15,7 @@ from safenav.scenario.reading.loader import ScenarioKeys
 from safenav.scenario.reading.objective import ObjectiveKeys
 from safenav.scenario.reading.obstacles import ObstacleKeys, OrderKeys
 from safenav.scenario.reading.robots import RobotKeys
-from safenav.scenario.yaml.document import Mapping, Node, Scalar
+from safenav.scenario.yaml.document import Mapping, Node, Scalar, below, entries_of, items_of
 from safenav.scenario.yaml.document import Sequence as Items
 from safenav.scenario.yaml.json_schema import described
 from safenav.scenario.yaml.shapes import Table
@@ -69,19 +69,14 @@ def parts_of(root: Node) -> dict[str, dict[str, list[Any]]]:
     """Return the parts of a document by the path of what they belong to, and their key: the text,
     line and column of the key, and the last line."""
     found = {"": _parts(root, without=("map", "robots", "obstacles"))}
-    robots = root.get("robots") if isinstance(root, Mapping) else None
-    for name, robot in robots.entries if isinstance(robots, Mapping) else ():
+    for name, robot in entries_of(below(root, "robots")):
         found[f"robots/{name.text}"] = _parts(robot)
-        objective = robot.get("objective") if isinstance(robot, Mapping) else None
-        found[f"robots/{name.text}/objective"] = _parts(objective)
+        found[f"robots/{name.text}/objective"] = _parts(below(robot, "objective"))
     for key in ("obstacles", "orders"):
-        listed = root.get(key) if isinstance(root, Mapping) else None
-        for index, item in enumerate(listed.items if isinstance(listed, Items) else ()):
+        for index, item in enumerate(items_of(below(root, key))):
             found[f"{key}/{index}"] = _parts(item)
-    catalogue = root.get("catalogue") if isinstance(root, Mapping) else None
     for key in ("robots", "obstacles"):
-        listed = catalogue.get(key) if isinstance(catalogue, Mapping) else None
-        for name, item in listed.entries if isinstance(listed, Mapping) else ():
+        for name, item in entries_of(below(root, "catalogue", key)):
             found[f"catalogue/{key}/{name.text}"] = _parts(item)
     return found
 
@@ -94,7 +89,7 @@ def _parts(node: Node | None, without: Sequence[str] = ()) -> dict[str, list[Any
             key.place.column,
             max(key.place.line, _last(value)),
         ]
-        for key, value in (node.entries if isinstance(node, Mapping) else ())
+        for key, value in entries_of(node)
         if key.text not in without
     }
 

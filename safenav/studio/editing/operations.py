@@ -110,10 +110,8 @@ def _listed(data: Any, key: str, *, after: str) -> Any:
     """The list of that name, made behind another key if there is none."""
     listed = data.get(key)
     if not isinstance(listed, list):
-        if key in data:
-            del data[key]
-        index = list(data).index(after) + 1 if after in data else len(data)
-        data.insert(index, key, CommentedSeq())
+        data.pop(key, None)
+        put(data, key, CommentedSeq(), after=after)
         listed = data[key]
     if len(listed) == 0:
         listed.fa.set_block_style()

@@ -14,7 +14,7 @@ from ruamel.yaml.scalarstring import LiteralScalarString
 from safenav.errors import UsageError
 from safenav.scenario.reading.naming import NAME
 from safenav.studio.editing.places import MapPlaces, formulas_of
-from safenav.studio.editing.round_trip import Operation, inline
+from safenav.studio.editing.round_trip import Operation, inline, put
 from safenav.world.map import Region, RegionMap
 
 
@@ -26,7 +26,7 @@ def add_area(data: Any, told: Operation) -> None:
     rectangle = inline({key: _span(told[key], most[key]) for key in most})
     if not isinstance(data.get("areas"), dict):
         data.pop("areas", None)
-        data.insert(list(data).index("map") + 1, "areas", CommentedMap())
+        put(data, "areas", CommentedMap(), after="map")
         data["areas"].fa.set_block_style()
     areas, name = data["areas"], str(told["area"])
     if name not in areas:
@@ -46,9 +46,9 @@ def rename_area(data: Any, told: Operation) -> None:
     if new == old:
         return
     _check_name(new, places)
-    for value, put in list(places.each()):
+    for value, write in list(places.each()):
         if value == old:
-            put(new)
+            write(new)
     index = list(data["areas"]).index(old)
     del data["areas"][old]
     data["areas"].insert(index, new, area)
@@ -70,9 +70,13 @@ def _area(data: Any, told: Operation) -> Any:
     return areas[told["area"]]
 
 
-def _check_name(name: str, places: MapPlaces) -> None:
+def _check_form(name: str) -> None:
     if not NAME.fullmatch(name):
         raise UsageError("a name has letters, digits, '_' and '-', and begins with a letter")
+
+
+def _check_name(name: str, places: MapPlaces) -> None:
+    _check_form(name)
     if name in places.names or name in (places.data.get("areas") or {}):
         raise UsageError(f"'{name}' already exists: choose another name")
 
@@ -105,7 +109,7 @@ def resize(data: Any, told: Operation) -> None:
     rows, cols = places.rows + top + bottom, places.cols + left + right
     if not (1 <= rows <= MOST and 1 <= cols <= MOST):
         raise UsageError(f"a map has 1 to {MOST} rows and columns")
-    moved = [(value, put, places.read(value)) for value, put in places.each()]
+    moved = [(value, write, places.read(value)) for value, write in places.each()]
     before = places.cols
     grid = [
         "".join(
@@ -126,9 +130,9 @@ def resize(data: Any, told: Operation) -> None:
         row = min(max(region // before + top, 0), rows - 1)
         return row * cols + min(max(region % before + left, 0), cols - 1)
 
-    for value, put, region in moved:
+    for value, write, region in moved:
         if region is not None and not isinstance(value, str):
-            put(after.written(at(region), value if isinstance(value, int) else [0, 0]))
+            write(after.written(at(region), value if isinstance(value, int) else [0, 0]))
     for key in ("expect", "requirements"):
         if key in data:
             data[key] = _renamed(data[key], at)
@@ -229,8 +233,7 @@ def name_region(data: Any, told: Operation) -> None:
             raise UsageError(f"'{old}' is used in the scenario: change that first")
         del world["names"][old]
     if name:
-        if not NAME.fullmatch(name):
-            raise UsageError("a name has letters, digits, '_' and '-', and begins with a letter")
+        _check_form(name)
         if not isinstance(world.get("names"), dict):
             world["names"] = inline({})
         world["names"][name] = places.written(told["region"], [])
