@@ -102,7 +102,7 @@ class _Commands(click.Group):
         if Path(name).suffix in (".yaml", ".yml"):
             what = f"to run a scenario: safenav run {name}"
         elif Path(name).suffix == ".jsonl":
-            what = f"to look at a trace: safenav replay {name}"
+            what = f"to view a trace: safenav replay {name}"
         raise UsageError(f"there is no command '{name}'\n    {what}")
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

@@ -43,11 +43,10 @@ Exit codes:
 @click.option("--json", "as_json", is_flag=True, help="Print the verdicts as JSON.")
 def command(scenario: Path, strict: bool, as_json: bool) -> int:
     """Validate SCENARIO, compile each robot's specification and check whether it is realizable.
-    Runs nothing. Warns about
-    valid items that are probably unintended: an obstacle with an
+    Nothing is run. Valid items that are probably unintended give warnings: an obstacle with an
     action that no robot has, a capability that no obstacle needs, a seed without effect, a robot
-    that can win by breaking its assumptions about the other robots. Says how long
-    the resolution of each obstacle takes, at best and at worst."""
+    that can win by breaking its assumptions about the other robots. Also reports the best and the
+    worst time of the resolution of each obstacle."""
     plan = load_scenario(scenario)
     synthesizer = default_synthesizer(plan)
     answers = first_results(plan, synthesizer, WaitingLine())

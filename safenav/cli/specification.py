@@ -72,7 +72,7 @@ def synthesize(file: Path, output: Path | None, verify: bool, strict: bool) -> i
         name = f"{file.stem}.counterstrategy" if negative else file.stem
         _write(shown, made_folder(output), name)
     if negative:
-        click.echo(f"the states are the environment's; why: safenav explain {file}", err=True)
+        click.echo(f"the environment's strategy; to see why: safenav explain {file}", err=True)
         return ExitCode.NEGATIVE
     return ExitCode.NEGATIVE if _warn(file, result, synthesizer) and strict else ExitCode.OK
 
@@ -163,8 +163,8 @@ def verify(specification: str, strategy: str, counterstrategy: bool, as_json: bo
     SPECIFICATION (structured slugs), whatever the environment does within the assumptions.
     Either may be `-` for standard input.
 
-    Initial states, one answer to each allowed input, safety, and no cycle that starves a goal.
-    A failure names the constraint, its origin, and a shortest path to it.
+    Checked are the initial states, a successor for each allowed input, safety, and that no cycle
+    starves a goal. A failure names the constraint, its origin, and a shortest path to it.
     """
     if specification == strategy == "-":
         raise click.UsageError("only one of SPECIFICATION and STRATEGY can be standard input")

@@ -145,7 +145,7 @@ def floor_of(trace: Trace, side: float | None = None) -> MetricFloor:
         east, north = world.resolution or (SIDE, SIDE)
         if abs(east - north) > 1e-9 * max(east, north):
             found = f"regions of {east:g} x {north:g} m: robots move on square ones only"
-            hint = "say how large they are: --side 2.7"
+            hint = "set their size: --side 2.7"
             raise InputError([Diagnostic(trace.source, header.line, 1, found, hint)])
         side = east
     if not 0 < side < 1e6:

@@ -138,7 +138,7 @@ class Editor(Studio):
             self._plan = await asyncio.to_thread(importing.opened_plan, name, files)
             return await asyncio.to_thread(self._plan.told)
         elif self._plan is None or kind not in ("preview", "divided"):
-            raise UsageError("the image is no longer there: choose it again")
+            raise UsageError("the image is no longer available: choose it again")
         else:
             from safenav.studio.editing import importing
 
@@ -358,4 +358,4 @@ def unpacked(packed: str) -> str:
         text = opener.decompress(raw, MAX_BYTES)
         if opener.eof:
             return text.decode()
-    raise UsageError("this link holds no scenario: it was cut off, perhaps")
+    raise UsageError("this link contains no scenario; it may have been cut off")

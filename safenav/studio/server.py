@@ -192,7 +192,7 @@ class Server:
         name = request.match_info["name"]
         made = await self.studio.made(name)
         if made is None:
-            raise web.HTTPNotFound(text="there is nothing to save yet\n")
+            raise web.HTTPNotFound(text="nothing to save yet\n")
         file, content, kind = made
         if name == "3d":  # shown as a page of its own
             headers = {"Content-Security-Policy": APART}

@@ -175,7 +175,7 @@ class Studio:
         """Carry out the request of a page. Raises SafenavError for an impossible one."""
         wanted = self._does.get(str(data.get("do")))
         if wanted is None:
-            raise UsageError(f"the studio cannot '{str(data.get('do'))[:40]}'")
+            raise UsageError(f"unknown request '{str(data.get('do'))[:40]}'")
         await wanted(data)
 
     async def made(self, name: str) -> Made | None:
@@ -264,7 +264,7 @@ class Studio:
 
     async def _change(self, data: Message) -> None:
         if self.run is None:
-            raise UsageError("there is no run whose world could be changed")
+            raise UsageError("no run has started: its world cannot be changed")
         self.run.change({key: value for key, value in data.items() if key != "do"})
 
 

@@ -11,6 +11,7 @@ from safenav.errors import UsageError
 from safenav.motion.check.examination import Finding
 from safenav.motion.check.mismatch import read_motion_of
 from safenav.motion.check.verdict import check_motion
+from safenav.motion.file.reading import text_of
 from safenav.motion.file.records import (
     Action,
     Drive,
@@ -22,7 +23,6 @@ from safenav.motion.file.records import (
     Reserve,
     Segment,
 )
-from safenav.motion.file.writing import text_of
 from safenav.motion.making import motion_of
 from safenav.trace.reading import read_bytes
 from safenav.trace.records import Service

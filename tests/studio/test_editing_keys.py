@@ -86,7 +86,7 @@ def test_a_field_of_text_changes_its_own_lines(operation: dict[str, Any], lines:
     [
         ({"path": [], "key": "until", "text": "{rounds: 3"}, "until is not valid YAML"),
         ({"path": [], "key": "untill", "text": "3"}, "no key 'untill'"),
-        ({"path": ["robots", "cid"], "key": "vision", "text": "3"}, "cannot be drawn"),
+        ({"path": ["robots", "cid"], "key": "vision", "text": "3"}, "does not fit the text"),
         ({"path": ["robots", "ann"], "key": "visions", "text": "3"}, "no key 'visions'"),
     ],
 )

@@ -51,7 +51,7 @@ def mismatch(motion: Motion, trace: Trace) -> str:
         for key in WALKER if limits["kind"] == "walker" else ("size",):
             value = limits.get(key)
             if isinstance(value, bool) or not isinstance(value, int | float) or value <= 0:
-                return f"{name}: '{key}' is missing, or no positive number"
+                return f"{name}: '{key}' is missing, or not a positive number"
     stranger = next((line.robot for line in motion.lines if line.robot not in header.robots), None)
     if stranger is not None:
         return f"{stranger} is not a robot of the header"

@@ -346,7 +346,7 @@ class _Order:
                 wrong(done.t0, robot, "action", what)
             self._go_on(robot, done)
         if len(set(spans)) > 1:
-            what = f"acts on {name} at another time than the others"
+            what = f"acts on {name} not at the same time as the others"
             wrong(spans[0][0], record.robot, "action", what)
         return max((end for _, end in spans), default=None)
 

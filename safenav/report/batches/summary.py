@@ -104,7 +104,7 @@ def _compared(comparison: BaselineComparison) -> list[str]:
         lines += [f"{word}: {name}" for name in names[:_NAMES]]
         if len(names) > _NAMES:
             lines.append(f"{word}: ... and {len(names) - _NAMES} more")
-    return lines or ["nothing has changed or is slower than in the baseline"]
+    return lines or ["no change and no slowdown against the baseline"]
 
 
 def _sum(report: Report) -> str:

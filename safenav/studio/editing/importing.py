@@ -129,7 +129,7 @@ def divided(plan: FloorPlan, cut: Cut) -> RegionMap:
         max(1, round((width - cut.x) / cut.side)),
     )
     if rows * cols > MAX_REGIONS or min(height - cut.y, width - cut.x) < cut.side:
-        raise UsageError(f"{rows} x {cols} regions: choose another side")
+        raise UsageError(f"{rows} x {cols} regions are too many or too few: choose another side")
     masks = meanings(plan.image, cut.legend)
     blocked = masks.pop(WALL, None) if cut.legend else plan.blocked
     if blocked is None:

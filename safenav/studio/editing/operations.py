@@ -46,11 +46,11 @@ def edited(text: str, operation: Operation) -> str:
     """The text after an operation. Raises UsageError for one that cannot be."""
     does = OPERATIONS.get(str(operation.get("op")))
     if does is None:
-        raise UsageError(f"the drawing cannot '{str(operation.get('op'))[:40]}'")
+        raise UsageError(f"unknown edit '{str(operation.get('op'))[:40]}'")
     try:
         return changed(text, lambda data: does(data, operation))
     except (KeyError, TypeError, IndexError, AttributeError, ValueError) as error:
-        raise UsageError(f"that cannot be drawn in this text ({type(error).__name__})") from error
+        raise UsageError(f"this edit does not fit the text ({type(error).__name__})") from error
 
 
 def add_obstacle(data: Any, told: Operation) -> None:

@@ -204,7 +204,7 @@ def _check_name(name: str, robots: Any) -> None:
     if not NAME.fullmatch(name):
         raise UsageError("a robot's name has letters, digits and '_', and begins with a letter")
     if name in robots:
-        raise UsageError(f"there is a robot '{name}' already")
+        raise UsageError(f"a robot '{name}' already exists")
 
 
 def _new_name(model: str, robots: Any) -> str:
