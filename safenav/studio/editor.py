@@ -16,6 +16,8 @@ from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError, UsageError
 from safenav.extras import install_command
+from safenav.report.picture.scenario import scene_of
+from safenav.report.picture.scene import svg_of
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import Draft, load_draft
@@ -327,9 +329,6 @@ class Editor(Studio):
         return played(self.run.order.text, self.run.records, self.run.order.seed)
 
     def _picture(self) -> bytes:
-        from safenav.report.picture.scenario import scene_of
-        from safenav.report.picture.scene import svg_of
-
         assert self._draft.scenario is not None
         return svg_of(scene_of(self._draft.scenario)).encode()
 

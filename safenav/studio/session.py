@@ -19,14 +19,20 @@ from typing import Any
 
 from msgspec.structs import replace
 
+from safenav.certify.record import bundle_of_trace
 from safenav.errors import UsageError
 from safenav.extras import missing
+from safenav.report.page.html import page_of_trace
+from safenav.report.picture.raster import png_of
+from safenav.report.picture.scene import Options, svg_of
+from safenav.report.replay.reading import replay_of
 from safenav.scenario.model import Catalogue
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.yaml.source import STDIN
 from safenav.studio.editing.drawing import objective_kinds
 from safenav.studio.run.live import StudioRun
 from safenav.studio.run.orders import RunOrder
+from safenav.trace.reading import read_bytes
 from safenav.world.moves import Mobility
 
 MOST_FRAMES = 1000
@@ -34,9 +40,6 @@ MOST_FRAMES = 1000
 
 def replay_page(trace: bytes, name: str) -> bytes:
     """The replay as one HTML page."""
-    from safenav.report.page.html import page_of_trace
-    from safenav.trace.reading import read_bytes
-
     return page_of_trace(read_bytes(trace, name), name).encode()
 
 
@@ -47,7 +50,6 @@ def page_3d(trace: bytes, name: str) -> bytes:
     except ModuleNotFoundError as error:
         raise missing("the 3D page", str(error.name), "motion") from error
     from safenav.report.view3d.html import page3d_of
-    from safenav.trace.reading import read_bytes
 
     read = read_bytes(trace, name)
     return page3d_of(read, name, motion_of(read)).encode()
@@ -56,11 +58,6 @@ def page_3d(trace: bytes, name: str) -> bytes:
 def frames(trace: bytes, name: str) -> bytes:
     """A picture of every tick, zipped: PNG, or SVG without the extra ``pictures``. Raises
     UsageError for a run that is too long."""
-    from safenav.report.picture.raster import png_of
-    from safenav.report.picture.scene import Options, svg_of
-    from safenav.report.replay.reading import replay_of
-    from safenav.trace.reading import read_bytes
-
     replay = replay_of(read_bytes(trace, name))
     if replay.last >= MOST_FRAMES:
         raise UsageError(
@@ -81,8 +78,6 @@ def frames(trace: bytes, name: str) -> bytes:
 def bundle(trace: bytes, name: str) -> bytes:
     """The run with its proofs and their checker, zipped. Raises SafenavError where the checker does
     not accept it."""
-    from safenav.certify.record import bundle_of_trace
-
     with TemporaryDirectory() as folder:
         file, out = Path(folder) / name, Path(folder) / "bundle.zip"
         file.write_bytes(trace)

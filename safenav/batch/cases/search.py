@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import glob
 import hashlib
+import json
+import os.path
 import re
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
@@ -275,14 +277,10 @@ def _meant(path: Path) -> str:
 
 def _shown(path: Path) -> str:
     """The path as named, without detours such as ``./`` and ``suite/../``."""
-    import os.path
-
     return Path(os.path.normpath(path)).as_posix()
 
 
 def _clipped(value: Any) -> str:
-    import json
-
     text = value if isinstance(value, str) else json.dumps(value)
     line = " ".join(text.split())
     return line if len(line) <= _WIDTH else line[: _WIDTH - 3] + "..."

@@ -55,7 +55,10 @@ class FailureFolder:
             files.append(folder / "trace.jsonl")
             shutil.copyfile(trace, files[-1])
             try:
-                page = _page(files[-1])
+                from safenav.report.page.html import page_of_trace
+                from safenav.trace.reading import read_trace
+
+                page = page_of_trace(read_trace(files[-1]), files[-1].name)
             except Exception as error:
                 # A trace that was cut off in its first line is not a trace, and no other error in a
                 # picture of a failure must end the batch.
@@ -65,10 +68,3 @@ class FailureFolder:
                 files[-1].write_text(page, encoding="utf-8")
         files[0].write_text("\n".join([*lines, ""]), encoding="utf-8")
         return [str(file) for file in files]
-
-
-def _page(trace: Path) -> str:
-    from safenav.report.page.html import page_of
-    from safenav.report.replay.reading import read_replay
-
-    return page_of(read_replay(trace), trace.name)

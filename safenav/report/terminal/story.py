@@ -71,11 +71,9 @@ class Story:
             case records.Synthesis():
                 self._syntheses.append(event)
             case records.Move():
-                facing = HEADINGS[event.heading] if event.heading else None
-                self._poses[event.robot] = (event.to, facing)
+                self._moved(event, event.to)
             case records.Arrive():
-                facing = HEADINGS[event.heading] if event.heading else None
-                self._poses[event.robot] = (event.at, facing)
+                self._moved(event, event.at)
                 if event.result is not vocabulary.MoveEnd.ARRIVED:
                     self._say(event)
             case records.Discovered():
@@ -109,32 +107,16 @@ class Story:
             case records.Reopened():
                 self._barred.pop(self._obstacles[event.obstacle], None)
                 self._say(event)
-            case records.ActionEnd() if event.reason:
-                self._say(event)
             case records.Goal():
                 self._goal(event)
-            case (
-                records.Assumption()
-                | records.Met()
-                | records.Deadline()
-                | records.Acts()
-                | records.Appeared()
-                | records.Truth()
-                | records.NewObjective()
-                | records.Inputs()
-                | records.Ordered()
-                | records.Service()
-                | records.Told()
-                | records.Plan()
-                | records.PlanEnd()
-                | records.Act(obstacles=(_, *_))
-                | records.Late()
-                | records.Waiting()
-                | records.Operator()
-            ):
-                self._say(event)
             case records.End():
                 self._ended(event)
+            case records.Depart() | records.Held() | records.Backtrack() | records.Belief():
+                pass
+            case records.Act(obstacles=()) | records.ActionEnd(reason=None | ""):
+                pass
+            case _:
+                self._say(event)
 
     def _begin(self) -> None:
         self._echo(click.style(self._scenario.name, bold=True))
@@ -147,6 +129,10 @@ class Story:
                 f"{describe(robot.objective, self._scenario.map.word)}"
             )
         self._map()
+
+    def _moved(self, event: records.Move | records.Arrive, region: Region) -> None:
+        facing = None if event.heading is None else HEADINGS[event.heading]
+        self._poses[event.robot] = (region, facing)
 
     def _goal(self, event: records.Goal) -> None:
         """Print each completed round once, but none of robots that wait, help, charge, or make
