@@ -1,4 +1,4 @@
-/* sources 6e7f8fcdcc84ce072a393b9015cb61ecf6735fe2107a35a7d85b5177e99d3b45 */
+/* sources f82d76aca91325bed77dc24c69c5f1e5d09697c67c03bc23109638f430130cd1 */
 /* Contains Preact:
 The MIT License (MIT)
 
