@@ -35,8 +35,7 @@ from safenav.fleet.transport import (
 from safenav.motion.disc import DiscMover
 from safenav.motion.file.records import Arc, Curve, Drive, Flight, Moving, Reset, Segment
 from safenav.motion.geometry import MetricFloor, turn
-from safenav.motion.kinds import mover
-from safenav.motion.mover import Crossing, Mover
+from safenav.motion.mover import Crossing, Mover, mover
 from safenav.motion.rover import RoverMover
 from safenav.motion.walker.cutting import split
 from safenav.motion.walker.mover import WalkerMover

@@ -1,4 +1,4 @@
-"""What the transports of ROS 1 and ROS 2 share: the meaning of messages, streams of references.
+"""Shared by the transports of ROS 1 and ROS 2: the meaning of messages, streams of references.
 
 Classes of both have the same fields but for their stamps, so those come as seconds.
 """

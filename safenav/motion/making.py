@@ -14,8 +14,7 @@ from safenav.motion.flyer.mover import FlyerMover
 from safenav.motion.flyer.simulation import check_gust, flown
 from safenav.motion.geometry import MetricFloor
 from safenav.motion.in_time import at_times
-from safenav.motion.kinds import mover
-from safenav.motion.mover import Mover
+from safenav.motion.mover import Mover, mover
 from safenav.motion.timing import schedule
 from safenav.motion.timing.given import carried_out, when
 from safenav.motion.walker.limits import RECOVERING

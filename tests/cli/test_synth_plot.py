@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 from cli.conftest import Command
 from once import SCENARIOS
-from safenav.report.picture.text import text_width
+from safenav.report.picture.svg import text_width
 
 SVG = "{http://www.w3.org/2000/svg}"
 

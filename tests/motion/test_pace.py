@@ -7,8 +7,7 @@ import sys
 import pytest
 
 from safenav.motion.geometry import MetricFloor
-from safenav.motion.kinds import mover
-from safenav.motion.mover import Crossing
+from safenav.motion.mover import Crossing, mover
 from safenav.pace.robot import TickPace, acted_by, pace_of
 from safenav.scenario.motion import MotionModel, resolved
 

@@ -12,7 +12,7 @@ from report import made_traces
 from safenav.report.picture.glyphs import separated
 from safenav.report.picture.scenario import scenario_text, scene_of
 from safenav.report.picture.scene import Options, svg_of
-from safenav.report.picture.text import FONTS, text_width, wrapped
+from safenav.report.picture.svg import FONTS, text_width, wrapped
 from safenav.report.replay.reading import read_replay
 from safenav.report.replay.timeline import ObstacleStatus, Replay
 from safenav.scenario.objective import targets_of

@@ -15,8 +15,7 @@ from msgspec import Struct
 from safenav.report.picture.floor import INK, MUTED
 from safenav.report.picture.glyphs import EVENT_MARKS
 from safenav.report.picture.strategy import svg_of_summary
-from safenav.report.picture.svg import SvgWriter, number
-from safenav.report.picture.text import text_width, wrapped
+from safenav.report.picture.svg import SvgWriter, number, text_width, wrapped
 from safenav.report.replay.timeline import StoryKind
 from safenav.scenario.objective import describe, target_regions
 from safenav.spec.specification import Owner, Section

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 from safenav.report.picture.names import PlacedName, TextBox
-from safenav.report.picture.svg import SvgWriter, number
-from safenav.report.picture.text import text_width
+from safenav.report.picture.svg import SvgWriter, number, text_width
 from safenav.world.map import Region, RegionMap
 
 INK = "#1B1F24"

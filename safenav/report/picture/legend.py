@@ -9,8 +9,7 @@ from msgspec import Struct, field
 from safenav.report.picture.floor import INK, MUTED
 from safenav.report.picture.glyphs import NOSE, STATUS_MARKS
 from safenav.report.picture.names import AREA
-from safenav.report.picture.svg import SvgWriter
-from safenav.report.picture.text import text_width, wrapped
+from safenav.report.picture.svg import SvgWriter, text_width, wrapped
 from safenav.report.replay.timeline import ObstacleStatus, Scene, StackRow, StoryKind
 from safenav.scenario.objective import avoided
 from safenav.trace.looks import Look, looks

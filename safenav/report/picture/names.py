@@ -9,8 +9,7 @@ from collections.abc import Iterator
 
 from msgspec import Struct
 
-from safenav.report.picture.svg import SvgWriter, number
-from safenav.report.picture.text import text_width
+from safenav.report.picture.svg import SvgWriter, number, text_width
 from safenav.world.map import Region, RegionMap
 
 AREA = "#0067A3"

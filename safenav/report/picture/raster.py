@@ -17,7 +17,7 @@ from msgspec import Struct
 from safenav.errors import UsageError
 from safenav.extras import missing
 from safenav.report.picture.scene import Options, svg_of
-from safenav.report.picture.text import FONTS
+from safenav.report.picture.svg import FONTS
 from safenav.report.replay.perception import Shading, shading_of
 from safenav.report.replay.timeline import Replay, StoryKind
 

@@ -32,8 +32,7 @@ from safenav.report.picture.pictograms import (
     robot_pictogram,
 )
 from safenav.report.picture.shading import draw_shading, draw_taken, shading_rows, taken_row
-from safenav.report.picture.svg import SvgWriter, number
-from safenav.report.picture.text import wrapped
+from safenav.report.picture.svg import SvgWriter, number, wrapped
 from safenav.report.replay.perception import Shading
 from safenav.report.replay.timeline import Hidden, ObstacleStatus, Placed, Scene, StoryKind
 from safenav.scenario.objective import avoided, target_regions

@@ -13,8 +13,7 @@ from collections.abc import Mapping
 from safenav.report.picture.floor import INK, cell_size, draw_floor, number_size
 from safenav.report.picture.glyphs import EVENT_MARKS
 from safenav.report.picture.legend import WIDTH, Block, Legend, Row, lines_of
-from safenav.report.picture.svg import SvgWriter, number
-from safenav.report.picture.text import wrapped
+from safenav.report.picture.svg import SvgWriter, number, wrapped
 from safenav.report.replay.timeline import StoryKind
 from safenav.scenario.objective import describe, target_regions
 from safenav.spec.compile import assumption_names

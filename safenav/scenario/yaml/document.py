@@ -71,7 +71,7 @@ Node = Scalar | Sequence | Mapping
 
 
 def below(node: Node | None, *keys: str) -> Node | None:
-    """What stands below a node under one key after the other; None if there is nothing."""
+    """The node below another one, under one key after the other; None if there is none."""
     for key in keys:
         node = node.get(key) if isinstance(node, Mapping) else None
     return node
