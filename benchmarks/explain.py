@@ -16,7 +16,7 @@ from pathlib import Path
 
 from safenav.explain.summary import explain_unrealizable
 from safenav.report.terminal.table import table
-from safenav.runtime.explanation import explain_team
+from safenav.runtime.analysis.explanation import explain_team
 from safenav.runtime.mission import first_results
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text

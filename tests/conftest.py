@@ -75,6 +75,6 @@ def patient(monkeypatch: pytest.MonkeyPatch) -> None:
         "safenav.runtime.analysis.postmortem.RUN_SECONDS",
         "safenav.runtime.analysis.ahead.SECONDS",
         "safenav.runtime.deadlines.worst.SECONDS",
-        "safenav.runtime.explanation.QUESTION_SECONDS",
+        "safenav.runtime.analysis.explanation.QUESTION_SECONDS",
     ):
         monkeypatch.setattr(constant, 120.0)

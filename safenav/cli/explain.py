@@ -14,8 +14,8 @@ from safenav.report.terminal.postmortem_text import postmortem_data, postmortem_
 from safenav.report.terminal.synthesis_progress import WaitingLine
 from safenav.report.terminal.worst_cases import promise_lines
 from safenav.runtime.analysis.ahead import run_ahead
+from safenav.runtime.analysis.explanation import explain_team
 from safenav.runtime.analysis.postmortem import explain_run
-from safenav.runtime.explanation import explain_team
 from safenav.runtime.mission import default_synthesizer
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario

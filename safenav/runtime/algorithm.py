@@ -144,9 +144,7 @@ class Algorithm(Struct):
         if decision.drafts:
             self.strategies.install(decision.drafts, answers, decision.reason)
             for name in answers:
-                robot = team.robots[name]
-                assert robot.planner is not None
-                self.turns.monitors.watch(robot.robot, robot.planner)
+                self.turns.monitors.watch(team.robots[name])
             if isinstance(decision.event, Unsettled):
                 team.recorded = {
                     name: objective_in_trace(draft.assignment.objective)
@@ -189,8 +187,8 @@ class Algorithm(Struct):
             self.settle([owed] if owed is not None else [])
             for event in astray:
                 robot = self.team.robots[event.robot]
-                off = robot.planner is not None and robot.planner.node is None
-                free = off and robot.transit is None and self._owed is None
+                off = robot.planner.node is None and robot.transit is None
+                free = off and self._owed is None
                 if free and not self.strategies.relocate(robot):
                     self.settle([event])
         finally:

@@ -270,12 +270,9 @@ class Interventions(Struct):
         """The robot continues from another pose; it is no longer lost."""
         robot.pose = pose
         self.turns.world.placed(robot.robot, pose)
-        if robot.planner is not None:
-            self.turns.monitors.watch(robot.robot, robot.planner)
-            robot.planner.node = None
+        robot.planner.node = None
         yield from self.turns.leave_plan()
-        if robot.planner is not None:
-            robot.planner.node = None
+        robot.planner.node = None
         self.state.failures.back(robot.name)
         for obstacle in self.state.knowledge.obstacles.values():
             if obstacle.type.name == f"lost_{robot.name}":

@@ -41,7 +41,6 @@ class Knowledge:
     not stop, and met by none that they stop."""
 
     def __init__(self, scenario: Scenario) -> None:
-        self.pending: dict[str, Work] = {}
         self.joined: dict[str, tuple[Obstacle, str]] = {}
         self.stuck_at: dict[str, int] = {}
         self.sighted: dict[str, Obstacle] = {}
@@ -55,16 +54,20 @@ class Knowledge:
     def copy(self) -> Knowledge:
         """The same knowledge, to be changed apart from this one."""
         other = copy(self)
-        works = (*self.pending.values(), *self._unmet.open.values())
-        copies = {id(work): replace(work) for work in works}
-        other.pending = {name: copies[id(work)] for name, work in self.pending.items()}
         other.joined, other.stuck_at = dict(self.joined), dict(self.stuck_at)
         other.sighted = dict(self.sighted)
-        for kept, works_of in (("_unmet", self._unmet), ("_known", self._known)):
-            opened = {name: copies[id(work)] for name, work in works_of.open.items()}
-            setattr(other, kept, Works(works_of.scenario, opened))
-        other._known.others = other._unmet.open
+        unmet, known = (
+            {name: replace(work) for name, work in works.open.items()}
+            for works in (self._unmet, self._known)
+        )
+        other._unmet = Works(self._unmet.scenario, unmet)
+        other._known = Works(self._unmet.scenario, known, unmet)
         return other
+
+    @property
+    def pending(self) -> dict[str, Work]:
+        """The obstacles that are pending, by name, and how far each is resolved."""
+        return self._known.open
 
     def closed_to(self, obstacle: Obstacle, robot: Robot) -> bool:
         """Whether a robot must not enter an obstacle's region, as far as it is resolved. One that
@@ -108,7 +111,7 @@ class Knowledge:
         self.stuck_at.pop(obstacle.name, None)
         self.sighted.pop(obstacle.name, None)
         work = self._unmet.open.pop(obstacle.name, None) or Work(obstacle)
-        self.pending[obstacle.name] = self._known.open[obstacle.name] = work
+        self.pending[obstacle.name] = work
         return True
 
     def perform(
@@ -153,7 +156,7 @@ class Knowledge:
     def affected(self, told: Collection[str]) -> set[str]:
         """The obstacles by name that an action may have affected which has resolved those that are
         ``told``: not one that a single action resolves, as it may have come since."""
-        names = {*self._known.open, *self._unmet.open}
+        names = {*self.pending, *self._unmet.open}
         single = {
             name
             for name, work in self.pending.items()
@@ -208,7 +211,6 @@ class Knowledge:
         self.sighted.pop(obstacle.name, None)
         self.joined.pop(obstacle.name, None)
         self.stuck_at.pop(obstacle.name, None)
-        self._known.open.pop(obstacle.name, None)
         self._unmet.open.pop(obstacle.name, None)
         return known
 
@@ -220,7 +222,6 @@ class Knowledge:
     def join(self, obstacle: Obstacle, reason: str) -> None:
         """Add an obstacle to O for the robots that it blocks."""
         work = self.pending.pop(obstacle.name, None)
-        self._known.open.pop(obstacle.name, None)
         if work is not None and reason not in (UNTRAVERSABLE, PERMANENT) and _takes_more(obstacle):
             self._unmet.open[obstacle.name] = work  # robots may still do their part in it
         self.joined[obstacle.name] = (obstacle, reason)

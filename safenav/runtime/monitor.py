@@ -14,11 +14,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from msgspec import Struct, field
 
 from safenav.errors import ExitCode, SafenavError
-from safenav.runtime.navigation import Planner, Proposal
+from safenav.runtime.navigation import Proposal
 from safenav.runtime.progress import holds
 from safenav.runtime.team import RobotState, TeamState
 from safenav.scenario.guarantees import guarantees_of
-from safenav.scenario.model import Robot
 from safenav.scenario.objective import Ltl
 from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.trace import records
@@ -57,12 +56,10 @@ class Monitors:
         self._state = state
         self._watched: dict[str, _Watched] = {}
 
-    def broken_assumptions(
-        self, robot: Robot, planner: Planner, observed: Values
-    ) -> list[Constraint]:
+    def broken_assumptions(self, robot: RobotState, observed: Values) -> list[Constraint]:
         """Return a robot's assumptions that the other robots violated since its last step. Nothing
         is known of a robot that has left its automaton, or did not answer the last look."""
-        watched = self._of(robot, planner)
+        watched, planner = self._watched[robot.name], robot.planner
         if planner.node is None or planner.behind or not self._complete(watched.spec, observed):
             return []
         key = (planner.node, tuple(observed.values()))
@@ -72,23 +69,26 @@ class Monitors:
             watched.broken[key] = found
         return found
 
-    def watch(self, robot: Robot, planner: Planner) -> None:
-        """Check the start of a strategy now, if it is new: its robot will continue elsewhere."""
-        self._of(robot, planner)
+    def watch(self, robot: RobotState) -> None:
+        """Watch a robot with a new strategy, whose start is checked now. Raises GuaranteeError."""
+        spec, values = robot.planner.strategy.specification, robot.planner.values()
+        fairness = spec.section(Section.ENV_LIVENESS)
+        self._watched[robot.name] = _Watched(spec, dict.fromkeys(fairness, self._state.tick))
+        for section in (Section.ENV_INIT, Section.SYS_INIT):
+            for constraint in _violated(spec, section, values, values):
+                raise self._defect(robot, constraint)
 
-    def tell(self, robot: Robot, broken: Sequence[Constraint]) -> None:
+    def tell(self, robot: RobotState, broken: Sequence[Constraint]) -> None:
         """Put broken assumptions into the trace, each rule once."""
         for rule in dict.fromkeys(str(constraint.origin) for constraint in broken):
             self._state.emit(records.Assumption(self._state.tick, robot.name, rule))
 
-    def check_guarantees(
-        self, robot: Robot, planner: Planner, observed: Values, proposal: Proposal
-    ) -> None:
+    def check_guarantees(self, robot: RobotState, observed: Values, proposal: Proposal) -> None:
         """Check a step before it is taken, and take note of the fairness that it met.
 
         Raises GuaranteeError.
         """
-        watched = self._of(robot, planner)
+        watched, planner = self._watched[robot.name], robot.planner
         if planner.node is None or not self._complete(watched.spec, observed):
             return
         before = planner.values()
@@ -138,22 +138,7 @@ class Monitors:
                     found[rule] = max(ticks, found.get(rule, 0))
         return [f"{rule}, which has not held for {ticks} ticks" for rule, ticks in found.items()]
 
-    def _of(self, robot: Robot, planner: Planner) -> _Watched:
-        """Return the robot's watch; a new one if its strategy was synthesized again."""
-        watched = self._watched.get(robot.name)
-        spec = planner.strategy.specification
-        if watched is None or watched.spec is not spec:
-            fairness = spec.section(Section.ENV_LIVENESS)
-            watched = _Watched(spec, dict.fromkeys(fairness, self._state.tick))
-            self._watched[robot.name] = watched
-            if planner.node is not None:
-                values = planner.values()
-                for section in (Section.ENV_INIT, Section.SYS_INIT):
-                    for constraint in _violated(spec, section, values, values):
-                        raise self._defect(robot, constraint)
-        return watched
-
-    def _defect(self, robot: Robot, constraint: Constraint) -> GuaranteeError:
+    def _defect(self, robot: RobotState, constraint: Constraint) -> GuaranteeError:
         return GuaranteeError(
             f"{robot.name} was about to break a guarantee at tick {self._state.tick}: "
             f"{constraint.origin} [{constraint.formula}]; it did not move"

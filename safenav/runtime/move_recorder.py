@@ -51,8 +51,7 @@ class MoveRecorder:
             return
         self._holds.pop(robot.name, None)
         if by is not None:
-            planner = robot.planner if by is vocabulary.MovedBy.STRATEGY else None
-            node = None if planner is None else planner.node
+            node = robot.planner.node if by is vocabulary.MovedBy.STRATEGY else None
             way = robot.pose.region, transit.pose.region, heading_in_trace(transit.pose)
             told = tuple(sorted(shown)) or None, self._signal(robot)
             expected = None if seconds is None else round(seconds, 3)
@@ -142,7 +141,7 @@ class MoveRecorder:
     def _signal(self, robot: RobotState) -> records.Signal | None:
         """Return the command inputs of an assignable strategy if they have changed, else None."""
         planner = robot.planner
-        if planner is None or planner.switch is None or planner.node is None:
+        if planner.switch is None or planner.node is None:
             return None
         values = planner.values()
         told = records.Signal(bool(values["request"]), values["assigned"], bool(values["wait"]))

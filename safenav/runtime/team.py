@@ -28,7 +28,6 @@ from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.objective import Objective
 from safenav.spec.objective import Memory
 from safenav.spec.other_robots.tracking import Sightings
-from safenav.spec.task import Task
 from safenav.trace import records
 from safenav.trace.header import objective_in_trace, obstacle_header
 from safenav.trace.objective import Objective as TracedObjective
@@ -72,25 +71,23 @@ class Transit(Struct, frozen=True):
 
 class RobotState(Struct):
     """One robot in a run. ``pose``: where it stands; in transit, where it set out. ``own``: its
-    progress with its own objective; ``progress``: with what it does now (the same, unless it
-    does something else for a while). ``planner`` is missing before the first synthesis. ``active``:
-    it is in service; else it stands still. ``arriving``: it has just taken a step of a joint plan,
-    of which is not counted yet what it met by that. ``acting``: the robot whose action it takes
-    part in, on ``acts_on`` (in lockstep what the team knew to be within its reach when it acted
-    last); ``asked``: it was let act since it came here, ``acted``: what it did by that, if it is to
-    stay for it. ``held``: it stands still until that is over. ``stays_for``: the observation for
-    which its strategy had it stay last, with the regions ``shown`` as occupied; ``stood``: what it
-    has decided by since it stands there.
-    ``mode``: the input that has given it its present objective, and ``base`` the one before that
-    with its progress. ``charge``: of its battery, if it has one; ``stop``: where it is to go
-    for its charge."""
+    progress with its own objective; ``progress``: with what it does now (the same, unless it does
+    something else for a while). ``active``: it is in service; else it stands still. ``arriving``:
+    it has just taken a step of a joint plan, of which is not counted yet what it met by that.
+    ``acting``: the robot whose action it takes part in, on ``acts_on`` (in lockstep what the team
+    knew to be within its reach when it acted last); ``asked``: it was let act since it came here,
+    ``acted``: what it did by that, if it is to stay for it. ``held``: it stands still until that is
+    over. ``stays_for``: the observation for which its strategy had it stay last, with the regions
+    ``shown`` as occupied; ``stood``: what it has decided by since it stands there. ``mode``: the
+    input that has given it its present objective, and ``base`` the one before that with its
+    progress. ``charge``: of its battery, if it has one; ``stop``: where it is to go for its
+    charge."""
 
     robot: Robot
     pose: Pose
     own: Progress
     assignment: Assignment
     progress: Progress
-    planner: Planner | None = None
     transit: Transit | None = None
     begun: bool = False
     active: bool = True
@@ -107,6 +104,24 @@ class RobotState(Struct):
     base: tuple[Objective, Progress, int | None] | None = None
     charge: float | None = None
     stop: Pose | None = None
+    _planner: Planner | None = None
+
+    @property
+    def planner(self) -> Planner:
+        """Its strategy in execution; there is one from the first synthesis on."""
+        assert self._planner is not None
+        return self._planner
+
+    @property
+    def has_strategy(self) -> bool:
+        return self._planner is not None
+
+    def take_over(self, planner: Planner) -> None:
+        """Put another strategy in force."""
+        if self._planner is not None:
+            self._planner.strategy.close()
+        self._planner = planner
+        self.stood.clear()
 
     @property
     def name(self) -> str:
@@ -136,9 +151,7 @@ class RobotState(Struct):
     @property
     def machine(self) -> Hashable:
         """All by which it decides in lockstep without a surprise, but the rounds counted."""
-        planner, node = self.planner, None
-        if planner is not None:
-            node = id(planner.strategy), planner.node, planner.behind
+        node = id(self.planner.strategy), self.planner.node, self.planner.behind
         own, transit = self.own, None if self.transit is None else self.transit.pose
         met = own.memory.index, tuple(sorted(own.memory.values.items())), own.seen
         does = self.assignment.role, self.assignment.objective, self.active, self.held
@@ -216,8 +229,7 @@ class TeamState(Struct):
         self.scenario = replace(self.scenario, robots=tuple(r.robot for r in self.robots.values()))
         robot.own = own
         if robot.assignment.role is Role.OWN:
-            if robot.planner is not None:
-                robot.planner.node = None  # whatever it did, it is to have a strategy for this
+            robot.planner.node = None  # whatever it did, it is to have a strategy for this
             safe = robot.assignment.safe_poses
             robot.assignment = Assignment(Role.OWN, objective, safe_poses=safe)
             robot.progress, robot.begun = own, False
@@ -362,10 +374,10 @@ class TeamState(Struct):
             found |= other.occupied
         return found
 
-    def sightings(self, state: RobotState, task: Task, shown: frozenset[Region]) -> Sightings:
+    def sightings(self, state: RobotState, shown: frozenset[Region]) -> Sightings:
         """Return what a robot observes of the robots that its task is about; regions ``shown``
         count as occupied. Call once per turn: it takes a look."""
-        here = state.pose.region
+        here, task = state.pose.region, state.planner.task
         positions = {o.name: self.robots[o.name].pose.region for o in task.observed}
         known = self.beliefs.look(task, self.scenario.map, here, positions)
         moving = [self.robots[o.name] for o in task.observed if o.danger]

@@ -32,7 +32,6 @@ from safenav.scenario.model import Obstacle, Tracking
 from safenav.scenario.objective import Ltl, relaxed
 from safenav.spec.other_robots.tracking import Sightings, observe
 from safenav.spec.specification import Constraint
-from safenav.spec.task import Task
 from safenav.trace import records
 from safenav.trace.vocabulary import ChangeCause, HoldReason, MovedBy, PlanEndReason, Reason
 from safenav.world.map import Region
@@ -94,7 +93,7 @@ class Turns:
         undo each of its moves alone, waits for nothing, and has a strategy for that objective,
         which none of those has that the wait is about."""
         planner, waiting = robot.planner, self.state.waiting
-        if planner is None or planner.node is None or robot.assignment.role is not Role.OWN:
+        if planner.node is None or robot.assignment.role is not Role.OWN:
             return False
         if isinstance(robot.robot.objective, Ltl) or not robot.active or robot.held is not None:
             return False
@@ -112,7 +111,7 @@ class Turns:
         planner = robot.planner
         self._look_around(robot)
         yield from self._move(robot, robot.pose, {}, MovedBy.STAY, why=why)
-        if planner is None or planner.node is None or robot.planner is not planner:
+        if planner.node is None or robot.planner is not planner:
             return
         if planner.task.tracking is not Tracking.NEARBY:
             planner.behind = True
@@ -122,7 +121,7 @@ class Turns:
         """Live: whether a robot has done its way of the joint plan, and continues by its strategy
         (``may_move`` keeps it out of the ways of the others)."""
         planner = robot.planner
-        if not self.state.live or planner is None or not self.traffic.released(robot.name):
+        if not self.state.live or not self.traffic.released(robot.name):
             return False
         if self.traffic.follows(robot.name):
             return False
@@ -153,9 +152,8 @@ class Turns:
         robot.active = active
         if active:
             self.state.failures.back(robot.name)
-        if not active or robot.planner is None or robot.transit is not None:
+        if not active or robot.transit is not None:
             return
-        self.monitors.watch(robot.robot, robot.planner)
         robot.planner.node = None
         told = relaxed(robot.progress.objective)
         if relaxed(robot.planner.task.objective) == told:
@@ -164,7 +162,6 @@ class Turns:
     def _follow_strategy(self, robot: RobotState) -> Iterator[Event]:
         """Take the strategy's successor for the observation, unless world or team forbid it."""
         planner = robot.planner
-        assert planner is not None
         seen = self._same_again(robot, planner) if self.state.live else None
         if seen is not None and seen == robot.stays_for:
             formulas = isinstance(robot.progress.objective, Ltl)
@@ -172,7 +169,7 @@ class Turns:
             yield from self._move(robot, robot.pose, before, MovedBy.STRATEGY, robot.shown)
             return
         observed = self._look(robot, frozenset())
-        broken = self.monitors.broken_assumptions(robot.robot, planner, observed)
+        broken = self.monitors.broken_assumptions(robot, observed)
         answer = planner.propose(observed)
         lost, silent = answer is None, answer is None and planner.node is not None and not broken
         silent = silent and not planner.behind
@@ -194,7 +191,7 @@ class Turns:
             proposal = self._another(robot, observed, proposal)
             by = MovedBy.STRATEGY if proposal.answers else MovedBy.STAY
         if by is MovedBy.STRATEGY or proposal.node != planner.node:
-            self.monitors.check_guarantees(robot.robot, planner, observed, proposal)
+            self.monitors.check_guarantees(robot, observed, proposal)
         before = planner.values()
         stays = (proposal.pose, proposal.node) == (robot.pose, planner.node)
         told = answer is not None and not (broken or violation) and by is MovedBy.STRATEGY
@@ -213,7 +210,7 @@ class Turns:
         yield from self._move(robot, proposal.pose, before, by, proposal.shown)
         if robot.planner is planner and planner.behind:
             self.strategies.catch_up(robot)
-        self.monitors.tell(robot.robot, broken)
+        self.monitors.tell(robot, broken)
         if silent:
             self.tell.no_answer(robot, observed)
         if violation is not None:
@@ -258,14 +255,12 @@ class Turns:
             yield events.ObstacleEncountered(violation)
         if pose is None or violation is not None:
             by = MovedBy.STAY if violation is None else MovedBy.BACKTRACK
-            if robot.planner is not None and robot.planner.task.tracking is not Tracking.NEARBY:
+            if robot.planner.task.tracking is not Tracking.NEARBY:
                 robot.planner.node = None  # it remembers where others were, and they move on
             yield from self._move(robot, robot.pose, {}, by, why=HoldReason.PLAN)
         else:
             assert pose.region not in self.state.taken(robot.robot), "plans keep robots apart"
-            if robot.planner is not None:
-                self.monitors.watch(robot.robot, robot.planner)
-                robot.planner.node = None
+            robot.planner.node = None
             yield from self._move(robot, pose, {}, MovedBy.PLAN)
         if violation is not None:
             yield from self.leave_plan(PlanEndReason.VIOLATION)
@@ -280,10 +275,7 @@ class Turns:
             return
         for robot in self._off_their_strategies():
             self.strategies.relocate(robot)
-        nodes = {
-            name: robot.planner.node if robot.planner is not None else None
-            for name, robot in self.state.robots.items()
-        }
+        nodes = {name: robot.planner.node for name, robot in self.state.robots.items()}
         self.traffic.end(reason, nodes)
         for robot in () if settling else self._off_their_strategies():
             yield events.Astray(robot.name, Reason.PLAN)
@@ -293,7 +285,7 @@ class Turns:
         return [
             robot
             for robot in self.state.robots.values()
-            if robot.transit is None and robot.planner is not None and robot.planner.node is None
+            if robot.transit is None and robot.planner.node is None
         ]
 
     def _travel(self, robot: RobotState, transit: Transit) -> Iterator[Event]:
@@ -381,10 +373,10 @@ class Turns:
     ) -> tuple[Mapping[str, int], Mapping[str, int]]:
         """The variables of the robot's specification around a step that has just ended, and
         remember what its formulas do."""
-        planner, progress = robot.planner, robot.progress
+        progress = robot.progress
         after: Mapping[str, int] = {}
         if isinstance(progress.objective, Ltl):  # nothing else depends on them
-            after = planner.values() if planner is not None else {}
+            after = robot.planner.values()
             if strayed or not (before and after):
                 before, after = self._step_off(robot, start)
             progress.remember(after)
@@ -467,8 +459,7 @@ class Turns:
     ) -> Iterator[Event]:
         """Apply a failed step: the robot is off its strategy; the region that it could not
         enter is an obstacle, or the robot is out of service."""
-        if robot.planner is not None:
-            robot.planner.node = None
+        robot.planner.node = None
         if violation is not None:
             yield from self.leave_plan(PlanEndReason.VIOLATION)
             yield events.ObstacleEncountered(violation)
@@ -510,8 +501,7 @@ class Turns:
 
     def _go_on_from_elsewhere(self, robot: RobotState) -> Iterator[Event]:
         """Continue from the pose that the world reports if it is not the commanded one."""
-        if robot.planner is not None:
-            robot.planner.node = None
+        robot.planner.node = None
         if self.traffic.active:
             yield from self.leave_plan(settling=False)
         else:
@@ -519,16 +509,14 @@ class Turns:
 
     def _go_on(self, robot: RobotState) -> Iterator[Event]:
         """Continue a robot off its strategy from where it is: in it, if that knows the pose."""
-        if robot.planner is None or robot.planner.node is not None or not robot.active:
+        if robot.planner.node is not None or not robot.active:
             return
         if not self.strategies.relocate(robot):
             yield events.Astray(robot.name, Reason.PLAN)
 
     def _look(self, robot: RobotState, shown: frozenset[Region]) -> dict[str, int]:
         planner = robot.planner
-        assert planner is not None
-        sightings = self._keep_track(robot, planner.task, shown)
-        observed = observe(planner.task, self.state.scenario.map, sightings)
+        observed = observe(planner.task, self.state.scenario.map, self._look_around(robot, shown))
         observed |= {
             each.name: int(self.state.inputs[each.name]) for each, _ in planner.task.inputs
         }
@@ -536,15 +524,11 @@ class Turns:
             observed |= signal(self.state, robot, observed)
         return observed
 
-    def _look_around(self, robot: RobotState) -> None:
-        """Look without deciding by it: what a strategy believes of others stays true."""
-        if robot.planner is not None and robot.planner.task.tracking is not Tracking.NEARBY:
-            self._keep_track(robot, robot.planner.task, frozenset())
-
-    def _keep_track(self, robot: RobotState, task: Task, shown: frozenset[Region]) -> Sightings:
-        """Look around; once per turn, since a look lets beliefs grow by a step of the others."""
-        sightings = self.state.sightings(robot, task, shown)
-        self.tell.looked(task, sightings.known)
+    def _look_around(self, robot: RobotState, shown: frozenset[Region] = frozenset()) -> Sightings:
+        """Look around, once per turn: a look lets beliefs grow by a step of the others. What a
+        strategy believes of others stays true by that, also where it decides nothing."""
+        sightings = self.state.sightings(robot, shown)
+        self.tell.looked(robot.planner.task, sightings.known)
         return sightings
 
     def _back_up(
@@ -557,7 +541,6 @@ class Turns:
         """Go back to the state before and take what is safe (paper, Section V-B)."""
         self.tell.violation(robot, violation)
         planner = robot.planner
-        assert planner is not None
         if planner.switch is not None and self.state.knowledge.knows(violation.obstacle):
             planner.switch.stopped = robot.pose
         options = planner.alternatives(robot.pose, observed, refused)
@@ -579,7 +562,6 @@ class Turns:
     ) -> Proposal:
         """Take another successor, with the refused region shown as occupied; else stay."""
         planner = robot.planner
-        assert planner is not None
         if planner.switch is None and planner.task.tracking is Tracking.NEARBY:
             shown = frozenset({refused.pose.region})
             answer = planner.propose(self._look(robot, shown))

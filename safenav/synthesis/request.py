@@ -40,14 +40,13 @@ class RequestKind(StrEnum):
 
 
 class RequestPhase(StrEnum):
-    STARTED = "started"
     RUNNING = "running"
     FINISHED = "finished"
 
 
 class SynthesisProgress(Struct, frozen=True):
-    """Something happened in a synthesis: it started, still runs (reported once per second), or
-    finished with a result. ``index``: which of the specifications it belongs to."""
+    """Something happened in a synthesis: it still runs (reported once per second), or finished
+    with a result. ``index``: which of the specifications it belongs to."""
 
     index: int
     robot: str

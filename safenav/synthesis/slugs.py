@@ -13,6 +13,7 @@ import hashlib
 import os
 import time
 from collections.abc import Callable, Sequence
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from pathlib import Path
 
 from msgspec.structs import replace
@@ -23,16 +24,15 @@ from safenav.scenario.settings import Controllers, Limits
 from safenav.spec.specification import Specification
 from safenav.synthesis.binary import Binary, find_binary, find_own_binary
 from safenav.synthesis.cache import Cache, CacheEntry, key_of
-from safenav.synthesis.jobs import work_off
-from safenav.synthesis.process import Finished, orderly_termination
-from safenav.synthesis.program import Program, Served
+from safenav.synthesis.process import Crew, Finished, orderly_termination
+from safenav.synthesis.program import Brought, Program
 from safenav.synthesis.request import Job, Listener, RequestKind, RequestPhase, SynthesisProgress
 from safenav.synthesis.result import failure, too_large, verdict_of
 from safenav.synthesis.strategy import Strategy
 from safenav.synthesis.verdict import SynthesisResult
 
 _GOOD = Verdict.REALIZABLE
-
+_HEARTBEAT_SECONDS = 1.0
 
 Verifier = Callable[[Specification, Strategy, bool], str | None]
 """Checks an automaton against its specification (the flag: it is a counterstrategy); what is
@@ -144,11 +144,38 @@ class Synthesizer:
             tell(SynthesisProgress(index, spec.robot, RequestPhase.FINISHED, elapsed, remembered))
         if jobs:
             with orderly_termination():
-                program = Program(self.binary, self.seconds, self.memory_mb)
-                found = work_off(program, jobs, self.at_once, self._result, tell)
-            for index, result in found.items():
-                results[index] = result
+                for index, result in self._worked_off(jobs, tell).items():
+                    results[index] = result
         return [result for result in results if result is not None]
+
+    def _worked_off(self, jobs: Sequence[Job], tell: Listener) -> dict[int, SynthesisResult]:
+        """The results of jobs by their indices. Threads run the program; its answers are read, and
+        reported, in the caller's thread. Whatever ends this ends the programs, too."""
+        _ = self.binary.native  # asked here once, not in every thread
+        program, crew = Program(self.binary, self.seconds, self.memory_mb), Crew()
+        begun: dict[int, float] = {}
+        results: dict[int, SynthesisResult] = {}
+
+        def answer(job: Job) -> Brought:
+            begun[job.index] = time.monotonic()
+            return program.answer(crew, job)
+
+        pool = ThreadPoolExecutor(min(len(jobs), self.at_once))
+        try:
+            left = {pool.submit(answer, job): job for job in jobs}
+            while left:
+                done, _ = wait(left, _HEARTBEAT_SECONDS, FIRST_COMPLETED)
+                for future in done:
+                    job = left.pop(future)
+                    results[job.index] = result = self._result(job, future.result())
+                    tell(job.progress(RequestPhase.FINISHED, result.seconds, result))
+                now, running = time.monotonic(), [job for job in left.values() if not done]
+                for job in (job for job in running if job.index in begun):
+                    tell(job.progress(RequestPhase.RUNNING, now - begun[job.index]))
+        finally:
+            crew.dismiss()
+            pool.shutdown(cancel_futures=True)
+        return results
 
     def _remembered(self, job: Job) -> SynthesisResult | None:
         """The cached result, if it is there and stands every check that a fresh one stands."""
@@ -171,7 +198,7 @@ class Synthesizer:
             return self._checked(job, replace(entry, strategy_json=None), cached=True)
         return result
 
-    def _result(self, job: Job, finished: Finished | Served) -> SynthesisResult:
+    def _result(self, job: Job, finished: Brought) -> SynthesisResult:
         if not isinstance(finished, Finished):
             found, seconds = finished
             if isinstance(found, Verdict):

@@ -70,11 +70,10 @@ class Record(TickLine, frozen=True, kw_only=True):
         return hash((type(self), self.tick))
 
 
-class Header(Record, frozen=True):
+class Header(Record, frozen=True, tag="header"):
     """The first line; the only one without a tick in the file. ``clock``: ``live`` for a run in
     time, None for lockstep."""
 
-    type: ClassVar[str] = "header"
     trace: int
     safenav: str
     scenario: ScenarioHeader
@@ -99,7 +98,7 @@ class PlacesFrom(Struct, frozen=True):
     memory: Mapping[str, int] | None = None
 
 
-class Synthesis(Record, frozen=True):
+class Synthesis(Record, frozen=True, tag="synthesis"):
     """A robot was synthesized. For a strategy that was installed, ``node`` is where it begins.
 
     What the specification was made from: pose (``region``, ``heading``), ``memory`` (variable:
@@ -114,7 +113,6 @@ class Synthesis(Record, frozen=True):
     ``tried`` before.
     """
 
-    type: ClassVar[str] = "synthesis"
     robot: str
     reason: Reason
     verdict: Verdict
@@ -159,14 +157,13 @@ class Signal(Struct, frozen=True):
     wait: bool
 
 
-class Move(Record, frozen=True):
+class Move(Record, frozen=True, tag="move"):
     """One for each robot and tick. ``toward``: while a step takes several ticks, the region to
     which the robot is in transit and which it also occupies. ``by``: what decided the move (None:
     nothing was queried, the robot is in transit, or the trace does not record it). ``signal``: on
     the first move after it changed. ``busy``: regions that were shown to its strategy as occupied
     although no robot is there."""
 
-    type: ClassVar[str] = "move"
     robot: str
     from_: Region
     to: Region
@@ -177,13 +174,12 @@ class Move(Record, frozen=True):
     busy: tuple[Region, ...] | None = None
 
 
-class Depart(Record, frozen=True):
+class Depart(Record, frozen=True, tag="depart"):
     """Live: a robot begins a step, and occupies both regions until the ``arrive`` line with the
     same ``command``. ``heading``: the one at its end. ``by`` as in ``Move``; ``node``: the
     strategy's node after the step; ``shown``: regions that were shown to its strategy as occupied
     although no robot is there; ``seconds``: expected duration."""
 
-    type: ClassVar[str] = "depart"
     command: Count
     robot: str
     from_: Region
@@ -196,11 +192,10 @@ class Depart(Record, frozen=True):
     seconds: Seconds | None = None
 
 
-class Arrive(Record, frozen=True):
+class Arrive(Record, frozen=True, tag="arrive"):
     """Live: the step of a robot has ended, and it occupies the region ``at`` only (``regions`` if
     it is lost: it is somewhere in these). ``reason``: why it is not where it was to go."""
 
-    type: ClassVar[str] = "arrive"
     command: Count
     robot: str
     at: Region
@@ -210,23 +205,21 @@ class Arrive(Record, frozen=True):
     regions: tuple[Region, ...] | None = None
 
 
-class Act(Record, frozen=True):
+class Act(Record, frozen=True, tag="act"):
     """Live: a robot begins to act on ``obstacles`` (none: on what the team does not know) where it
     stands. ``robots``: all that take part, which stay until the ``acted`` line."""
 
-    type: ClassVar[str] = "act"
     command: Count
     robot: str
     robots: tuple[str, ...]
     obstacles: tuple[str, ...]
 
 
-class ActionEnd(Record, frozen=True):
+class ActionEnd(Record, frozen=True, tag="acted"):
     """Live: the end of an action. ``results``: the result for each obstacle. ``barred``: those on
     which the robot has failed too often, which it leaves to others from now on. ``reason``: why it
     has failed."""
 
-    type: ClassVar[str] = "acted"
     command: Count
     robot: str
     results: Mapping[str, ActResult]
@@ -234,22 +227,20 @@ class ActionEnd(Record, frozen=True):
     reason: str | None = None
 
 
-class Held(Record, frozen=True):
+class Held(Record, frozen=True, tag="hold"):
     """Live: a robot stays where it is, from now on for another reason than before. ``shown``:
     regions that were shown to its strategy as occupied although no robot is there."""
 
-    type: ClassVar[str] = "hold"
     robot: str
     why: HoldReason
     signal: Signal | None = None
     shown: tuple[Region, ...] | None = None
 
 
-class Late(Record, frozen=True):
+class Late(Record, frozen=True, tag="late"):
     """A report of the world (live) or an intervention that was dropped, and why: ``event`` is its
     kind, ``at`` the time (live, seconds) that it is about."""
 
-    type: ClassVar[str] = "late"
     event: str
     reason: str
     robot: str | None = None
@@ -258,20 +249,18 @@ class Late(Record, frozen=True):
     at: Seconds | None = None
 
 
-class Reopened(Record, frozen=True):
+class Reopened(Record, frozen=True, tag="reopened"):
     """An obstacle that was given up (``blocked``) is pending again: what it lacked may be there
     now."""
 
-    type: ClassVar[str] = "reopened"
     obstacle: str
 
 
-class Waiting(Record, frozen=True):
+class Waiting(Record, frozen=True, tag="waiting"):
     """The run would end, and waits instead: live for an operator, or ``until`` the tick or second
     at which the scenario changes something. ``outcome``: the end that it would have; the other
     fields as there."""
 
-    type: ClassVar[str] = "waiting"
     outcome: Outcome
     explanation: str
     cause: OperatorCause | None = None
@@ -279,10 +268,9 @@ class Waiting(Record, frozen=True):
     until: Seconds | None = None
 
 
-class Operator(Record, frozen=True):
+class Operator(Record, frozen=True, tag="operator"):
     """Live: an intervention of an operator."""
 
-    type: ClassVar[str] = "operator"
     intervention: OperatorIntervention
     robot: str | None = None
     obstacle: str | None = None
@@ -291,10 +279,9 @@ class Operator(Record, frozen=True):
     objective: Objective | None = None
 
 
-class Discovered(Record, frozen=True):
+class Discovered(Record, frozen=True, tag="discovered"):
     """An obstacle that the header does not list; before the first line that names it."""
 
-    type: ClassVar[str] = "discovered"
     obstacle: ObstacleHeader
 
 
@@ -305,39 +292,31 @@ class ObstacleChange(Record, frozen=True):
     cause: ChangeCause
 
 
-class Appeared(ObstacleChange, frozen=True):
+class Appeared(ObstacleChange, frozen=True, tag="appeared"):
     """An obstacle stands there from now on."""
 
-    type: ClassVar[str] = "appeared"
 
-
-class Ordered(ObstacleChange, frozen=True):
+class Ordered(ObstacleChange, frozen=True, tag="order"):
     """The team is to resolve an obstacle that has just appeared, although no robot has encountered
     it."""
 
-    type: ClassVar[str] = "order"
 
-
-class Gone(ObstacleChange, frozen=True):
+class Gone(ObstacleChange, frozen=True, tag="gone"):
     """An obstacle disappeared without being resolved."""
 
-    type: ClassVar[str] = "gone"
 
-
-class Truth(Record, frozen=True):
+class Truth(Record, frozen=True, tag="truth"):
     """A new truth that resolving the obstacle reveals from now on."""
 
-    type: ClassVar[str] = "truth"
     obstacle: str
     traversable: bool
     cause: ChangeCause
 
 
-class NewObjective(Record, frozen=True):
+class NewObjective(Record, frozen=True, tag="objective"):
     """A robot has another objective of its own from now on; its rounds restart. ``at_once``: it
     is in force; else the robot waits or helps, and gets it when that ends."""
 
-    type: ClassVar[str] = "objective"
     robot: str
     objective: Objective
     at_once: bool
@@ -345,30 +324,27 @@ class NewObjective(Record, frozen=True):
     within: Count | None = None
 
 
-class Inputs(Record, frozen=True):
+class Inputs(Record, frozen=True, tag="inputs"):
     """The inputs of the environment from now on, as all robots observe them, when one changes or a
     user sets one for the first time. Before the first line all are off. ``user``: those that a user
     has set."""
 
-    type: ClassVar[str] = "inputs"
     values: Mapping[str, bool]
     user: tuple[str, ...] | None = None
 
 
-class Service(Record, frozen=True):
+class Service(Record, frozen=True, tag="service"):
     """A robot stands still from now on (``active`` false), or is back. It ends a step that it has
     begun, and what it can do where it stands it still does."""
 
-    type: ClassVar[str] = "service"
     robot: str
     active: bool
     cause: ChangeCause
 
 
-class Violation(Record, frozen=True):
+class Violation(Record, frozen=True, tag="violation"):
     """The robot would have entered ``proposed``; ``action`` is that of the obstacle's next need."""
 
-    type: ClassVar[str] = "violation"
     robot: str
     at: Region
     proposed: Region
@@ -376,24 +352,22 @@ class Violation(Record, frozen=True):
     action: str
 
 
-class Backtrack(Record, frozen=True):
+class Backtrack(Record, frozen=True, tag="backtrack"):
     """The region kept or taken instead. ``node``: the strategy's other successor, None where the
     robot keeps the node that it was in."""
 
-    type: ClassVar[str] = "backtrack"
     robot: str
     to: Region
     node: Count | None = None
 
 
-class Request(Record, frozen=True):
+class Request(Record, frozen=True, tag="request"):
     """``bids``: robots with the capability, and how far each has to go (None: it cannot get
     there). ``helpers``: all requested helpers, where one is not enough. ``need``: which of the
     obstacle's needs, where it has several. ``because``: why no robot helps, in words, where the
     bids do not show it. No ``requester``: it is an order. ``aside``: no joint state that the team
     can reach serves it; its obstacle is a wall until something changes."""
 
-    type: ClassVar[str] = "request"
     obstacle: str
     requester: str | None
     bids: Mapping[str, Count | None]
@@ -418,34 +392,28 @@ class StackEntry(Record, frozen=True):
     need: Count | None = None
 
 
-class Push(StackEntry, frozen=True):
+class Push(StackEntry, frozen=True, tag="push"):
     """Objectives changed for a request, or so that ``helper`` gives way to ``requester`` (then
     ``obstacle`` is None). ``objectives``: those in force after it."""
 
-    type: ClassVar[str] = "push"
 
-
-class Pop(StackEntry, frozen=True):
+class Pop(StackEntry, frozen=True, tag="pop"):
     """The end of a stack entry; the fields identify the dropped entry."""
 
-    type: ClassVar[str] = "pop"
 
-
-class Told(Record, frozen=True):
+class Told(Record, frozen=True, tag="told"):
     """A robot with command inputs pursues ``objective`` from now on, where no push or pop records
     it: for example, it has done its part of a need, or another need is next."""
 
-    type: ClassVar[str] = "told"
     robot: str
     objective: Objective
 
 
-class Met(Record, frozen=True):
+class Met(Record, frozen=True, tag="met"):
     """One of several needs of an obstacle was met: the ``need`` with that number, by ``robot``,
     whose turn it is, ``at`` its region, doing ``action``. ``robots``: all that it took, where one
     is not enough. With the last need a ``resolved`` line follows."""
 
-    type: ClassVar[str] = "met"
     obstacle: str
     need: Count
     action: str
@@ -454,11 +422,10 @@ class Met(Record, frozen=True):
     robots: tuple[str, ...] | None = None
 
 
-class Resolved(Record, frozen=True):
+class Resolved(Record, frozen=True, tag="resolved"):
     """An obstacle is resolved: its last need (or its only one) was met. ``robots``: all that took
     part, where one is not enough."""
 
-    type: ClassVar[str] = "resolved"
     obstacle: str
     robot: str
     at: Region
@@ -467,11 +434,10 @@ class Resolved(Record, frozen=True):
     robots: tuple[str, ...] | None = None
 
 
-class KnownObstacle(Record, frozen=True):
+class KnownObstacle(Record, frozen=True, tag="blocked"):
     """An obstacle joined the known ones for ``robots``. ``because``: what it lacks, in words;
     ``for_now``: the scenario changes something later."""
 
-    type: ClassVar[str] = "blocked"
     obstacle: str
     robots: frozenset[str]
     reason: BlockReason
@@ -480,41 +446,37 @@ class KnownObstacle(Record, frozen=True):
     for_now: bool | None = None
 
 
-class Goal(Record, frozen=True):
+class Goal(Record, frozen=True, tag="goal"):
     """``goal``: index of the target in the objective; ``round``: completed ones after it."""
 
-    type: ClassVar[str] = "goal"
     robot: str
     goal: Count
     region: Region
     round: Count
 
 
-class Belief(Record, frozen=True):
+class Belief(Record, frozen=True, tag="belief"):
     """``robot`` sees ``of`` in the only one of ``regions``, or believes it to be in any."""
 
-    type: ClassVar[str] = "belief"
     robot: str
     of: str
     seen: bool
     regions: frozenset[Region]
 
 
-class Assumption(Record, frozen=True):
+class Assumption(Record, frozen=True, tag="assumption"):
     """The others broke what the robot's strategy relies on."""
 
-    type: ClassVar[str] = "assumption"
     robot: str
     name: str
 
 
-class Deadline(Record, frozen=True):
+class Deadline(Record, frozen=True, tag="deadline"):
     """The state of a promise ``of`` a robot (a round), an obstacle (its resolution) or the
     ``mission``, ``due`` at the end of that tick. ``earliest``: a tick before whose end it cannot
     happen, whatever the robots do; ``planned``: the tick in which the acts that were chosen resolve
     it; ``cause``: ``battery``, where a charge made it."""
 
-    type: ClassVar[str] = "deadline"
     of: str
     due: Count
     verdict: DeadlineVerdict
@@ -533,40 +495,37 @@ class ScheduledAct(Struct, frozen=True):
     robots: Mapping[str, Place]
 
 
-class Acts(Record, frozen=True):
+class Acts(Record, frozen=True, tag="acts"):
     """Who acts where next, chosen since something is due; the duties follow from it. ``beyond``:
     obstacles that no order of acts resolves when they are due. ``spent``: the search has used up
     its budget, and the duties follow from the rules for requests that are not due. ``around``: the
     regions that robots keep out of, since an obstacle may be there."""
 
-    type: ClassVar[str] = "acts"
     acts: tuple[ScheduledAct, ...] = ()
     beyond: tuple[str, ...] = ()
     spent: bool | None = None
     around: Mapping[str, tuple[Region, ...]] | None = None
 
 
-class Plan(Record, frozen=True):
+class Plan(Record, frozen=True, tag="plan"):
     """A joint plan. ``robots``: the places of each, the first where it stands now. ``orders``:
     ``[first, i, then, j]``: ``then`` enters its place ``j`` only when ``first`` has arrived at
     its place ``i`` (places count from 0)."""
 
-    type: ClassVar[str] = "plan"
     reason: str
     robots: Mapping[str, tuple[Place, ...]]
     orders: tuple[tuple[str, Count, str, Count], ...]
 
 
-class PlanEnd(Record, frozen=True):
+class PlanEnd(Record, frozen=True, tag="plan_end"):
     """``nodes``: the next node of each robot's strategy (None: nowhere; it keeps
     its place until it is synthesized)."""
 
-    type: ClassVar[str] = "plan_end"
     reason: PlanEndReason
     nodes: Mapping[str, Count | None] | None = None
 
 
-class End(Record, frozen=True):
+class End(Record, frozen=True, tag="outcome"):
     """The last line. ``rounds`` of each robot. ``cause``: why an operator is needed. ``proof``:
     of a negative. ``unrealizable``: robot and spec of each synthesis that ended the run. Live:
     ``makespan``, the time (seconds) of the last end of a command, and the seconds in which each
@@ -574,7 +533,6 @@ class End(Record, frozen=True):
     broken promises, where there are any to keep; ``refused``: those that cannot be kept from the
     start, each with the least that could be promised (None: nothing can)."""
 
-    type: ClassVar[str] = "outcome"
     outcome: Outcome
     explanation: str
     rounds: Mapping[str, Count]
@@ -593,8 +551,11 @@ class End(Record, frozen=True):
 
 
 KINDS: Mapping[str, type[Record]] = {
-    kind.type: kind
+    str(kind.__struct_config__.tag): kind
     for kind in list(globals().values())
-    if isinstance(kind, type) and issubclass(kind, Record) and "type" in vars(kind)
+    if isinstance(kind, type) and issubclass(kind, Record) and kind.__struct_config__.tag
 }
-"""All types of lines above, by the ``type`` in the file."""
+"""All types of lines above, by the ``type`` in the file: the tag of the class."""
+
+for _tag, _kind in KINDS.items():
+    _kind.type = _tag

@@ -10,7 +10,7 @@ import pytest
 from safenav.errors import InputError
 from safenav.explain.explanation import Explanation, NoStrategyCause, RepairKind, WitnessEnd
 from safenav.outcome import Verdict
-from safenav.runtime.explanation import explain_team
+from safenav.runtime.analysis.explanation import explain_team
 from safenav.runtime.mission import Mission, default_synthesizer, first_results
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario

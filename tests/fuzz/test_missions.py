@@ -16,7 +16,7 @@ from safenav.errors import InputError, UsageError
 from safenav.explain.explanation import Explanation
 from safenav.outcome import Outcome, Verdict
 from safenav.report.terminal.explanation_text import explanation_data, explanation_lines
-from safenav.runtime.explanation import explain_team
+from safenav.runtime.analysis.explanation import explain_team
 from safenav.runtime.mission import Mission, default_synthesizer, first_results
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text

@@ -15,8 +15,8 @@ from once import SCENARIOS
 from runtime.played import Run, play
 from safenav.cli import group
 from safenav.errors import SynthesizerError, UsageError
+from safenav.runtime.coordination.on_demand import OnDemand
 from safenav.runtime.mission import Mission
-from safenav.runtime.on_demand import OnDemand
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.settings import Controllers, Limits
 from safenav.synthesis.serving.served import Position, ServedMeasure, ServedMove, ServedStrategy

@@ -12,7 +12,7 @@ import pytest
 
 from safenav.errors import SynthesizerError
 from safenav.outcome import Verdict
-from safenav.runtime.on_demand import OnDemand
+from safenav.runtime.coordination.on_demand import OnDemand
 from safenav.spec.specification import Specification
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache

@@ -30,7 +30,6 @@ def own_objective(robot: RobotState, draft: TaskDraft) -> TaskDraft:
 def signal(team: TeamState, robot: RobotState, observed: Mapping[str, int]) -> dict[str, int]:
     """The inputs of a robot's strategy: continue, wait, or go to the next region on the way.
     ``observed``: its other inputs."""
-    assert robot.planner is not None
     switch = robot.planner.switch
     assert switch is not None
     here = robot.pose.region
@@ -59,9 +58,8 @@ def _led(robot: RobotState, observed: Mapping[str, int], place: Region) -> dict[
     """Return inputs by which a robot's strategy goes to the region ``place`` beside it; None if
     there are none. A goal that it happens to meet leaves its next step open, so that sent to a
     region it may step elsewhere first, and is refused there repeatedly."""
-    planner = robot.planner
-    assert planner is not None and planner.switch is not None
-    switch = planner.switch
+    planner, switch = robot.planner, robot.planner.switch
+    assert switch is not None
     if planner.node is None or not planner.strategy.values(planner.node)["wait"]:
         return None  # an open request keeps its region
     places = [p for p in sorted(switch.assignable.places) if p != place]
@@ -88,8 +86,8 @@ def _meets_something(team: TeamState, robot: RobotState) -> bool:
 
 def _by_steps(team: TeamState, robot: RobotState) -> bool:
     """Whether a robot is led step by step: its own path was refused where it stands."""
-    assert robot.planner is not None and robot.planner.switch is not None
     switch = robot.planner.switch
+    assert switch is not None
     stopped = switch.stopped == robot.pose and _meets_something(team, robot)
     return stopped or switch.refused == robot.pose
 
@@ -100,8 +98,8 @@ def _next(team: TeamState, robot: RobotState, goal: Mask) -> Region | None:
     does not know them. A robot whose own path was refused is led step by step."""
     knowledge = team.knowledge
     graph = graph_of(robot.robot, team.scenario.map)
-    assert robot.planner is not None and robot.planner.switch is not None
     switch = robot.planner.switch
+    assert switch is not None
     task = robot.planner.task
     own = graph.everywhere & ~graph.poses_on(region_mask(k.region for k in task.blocked))
     walls = knowledge.walls_for(robot.robot, knowledge.pending)

@@ -147,8 +147,8 @@ def _walk(team: TeamState, robot: RobotState, objective: Objective, memory: Memo
 def misses_its_rounds(team: TeamState, robot: RobotState) -> bool:
     """Whether a robot that begins a round cannot keep what it has promised by meeting its targets
     in the poses of its present strategy, but can in others."""
-    task = None if robot.planner is None else robot.planner.task
-    if task is None or not task.goal_places or robot.assignment.role is not Role.OWN:
+    task = robot.planner.task
+    if not task.goal_places or robot.assignment.role is not Role.OWN:
         return False
     within, walk = robot.robot.within, _walk(team, robot, task.objective, robot.memory)
     places = tuple(

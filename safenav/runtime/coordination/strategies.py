@@ -48,7 +48,7 @@ class Strategies(Struct, frozen=True):
         most = self._state.scenario.limits.states
         strategy: Controller | None = found.result.strategy
         if served is not None:  # imported where it is needed: most strategies are listed
-            from safenav.runtime.on_demand import OnDemand
+            from safenav.runtime.coordination.on_demand import OnDemand
 
             strategy = OnDemand(served, most)
         assert strategy is not None
@@ -62,19 +62,15 @@ class Strategies(Struct, frozen=True):
             and found.task.memory.index != state.own.memory.index
         ):
             state.own.begin_with(found.task.memory.index)
-        if state.planner is not None:
-            state.planner.strategy.close()
-        state.planner = planner
-        state.stood.clear()
+        state.take_over(planner)
         self._state.emit(synthesis_record(self._state, found, reason, planner.node))
 
     def begin(self, state: RobotState) -> None:
         """Count what a robot has met already where it stands when its objective begins (for
         one in transit, when it arrives)."""
         state.begun = True
-        values = state.planner.values() if state.planner is not None else {}
         region = state.pose.region
-        met = state.progress.begin(region, values)
+        met = state.progress.begin(region, state.planner.values())
         for goal, rounds in state.progress.counted(met):
             self._state.emit(records.Goal(self._state.tick, state.name, goal, region, rounds))
 
@@ -82,8 +78,6 @@ class Strategies(Struct, frozen=True):
         """Find the node of a robot's strategy for where it stands and what it remembers; whether
         there is one."""
         planner = state.planner
-        if planner is None:
-            return False
         own = state.own.objective == planner.task.robot.objective and planner.task.assignable
         progress = state.own if own and not isinstance(state.own.objective, Ltl) else state.progress
         return planner.relocate(state.pose, progress, self._seen_now(state, planner.task))
@@ -91,10 +85,7 @@ class Strategies(Struct, frozen=True):
     def catch_up(self, state: RobotState) -> None:
         """Let a robot that could not act on its last look continue in a node that remembers that
         look. If there is none it stays in its node, which may suffice."""
-        planner = state.planner
-        if planner is None:
-            return
-        node = planner.node
+        planner, node = state.planner, state.planner.node
         if not self._seen_now(state, planner.task) and planner.switch is None:
             planner.behind = False  # its nodes remember nothing of a look
         elif node is not None and not self.relocate(state):
@@ -121,14 +112,13 @@ def outdated(team: TeamState, name: str, draft: TaskDraft) -> bool:
     """Whether the strategy in force does not suffice for a draft: another objective, a wall that it
     does not know, a pose that it does not keep out of."""
     state = team.robots[name]
-    planner = state.planner
     if not state.active and draft.assignment == state.assignment:
         return False  # it asks for a move when it is back
-    if planner is None:
+    if not state.has_strategy:
         return True
-    if planner.node is None and state.transit is None and not state.arriving:
+    if state.planner.node is None and state.transit is None and not state.arriving:
         return True  # others find their node when they have arrived
-    old = planner.task
+    old = state.planner.task
     if relaxed(old.objective) != relaxed(draft.objective):
         return True
     known = {(k.region, k.item) for k in old.blocked}

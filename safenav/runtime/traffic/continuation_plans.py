@@ -75,7 +75,7 @@ class Certificates:
         """Whether there is a plan for the whole mission with a robot in a pose."""
         course = self._searches.course(floor)
         poses = (*floor.poses[:index], number, *floor.poses[index + 1 :])
-        start = course.begun(poses, self._searches.counts(floor, course.rounds), floor.stages)
+        start = self._searches.begun(floor, course, poses)
         self._concern(course)
         key = (start, index, number)
         known = self._known.get(key)

@@ -64,8 +64,7 @@ class PlanSearch(Struct):
         RunEnded as ``_look_for_few``."""
         self.work = Effort(budgets.MOST_WORK - self.used)
         course = self.searches.course(floor)
-        counts = self.searches.counts(floor, course.rounds)
-        start = course.begun(floor.poses, counts, floor.stages)
+        start = self.searches.begun(floor, course)
         if self.state.live and start.stages != floor.stages:
             return floor, course, start, Spent(0)  # a robot is about to resolve something
         course, start, search, answer = self._searched(floor, helping)
@@ -78,7 +77,7 @@ class PlanSearch(Struct):
         if (exhausted or self.hopeless) and any(m.any_first for m in floor.problem.members):
             for rules in (self.searches.course(floor), *([course] if exhausted else ())):
                 other = replace(rules, any_first=True)
-                begun = self._begun(floor, other)
+                begun = self.searches.begun(floor, other)
                 search = self.searches.search(floor, other, begun, work=self.work)
                 found = search.run(1)
                 if isinstance(found, Found) and rules is not course:
@@ -102,8 +101,7 @@ class PlanSearch(Struct):
         if found is None:
             return None
         course = self.searches.course(floor)
-        counts = self.searches.counts(floor, course.rounds)
-        states = course.along(course.begun(found[0], counts, floor.stages), found[1:])
+        states = course.along(self.searches.begun(floor, course, found[0]), found[1:])
         if self.turning:
             known = known or floor
             after = self.searches.search(
@@ -263,7 +261,7 @@ class PlanSearch(Struct):
         self.hopeless = frozenset()
         self._cut_off, self._leg_end = self.searches.cut_off(floor), 0
         course = self.searches.course(floor)
-        start = self._begun(floor, course)
+        start = self.searches.begun(floor, course)
         search = self.searches.search(floor, course, start, work=self.work)
         if self.turning or remembering(floor.problem):
             hindered = self.hindered
@@ -288,18 +286,13 @@ class PlanSearch(Struct):
             answer = search.run(budgets.ROUNDS_FIRST)
         return course, start, search, answer
 
-    def _begun(self, floor: Floor, course: Course) -> Joint:
-        """The joint state in which the team stands."""
-        counts = self.searches.counts(floor, course.rounds)
-        return course.begun(floor.poses, counts, floor.stages)
-
     def turned(self, floor: Floor, course: Course, states: Sequence[Joint]) -> dict[str, int]:
         """The robots that begin with another target than the one whose turn it is in a plan, up to
         its first resolution, each with the number of that target."""
         found = dict[str, int]()
         if not course.any_first:
             return found
-        before = self.searches.counts(floor, course.rounds)
+        before = self.searches.counts(floor)
         for state in states:
             if state.stages != states[0].stages:
                 break
@@ -341,7 +334,7 @@ class PlanSearch(Struct):
         self.spent += 1
         if self.spent not in budgets.LOOKS_FOR_FEW:
             return
-        counts = self.searches.counts(floor, course.rounds)
+        counts = self.searches.counts(floor)
         active = [i for i, robot in enumerate(self.state.robots.values()) if robot.active]
         few = deadlock_of_few(floor, active, course.rounds, counts, self.thinking.check, self.work)
         if few is not None:

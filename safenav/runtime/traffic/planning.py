@@ -121,8 +121,7 @@ class Traffic:
             return True
         if not awaited_by(floor, name, robot.own) >> graph.number(robot.pose) & 1:
             return True
-        rounds = self._searches.course(floor).rounds
-        return has_met(self._searches.counts(floor, rounds)[index], due)
+        return has_met(self._searches.counts(floor)[index], due)
 
     def arrived(self, name: str) -> None:
         """A robot has taken its next step of the plan."""
@@ -296,8 +295,7 @@ class Traffic:
             reason += ", whatever of the suspects is there"
         if states is None:
             return False
-        counts = self._searches.counts(floor, self._searches.course(floor).rounds)
-        self._begin(floor, states, counts, reason)
+        self._begin(floor, states, self._searches.counts(floor), reason)
         return True
 
     def _whatever_stands(
@@ -412,7 +410,7 @@ class Traffic:
             return  # their strategies begin with those, and another plan is made
         if self.search.turning:
             self._certificates.keep(course, answer.states)
-        counts = self._searches.counts(floor, course.rounds)
+        counts = self._searches.counts(floor)
         cut = self.search.cut(course, start, answer.states, helping)
         states = pending.from_here(course, counts, cut)
         if states is None:
@@ -442,7 +440,7 @@ class Traffic:
         if not all(meets_the_rest_alone(floor, robot, returns=returns) for robot in robots):
             return end
         course = Course(floor.problem, wanted, any_first=True)
-        start = course.begun(floor.poses, self._searches.counts(floor, wanted), floor.stages)
+        start = self._searches.begun(floor, course)
         search = self._searches.search(floor, course, start, work=Effort(budgets.MOST_WORK))
         answer: Answer = Spent(0)
         if start.stages == floor.stages and not floor.problem.sweeping:
@@ -465,7 +463,7 @@ class Traffic:
         team = here.stages, id(self.state.last_settled.found), repr(each)
         if self._pending is not None and self._pending.serves(here, team):
             return self._pending
-        counts = self._searches.counts(here, self._searches.course(here).rounds)
+        counts = self._searches.counts(here)
         moment = here.poses, counts, team, self._all_wait
         free = () if self._all_wait else free_to_go_on(here, robots)
         return Pending(here, moment, team, [here.poses], free)

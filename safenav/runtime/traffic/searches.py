@@ -80,7 +80,7 @@ class Searches:
         changed = False
         for index, robot in enumerate(self._state.robots.values()):
             objective = robot.robot.objective
-            if not isinstance(objective, Ltl) or robot.planner is None or not robot.active:
+            if not isinstance(objective, Ltl) or not robot.active:
                 continue
             known = isinstance(members[index].graph, remembering.StateGraph)
             if known or not guarantees_of(objective).remember_something:
@@ -99,7 +99,7 @@ class Searches:
     def _aim(self, robot: RobotState, objective: Ltl) -> Pose | None:
         """Return the milestone of a robot by its own strategy; None if that is not explicit."""
         planner = robot.planner
-        if planner is None or planner.node is None or not isinstance(planner.strategy, Strategy):
+        if planner.node is None or not isinstance(planner.strategy, Strategy):
             return None
         aims = self._aims.get(robot.name)
         if aims is None or aims.strategy is not planner.strategy:
@@ -175,8 +175,6 @@ class Searches:
     def course(self, floor: Floor) -> Course:
         """The rounds that a plan from here looks ahead, what is served by whom, and the robots
         that cannot do their rounds before one out of service is back."""
-        wanted = self._state.scenario.until.rounds
-        done = max(robot.own.rounds for robot in self._state.robots.values())
         served = frozenset(self._state.last_settled.found.served)
         sent = {
             index: floor.gates.index(robot.assignment.obstacle)
@@ -185,15 +183,24 @@ class Searches:
         }
         return Course(
             floor.problem,
-            min(wanted, done + ROUNDS_AHEAD),
+            self._rounds_ahead(),
             served=served,
             sent=sent,
             excused=self.cut_off(floor, every=True),
         )
 
-    def counts(self, floor: Floor, rounds: int) -> tuple[Count, ...]:
+    def _rounds_ahead(self) -> int:
+        done = max(robot.own.rounds for robot in self._state.robots.values())
+        return min(self._state.scenario.until.rounds, done + ROUNDS_AHEAD)
+
+    def begun(self, floor: Floor, course: Course, poses: tuple[int, ...] | None = None) -> Joint:
+        """The joint state in which the team stands, or would stand in other poses."""
+        counts = self.counts(floor, course.rounds)
+        return course.begun(poses or floor.poses, counts, floor.stages)
+
+    def counts(self, floor: Floor, rounds: int | None = None) -> tuple[Count, ...]:
         """Return the progress of each robot with its own objective, as joint states count it."""
-        found = []
+        rounds, found = rounds or self._rounds_ahead(), []
         for robot, member in zip(self._state.robots.values(), floor.problem.members, strict=True):
             progress = robot.own
             turn = progress.memory.index if member.in_turn else 0

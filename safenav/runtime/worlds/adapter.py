@@ -25,13 +25,33 @@ class WorldError(SafenavError):
     exit_code = ExitCode.INTERNAL
 
 
-class CheckedWorld:
-    """Queries a world, and raises WorldError for impossible results. ``regions``: of the robots."""
+class BlockingAdapter:
+    """Lockstep: ``wait`` begins the next tick. Raises WorldError for impossible results."""
 
     def __init__(self, world: BlockingWorld, scenario: Scenario) -> None:
         self._world = world
         self._scenario = scenario
-        self.regions = {robot.name: robot.start.region for robot in scenario.robots}
+        self._regions = {robot.name: robot.start.region for robot in scenario.robots}
+        self._simulated = world if isinstance(world, SimulatedWorld) else None
+        self._draws = {r.name: random.Random(f"{scenario.seed}/{r.name}") for r in scenario.robots}
+        self._tick = 0
+        self._open: dict[str, tuple[int, Robot, Pose, int]] = {}
+
+    @property
+    def idle(self) -> bool:
+        return not self._open
+
+    @property
+    def left(self) -> tuple[tuple[str, int], ...]:
+        """The ticks that steps under way still take."""
+        return tuple((name, each[0] - self._tick) for name, each in self._open.items())
+
+    def times(self) -> Sequence[float]:
+        """The ticks at which a simulation changes something."""
+        return [] if self._simulated is None else [float(t) for t in self._simulated.times()]
+
+    def now(self) -> float:
+        return float(self._tick)
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
         """The obstacle in ``region``, checked to be there."""
@@ -44,30 +64,56 @@ class CheckedWorld:
             raise self._wrong(call, f"{obstacle.name} is not in the requested region")
         return obstacle
 
-    def move(self, robot: Robot, pose: Pose) -> Pose:
-        """Move a robot; where it is afterwards."""
-        call = f"move({robot.name!r}, {pose.region})"
-        found = self._asked(call, lambda: self._world.move(robot, pose))
-        if found is None:
-            found = pose
-        if not isinstance(found, Pose):
-            raise self._wrong(call, f"it returned {found!r}, which is neither a pose nor None")
-        if not self._scenario.map.is_free(found.region):
-            raise self._wrong(call, f"region {found.region} is a wall or off the map")
-        if (found.heading is None) != (robot.model.mobility is Mobility.FREE):
-            raise self._wrong(call, f"{robot.name} is a robot of {robot.model.mobility} mobility")
-        self.regions[robot.name] = found.region
-        return found
+    def start(self, robot: Robot, pose: Pose, command: int) -> protocol.WorldEvent | None:
+        ticks = self._duration(robot, pose)
+        if ticks == 1:
+            return self._moved(robot, pose, command)
+        self._open[robot.name] = (self._tick + ticks - 1, robot, pose, command)
+        return None
 
-    def act(self, robot: Robot) -> list[tuple[Obstacle, bool | None]]:
-        """Return the obstacles that the robot has resolved, each checked to be one that it can."""
+    def ended(self, name: str) -> protocol.Ended | None:
+        """The end of a robot's step, if that is due: asked for in its turn, since only then the
+        world hears of it."""
+        due = self._open.get(name)
+        if due is None or self._tick < due[0]:
+            return None
+        del self._open[name]
+        return self._moved(*due[1:])
+
+    def act(
+        self, robot: Robot, obstacles: Sequence[Obstacle], command: int, takers: Takers = NO_TAKERS
+    ) -> protocol.Acted:
+        """The obstacles that the robot has resolved, each checked to be one that it can."""
+        if self._simulated is not None:  # others do what they can
+            self._simulated.works.takers = takers
+            self._simulated.cleared = {obstacle.name for obstacle in obstacles}
         call = f"act({robot.name!r})"
-        found = self._asked(call, lambda: list(self._world.act(robot)))
-        return [self._resolved(call, robot, entry) for entry in found]
+        entries = self._asked(call, lambda: list(self._world.act(robot)))
+        results = [self._resolved(call, robot, entry) for entry in entries]
+        found = tuple(
+            (obstacle, ActResult.UNTRAVERSABLE if truth is False else ActResult.DONE)
+            for obstacle, truth in results
+        )
+        return protocol.Acted(self.now(), robot.name, found, command=command)
 
-    def changes(self, tick: int, occupied: Collection[Region]) -> list[Change]:
-        """Return the obstacles that appeared or disappeared; none in a world without changes."""
-        world = self._world
+    def within_reach(self, robot: Robot, cleared: Sequence[Obstacle]) -> bool | None:
+        """Whether the robot can act on something where it stands; None if only acting shows it."""
+        if self._simulated is None:
+            return None
+        self._simulated.cleared = {obstacle.name for obstacle in cleared}
+        return bool(self._simulated.within_reach(robot))
+
+    def cancel(self, robot: Robot) -> None:
+        """A step that is under way ends."""
+
+    def wait(self, timeout: float | None) -> Sequence[protocol.WorldEvent]:
+        del timeout
+        self._tick += 1
+        return ()
+
+    def changes(self, at: float, occupied: Collection[Region]) -> list[Change]:
+        """The obstacles that appeared or disappeared; none in a world without changes."""
+        world, tick = self._world, int(at)
         if not isinstance(world, ChangingWorld):
             return []
         call = f"changes({tick})"
@@ -81,6 +127,30 @@ class CheckedWorld:
                 raise self._wrong(call, f"{obstacle.name} appears where a robot is")
             changes.append(change)
         return changes
+
+    def _duration(self, robot: Robot, target: Pose) -> int:
+        """Ticks of a step: drawn from the seed if the model leaves it open; staying takes 1."""
+        if target.region == self._regions[robot.name]:
+            return 1
+        timing = robot.model.timing
+        return self._draws[robot.name].randint(timing.least, timing.most)
+
+    def _moved(self, robot: Robot, pose: Pose, command: int) -> protocol.Ended:
+        """The end of a step, with the pose that the world reports, checked to be possible."""
+        call = f"move({robot.name!r}, {pose.region})"
+        found = self._asked(call, lambda: self._world.move(robot, pose))
+        if found is None:
+            found = pose
+        if not isinstance(found, Pose):
+            raise self._wrong(call, f"it returned {found!r}, which is neither a pose nor None")
+        if not self._scenario.map.is_free(found.region):
+            raise self._wrong(call, f"region {found.region} is a wall or off the map")
+        if (found.heading is None) != (robot.model.mobility is Mobility.FREE):
+            raise self._wrong(call, f"{robot.name} is a robot of {robot.model.mobility} mobility")
+        self._regions[robot.name] = found.region
+        if found == pose:
+            return protocol.Arrived(self.now(), robot.name, command=command)
+        return protocol.Elsewhere(self.now(), robot.name, found, command=command)
 
     def _resolved(self, call: str, robot: Robot, entry: Any) -> tuple[Obstacle, bool | None]:
         if not isinstance(entry, tuple) or len(entry) != 2:
@@ -96,7 +166,7 @@ class CheckedWorld:
             action = obstacle.needs[last].action
             raise self._wrong(call, f"{robot.name} cannot '{action}' {obstacle.name}")
         places = obstacle.resolution_regions(self._scenario.map, last)
-        here = self.regions[robot.name]
+        here = self._regions[robot.name]
         if here not in places:
             where = ", ".join(map(str, places)) or "nowhere"
             raise self._wrong(
@@ -121,92 +191,3 @@ class CheckedWorld:
 
     def _wrong(self, call: str, found: str) -> WorldError:
         return WorldError(f"World.{call}: {found}")
-
-
-class BlockingAdapter:
-    """Lockstep: ``wait`` begins the next tick. Raises WorldError for impossible results."""
-
-    def __init__(self, world: protocol.BlockingWorld, scenario: Scenario) -> None:
-        self._world = CheckedWorld(world, scenario)
-        self._simulated = world if isinstance(world, SimulatedWorld) else None
-        self._draws = {r.name: random.Random(f"{scenario.seed}/{r.name}") for r in scenario.robots}
-        self._tick = 0
-        self._open: dict[str, tuple[int, Robot, Pose, int]] = {}
-
-    @property
-    def idle(self) -> bool:
-        return not self._open
-
-    @property
-    def left(self) -> tuple[tuple[str, int], ...]:
-        """The ticks that steps under way still take."""
-        return tuple((name, each[0] - self._tick) for name, each in self._open.items())
-
-    def times(self) -> Sequence[float]:
-        """The ticks at which a simulation changes something."""
-        return [] if self._simulated is None else [float(t) for t in self._simulated.times()]
-
-    def now(self) -> float:
-        return float(self._tick)
-
-    def sense(self, robot: Robot, region: Region) -> Obstacle | None:
-        return self._world.sense(robot, region)
-
-    def start(self, robot: Robot, pose: Pose, command: int) -> protocol.WorldEvent | None:
-        ticks = self._duration(robot, pose)
-        if ticks == 1:
-            return self._moved(robot, pose, command)
-        self._open[robot.name] = (self._tick + ticks - 1, robot, pose, command)
-        return None
-
-    def ended(self, name: str) -> protocol.Ended | None:
-        """The end of a robot's step, if that is due: asked for in its turn, since only then the
-        world hears of it."""
-        due = self._open.get(name)
-        if due is None or self._tick < due[0]:
-            return None
-        del self._open[name]
-        return self._moved(*due[1:])
-
-    def act(
-        self, robot: Robot, obstacles: Sequence[Obstacle], command: int, takers: Takers = NO_TAKERS
-    ) -> protocol.Acted:
-        if self._simulated is not None:  # others do what they can
-            self._simulated.works.takers = takers
-            self._simulated.cleared = {obstacle.name for obstacle in obstacles}
-        found = [
-            (obstacle, ActResult.UNTRAVERSABLE if truth is False else ActResult.DONE)
-            for obstacle, truth in self._world.act(robot)
-        ]
-        return protocol.Acted(self.now(), robot.name, tuple(found), command=command)
-
-    def within_reach(self, robot: Robot, cleared: Sequence[Obstacle]) -> bool | None:
-        """Whether the robot can act on something where it stands; None if only acting shows it."""
-        if self._simulated is None:
-            return None
-        self._simulated.cleared = {obstacle.name for obstacle in cleared}
-        return bool(self._simulated.within_reach(robot))
-
-    def cancel(self, robot: Robot) -> None:
-        """A step that is under way ends."""
-
-    def wait(self, timeout: float | None) -> Sequence[protocol.WorldEvent]:
-        del timeout
-        self._tick += 1
-        return ()
-
-    def changes(self, at: float, occupied: Collection[Region]) -> list[Change]:
-        return self._world.changes(int(at), occupied)
-
-    def _duration(self, robot: Robot, target: Pose) -> int:
-        """Ticks of a step: drawn from the seed if the model leaves it open; staying takes 1."""
-        if target.region == self._world.regions[robot.name]:
-            return 1
-        timing = robot.model.timing
-        return self._draws[robot.name].randint(timing.least, timing.most)
-
-    def _moved(self, robot: Robot, pose: Pose, command: int) -> protocol.Ended:
-        found = self._world.move(robot, pose)
-        if found == pose:
-            return protocol.Arrived(self.now(), robot.name, command=command)
-        return protocol.Elsewhere(self.now(), robot.name, found, command=command)

@@ -137,7 +137,7 @@ class BlockingWorld(Protocol):
     """The actual world of a run in lockstep: an implementation of these three methods can drive
     real robots.
 
-    Its results are checked (``CheckedWorld``); an exception ends the run with a typed error.
+    Its results are checked; an exception ends the run with a typed error.
     """
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:

@@ -11,7 +11,7 @@ from typing import Any
 
 from safenav.errors import ResourceLimitError, SafenavError
 from safenav.report.terminal.explanation_text import explanation_data
-from safenav.runtime.explanation import explain_team
+from safenav.runtime.analysis.explanation import explain_team
 from safenav.runtime.mission import default_synthesizer, first_results
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_draft
