@@ -6,7 +6,7 @@ the methods below, or field by field where the docstring of the field's owner al
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from enum import Enum
 
 from msgspec import Struct, field
@@ -265,6 +265,12 @@ class TeamState(Struct):
             record = replace(record, t=round(self.now(), 9))
         for listener in self.listeners:
             listener(record)
+
+    def tell_goals(self, robot: RobotState, met: Sequence[int]) -> None:
+        """Record goals that a robot has met where it stands."""
+        for goal, rounds in robot.progress.counted(met):
+            here = robot.pose.region
+            self.emit(records.Goal(self.tick, robot.name, goal, here, rounds))
 
     def restart_counts(self) -> None:
         """Rounds count from the last resolution."""

@@ -38,6 +38,10 @@ from safenav.world.map import Region
 from safenav.world.moves import Pose
 from safenav.world.poses import region_mask
 
+Values = Mapping[str, int]
+Around = tuple[Values, Values]
+"""The values of a specification's variables before and after a step."""
+
 
 class Turns:
     """Carries out turns on a team's state in a world."""
@@ -305,7 +309,7 @@ class Turns:
         self,
         robot: RobotState,
         pose: Pose,
-        before: Mapping[str, int],
+        before: Values,
         by: MovedBy,
         shown: frozenset[Region] = frozenset(),
         why: HoldReason | None = None,
@@ -313,9 +317,9 @@ class Turns:
         """Begin a step; one that is over when the command returns ends immediately."""
         if self.state.live and pose == robot.pose:
             self.tell.stays(robot, by, why, shown)
-            values = self._values_around(robot, pose, before)
-            if not self._has_counted(robot, *values):
-                self._count(robot, robot.progress, *values)
+            around = self._values_around(robot, pose, before)
+            if not self._has_counted(robot, around):
+                self._count(robot, robot.progress, around)
             return
         robot.transit = Transit(pose, by is MovedBy.PLAN, before)
         robot.stood.clear()
@@ -355,12 +359,12 @@ class Turns:
             self.state.failures.arrived(robot.name)
             if transit.planned:
                 self.traffic.arrived(robot.name)
-        before, after = self._values_around(robot, start, transit.before, strayed=strayed)
+        around = self._values_around(robot, start, transit.before, strayed=strayed)
         robot.arriving, robot.asked = transit.planned, False
         if not self.state.live:
             yield from self.actions.act(robot)
         robot.arriving = False
-        self._count(robot, progress, before, after, strayed=strayed)
+        self._count(robot, progress, around, strayed=strayed)
         if reaction is not None:
             yield from self._react(robot, reaction, violation, event)
         elif strayed:
@@ -369,27 +373,28 @@ class Turns:
             yield from self._go_on(robot)
 
     def _values_around(
-        self, robot: RobotState, start: Pose, before: Mapping[str, int], *, strayed: bool = False
-    ) -> tuple[Mapping[str, int], Mapping[str, int]]:
-        """The variables of the robot's specification around a step that has just ended, and
-        remember what its formulas do."""
-        progress = robot.progress
-        after: Mapping[str, int] = {}
-        if isinstance(progress.objective, Ltl):  # nothing else depends on them
-            after = robot.planner.values()
-            if strayed or not (before and after):
-                before, after = self._step_off(robot, start)
-            progress.remember(after)
+        self, robot: RobotState, start: Pose, before: Values, *, strayed: bool = False
+    ) -> Around:
+        """The variables of formulas around a step that has just ended, and remember what they do
+        (nothing else depends on them). Where it was not their strategy's step: poses, and what is
+        remembered, which changes as the formulas have it if they allow the step."""
+        own, progress = robot.robot.objective, robot.progress
+        if not isinstance(progress.objective, Ltl):
+            return before, {}
+        after: Values = robot.planner.values()
+        if strayed or not (before and after):
+            memory = later = robot.memory.values
+            then, now = self.state.inputs_before, self.state.inputs
+            if isinstance(own, Ltl) and robot.pose != start:
+                found = guarantees_of(own).remembered(memory, start, robot.pose, (then, now))
+                later = found or memory
+            before = {**values_of(start), **memory, **then}
+            after = {**values_of(robot.pose), **later, **now}
+        progress.remember(after)
         return before, after
 
     def _count(
-        self,
-        robot: RobotState,
-        progress: Progress,
-        before: Mapping[str, int],
-        after: Mapping[str, int],
-        *,
-        strayed: bool = False,
+        self, robot: RobotState, progress: Progress, around: Around, *, strayed: bool = False
     ) -> None:
         """Count what the robot has met by its turn, unless its assignment has changed by it."""
         wanted = self.state.scenario.until.rounds
@@ -397,21 +402,15 @@ class Turns:
         if not robot.begun:
             self.strategies.begin(robot)
         elif robot.progress is progress and not strayed:
-            met = progress.arrive(robot.pose.region, before, after)
-            for goal, rounds in progress.counted(met):
-                self.state.emit(
-                    records.Goal(self.state.tick, robot.name, goal, robot.pose.region, rounds)
-                )
+            self.state.tell_goals(robot, progress.arrive(robot.pose.region, *around))
         self.state.changes += min(robot.own.rounds, wanted) != done
 
-    def _has_counted(
-        self, robot: RobotState, before: Mapping[str, int], after: Mapping[str, int]
-    ) -> bool:
+    def _has_counted(self, robot: RobotState, around: Around) -> bool:
         """Live: whether a robot that stays where it meets all its goals has met them as often as is
         wanted. A pass takes no time: counting each of them would fill the trace."""
         wanted = self.state.scenario.until.rounds if robot.progress is robot.own else 1
         enough = robot.begun and robot.progress.rounds >= wanted
-        return enough and robot.progress.met_by_staying(robot.pose.region, before, after)
+        return enough and robot.progress.met_by_staying(robot.pose.region, *around)
 
     def _setback(
         self, robot: RobotState, start: Pose, pose: Pose, event: Ended
@@ -614,14 +613,3 @@ class Turns:
             f"{f' ({rules})' if rules else ''}, which has no strategy from here",
         )
         yield events.Astray(robot.name, Reason.BLOCKED, end)
-
-    def _step_off(self, robot: RobotState, start: Pose) -> tuple[dict[str, int], dict[str, int]]:
-        """The variables of formulas around a step that was not their strategy's: poses, and what
-        is remembered, which changes as the formulas have it if they allow the step."""
-        objective, memory = robot.robot.objective, robot.memory.values
-        before, now = self.state.inputs_before, self.state.inputs
-        later = memory
-        if isinstance(objective, Ltl) and robot.pose != start:
-            found = guarantees_of(objective).remembered(memory, start, robot.pose, (before, now))
-            later = found or memory
-        return {**values_of(start), **memory, **before}, {**values_of(robot.pose), **later, **now}

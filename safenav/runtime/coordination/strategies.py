@@ -17,7 +17,7 @@ from safenav.spec.assignable import Switch
 from safenav.spec.assignable_regions import assignable_regions
 from safenav.spec.other_robots.belief import models
 from safenav.spec.task import Task
-from safenav.trace import records, vocabulary
+from safenav.trace import vocabulary
 
 
 class Strategies(Struct, frozen=True):
@@ -69,10 +69,8 @@ class Strategies(Struct, frozen=True):
         """Count what a robot has met already where it stands when its objective begins (for
         one in transit, when it arrives)."""
         state.begun = True
-        region = state.pose.region
-        met = state.progress.begin(region, state.planner.values())
-        for goal, rounds in state.progress.counted(met):
-            self._state.emit(records.Goal(self._state.tick, state.name, goal, region, rounds))
+        met = state.progress.begin(state.pose.region, state.planner.values())
+        self._state.tell_goals(state, met)
 
     def relocate(self, state: RobotState) -> bool:
         """Find the node of a robot's strategy for where it stands and what it remembers; whether

@@ -142,12 +142,6 @@ def is_specification(text: str) -> bool:
     return _SPECIFICATION.match(text) is not None
 
 
-def read_root(path: Path, findings: Findings, named_at: Node | None = None) -> Node | None:
-    """The YAML document in a file; None if it was reported."""
-    text = read_source(path, findings, named_at)
-    return None if text is None else parsed(text, findings)
-
-
 def parsed(text: str, findings: Findings) -> Node | None:
     """The YAML document in a text; its flaws are reported."""
     if is_trace(text):
