@@ -347,13 +347,3 @@ class Effort(Struct):
     @property
     def done(self) -> bool:
         return self.left <= 0
-
-
-def way_to(before: Mapping[Joint, Joint | None], last: Joint) -> Found:
-    """The plan that ends in a state, of the state before each."""
-    way = []
-    state: Joint | None = last
-    while state is not None:
-        way.append(state)
-        state = before[state]
-    return Found(tuple(reversed(way)))

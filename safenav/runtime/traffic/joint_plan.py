@@ -20,6 +20,7 @@ from enum import Enum
 from itertools import chain
 from itertools import count as counting
 
+from safenav.components import path_to
 from safenav.runtime.resolution.problem import Stages
 from safenav.runtime.traffic import budgets, joint
 from safenav.runtime.traffic.immobile import Stuck
@@ -117,7 +118,7 @@ class Search:
         """Every state that steps of one robot lead to, breadth first: a shortest plan, or the
         proof that there is none."""
         course = self.course
-        before: dict[joint.Joint, joint.Joint | None] = {self.start: None}
+        before = {self.start: self.start}
         queue = deque([self.start])
         while queue:
             self.stopping()
@@ -128,7 +129,7 @@ class Search:
                     continue
                 before[after] = state
                 if self.goal(after):
-                    return joint.way_to(before, after)
+                    return joint.Found(path_to(after, before))
                 queue.append(after)
                 self.work.left -= len(state.poses)
             if len(before) > budget or self.work.done:
@@ -149,7 +150,7 @@ class Search:
     ) -> joint.Answer:
         """Search from a start for a goal. With ``ONE`` goal at a time only the first robot of
         ``order`` that has goal poses pursues them, and all others give way."""
-        before: dict[joint.Joint, joint.Joint | None] = {start: None}
+        before = {start: start}
         stack = [(start, self._following(start, variant, order))]
         edges = 0
         while stack:
@@ -166,7 +167,7 @@ class Search:
                 continue
             before[after] = state
             if goal(after):
-                return joint.way_to(before, after)
+                return joint.Found(path_to(after, before))
             if len(before) > budget:
                 return joint.Spent(len(before))
             stack.append((after, self._following(after, variant, order)))
@@ -174,7 +175,7 @@ class Search:
 
     def _best_first(self, budget: int) -> joint.Answer:
         """Always on from the state with the least left to do."""
-        before: dict[joint.Joint, joint.Joint | None] = {self.start: None}
+        before = {self.start: self.start}
         order = list(range(len(self.start.poses)))
         ticket = counting()
         heap = [(self._left(self.start), next(ticket), self.start)]
@@ -188,7 +189,7 @@ class Search:
                     continue
                 before[after] = state
                 if self.goal(after):
-                    return joint.way_to(before, after)
+                    return joint.Found(path_to(after, before))
                 if len(before) > budget:
                     return joint.Spent(len(before))
                 heapq.heappush(heap, (self._left(after), next(ticket), after))

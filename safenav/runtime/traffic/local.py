@@ -10,8 +10,9 @@ import heapq
 from itertools import count as counting
 from typing import TYPE_CHECKING
 
+from safenav.components import path_to
 from safenav.runtime.traffic.budgets import LOCAL_ROBOTS, LOCAL_STATES
-from safenav.runtime.traffic.joint import Course, Found, Joint, way_to
+from safenav.runtime.traffic.joint import Course, Found
 from safenav.world.poses import FAR
 
 if TYPE_CHECKING:
@@ -57,13 +58,13 @@ def _leg(search: Search, robot: int, movable: set[int]) -> Found | None:
     assert field is not None
     ticket = counting()
     cost = {start: 0}
-    before: dict[Joint, Joint | None] = {start: None}
+    before = {start: start}
     heap = [(field[start.poses[robot]], next(ticket), start)]
     while heap and len(before) < LOCAL_STATES and not search.work.done:
         search.stopping()
         _, _, state = heapq.heappop(heap)
         if field[state.poses[robot]] == 0 or state.stages != start.stages:
-            return way_to(before, state)
+            return Found(path_to(state, before))
         for mover, pose in limited.singles(state):
             after = limited.after(state, mover, pose)
             search.work.left -= len(state.poses)

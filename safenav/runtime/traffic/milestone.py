@@ -12,6 +12,7 @@ from collections.abc import Collection
 from functools import cached_property
 from itertools import pairwise
 
+from safenav.components import path_to
 from safenav.runtime.progress import holds
 from safenav.runtime.traffic.budgets import AIM_NODES
 from safenav.scenario.objective import Ltl
@@ -49,13 +50,13 @@ class Aims:
         """Return the shortest path of the strategy from a node that meets one of the other goals;
         None if none is found."""
         rows, transitions = self._rows, self.strategy.transitions
-        before: dict[int, int | None] = {node: None}
+        before = {node: node}
         queue = deque([node])
         while queue and len(before) < AIM_NODES:
             here = queue.popleft()
             for after in transitions[here]:
                 if self._goals_of(rows[here], rows[after]) - met:
-                    return [*_back(before, here), after]
+                    return [*path_to(here, before), after]
                 if after not in before:
                     before[after] = here
                     queue.append(after)
@@ -94,12 +95,3 @@ class Aims:
         fields = {field.variable.name: field for field in self.strategy.fields}
         wanted = [fields[name] for name in self._names]
         return [tuple(field.decode(state) for field in wanted) for state in self.strategy.states]
-
-
-def _back(before: dict[int, int | None], last: int) -> list[int]:
-    way = []
-    node: int | None = last
-    while node is not None:
-        way.append(node)
-        node = before[node]
-    return way[::-1]

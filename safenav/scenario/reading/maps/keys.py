@@ -1,4 +1,4 @@
-"""The keys of the ``map:`` of a scenario, and the forms that it has."""
+"""The keys of the ``map:`` of a scenario, the forms that it has, and its origin in metres."""
 
 from __future__ import annotations
 
@@ -8,6 +8,9 @@ from typing import ClassVar
 
 from safenav.scenario.reading.naming import NAME
 from safenav.scenario.reading.regions import PLACE
+from safenav.scenario.yaml import fields as read
+from safenav.scenario.yaml.document import Node, Sequence
+from safenav.scenario.yaml.findings import Findings
 from safenav.scenario.yaml.shapes import (
     POSITIVE,
     PROBABILITY,
@@ -93,3 +96,17 @@ class MapKeys(Table):
         "[x, y] or [x, y, yaw] of the south-western corner, in metres, radians.",
     )
     names = Key(form(named(PLACE, matching(NAME))), "Names for regions.")
+
+
+def read_origin(
+    node: Node | None, what: str, findings: Findings
+) -> tuple[float, float, float] | None:
+    """``[x, y]`` or ``[x, y, yaw]``."""
+    if node is None:
+        return None
+    if not isinstance(node, Sequence) or len(node.items) not in (2, 3):
+        read.wrong_type(node, what, "[x, y] or [x, y, yaw]", findings)
+        return None
+    numbers = [read.finite(item, f"an item of {what}", findings) for item in node.items]
+    x, y, yaw = (*numbers, 0.0)[:3]
+    return None if x is None or y is None or yaw is None else (x, y, yaw)

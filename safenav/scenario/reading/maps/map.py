@@ -8,8 +8,7 @@ from msgspec.structs import replace
 
 from safenav.extras import install_command
 from safenav.scenario.reading.maps.grid import read_grid
-from safenav.scenario.reading.maps.keys import FORMS, OPTIONS, MapKeys
-from safenav.scenario.reading.maps.origin import read_origin
+from safenav.scenario.reading.maps.keys import FORMS, OPTIONS, MapKeys, read_origin
 from safenav.scenario.reading.naming import well_named
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped

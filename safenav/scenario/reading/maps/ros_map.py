@@ -7,9 +7,8 @@ from fractions import Fraction
 from math import ceil
 
 from safenav.scenario.reading.maps.grid import too_large
-from safenav.scenario.reading.maps.keys import MapKeys
+from safenav.scenario.reading.maps.keys import MapKeys, read_origin
 from safenav.scenario.reading.maps.map_file import named_path, read_count, read_pixels, with_walls
-from safenav.scenario.reading.maps.origin import read_origin
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar
