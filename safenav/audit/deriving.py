@@ -151,10 +151,12 @@ def serving(now: Situation, *, own: bool = False) -> dict[str, frozenset[str]]:
 
 def is_stop(robot: str, targets: Sequence[AbstractSet[int]], now: Situation) -> bool:
     """Whether a robot with a battery goes to a charger first, or to one of its targets; there it
-    may have to turn."""
+    may have to turn. On the way to one with a heading it may be anywhere: it keeps to that."""
     header, waiting = now.header.robots[robot], now.header.robots[robot].while_waiting
     if header.battery is None or len(targets) != 1:
         return False
+    if (*targets,) == now.stop.get(robot):
+        return True
     own = (*now.own[robot].targets, *(waiting.targets if waiting else ()))
     if now.toward[robot] is not None:  # a target that it had as it set out
         own = (*own, frozenset({now.toward[robot]}))

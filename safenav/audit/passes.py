@@ -7,7 +7,7 @@ in their order; only moves come in between, with the number of the line that sho
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from safenav.audit.lines import Line, Made
 
@@ -26,8 +26,18 @@ def _ends_pass(record: Line) -> bool:
     """Return whether a line comes when all robots have had their turns in a pass."""
     reached = record.type == "plan_end" and record.reason == "reached"
     completed = record.type == "outcome" and record.outcome == "completed"
-    set_aside = record.type == "request" and record.aside
-    return reached or completed or set_aside or record.type == "plan"
+    return reached or completed or record.type == "plan"
+
+
+def _set_aside(records: Sequence[Line]) -> set[int]:
+    """The numbers of the lines of requests that are set aside, and of those right before them,
+    which may be served since: that is decided when all robots have had their turns."""
+    found, asked = set[int](), list[Line]()
+    for record in records:
+        asked = [*asked, record] if record.type == "request" else []
+        asked = [each for each in asked if each.tick == record.tick]
+        found |= {each.line for each in asked if record.aside} if asked else set()
+    return found
 
 
 class Passes:
@@ -49,6 +59,8 @@ class Passes:
 
     def expand(self, records: Iterable[Line]) -> Iterator[Line]:
         """Yield the lines with the moves between them."""
+        records = [*records]
+        aside = _set_aside(records)
         for record in records:
             if record.tick > self._tick > 0:
                 yield from self._pass_over(record)
@@ -57,7 +69,7 @@ class Passes:
                     self._tick += 1
                     yield from self._pass_over(record)
             begun, self._tick = self._tick, record.tick
-            if _ends_pass(record) and begun:
+            if (_ends_pass(record) or record.line in aside) and begun:
                 yield from self._others(record)
             if record.type in ("act", "depart") and record.robot in self._by:  # held no more
                 self._by[record.robot] = "stay"
@@ -150,7 +162,7 @@ class Passes:
                         move.by = self._by[record.robot]
             case "backtrack" if move:
                 move.by = "backtrack"
-            case "synthesis" | "objective":
+            case "synthesis" | "objective" | "told":
                 self._begun.add(record.robot)
             case "goal":
                 self._begun.discard(record.robot)

@@ -106,6 +106,7 @@ class Situation(State):
                 self.requests[name] = self.given_up.pop(name, {})
             case "operator" if record.intervention == "permanent" and name is not None:
                 self.permanent.add(name)
+                self.given_up.pop(name, None)  # that is decided
             case "operator" if record.region is not None and robot is not None:
                 self.region[robot] = record.region
                 self.heading[robot] = record.heading
@@ -209,6 +210,8 @@ class Situation(State):
                 self._put_in_force({robot: record.objective}, record.line)
             case "synthesis":
                 self.form[robot, record.objective] = record.form
+                if record.reason == "charge":
+                    self.stop[robot] = record.objective.targets
                 always_own = record.places is not None  # a strategy of assignable goals
                 if record.node is not None and not always_own:  # it was installed
                     self._put_in_force({robot: record.objective}, record.line)

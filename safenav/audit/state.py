@@ -60,6 +60,8 @@ class State:
         """The obstacles of which an operator says that they stay."""
         self.aside: set[str] = set()
         """The obstacles that no joint state serves until something changes."""
+        self.stop: dict[str, tuple[frozenset[int], ...]] = {}
+        """The targets with which each robot last got a strategy for its charge."""
         self.helping: dict[str, frozenset[str]] = {}
         """The helpers of each obstacle that were named last."""
         self.named: dict[str, str] = {}

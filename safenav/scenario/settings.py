@@ -126,8 +126,8 @@ class LatePolicy(StrEnum):
 class Until(Struct, frozen=True):
     """The run is completed when every robot has met its objective this many times after the
     last resolution; ``by``: at this tick at the latest, None if it has no such promise.
-    ``begun``: the promise was accepted when the run began that this one continues, so it is judged
-    and not refused."""
+    ``begun``: the run is the rest of another one, which has accepted the promises and objectives:
+    what cannot be kept from here is judged, and not refused."""
 
     rounds: int = 2
     by: int | None = None

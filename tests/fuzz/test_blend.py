@@ -45,6 +45,9 @@ OPERATOR = {
     "a robot that stays where it charges gets another objective": 53117,
     "an input gives the same targets in turn": 53182,
     "one is put back and an obstacle is said to stay": 53260,
+    "requests are set aside one after the other": 53620,
+    "an assigned goal is met where the robot stands": 53632,
+    "an order comes while a robot turns on its way to a charger": 53743,
 }
 BOTH = {
     "an order where the world knows of none": 3053,
@@ -57,6 +60,9 @@ BOTH = {
     "lost, and said to be back": 3387,
     "put on a charger with an empty battery, on its way to another": 50632,
     "an order comes while an operator is waited for": 50640,
+    "the charge no longer suffices for a stop": 56328,
+    "an obstacle is said to stay before it is requested": 56470,
+    "an obstacle that was given up is said to stay": 56496,
 }
 LOCKSTEP = {
     "back in service, as it was": 7452,
@@ -64,6 +70,8 @@ LOCKSTEP = {
     "an objective under other rules is restored": 7662,
     "put somewhere, of which no line tells": 5091,
     "a stop is behind what nobody can resolve, but for its heading": 5123,
+    "taken out of service while an order is awaited": 54297,
+    "a helper is kept away by one out of service": 58813,
 }
 CAUSES = [
     *(pytest.param(seed, True, True, False, id=name) for name, seed in FAULTS.items()),
@@ -95,8 +103,11 @@ def test_a_run_with_all_at_once_is_true(
     assert not one.found
 
 
-@pytest.mark.parametrize("live", [True, False])
-@pytest.mark.parametrize("seed", [10049, *range(FIRST, FIRST + COUNT)])
+CUT = [*((seed, live) for seed in (10049, *range(FIRST, FIRST + COUNT)) for live in (True, False))]
+
+
+# 22145: where it was cut off, the robot no longer had a strategy, and an order was to come
+@pytest.mark.parametrize(("seed", "live"), [*CUT, (22145, True)])
 def test_a_run_that_was_killed_continues(seed: int, live: bool) -> None:
     try:
         one = continued(mixed_mission(seed, live=live), seed)

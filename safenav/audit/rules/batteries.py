@@ -27,8 +27,8 @@ class ChargeRule(Rule):
     live, each second without one does. A robot off the chargers that can no longer take a step is
     out of service in that turn, by an obstacle of the type ``flat`` that appears there, if the
     scenario has one; no other is. Its resolution fills the battery. A robot gets to a stop before
-    it has another one, unless the known floor changes or another robot stays there; alone, it stays
-    nowhere else (T Batteries).
+    it has another one, unless the known floor changes, another robot stays there, or its charge no
+    longer suffices for the way; alone, it stays nowhere else (T Batteries).
     """
 
     name = "charge"
@@ -111,7 +111,9 @@ class ChargeRule(Rule):
             return  # it can wait for what was requested
         if before is not None and here not in before.targets[0]:
             again = record.objective.targets == before.targets  # in another pose there
-            if not again and not _kept_from(robot, before.targets[0], now):
+            again = again or _kept_from(robot, before.targets[0], now)
+            left = now.charge[robot] if record.t is None else now.charge_at(robot, record.t)
+            if not again and not _too_far(now, robot, before.targets[0], left):
                 yield f"{robot} has another stop before it gets to the one to {before}"
         if record.objective.kind == STAYING and record.objective != now.own[robot]:
             self._stops[robot] = (record.objective, record.line, record.tick)
@@ -208,17 +210,39 @@ def _is_empty(robot: str, charge: float, now: Situation, at: int | None = None) 
     return charge < _battery(now, robot).move and not charger
 
 
+def _too_far(now: Situation, robot: str, target: frozenset[int], charge: float) -> bool:
+    """Whether the charge of a robot does not suffice for the way to a region of a target."""
+    start, shut = pose_of(robot, now), _shut(now, robot) | now.own[robot].avoid
+    seen, edge, steps = {start}, {start}, 0
+    while edge and not any(pose[0] in target for pose in edge):
+        edge = {to for pose in edge for to in _steps(now, robot, pose, shut)} - seen
+        seen, steps = seen | edge, steps + 1
+    return not edge or steps * _battery(now, robot).move > charge
+
+
+def _steps(now: Situation, robot: str, pose: Pose, shut: frozenset[int]) -> list[Pose]:
+    own, mobility = now.own[robot], now.header.robots[robot].mobility
+    ways = [to for to in now.grid.steps(mobility, pose) if to[0] not in shut]
+    return [to for to in ways if rules_of(own).allows(pose, to)] if own.always else ways
+
+
+def _shut(now: Situation, robot: str) -> frozenset[int]:
+    """The regions of the obstacles that a robot knows, and that block it."""
+    known = [now.obstacles[name] for name in now.requests if robot in now.blocked_by(name)]
+    known += [
+        obstacle
+        for obstacle in now.obstacles.values()
+        if now.status[obstacle.name] in (Status.UNTRAVERSABLE, Status.GIVEN_UP)
+        and robot in obstacle.blocks
+    ]
+    return frozenset(obstacle.region for obstacle in known)
+
+
 def lasts_until(now: Situation, tick: int, robot: str, obstacle: str, turn: int) -> int | None:
     """The last tick in which an obstacle that cuts a robot off from its chargers can be resolved;
     None if it does not cut it off, or if waiting takes no charge."""
     stay, charge = _battery(now, robot).stay, int(now.charge[robot])
-    known = [name for name in now.requests if robot in now.blocked_by(name)]
-    stays = [
-        o.name
-        for o in now.obstacles.values()
-        if now.status[o.name] in (Status.UNTRAVERSABLE, Status.GIVEN_UP) and robot in o.blocks
-    ]
-    shut = frozenset(now.obstacles[name].region for name in (*known, *stays))
+    shut = _shut(now, robot)
     least = need(now, robot, shut, turn)
     behind = need(now, robot, shut - {now.obstacles[obstacle].region}, turn)
     if not stay or behind is None or behind > charge or (least is not None and least <= charge):
@@ -243,9 +267,7 @@ def need(
         return min(turn, last) if settles else turn % len(targets)
 
     def steps(pose: Pose) -> list[Pose]:
-        mobility = now.header.robots[robot].mobility
-        ways = [to for to in now.grid.steps(mobility, pose) if to[0] not in shut]
-        return [to for to in ways if rules_of(own).allows(pose, to)] if own.always else ways
+        return _steps(now, robot, pose, shut)
 
     after = {pose: steps(pose) for pose in closure([start], steps)}
     needs: list[dict[Pose, int]] = [dict.fromkeys(after, 0) for _ in targets]

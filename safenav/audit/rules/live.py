@@ -241,6 +241,8 @@ class WaitingRule(Rule):
                 yield f"{record.robot} gets a command while the team waits"
             case "appeared" | "gone" | "inputs" | "order" if is_of_user(record):
                 self._waiting, self._hope, self._changed = None, True, record.tick
+            case "service" | "objective" if is_of_user(record) and record.t is None:  # in lockstep
+                self._waiting, self._hope, self._changed = None, True, record.tick
             case _ if self._ended_by_scenario(record):
                 self._waiting, self._hope, self._changed = None, True, record.tick
             case "gone":

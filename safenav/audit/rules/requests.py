@@ -51,7 +51,10 @@ class RequestRule(Rule):
                 problem = f"objectives are pushed for {record.obstacle}, which is not requested"
                 yield record.requester, problem
         else:
-            given_up = record.type == "blocked" and record.reason != "untraversable"
+            given_up = record.type == "blocked" and record.reason not in (
+                "untraversable",
+                "operator",
+            )
             if given_up and record.obstacle not in self._told:
                 problem = f"{record.obstacle} is given up, but no robot has requested help"
                 yield now.turn.robot, problem

@@ -310,7 +310,11 @@ class Evidence(Rule):
         require(task.pose == robot.destination, f"it is not synthesized for {robot.destination}")
         tried = record["verdict"] == "unrealizable" and self.tick  # for an objective not in force
         if not tried and (task.places is None or not task.objective.serves(robot.own)):
-            self.tell(robot, task.objective, now, entries=len(now.stack))
+            charges = record["reason"] == "charge" and robot.data.get("battery")
+            if charges and now.has_heading(robot.name) and task.objective.kind == STAYING:
+                robot.objective = task.objective  # where it turns on its way to a charger
+            else:
+                self.tell(robot, task.objective, now, entries=len(now.stack))
         stays = (Status.UNTRAVERSABLE, Status.GIVEN_UP)
         known = {n for n in now.discovered if now.status[n] is Status.UNRESOLVED}
         known |= {name for name, status in now.status.items() if status in stays}

@@ -83,7 +83,7 @@ def coordinate(team: TeamState, event: Event, stopping: Stopping) -> Decision:
 def _decided(team: TeamState, event: Event, stopping: Stopping) -> Decision:
     match event:
         case events.Started():
-            return _assigned(team, event, _settled(team, (), stopping))
+            return _begun(team, event, _settled(team, (), stopping))
         case events.ObstacleEncountered(violation):
             return _encountered(team, event, violation)
         case events.HelpRequested(violation):
@@ -120,7 +120,9 @@ def reconsider(team: TeamState, decision: Decision, results: Mapping[str, TaskRe
     """Decide what follows if some robots have no strategy for their tasks: another robot helps; or
     a robot waits while anything may change; or the run ends."""
     names, event = failed(results), decision.event
-    outcome, said = Outcome.UNREALIZABLE, Reason.INITIAL
+    begun = team.scenario.until.begun  # the robots have got here by themselves
+    outcome = Outcome.OPERATOR_NEEDED if begun else Outcome.UNREALIZABLE
+    said = Reason.INITIAL
     match event:
         case events.Astray(end=end):
             return Decision(event, end=end)
@@ -140,6 +142,14 @@ def reconsider(team: TeamState, decision: Decision, results: Mapping[str, TaskRe
             outcome, said = Outcome.OPERATOR_NEEDED, Reason.BLOCKED
     told = tuple(synthesis_record(team, results[name], said) for name in names)
     return Decision(event, records=told, end=infeasibility.no_strategy(team, results, outcome))
+
+
+def _begun(team: TeamState, event: Event, settled: Settled) -> Decision:
+    """The first tasks. In the rest of a run that began before, an impasse is one of that run."""
+    if team.scenario.until.begun and settled.found.proof is not None:
+        end = infeasibility.nobody_goes_on(team, settled.floor, settled.found.proof, {}, {})
+        return Decision(event, settled=settled, end=end)
+    return _assigned(team, event, settled)
 
 
 def _encountered(team: TeamState, event: Event, violation: ForbiddenMove) -> Decision:

@@ -178,7 +178,8 @@ class Batteries:
             here = stop == robot.pose or (rivals and stop.region == robot.pose.region)
             there = stops.graph.number(stop)
             if not here:
-                way = stops.graph.steps_between(1 << pose, 1 << there, stops.allowed)
+                to = stops.graph.poses_on(region_mask({stop.region})) if rivals else 1 << there
+                way = stops.graph.steps_between(1 << pose, to, stops.allowed)
                 near = way is not None and way * stops.battery.move <= robot.charge
                 if near and not kept >> there & 1:
                     return stop

@@ -21,7 +21,10 @@ _NUMBERS = {1: "its target", 2: "both targets"}
 
 def refusal_of(team: TeamState, batteries: Batteries) -> Conclusion | None:
     """The end of a run before its first tick, unrealizable: a promise is below what the robots
-    could do alone, or a charge does not last. None if all can be kept."""
+    could do alone, or a charge does not last. None if all can be kept, or if the run began before
+    and this is its rest."""
+    if team.scenario.until.begun:
+        return None
     refused: dict[str, int | None] = {}
     said = []
     for robot in team.robots.values():
@@ -32,7 +35,7 @@ def refusal_of(team: TeamState, batteries: Batteries) -> Conclusion | None:
         if least is None or least > within:
             refused[robot.name] = least
             said.append(f"{robot.name}: {_words(robot, within, least)}")
-    by = None if team.scenario.until.begun else team.scenario.until.by
+    by = team.scenario.until.by
     if by is not None and not objectives_change(team):
         moment, _ = moment_of(team, len(team.robots), {})
         soonest = mission_end(team, moment, earliest(moment))

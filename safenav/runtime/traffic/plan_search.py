@@ -182,11 +182,9 @@ class PlanSearch(Struct):
         remember, so that a plan for all assumes goals as met that are not. None if there are no
         such moves, or the team could not continue after them."""
         answer = self._leg_of_starved(floor, course, start)
-        robots = self.state.robots
-        pursues_own = robots[self.starved].assignment.role is Role.OWN
-        hindered = pursues_own and not all(robot.active for robot in robots.values())
-        if isinstance(answer, Exhausted) and hindered and not floor.problem.sweeping:
-            self.searches.hem_in(floor.index(self.starved))
+        out = not all(robot.active for robot in self.state.robots.values())
+        if isinstance(answer, Exhausted) and out and not floor.problem.sweeping:
+            self._only_out_hinder(floor)
         if not isinstance(answer, Found):
             return None
         own = self.searches.own_of_charging()
@@ -195,13 +193,28 @@ class PlanSearch(Struct):
             return None
         return list(answer.states)
 
+    def _only_out_hinder(self, floor: Floor) -> None:
+        """No order of moves brings the starving robot to its target while some are out of service:
+        others may be served without the obstacle that it is to resolve."""
+        assignment = self.state.robots[self.starved].assignment
+        if assignment.role is Role.OWN:
+            self.searches.hem_in(floor.index(self.starved))
+        elif assignment.role is Role.HELPS and assignment.obstacle in floor.gates:
+            self.hopeless = frozenset({floor.gates.index(assignment.obstacle)})
+
     def _leg_of_starved(self, floor: Floor, course: Course, start: Joint) -> Answer:
         """Search for moves that bring the starving robot to its target."""
         index, goal = floor.index(self.starved), self.searches.goal(floor, self.starved)
+        obstacle = self.state.robots[self.starved].assignment.obstacle
+        gate = floor.gates.index(obstacle) if obstacle in floor.gates else None
+
+        def changed(state: Joint) -> bool:
+            if gate is None:
+                return state.stages != start.stages
+            return state.stages[gate] != start.stages[gate]
+
         search = self.searches.search(floor, course, start, {index: goal}, work=self.work)
-        search.goal = lambda state: (
-            state.stages != start.stages or bool(goal >> state.poses[index] & 1)
-        )
+        search.goal = lambda state: changed(state) or bool(goal >> state.poses[index] & 1)
         return search.run(1)
 
     def _leg_first(self, floor: Floor, course: Course, start: Joint) -> Found | None:

@@ -385,7 +385,9 @@ class Traffic:
             self._watch.begin_anew()
             return  # the others complete the mission without
         if isinstance(answer, Exhausted) and not all(r.active for r in self.state.robots.values()):
+            self.search.hopeless = frozenset()
             self.search.leg(floor, course, start)
+            self.hopeless = frozenset(floor.gates[gate] for gate in self.search.hopeless)
             self._watch.begin_anew()  # somebody stands in the way who may come back
             return
         if isinstance(answer, Exhausted) and floor.problem.sweeping:
