@@ -8,7 +8,7 @@ with a bit for each.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain, compress, repeat
 from operator import and_, eq, ne
 
@@ -18,7 +18,6 @@ _ROUNDS = 10
 """Edges are removed together until this multiple of their number has been visited."""
 
 Edge = tuple[int, int]
-Successors = Mapping[int, Sequence[int]]
 
 _BITS = bytes.maketrans(b"01", b"\x00\x01")
 

@@ -69,33 +69,30 @@ def out_of_turn(now: Situation) -> Iterator[Said]:
             yield f"{robot} touches {now.show(here)} when it is not that target's turn"
 
 
-class MissedGoalRule(Rule):
+@judges("turn")
+def missed_goal(now: Situation) -> Iterator[Said]:
     """A robot that reaches the target it has to meet next has a goal line (T). Live, one that stays
     in all its targets has met them often enough after the rounds of ``until`` (after one round, if
     the objective is not its own): passes take no time."""
-
-    name = "missed-goal"
-
-    def turn(self, now: Situation) -> Iterator[Said]:
-        turn = now.turn
-        progress = _steady(turn, now)
-        if progress is None or turn.robot is None or now.is_cut_short():
+    turn = now.turn
+    progress = _steady(turn, now)
+    if progress is None or turn.robot is None or now.is_cut_short():
+        return
+    robot, move = turn.robot, turn.first("move")
+    here = now.region[robot] if move is None else move.to  # an operator may have moved it since
+    if now.toward[robot] is not None:
+        return  # it is leaving: only a robot that ends a step, or stays, meets a target
+    met = {goal.goal for goal in turn.all("goal")}
+    crosses = shape_of(progress.objective.kind).strict and not _by_strategy(turn)
+    if progress.awaited is None and (now.alternates(robot) or crosses or turn.on_the_way):
+        return  # which target is next is not known yet
+    if now.live and _stays_in_all(progress.objective, turn.origin, here):
+        own = progress.objective == now.own[robot]
+        if (progress.last_round or 0) >= (now.header.until.rounds if own else 1):
             return
-        robot, move = turn.robot, turn.first("move")
-        here = now.region[robot] if move is None else move.to  # an operator may have moved it since
-        if now.toward[robot] is not None:
-            return  # it is leaving: only a robot that ends a step, or stays, meets a target
-        met = {goal.goal for goal in turn.all("goal")}
-        crosses = shape_of(progress.objective.kind).strict and not _by_strategy(turn)
-        if progress.awaited is None and (now.alternates(robot) or crosses or turn.on_the_way):
-            return  # which target is next is not known yet
-        if now.live and _stays_in_all(progress.objective, turn.origin, here):
-            own = progress.objective == now.own[robot]
-            if (progress.last_round or 0) >= (now.header.until.rounds if own else 1):
-                return
-        for index, target in enumerate(progress.objective.targets):
-            if here in target and index not in met and _is_due(progress, index, turn.origin):
-                yield f"{robot} reaches its target {now.show(here)}, but the goal line is missing"
+    for index, target in enumerate(progress.objective.targets):
+        if here in target and index not in met and _is_due(progress, index, turn.origin):
+            yield f"{robot} reaches its target {now.show(here)}, but the goal line is missing"
 
 
 class RoundsRule(Rule):

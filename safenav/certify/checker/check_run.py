@@ -45,7 +45,6 @@ class Robot:
     def __init__(self, name: str, data: Json, now: Situation) -> None:
         self.name, self.data, self.now = name, data, now
         self.own = self.objective = Objective(data["objective"])  # its own, and the one in force
-        self.goals = list[int]()  # goals of its own met since the last resolution
         self.task: Any = None
         self.nodes, self.came_from = set[int](), set[int]()  # where its strategy may be, and was
         self.answers: set[int] | None = None  # of its strategy, in its last turn
@@ -190,9 +189,6 @@ class Evidence(Rule):
                 self.tell(self.robots[record.robot], told, now, entries=len(now.stack))
             case "objective":
                 self.give(self.robots[record.robot], Objective(record.data["objective"]))
-            case "resolved":
-                for each in self.robots.values():
-                    each.goals = []
             case "operator" if record.intervention == "put_back" and robot:
                 put: Pose = record.region, record.heading
                 robot.nodes = robot.task.of_pose.get(put, set()) if robot.task else set()
@@ -210,11 +206,10 @@ class Evidence(Rule):
                         first = each.task.graph.first[node]
                         require(first in each.at_pose(), f"{name} is not in {node}")
                         each.nodes = {node}
-            case "goal" if robot and robot.objective.serves(robot.own):  # else it only helps
-                if robot.task and robot.task.objective.kind == "ltl":
+            case "goal" if robot and robot.task and robot.task.objective.kind == "ltl":
+                if robot.objective.serves(robot.own):  # else it only helps
                     met = robot.task.meets(record.goal, robot.came_from, robot.nodes)
                     require(met, f"{robot.name} is not at its goal {record.goal}")
-                robot.goals.append(record.goal)
             case "blocked" | "deadline" | "outcome":
                 conclude(self, record, now)
         return ()
@@ -223,7 +218,7 @@ class Evidence(Rule):
         """Note that a robot has another objective of its own."""
         self.state_form(robot)
         robot.objective = given if robot.objective.serves(robot.own) else robot.objective
-        robot.own, robot.goals = given, []
+        robot.own = given
         words = given.words(self.world)
         self.claim("changed", f"{robot.name} receives another objective: {words}.")
 
