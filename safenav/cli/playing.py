@@ -6,7 +6,7 @@ import json
 import os
 import signal
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from shlex import quote
@@ -28,6 +28,9 @@ from safenav.trace.writing import Listener, TraceWriter, next_part
 
 PATIENCE = 0.8
 """Seconds between the first signal and the end of a run that does not notice it."""
+
+MOST_STATES = 20_000
+"""States of a strategy that is examined after a run has come to a limit."""
 
 MakeMission = Callable[[Scenario, list[Listener]], Mission]
 """Makes the mission of a scenario with these listeners."""
@@ -122,7 +125,24 @@ class Performance:
             steps.append(f"explain: safenav explain {name}")
         elif outcome is Outcome.TICK_LIMIT:
             steps.append(f"run longer: safenav run {name} --max-ticks N")
+        if outcome in (Outcome.TICK_LIMIT, Outcome.TIME_LIMIT):
+            vacuous = " and ".join(self._vacuous())
+            said = f"check: safenav check {name} ({vacuous} may win by breaking assumptions)"
+            steps += [said] if vacuous else []
         return steps
+
+    def _vacuous(self) -> Iterator[str]:
+        """The robots whose strategies may win without their objectives."""
+        # Imported where it is needed: most runs end otherwise.
+        from safenav.explain.vacuity import vacuities
+        from safenav.synthesis.strategy import Strategy
+
+        for name, robot in self.mission.state.robots.items():
+            strategy = None if robot.planner is None else robot.planner.strategy
+            if not isinstance(strategy, Strategy) or len(strategy.states) > MOST_STATES:
+                continue
+            if vacuities(strategy):
+                yield name
 
     def _record(self, wrong: list[str]) -> dict[str, Any]:
         result, ledger = self.mission.result, self.ledger

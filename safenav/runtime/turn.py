@@ -137,7 +137,10 @@ class Turns:
     def _charges(self, robot: RobotState) -> bool:
         """Whether it stands on a charger, and is not to go to another one."""
         here, stop = robot.pose.region, robot.stop
-        return here in self.state.scenario.chargers and (stop is None or stop.region == here)
+        stays = (
+            not self.state.live if stop is None else stop.region == here
+        )  # live, it is put there
+        return here in self.state.scenario.chargers and stays
 
     def _awaits_action(self, name: str) -> bool:
         """Live: whether a robot has followed a helper that stands where it is to act."""
@@ -612,4 +615,6 @@ class Turns:
             f"the other robots violated an assumption of {robot.name}"
             f"{f' ({rules})' if rules else ''}, which has no strategy from here",
         )
+        if not broken:  # a joint plan has left it where its formulas forbid it to stay
+            end = Conclusion(Outcome.OPERATOR_NEEDED, f"{robot.name} has no strategy from here")
         yield events.Astray(robot.name, Reason.BLOCKED, end)

@@ -9,7 +9,7 @@ import pytest
 
 from explain.conftest import Invoke
 from once import SCENARIOS
-from safenav.cli import check, synth
+from safenav.cli import check, run, synth
 from safenav.explain.vacuity import Way, can_force, vacuities, vacuous_wins
 from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse
@@ -153,6 +153,8 @@ def test_commands_warn_and_strict_commands_refuse(tmp_path: Path, invoke: Invoke
         assert ("warning" in mild.error) == warned
     robots = json.loads(invoke(check.command, file, "--json").output)["robots"]
     assert any(robot["warnings"] for robot in robots) == warned
+    cut = invoke(run.command, file, "--max-ticks", "2", "--no-map")
+    assert ("hunter may win by breaking assumptions" in cut.error) == warned
 
 
 def test_without_others_there_is_nothing_to_warn_of(tmp_path: Path, invoke: Invoke) -> None:

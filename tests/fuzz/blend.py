@@ -18,7 +18,7 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-from fuzz.mixed import mixed_mission
+from fuzz.mixed import formula_mission, mixed_mission
 from fuzz.troubles import Troubled, faults_of
 from fuzz.watch import Watch
 from live.campaign import SlowError, limited
@@ -249,6 +249,7 @@ def main() -> int:
     parser.add_argument("--lockstep", action="store_true")
     parser.add_argument("--faults", action="store_true")
     parser.add_argument("--operator", action="store_true")
+    parser.add_argument("--formulas", action="store_true", help="objectives in formulas")
     parser.add_argument("--continued", action="store_true", help="killed, and continued")
     parser.add_argument("--patience", type=int, default=60)
     parser.add_argument("--keep", help="a folder for the scenarios and traces of findings")
@@ -258,7 +259,8 @@ def main() -> int:
     injected: Counter[str] = Counter()
     found = 0
     for seed in range(first, behind):
-        data = mixed_mission(seed, live=not options.lockstep)
+        made = formula_mission if options.formulas else mixed_mission
+        data = made(seed, live=not options.lockstep)
         try:
             one = (
                 continued(data, seed, patience=options.patience)

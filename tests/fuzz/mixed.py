@@ -200,6 +200,64 @@ def _add_promises(random: Random, data: Data) -> None:
             obstacle["resolve_within"] = random.randint(3, 20)
 
 
+def formula_mission(seed: int, *, live: bool = False) -> Data:
+    """A mixed mission in which some objectives are formulas, most of them with memory, and others
+    have rules beside them."""
+    random, data = Random(f"formulas {seed}"), mixed_mission(seed, live=live)
+    free = [k for k, cell in enumerate("".join(data["map"]["grid"])) if cell == "."]
+    for number, (_, robot) in enumerate(sorted(data["robots"].items())):
+        if "when" in robot:
+            continue
+        model = data["catalogue"]["robots"][robot["model"]]
+        if number == len(data["robots"]) - 1 or random.random() < 0.5:
+            model.pop("battery", None)
+            robot["objective"] = {"ltl": _formulas(random, free, heard="inputs" in data)}
+        elif random.random() < 0.5:
+            one = random.choice(free)
+            step = random.choice([1, -1])
+            robot["objective"]["always"] = f"region = {one} -> region' != {one + step}"
+    if random.random() < 0.5:
+        data.pop("changes", None)
+    return data
+
+
+def _formulas(random: Random, free: list[int], *, heard: bool) -> Data:
+    x, y, z = random.sample(free, 3)
+    made: Data = {}
+    safety, liveness = list[str](), list[str]()
+    match random.choice(["none", "flag", "toggle", "range", "none"]):
+        case "flag":
+            made |= {"memory": {"m": "bool"}, "init": "!m"}
+            safety.append(f"m' <-> m | region = {x}")
+            liveness.append(f"m & region = {y}")
+        case "toggle":
+            made |= {"memory": {"m": "bool"}, "init": "!m"}
+            safety += [f"region' = {x} -> m'", f"region' = {y} -> !m'"]
+            safety.append(f"region' != {x} & region' != {y} -> (m' <-> m)")
+            liveness += [f"region = {x}", f"region = {y}"]
+        case "range":
+            made |= {"memory": {"c": [0, 2]}, "init": "c = 0"}
+            enters = f"region' = {x} & region != {x}"
+            safety += [f"{enters} & c = {k} -> c' = {(k + 1) % 3}" for k in range(3)]
+            safety.append(f"!({enters}) -> c' = c")
+            liveness.append(f"c = 2 & region = {y}")
+        case _:
+            liveness.append(f"region = {x}")
+            liveness += [f"region = {y}"] if random.random() < 0.5 else []
+    safety += [f"region = {z} -> region' != {z}"] if random.random() < 0.3 else []
+    safety += [f"region' != {z}"] if random.random() < 0.3 else []
+    if heard and random.random() < 0.6:
+        match random.choice(["go", "stay", "avoid"]):
+            case "go":
+                liveness.append(f"alarm -> region = {z}")
+            case "stay":
+                safety.append("alarm' -> region' = region")
+            case _:
+                safety.append(f"alarm' & region != {z} -> region' != {z}")
+    made["liveness"] = liveness
+    return {**made, "safety": safety} if safety else made
+
+
 SIDES = (0.8, 1.0, 1.25, 1.5, 1.8, 2.0, 2.4, 2.7, 3.3, 4.0)
 """Metres of a region: a walker needs 1.8."""
 

@@ -9,7 +9,7 @@ import os
 import pytest
 
 from fuzz.blend import continued, play
-from fuzz.mixed import mixed_mission
+from fuzz.mixed import formula_mission, mixed_mission
 from fuzz.troubles import faults_of
 from fuzz.watch import Watch
 from safenav.errors import InputError, UsageError
@@ -48,6 +48,7 @@ OPERATOR = {
     "requests are set aside one after the other": 53620,
     "an assigned goal is met where the robot stands": 53632,
     "an order comes while a robot turns on its way to a charger": 53743,
+    "put on a charger with an empty battery": 57964,
 }
 BOTH = {
     "an order where the world knows of none": 3053,
@@ -88,6 +89,17 @@ def test_what_was_found_is_mended(seed: int, live: bool, faults: bool, operator:
     data = mixed_mission(seed, live=live)
     one = play(data, seed, faults=faults_of(seed) if faults else None, operator=operator)
     assert not one.found
+
+
+FORMULAS = {
+    "left by a plan where its formulas forbid it to stay": (70200, False),
+    "out of service, it is given an objective without formulas": (70212, True),
+}
+
+
+@pytest.mark.parametrize(("seed", "operator"), FORMULAS.values(), ids=FORMULAS)
+def test_what_was_found_with_formulas_is_mended(seed: int, operator: bool) -> None:
+    assert not play(formula_mission(seed), seed, operator=operator).found
 
 
 @pytest.mark.parametrize(("live", "faults", "operator"), WAYS)

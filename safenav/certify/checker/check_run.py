@@ -207,7 +207,8 @@ class Evidence(Rule):
                         require(first in each.at_pose(), f"{name} is not in {node}")
                         each.nodes = {node}
             case "goal" if robot and robot.task and robot.task.objective.kind == "ltl":
-                if robot.objective.serves(robot.own):  # else it only helps
+                own = robot.objective.serves(robot.own)  # else it only helps
+                if own and robot.objective.kind == "ltl":
                     met = robot.task.meets(record.goal, robot.came_from, robot.nodes)
                     require(met, f"{robot.name} is not at its goal {record.goal}")
             case "blocked" | "deadline" | "outcome":

@@ -124,8 +124,10 @@ def reconsider(team: TeamState, decision: Decision, results: Mapping[str, TaskRe
     outcome = Outcome.OPERATOR_NEEDED if begun else Outcome.UNREALIZABLE
     said = Reason.INITIAL
     match event:
-        case events.Astray(end=end):
+        case events.Astray(end=end) if end is None or end.outcome is not Outcome.OPERATOR_NEEDED:
             return Decision(event, end=end)
+        case events.Astray():
+            outcome, said = Outcome.OPERATOR_NEEDED, Reason.BLOCKED
         case Unsettled(reason, refused, idle):
             refused, waiting = dict(refused), set(idle)
             for name in names:
