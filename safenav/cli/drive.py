@@ -16,7 +16,7 @@ from safenav.fleet.transport import DriveRecording
 from safenav.fleet.world import fleet_world
 from safenav.outfile import write_out
 from safenav.runtime.mission import Mission, default_synthesizer
-from safenav.scenario.lint import oversized
+from safenav.scenario.lint import imprecise, oversized
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.settings import Clock
@@ -90,7 +90,11 @@ def command(
     if motion is not None and rehearse:
         raise click.UsageError("--motion: no robot moves in a rehearsal; use safenav motion")
     stations = load_fleet(fleet, plan)
-    for warning in (*plan.map.notes, *oversized(plan)):
+    tolerances = {
+        name: station.tolerance if station.follow is None else station.follow.tolerance
+        for name, station in stations.stations.items()
+    }
+    for warning in (*plan.map.notes, *oversized(plan), *imprecise(plan, tolerances)):
         warn(warning)
     recording = None if motion is None else DriveRecording()
     operator = attendant(operator, True, as_json)

@@ -6,9 +6,10 @@ region that several robots must hold; a robot larger than a region; a seed witho
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from math import floor
 
-from safenav.scenario.model import Obstacle, Scenario
+from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.motion import resolved
 from safenav.scenario.objective import station
 from safenav.scenario.reading.catalogue import built_in
@@ -35,14 +36,41 @@ def oversized(scenario: Scenario) -> Iterator[str]:
     frame = scenario.map.frame
     side = None if frame is None else min(frame.resolution)
     for robot in scenario.robots:
-        model = robot.model
-        values = resolved(model.motion, model.size, model.speed, model.layer) or {}
-        size = model.size or values.get("size")
-        if side is not None and isinstance(size, int | float) and size > side:
+        size = _size(robot)
+        if side is not None and size is not None and size > side:
             yield (
-                f"{robot.name} ({model.name}, {size:g} m) is larger than a region ({side:g} m) and "
-                "reaches into the next ones, where other robots may be; give the map larger regions"
+                f"{robot.name} ({robot.model.name}, {size:g} m) is larger than a region "
+                f"({side:g} m) and reaches into the next ones, where other robots may be; give the "
+                "map larger regions"
             )
+
+
+def imprecise(scenario: Scenario, tolerances: Mapping[str, float]) -> Iterator[str]:
+    """Robots of a drive that may arrive so far from the middle of a region that they reach into the
+    next one. ``tolerances``: metres, by robot."""
+    frame = scenario.map.frame
+    side = None if frame is None else min(frame.resolution)
+    for robot in scenario.robots:
+        size = _size(robot)
+        if side is None or size is None or size > side:
+            continue
+        room, off = (side - size) / 2, tolerances[robot.name]
+        if off <= room + 1e-9:
+            continue
+        most = floor(100 * room) / 100
+        remedy = f"set its 'tolerance' in the fleet file to {most:g}"
+        yield (
+            f"{robot.name} may arrive {off:g} m beside the middle of a region ({side:g} m): its "
+            f"body ({size:g} m) then reaches {off - room:.2f} m into the next one, where other "
+            f"robots may be; {remedy if most else 'give the map larger regions'}"
+        )
+
+
+def _size(robot: Robot) -> float | None:
+    model = robot.model
+    values = resolved(model.motion, model.size, model.speed, model.layer) or {}
+    size = model.size or values.get("size")
+    return float(size) if isinstance(size, int | float) else None
 
 
 def _unable(obstacle: Obstacle, scenario: Scenario) -> Iterator[str]:

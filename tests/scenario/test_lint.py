@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from safenav.scenario.lint import lint
-from safenav.scenario.reading.loader import load_scenario
+from safenav.scenario.lint import imprecise, lint
+from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 
 ROOT = Path(__file__).parents[2]
 
@@ -105,3 +105,25 @@ def test_warnings(changes: dict[str, str], said: list[str], tmp_path: Path) -> N
 @pytest.mark.parametrize("name", ["hello", "case_study_1", "case_study_2_beliefs", "team_of_six"])
 def test_shipped_scenarios_mean_what_they_say(name: str) -> None:
     assert lint(load_scenario(ROOT / "scenarios" / f"{name}.yaml")) == ()
+
+
+@pytest.mark.parametrize(
+    ("side", "off", "said"),
+    [
+        (2.0, 0.7, None),
+        (1.0, 0.3, "reaches 0.10 m into the next one, where other robots may be; set its"),
+        (0.6, 0.3, "reaches 0.30 m into the next one, where other robots may be; give the map"),
+        (0.5, 0.3, None),  # larger than a region, which is said
+    ],
+)
+def test_a_robot_that_arrives_beside_the_middle_reaches_into_the_next_region(
+    side: float, off: float, said: str | None
+) -> None:
+    text = f"""
+safenav: 1
+map: {{resolution: {side}, grid: ["####", "#..#", "####"]}}
+catalogue: {{robots: {{cart: {{mobility: free, layer: ground, size: 0.6, speed: 1}}}}}}
+robots: {{a: {{model: cart, start: 5, objective: {{visit: [6, 5]}}}}}}
+"""
+    found = list(imprecise(load_scenario_text(text), {"a": off}))
+    assert (said in found[0]) if said else not found

@@ -7,6 +7,7 @@ own. What lies between two measurements is taken as a straight line.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import inf
 
 import numpy as np
 from msgspec import Struct
@@ -15,7 +16,7 @@ from safenav.motion.check.examination import NEAR, Examination, Holding
 from safenav.motion.check.paths import Array
 from safenav.motion.check.room import MEASURED_TOUCH, check_distances, outside
 from safenav.motion.file.records import GoalLine, Measured, Motion, Reset
-from safenav.trace.records import Arrive, Depart
+from safenav.trace.records import Act, ActionEnd, Arrive, Depart
 from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import MoveEnd
 from safenav.trace.words import counted
@@ -75,14 +76,16 @@ def check_execution(case: Examination) -> None:
         own: list[Holding] = []
         # Who acts on an obstacle reaches into its region, which blocks all others, and into those
         # that its resolution sweeps, which are reserved meanwhile.
-        acting = [action for action in case.actions if action.robot == name]
-        for one in acting:
-            room = {one.region, *swept.get(one.obstacle, ())}
-            own += [Holding(name, region, one.t0, one.t1) for region in room]
+        acting = [*_acts(case.trace, name)]
+        acting += [(a.obstacle, a.t0, a.t1) for a in case.actions if a.robot == name]
+        for obstacle, t0, t1 in acting:
+            room = {*swept.get(obstacle, ())}
+            room |= {case.obstacles[obstacle].region} if obstacle in case.obstacles else set()
+            own += [Holding(name, region, t0, t1) for region in room]
         found = outside(case, name, way.times, way.centres, own, MEASURED_TOUCH)
         if found is not None:
             t, what = found[0], f"measured at {found[1]}"
-            if any(a.t0 <= t <= a.t1 for a in acting):
+            if any(t0 <= t <= t1 for _, t0, t1 in acting):
                 what += " (it acts: 'sweeps' of an obstacle's type reserves what that takes)"
             case.wrong(t, name, "measured room", what)
         if limits["driven"] == SETPOINTS:
@@ -90,6 +93,20 @@ def check_execution(case: Examination) -> None:
         else:
             _arrivals(case, name, way)
     check_distances(case, {name: way.at for name, way in ways.items()}, measured=True)
+
+
+def _acts(trace: Trace, name: str) -> Iterator[tuple[str, float, float]]:
+    """The obstacles on which a robot acts, also in vain, from when and until when."""
+    begun: dict[int, Act] = {}
+    for record in trace.records:
+        if isinstance(record, Act) and name in record.robots:
+            begun[record.command] = record
+        elif isinstance(record, ActionEnd) and (act := begun.pop(record.command, None)) is not None:
+            for obstacle in act.obstacles:
+                yield obstacle, act.t or 0.0, record.t or 0.0
+    for act in begun.values():  # under way when the run ends
+        for obstacle in act.obstacles:
+            yield obstacle, act.t or 0.0, inf
 
 
 def trackings(motion: Motion, trace: Trace) -> list[TrackingError]:
@@ -114,7 +131,8 @@ def trackings(motion: Motion, trace: Trace) -> list[TrackingError]:
 def _way(case: Examination, name: str) -> MeasuredWay | None:
     rows = [row for line in case.motion.of(Measured, name) for row in line.rows]
     if not rows:
-        case.wrong(0.0, name, "measured rate", "no measurement is recorded")
+        if case.makespan > case.numbers[name].get("gap", 0.0):
+            case.wrong(0.0, name, "measured rate", "no measurement is recorded")
         return None
     table = np.array([(row.t, row.stamp, row.x, row.y) for row in rows])
     for column, what in ((0, "was heard"), (1, "is stamped")):
