@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -76,6 +77,29 @@ def test_the_stack_grows_and_shrinks_with_nested_requests(replays: dict[str, Rep
     assert replay.stack.at(pushes[1]) == (first, second)
     assert replay.stack.at(pops[0]) == (first,)
     assert replay.stack.at(pops[1]) == ()
+
+
+def test_a_request_leaves_the_stack_wherever_it_stands_in_it(tmp_path: Path) -> None:
+    """The first one is over before the second."""
+    lines = made_traces.chain()
+    pushes = [line for line in lines if line["type"] == "push"]
+    pops = [line for line in lines if line["type"] == "pop"]
+    keys = ("obstacle", "requester", "helper")
+    for pop, push in zip(pops, pushes, strict=True):
+        pop.update({key: push[key] for key in keys})
+    replay = read_replay(made_traces.write(lines, tmp_path / "t.jsonl"))
+    (left,) = replay.stack.at(pops[0]["tick"])
+    assert left.obstacle == pushes[1]["obstacle"] and left.requester == pushes[1]["requester"]
+    assert replay.stack.at(pops[1]["tick"]) == ()
+
+
+def test_each_round_is_told_once(replays: dict[str, Replay]) -> None:
+    """With the target that ends it, not with those of the next round."""
+    goals = [event for event in replays["door"].events if event.kind is StoryKind.GOAL]
+    for robot in ("quad", "digit"):
+        told = [e.text.partition(", ")[2] for e in goals if e.robot == robot]
+        assert "round 1 done" in told and "" in told
+        assert not any(one and one == after for one, after in pairwise(told))
 
 
 def test_a_replaced_helper_takes_the_place_of_the_one_before(tmp_path: Path) -> None:

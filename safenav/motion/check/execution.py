@@ -96,7 +96,7 @@ def check_execution(case: Examination) -> None:
 
 
 def _acts(trace: Trace, name: str) -> Iterator[tuple[str, float, float]]:
-    """The obstacles on which a robot acts, also in vain, from when and until when."""
+    """The obstacles on which a robot acts, with success or not, from when and until when."""
     begun: dict[int, Act] = {}
     for record in trace.records:
         if isinstance(record, Act) and name in record.robots:

@@ -284,6 +284,10 @@ class ReplayBuilder:
             self._reword(self.wording.sentence(line) + self.wording.objectives(line, parts))
 
     def _pop(self, line: records.Pop) -> None:
+        own = [n for n, row in enumerate(self.frames) if row.obstacle == line.obstacle]
+        mine = [n for n in own if self.frames[n].requester == line.requester] or own
+        if line.obstacle is not None and mine:  # wherever it is in the stack
+            del self.frames[mine[-1]]
         dropped = self.frames[max(0, line.depth) :]
         del self.frames[max(0, line.depth) :]
         self._objectives(line)
@@ -327,6 +331,8 @@ class ReplayBuilder:
             self._event(line, StoryKind.GOAL)
             if holding:
                 self._reword(self.wording.holding(line))
+            elif line.round == before.rounds:  # said with the target that ended it
+                self._reword(self.wording.sentence(replace(line, round=0)))
 
     def _carried(self, line: records.Met) -> None:
         known = self.hidden.get(line.obstacle)
