@@ -3,23 +3,15 @@
 import json
 import re
 import textwrap
-from collections import deque
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
-from random import Random
 
 import pytest
 
 from certify.making import CIRCUIT, bundle_at, certified, files_of, rewrite, run_checker, shipped
 from runtime.played import Line, Run, play
 from safenav.audit.check import check_trace
-from safenav.runtime.progress import Progress
-from safenav.scenario.objective import Circuit
-from safenav.spec.forms import can_keep
-from safenav.world.map import Heading, RegionMap
-from safenav.world.moves import Mobility, Pose
-from safenav.world.poses import PoseGraph, region_mask
 
 SHARED = """
 safenav: 1
@@ -110,72 +102,6 @@ def test_a_robot_that_charges_at_a_target_does_not_begin_again_with_it() -> None
     trace = play(CHARGES)
     assert trace.outcome["outcome"] == "completed"
     assert len(trace.all("synthesis", reason="charge")) > 1
-
-
-def test_the_brute_force_play_agrees_on_who_can_keep_it() -> None:
-    """A robot can iff from where it stands a cycle is reachable on which every target is met: in
-    the graph of poses and turns, explored one by one."""
-    random, counts = Random(5), {True: 0, False: 0}
-    for _ in range(300):
-        rows, cols = random.randint(1, 4), random.randint(3, 5)
-        grid = ["".join(random.choices("#.", (1, 5), k=cols)) for _ in range(rows)]
-        world = RegionMap.from_grid(grid)
-        if len(world.free) < 5:
-            continue
-        mobility = random.choice([Mobility.FREE, Mobility.HEADING])
-        heading = Heading.EAST if mobility is Mobility.HEADING else None
-        targets = random.sample(world.free, random.randint(2, 4))
-        start, turn = random.choice(world.free), random.randrange(len(targets))
-        graph = PoseGraph(world, mobility)
-        shut = {random.choice(world.free)} if random.random() < 0.3 else set()
-        objective = Circuit(tuple(frozenset({t}) for t in targets))
-        told = can_keep(graph, Pose(start, heading), objective, turn, region_mask(shut))
-        expected = _winning(graph, Pose(start, heading), targets, turn, shut)
-        assert told == expected, (grid, targets, start, turn, shut)
-        counts[told] += 1
-    assert min(counts.values()) > 50
-
-
-Position = tuple[Pose, int]
-
-
-def _winning(graph: PoseGraph, pose: Pose, targets: list[int], turn: int, shut: set[int]) -> bool:
-    def steps(position: Position) -> list[Position]:
-        here, due = position
-        due = (due + 1) % len(targets) if here.region == targets[due] else due
-        after = (graph.pose(k) for k in graph.steps(graph.number(here)))
-        others = {t for k, t in enumerate(targets) if k != due}
-        return [(p, due) for p in after if p.region not in others | shut]
-
-    def reach(begin: list[Position]) -> set[Position]:
-        seen, waiting = set(begin), deque(begin)
-        while waiting:
-            for after in steps(waiting.popleft()):
-                if after not in seen:
-                    seen.add(after)
-                    waiting.append(after)
-        return seen
-
-    at_first = [p for p in reach([(pose, turn)]) if p[0].region == targets[0] and p[1] == 0]
-    return any(p in reach(steps(p)) for p in at_first)
-
-
-def test_progress_counts_what_a_list_of_targets_counts() -> None:
-    random, targets = Random(3), (2, 5, 7)
-    progress = Progress(Circuit(tuple(frozenset({t}) for t in targets)))
-    walk = [0, *(random.randrange(9) for _ in range(500))]
-    met = progress.begin(walk[0], {})
-    turn, expected = 0, 0
-    for region in walk[1:]:
-        fresh = progress.arrive(region, {}, {})
-        if region == targets[turn]:
-            met, turn, expected = [turn], (turn + 1) % 3, expected + 1
-            assert fresh == met
-        else:
-            assert fresh == []
-        assert progress.awaited() == frozenset({targets[turn]})
-        assert progress.rounds == expected // 3
-    assert progress.rounds > 5
 
 
 HALL = """

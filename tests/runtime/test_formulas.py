@@ -40,10 +40,11 @@ def test_steps_that_are_closed(
     assert graph.one_way is bool(closed)
 
 
-def test_masks_agree_with_single_steps() -> None:
-    graph = read(
-        Mobility.HEADING, safety=("heading = 1 & region = 8 -> region' != 9", "region' != 7")
-    ).graph
+@pytest.mark.parametrize("mobility", Mobility)
+def test_masks_agree_with_single_steps(mobility: Mobility) -> None:
+    here = "heading = 1 & region = 8" if mobility is Mobility.HEADING else "region = 8"
+    safety = (f"{here} -> region' != 9", "region' != 7")
+    graph = read(mobility, safety=safety).graph
     poses = list(bits(graph.everywhere))
     steps = {(p, q) for p in poses for q in graph.steps(p)}
     assert {(p, q) for p in poses for q in bits(graph.forward(1 << p))} == steps

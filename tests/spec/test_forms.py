@@ -29,31 +29,6 @@ def floor(*rows: str) -> RegionMap:
     return RegionMap.from_grid(rows)
 
 
-def patrols(
-    world: RegionMap, first: set[int], second: set[int], at: int, heading: Heading | None = None
-) -> list[bool]:
-    """With the first target next, and with the second."""
-    mobility = Mobility.FREE if heading is None else Mobility.HEADING
-    patrol = Patrol(frozenset(first), frozenset(second))
-    graph = PoseGraph(world, mobility)
-    return [can_keep(graph, Pose(at, heading), patrol, memory) for memory in (0, 1)]
-
-
-def test_a_corridor_is_patrolled_between_its_targets() -> None:
-    assert patrols(floor("....."), {0}, {4}, at=2) == [True, True]
-
-
-def test_who_stands_beyond_a_target_cannot_cross_it_when_it_is_not_its_turn() -> None:
-    assert patrols(floor("....."), {1}, {4}, at=0) == [True, False]
-
-
-def test_a_robot_with_a_heading_cannot_turn_round_at_the_end_of_a_corridor() -> None:
-    assert patrols(floor("....."), {0}, {4}, at=2, heading=Heading.EAST) == [False, False]
-    # Round a ring it can, if the target that comes first is the one whose turn it is.
-    ring = floor("...", ".#.", "...")
-    assert patrols(ring, {0}, {8}, at=1, heading=Heading.EAST) == [False, True]
-
-
 def test_it_agrees_with_the_game_played_out() -> None:
     random = Random(11)
     counts = {True: 0, False: 0}
