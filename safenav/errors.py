@@ -42,6 +42,8 @@ def exit_code_of(outcome: Outcome) -> ExitCode:
 
 _WIDTH = 96
 """The most characters of a source line that a message shows."""
+_REPORTED = 101
+"""The most diagnostics of a message: 100 of a scenario, and a last one that counts the others."""
 
 
 class Diagnostic(Struct, frozen=True):
@@ -100,7 +102,10 @@ class InputError(SafenavError):
 
     def __init__(self, diagnostics: Sequence[Diagnostic]) -> None:
         self.diagnostics = tuple(diagnostics)
-        super().__init__("\n".join(str(d) for d in self.diagnostics))
+        told = [str(d) for d in self.diagnostics[:_REPORTED]]
+        if len(self.diagnostics) > _REPORTED:
+            told.append(f"and {len(self.diagnostics) - _REPORTED} more")
+        super().__init__("\n".join(told))
 
 
 class UsageError(SafenavError):

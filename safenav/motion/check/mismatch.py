@@ -40,7 +40,7 @@ def mismatch(motion: Motion, trace: Trace) -> str:
     if (header.rows, header.cols) != (world.rows, world.cols):
         return f"a map of {header.rows} x {header.cols} regions"
     if set(header.robots) != set(trace.header.scenario.robots):
-        return f"the robots {', '.join(sorted(header.robots))} are not those of the trace"
+        return f"the robots {', '.join(sorted(header.robots))[:80]} are not those of the trace"
     if header.side <= 0:
         return f"regions of {header.side:g} m"
     if not 0 <= motion.outcome.makespan <= LONGEST:
@@ -54,7 +54,7 @@ def mismatch(motion: Motion, trace: Trace) -> str:
                 return f"{name}: '{key}' is missing, or not a positive number"
     stranger = next((line.robot for line in motion.lines if line.robot not in header.robots), None)
     if stranger is not None:
-        return f"{stranger} is not a robot of the header"
+        return f"{stranger[:40]} is not a robot of the header"
     return next(filter(None, (_piece(motion, piece) for piece in motion.of(Moving))), "")
 
 

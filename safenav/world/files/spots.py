@@ -181,7 +181,8 @@ def losses(blocked: Blocked, layout: Layout, world: RegionMap, share: float) -> 
             )
         whole = sorted(held.get(spot, ()), key=lambda number: len(connected[number]))
         said += [
-            f"{_stretch(sorted(connected[number]), world)} are cut off: the image has a passage "
+            f"{_stretch(sorted(connected[number]), world)} "
+            f"{'is' if len(connected[number]) == 1 else 'are'} cut off: the image has a passage "
             "that is narrower than a region; use smaller regions"
             + (" or a larger share" if share > 0 else " or a share")
             for number in whole[:-1]
