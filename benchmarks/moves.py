@@ -21,8 +21,7 @@ from safenav.scenario.reading.loader import load_scenario
 from safenav.spec.compile import compile_task
 from safenav.spec.parsing import read_specification
 from safenav.spec.specification import Owner, Section, Specification
-from safenav.synthesis.serving.served import ServedStrategy
-from safenav.synthesis.serving.starting import serve
+from safenav.synthesis.serving.served import ServedStrategy, serve
 from safenav.synthesis.slugs import Synthesizer
 from safenav.verify.moves import MoveCheck
 

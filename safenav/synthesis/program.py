@@ -38,7 +38,7 @@ class Program(Struct, frozen=True):
         is sent home."""
         if job.kind is RequestKind.MOVES:
             # Imported here: few runs need it.
-            from safenav.synthesis.serving.starting import serve
+            from safenav.synthesis.serving.served import serve
 
             begun = time.monotonic()
             own = self.binary if self.binary.native else find_own_binary()

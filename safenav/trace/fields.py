@@ -2,7 +2,7 @@
 
 Knows the annotations that the records of ``safenav.trace`` use: plain types, ``X | None`` and other
 unions, ``Annotated`` with ``Least`` or ``Pattern``, enums, tuples, frozen sets, mappings from
-strings, structs (objects, or ``row``: lists), and ``Objective``.
+strings, structs (objects, or lists if they are ``array_like``), and ``Objective``.
 """
 
 from __future__ import annotations
@@ -251,7 +251,7 @@ def entries(kind: Any) -> tuple[FieldEntry, ...]:
 
 def is_row(kind: Any) -> bool:
     """Whether a class is written as a list of its fields, in order."""
-    return getattr(kind, "row", False) is True
+    return _is_struct(kind) and bool(kind.__struct_config__.array_like)
 
 
 def _data(kind: Any) -> Converter:

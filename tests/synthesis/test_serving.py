@@ -22,8 +22,8 @@ from safenav.synthesis.serving.served import (
     ServedMove,
     ServedStrategy,
     falls,
+    serve,
 )
-from safenav.synthesis.serving.starting import serve
 from safenav.synthesis.slugs import Synthesizer
 from synthesis.requests import NATIVE, Script, gone, impossible
 
@@ -118,7 +118,7 @@ def test_the_process_ends_with_its_owner(
         "import sys, time\n"
         "from pathlib import Path\n"
         "from safenav.spec.parsing import read_specification\n"
-        "from safenav.synthesis.serving.starting import serve\n"
+        "from safenav.synthesis.serving.served import serve\n"
         "from safenav.synthesis.binary import Binary\n"
         "spec = read_specification(Path(sys.argv[1]).read_text(), 'patrol')\n"
         "strategy = serve(spec, Binary(Path(sys.argv[2])))\n"

@@ -9,7 +9,7 @@ A ``row`` is written as the list of its fields.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar, TypeVar
+from typing import TypeVar
 
 from msgspec import Struct, field
 
@@ -41,10 +41,9 @@ class MotionHeader(Struct, frozen=True):
     push: float
 
 
-class Foothold(Struct, frozen=True):
+class Foothold(Struct, frozen=True, array_like=True):
     """A foot on the ground from ``down`` to ``up``; ``side``: 1 is the left one, -1 the right."""
 
-    row: ClassVar[bool] = True
     x: float
     y: float
     yaw: float
@@ -53,12 +52,11 @@ class Foothold(Struct, frozen=True):
     up: float
 
 
-class Swing(Struct, frozen=True):
+class Swing(Struct, frozen=True, array_like=True):
     """A foot in the air: x, y and yaw are quintics in time between ``start`` and ``goal``
     (positions, velocities, accelerations: nine numbers); its height is
     64 clearance u^3 (1-u)^3 with u from ``u0`` to ``u1``."""
 
-    row: ClassVar[bool] = True
     side: int
     t0: float
     t1: float
@@ -68,10 +66,9 @@ class Swing(Struct, frozen=True):
     goal: FootState
 
 
-class PressurePhase(Struct, frozen=True):
+class PressurePhase(Struct, frozen=True, array_like=True):
     """The centre of pressure, constant for some seconds."""
 
-    row: ClassVar[bool] = True
     seconds: float
     x: float
     y: float
@@ -106,10 +103,9 @@ class Segment(Moving, frozen=True):
     goal: State
 
 
-class Curve(Struct, frozen=True):
+class Curve(Struct, frozen=True, array_like=True):
     """Polynomials in the seconds since the curve's begin, lowest power first."""
 
-    row: ClassVar[bool] = True
     seconds: float
     x: Numbers
     y: Numbers
@@ -123,11 +119,10 @@ class Flight(Moving, frozen=True):
     curves: tuple[Curve, ...]
 
 
-class Arc(Struct, frozen=True):
+class Arc(Struct, frozen=True, array_like=True):
     """A unicycle's way of constant curvature (1/m) from a pose: ``way`` is the polynomial of the
     distance, or with no curvature that of the angle by which it turns on the spot."""
 
-    row: ClassVar[bool] = True
     seconds: float
     x: float
     y: float
@@ -153,11 +148,10 @@ class GoalLine(Piece, frozen=True):
     end: str
 
 
-class Measurement(Struct, frozen=True):
+class Measurement(Struct, frozen=True, array_like=True):
     """Where a robot's odometry had it: ``t`` when it was heard, ``stamp`` in seconds of the robot's
     own clock."""
 
-    row: ClassVar[bool] = True
     t: float
     stamp: float
     x: float
@@ -252,11 +246,10 @@ class Wait(Struct, frozen=True):
     on_tick: int
 
 
-class Link(Struct, frozen=True):
+class Link(Struct, frozen=True, array_like=True):
     """A part of the longest chain: what a robot did without anybody being able to do it
     earlier."""
 
-    row: ClassVar[bool] = True
     robot: str
     tick: int
     what: str
