@@ -52,16 +52,8 @@ def command(trace: str, show_all: bool, partial: bool, as_json: bool) -> int:
 
 
 def _tell(found: Audit, show_all: bool, partial: bool) -> None:
-    shown = found.findings if show_all else found.findings[:1]
-    for finding in shown:
-        click.echo(f"{found.source}: {finding}")
-    hidden = len(found.findings) - len(shown)
-    if hidden:
-        click.echo(f"and {hidden} more (--all shows them)")
-    for note in found.notes if show_all else found.notes[:1]:
-        click.echo(f"{found.source}: {note}")
-    if len(found.notes) > 1 and not show_all:
-        click.echo(f"and {len(found.notes) - 1} more not judged (--all shows them)")
+    options.tell_first(found.source, found.findings, show_all)
+    options.tell_first(found.source, found.notes, show_all, "more not judged")
     if not found.complete:
         click.echo("The trace ends before its outcome; checked as far as it goes.")
         if not partial:

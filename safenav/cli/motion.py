@@ -140,10 +140,7 @@ def check_motion(
         data["requirements"] = [one.data() for one in judgements]
         click.echo(json.dumps(data, indent=2))
         return ExitCode.OK if ok else ExitCode.NEGATIVE
-    for finding in found if show_all else found[:1]:
-        click.echo(f"{motion}: {finding}")
-    if len(found) > 1 and not show_all:
-        click.echo(f"and {len(found) - 1} more (--all shows them)")
+    options.tell_first(motion, found, show_all)
     if found and formulas:
         click.echo("the requirements are not evaluated on a motion that breaks rules")
     if not found:

@@ -6,7 +6,7 @@ A path to write is tried before the command begins, so that no work is lost.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -102,6 +102,14 @@ def division(command: Callable[..., Any]) -> Callable[..., Any]:
     for option in reversed(_DIVISION):
         command = option(command)
     return command
+
+
+def tell_first(source: object, found: Sequence[object], show_all: bool, rest: str = "more") -> None:
+    """Print the first thing that was found in a source, or all of them."""
+    for each in found if show_all else found[:1]:
+        click.echo(f"{source}: {each}")
+    if len(found) > 1 and not show_all:
+        click.echo(f"and {len(found) - 1} {rest} (--all shows them)")
 
 
 def check_robot(name: str | None, scenario: Scenario, file: Path) -> None:
