@@ -17,6 +17,7 @@ from safenav.fleet.place import Places, turned
 from safenav.fleet.setpoints import Setpoints
 from safenav.motion.flyer.tracking import DRAG, HORIZON, LAG, AxisTracker
 from safenav.motion.flyer.tracking import STEP as PERIOD
+from safenav.motion.polynomial import derivative, quintic, values
 from safenav.scenario.model import Obstacle, Robot
 
 FORCE = 2.5
@@ -165,13 +166,10 @@ class Dynamics:
         other = across[1 - axis] - body.begun[1 - axis]
         way = hypot(goal - start, other)
         lasts = max(1.875 * way / body.speed, (10 / 3**0.5 * way / (body.tilt / 2)) ** 0.5, PERIOD)
-        rows = np.zeros((HORIZON, 3))
-        for k in range(HORIZON):
-            s = min(1.0, max(0.0, (self.now - began + (k + 1) * PERIOD) / lasts))
-            rows[k, 0] = start + (goal - start) * (10 * s**3 - 15 * s**4 + 6 * s**5)
-            rows[k, 1] = (goal - start) * (30 * s**2 - 60 * s**3 + 30 * s**4) / lasts
-            rows[k, 2] = (goal - start) * (60 * s - 180 * s**2 + 120 * s**3) / lasts**2
-        return rows
+        times = np.clip(self.now - began + PERIOD * np.arange(1, HORIZON + 1), 0.0, lasts)
+        path = quintic(lasts, start, 0.0, goal, 0.0)
+        speed = derivative(path)
+        return np.column_stack([values(each, times) for each in (path, speed, derivative(speed))])
 
     def _at(self, body: SimulatedBody) -> tuple[float, float, float]:
         """x, y, yaw; joints count from the origin of the world."""

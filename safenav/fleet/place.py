@@ -10,11 +10,10 @@ from math import atan2, cos, floor, hypot, pi, sin
 
 from msgspec import Struct
 
+from safenav.pace.robot import YAW
 from safenav.world.frame import Frame
 from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.moves import Pose
-
-_YAW = {Heading.EAST: 0.0, Heading.NORTH: pi / 2, Heading.WEST: pi, Heading.SOUTH: -pi / 2}
 
 
 class Places(Struct, frozen=True):
@@ -38,7 +37,7 @@ class Places(Struct, frozen=True):
 
     def yaw(self, pose: Pose) -> float | None:
         """The direction that a robot with a heading faces; None for one without."""
-        return None if pose.heading is None else _YAW[pose.heading] + self.frame.yaw
+        return None if pose.heading is None else YAW[pose.heading.label] + self.frame.yaw
 
     def region(self, x: float, y: float) -> Region | None:
         """The region that holds a point; None off the map."""
@@ -50,7 +49,8 @@ class Places(Struct, frozen=True):
 
     def heading(self, yaw: float) -> Heading:
         """The nearest heading to a direction."""
-        return min(Heading, key=lambda heading: abs(turned(_YAW[heading] + self.frame.yaw - yaw)))
+        facing = yaw - self.frame.yaw
+        return min(Heading, key=lambda heading: abs(turned(YAW[heading.label] - facing)))
 
     def distance(self, region: Region, x: float, y: float) -> float:
         """Metres from a point to the middle of a region."""
