@@ -1,4 +1,5 @@
-"""A disc that glides from centre to centre: the motion of a model that says nothing else.
+"""A disc that glides from centre to centre: the motion of a model that says nothing else; and a
+quadcopter, which flies so.
 
 Each move is a quintic from rest to rest, so it needs nothing of what comes after it.
 """
@@ -13,7 +14,7 @@ from safenav.motion.file.records import Curve, Flight, Moving
 from safenav.motion.geometry import MetricFloor, way, yaw
 from safenav.motion.mover import Crossing, Mover
 from safenav.motion.polynomial import PEAK, quintic
-from safenav.pace.robot import ROOM, TURNING, glide
+from safenav.pace.robot import RESERVE, ROOM, TURNING, glide
 
 
 def end_of(crossing: Crossing, floor: MetricFloor, size: float) -> tuple[float, float]:
@@ -107,3 +108,21 @@ class DiscMover(Mover):
         flight = Flight(self.robot, tick, name, self.region, to, self.time, until, (curve,))
         self.time = until
         return flight
+
+
+class FlyerMover(DiscMover):
+    """A quadcopter that hovers at ``place``, at its altitude."""
+
+    name = "fly"
+    at_rest = "hover"
+
+    @property
+    def altitude(self) -> float:
+        return self.values["altitude"]
+
+    def limits(self) -> Mapping[str, float]:
+        own = {"altitude": self.altitude, "tilt": self.values["tilt"]}
+        return {**super().limits(), **own}
+
+    def seconds(self, metres: float) -> float:
+        return glide(metres, self.values["speed"], RESERVE * self.values["tilt"])

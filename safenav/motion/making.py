@@ -9,16 +9,15 @@ from msgspec.structs import replace
 
 import safenav
 from safenav.errors import Diagnostic, InputError, SafenavError, UsageError
+from safenav.motion.disc import FlyerMover
 from safenav.motion.file.records import Flight, Line, Motion, MotionHeader, MotionOutcome, Segment
-from safenav.motion.flyer.mover import FlyerMover
 from safenav.motion.flyer.simulation import check_gust, flown
 from safenav.motion.geometry import MetricFloor
 from safenav.motion.in_time import at_times
 from safenav.motion.mover import Mover, mover
 from safenav.motion.timing import schedule
 from safenav.motion.timing.given import carried_out, when
-from safenav.motion.walker.limits import RECOVERING
-from safenav.motion.walker.mover import WalkerMover
+from safenav.motion.walker.mover import RECOVERING, WalkerMover
 from safenav.motion.walker.pushes import pushed
 from safenav.pace.robot import SIDE as SIDE
 from safenav.scenario.model import Scenario

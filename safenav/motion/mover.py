@@ -98,7 +98,7 @@ class Mover(ABC):
 
 _BUILT_IN = {
     "walker": ("safenav.motion.walker.mover", "WalkerMover"),
-    "flyer": ("safenav.motion.flyer.mover", "FlyerMover"),
+    "flyer": ("safenav.motion.disc", "FlyerMover"),
     "rover": ("safenav.motion.rover", "RoverMover"),
     "disc": ("safenav.motion.disc", "DiscMover"),
 }

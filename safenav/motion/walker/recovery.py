@@ -26,7 +26,7 @@ from safenav.motion.file.records import Foothold, PressurePhase, Segment, Swing
 from safenav.motion.pendulum import Array, advanced, miss, state_of
 from safenav.motion.polynomial import between, derivative, values
 from safenav.motion.walker.courses import Actual, PendingMove, WalkPlan, plan_of
-from safenav.motion.walker.limits import LIMITS
+from safenav.motion.walker.mover import LIMITS
 
 AHEAD, ASIDE = 0.0599, 0.0299
 """Metres by which the centre of pressure may leave the middle of a foot, along it and across."""
