@@ -50,14 +50,11 @@ def lines_of(trace: Path) -> list[dict[str, Any]]:
 
 
 DRIVEN = labs(
-    (FIRST, "simulation"),
     (SECOND, "simulation"),
     (THIRD, "simulation"),
     (FIRST, "ros1", {"digit": "abort", "quad": "abort"}),
-    (SECOND, "ros1"),
     (THIRD, "ros1"),
     (FIRST, "ros2", {"digit": "abort+late", "quad": "doubled"}),
-    (SECOND, "ros2"),
     (THIRD, "ros2"),
 )
 
