@@ -28,10 +28,10 @@ from safenav.report.terminal.table import table
 from safenav.scenario.yaml import source
 from safenav.spec.parsing import check_formulas, read_specification
 from safenav.synthesis.export import StrategySize, statistics_of, to_dot, to_graphml
+from safenav.synthesis.request import SynthesisResult
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.specification_file import load_specification
 from safenav.synthesis.strategy import Strategy
-from safenav.synthesis.verdict import SynthesisResult
 from safenav.verify.verification import (
     first_failure,
     verify_counterstrategy,

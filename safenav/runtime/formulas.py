@@ -62,18 +62,15 @@ def formulas_of(robot: Robot, world: RegionMap) -> Formulas | None:
     return _formulas(objective, world, robot.model.mobility) if isinstance(objective, Ltl) else None
 
 
-@lru_cache(maxsize=256)
-def _formulas(objective: Ltl, world: RegionMap, mobility: Mobility) -> Formulas:
-    return Formulas(objective, world, mobility)
+_formulas = lru_cache(maxsize=256)(Formulas)
 
 
 def graph_of(robot: Robot, world: RegionMap) -> PoseGraph:
     """The poses of a robot on a map and the steps that its guarantees allow, made once."""
-    found = formulas_in(robot.objective)
-    mobility = robot.model.mobility
-    return (
-        plain_graph(world, mobility) if found is None else _formulas(found, world, mobility).graph
-    )
+    found, mobility = formulas_in(robot.objective), robot.model.mobility
+    if found is None:
+        return plain_graph(world, mobility)
+    return _formulas(found, world, mobility).graph
 
 
 def permitted(robot: Robot, graph: PoseGraph) -> Mask:

@@ -268,12 +268,10 @@ class Mission:
         except SafenavError as error:
             with suppress(SafenavError):  # the trace itself may be what cannot be written
                 self._tell_end(Conclusion(Outcome.ERROR, str(error)))
-            self._search.close()
-            self._traffic.thinking.close()
+            self._close()
             raise
         except BaseException:
-            self._search.close()
-            self._traffic.thinking.close()
+            self._close()
             raise
 
     def first_results(self, names: Collection[str] | None = None) -> dict[str, TaskResult]:
@@ -281,10 +279,14 @@ class Mission:
         (default: all), in the scenario's order. Nothing runs."""
         return self._algorithm.first_results(self.state.robots if names is None else names)
 
-    def _end(self, conclusion: Conclusion) -> None:
-        self.ending = True
+    def _close(self) -> None:
+        """End the searches that run beside the mission."""
         self._search.close()
         self._traffic.thinking.close()
+
+    def _end(self, conclusion: Conclusion) -> None:
+        self.ending = True
+        self._close()
         ended = self._tell_end(conclusion)
         self.result = RunResult(
             conclusion.outcome,

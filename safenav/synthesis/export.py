@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 from msgspec import Struct
 
 from safenav.spec.specification import Owner, Section, Specification, Variable
+from safenav.synthesis.request import SynthesisResult
 from safenav.synthesis.strategy import Strategy, bit_names
-from safenav.synthesis.verdict import SynthesisResult
 from safenav.world.map import Heading
 
 if TYPE_CHECKING:

@@ -26,10 +26,16 @@ from safenav.synthesis.binary import Binary, find_binary, find_own_binary
 from safenav.synthesis.cache import Cache, CacheEntry, key_of
 from safenav.synthesis.process import Crew, Finished, orderly_termination
 from safenav.synthesis.program import Brought, Program
-from safenav.synthesis.request import Job, Listener, RequestKind, RequestPhase, SynthesisProgress
+from safenav.synthesis.request import (
+    Job,
+    Listener,
+    RequestKind,
+    RequestPhase,
+    SynthesisProgress,
+    SynthesisResult,
+)
 from safenav.synthesis.result import failure, too_large, verdict_of
 from safenav.synthesis.strategy import Strategy
-from safenav.synthesis.verdict import SynthesisResult
 
 _GOOD = Verdict.REALIZABLE
 _HEARTBEAT_SECONDS = 1.0

@@ -33,6 +33,7 @@ from safenav.world.poses import Mask, bits
 Offset = tuple[int, int]
 
 
+@lru_cache(maxsize=64)
 def visible_from(
     world: RegionMap, radius: float | None, closed: frozenset[Region] = frozenset()
 ) -> Visibility:
@@ -43,11 +44,6 @@ def visible_from(
     """
     if radius is not None and not radius >= 1:
         raise ValueError(f"a vision radius of {radius} does not even reach the next region")
-    return _computed(world, radius, closed)
-
-
-@lru_cache(maxsize=64)
-def _computed(world: RegionMap, radius: float | None, closed: frozenset[Region]) -> Visibility:
     return Visibility(world, radius, closed)
 
 

@@ -14,10 +14,9 @@ from safenav.runtime.monitor import PATIENCE, GuaranteeError
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.specification import Specification
-from safenav.synthesis.request import Listener
+from safenav.synthesis.request import Listener, SynthesisResult
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
-from safenav.synthesis.verdict import SynthesisResult
 from safenav.trace import records
 from safenav.world.moves import Pose
 

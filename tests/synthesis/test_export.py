@@ -12,8 +12,8 @@ import pytest
 from safenav.outcome import Verdict
 from safenav.spec.specification import Owner, Specification, Variable
 from safenav.synthesis.export import in_words, statistics_of, to_dot, to_graphml, to_networkx
+from safenav.synthesis.request import SynthesisResult
 from safenav.synthesis.strategy import Strategy
-from safenav.synthesis.verdict import SynthesisResult
 
 
 @pytest.fixture

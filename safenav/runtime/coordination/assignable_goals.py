@@ -15,7 +15,7 @@ from safenav.runtime.coordination.ladder import TaskDraft
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.scenario.objective import station
-from safenav.spec.assignable import AssignedGoal
+from safenav.spec.assignable import AssignedGoal, Switch
 from safenav.world.map import Region
 from safenav.world.poses import FAR, Mask, region_mask
 
@@ -40,26 +40,28 @@ def signal(team: TeamState, robot: RobotState, observed: Mapping[str, int]) -> d
         led = _meets_something(team, robot) or switch.refused == robot.pose
         if not awaited or not led:
             return switch.inputs(None, here)
-        place = _next(team, robot, _poses(team, robot, awaited))
+        place = _next(team, robot, switch, _poses(team, robot, awaited))
         if place == here:
             return switch.inputs(None, here)
     if assignment.role is Role.HELPS:
-        place = _next(team, robot, assignment.goal)
+        place = _next(team, robot, switch, assignment.goal)
     elif (stay := station(assignment.objective)) is not None:
-        place = _next(team, robot, _poses(team, robot, stay))
+        place = _next(team, robot, switch, _poses(team, robot, stay))
     if place is None or place == here:
         return switch.inputs(AssignedGoal(here, wait=True), here)
-    if _by_steps(team, robot) and (inputs := _led(robot, observed, place)) is not None:
+    by_steps = _by_steps(team, robot, switch)
+    if by_steps and (inputs := _led(robot, switch, observed, place)) is not None:
         return inputs
     return switch.inputs(AssignedGoal(place, wait=False), here)
 
 
-def _led(robot: RobotState, observed: Mapping[str, int], place: Region) -> dict[str, int] | None:
+def _led(
+    robot: RobotState, switch: Switch, observed: Mapping[str, int], place: Region
+) -> dict[str, int] | None:
     """Return inputs by which a robot's strategy goes to the region ``place`` beside it; None if
     there are none. A goal that it happens to meet leaves its next step open, so that sent to a
     region it may step elsewhere first, and is refused there repeatedly."""
-    planner, switch = robot.planner, robot.planner.switch
-    assert switch is not None
+    planner = robot.planner
     if planner.node is None or not planner.strategy.values(planner.node)["wait"]:
         return None  # an open request keeps its region
     places = [p for p in sorted(switch.assignable.places) if p != place]
@@ -84,22 +86,18 @@ def _meets_something(team: TeamState, robot: RobotState) -> bool:
     return any(knowledge.closed_to(w.obstacle, robot.robot) for w in knowledge.pending.values())
 
 
-def _by_steps(team: TeamState, robot: RobotState) -> bool:
+def _by_steps(team: TeamState, robot: RobotState, switch: Switch) -> bool:
     """Whether a robot is led step by step: its own path was refused where it stands."""
-    switch = robot.planner.switch
-    assert switch is not None
     stopped = switch.stopped == robot.pose and _meets_something(team, robot)
     return stopped or switch.refused == robot.pose
 
 
-def _next(team: TeamState, robot: RobotState, goal: Mask) -> Region | None:
+def _next(team: TeamState, robot: RobotState, switch: Switch, goal: Mask) -> Region | None:
     """Return the region to which a robot with goal poses ``goal`` is sent: the farthest region on
     a shortest path around all known obstacles to which no shorter path exists for a strategy that
     does not know them. A robot whose own path was refused is led step by step."""
     knowledge = team.knowledge
     graph = graph_of(robot.robot, team.scenario.map)
-    switch = robot.planner.switch
-    assert switch is not None
     task = robot.planner.task
     own = graph.everywhere & ~graph.poses_on(region_mask(k.region for k in task.blocked))
     walls = knowledge.walls_for(robot.robot, knowledge.pending)
@@ -108,7 +106,7 @@ def _next(team: TeamState, robot: RobotState, goal: Mask) -> Region | None:
         allowed &= robot.assignment.safe_poses
     here = graph.number(robot.pose)
     goal &= allowed | 1 << here
-    field, by_steps = graph.distances(goal, allowed), _by_steps(team, robot)
+    field, by_steps = graph.distances(goal, allowed), _by_steps(team, robot, switch)
     found: Region | None = None
     pose, way = here, 0
     while 0 < field[pose] < FAR:

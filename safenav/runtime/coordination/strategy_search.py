@@ -19,9 +19,8 @@ from safenav.spec.compile import compile_task
 from safenav.spec.forms import Rung, Weakening, concession
 from safenav.spec.specification import Specification
 from safenav.spec.task import Task
-from safenav.synthesis.request import Listener as SynthesisListener
+from safenav.synthesis.request import Listener, SynthesisResult
 from safenav.synthesis.slugs import Synthesizer
-from safenav.synthesis.verdict import SynthesisResult
 from safenav.trace import records, vocabulary
 from safenav.world.map import RegionMap
 
@@ -79,7 +78,7 @@ class StrategySearch(Struct, eq=False):
     _world: RegionMap
     _synthesizer: Synthesizer
     _stop: Stop
-    _progress: SynthesisListener | None = None
+    _progress: Listener | None = None
     busy: bool = False
     background: bool = False
     syntheses: int = 0

@@ -159,6 +159,7 @@ def remembering(problem: Problem) -> bool:
     return any(isinstance(member.graph, StateGraph) for member in problem.members)
 
 
+@lru_cache(maxsize=64)
 def state_graph(objective: Ltl, world: RegionMap, mobility: Mobility) -> StateGraph | None:
     """The states of an objective on a map, made once; None if it remembers nothing, or too much."""
     guarantees = guarantees_of(objective)
@@ -167,9 +168,4 @@ def state_graph(objective: Ltl, world: RegionMap, mobility: Mobility) -> StateGr
     plain = not (guarantees.remember_something or guarantees.goals_of_steps)
     if plain or not 0 < count * poses <= REMEMBERED_STATES:
         return None
-    return _state_graph(objective, world, mobility)
-
-
-@lru_cache(maxsize=64)
-def _state_graph(objective: Ltl, world: RegionMap, mobility: Mobility) -> StateGraph:
     return StateGraph(objective, world, mobility)
