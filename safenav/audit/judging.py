@@ -59,7 +59,7 @@ def findings(header: Line, records: Sequence[Line], rules: Iterable[Rule]) -> It
     announced = {obstacle.name for obstacle in now.header.obstacles}
     for rule in rules:
         yield from rule.findings(rule.opening(now), opening, None)
-    moves = Passes(now.header.robots)
+    moves = Passes(now)
     for record in moves.expand(records) if now.live else records:
         if record.type == "discovered":
             name = record.obstacle.name

@@ -7,11 +7,10 @@ in their order; only moves come in between, with the number of the line that sho
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from safenav.audit.lines import Line, Made
-
-LIVE = "live"
+from safenav.audit.state import State
 
 MOST_SILENT = 1000
 """Passes without a line that are expanded in a row: no run has as many, a damaged file may."""
@@ -41,14 +40,11 @@ def _set_aside(records: Sequence[Line]) -> set[int]:
 
 
 class Passes:
-    """``robots``: as the header has them."""
+    """``now``: the state of the run, in which each line has its effect before the next."""
 
-    def __init__(self, robots: Mapping[str, Line]) -> None:
-        self._names = list(robots)
-        self._region: dict[str, int] = {n: r.start for n, r in robots.items()}
-        self._heading: dict[str, str | None] = {n: r.heading for n, r in robots.items()}
-        self._toward: dict[str, Line | None] = dict.fromkeys(robots)
-        self._by = dict.fromkeys(robots, "stay")
+    def __init__(self, now: State) -> None:
+        self._now, self._names = now, [*now.header.robots]
+        self._by: dict[str, str | None] = dict.fromkeys(self._names, "stay")
         self._busy: dict[str, tuple[int, ...]] = {}
         self._tick = 0
         self._due = 0
@@ -87,7 +83,7 @@ class Passes:
     def _owner(self, record: Line) -> str | None:
         """The robot whose turn has come by this line; None if it may be in any turn."""
         name = getattr(record, "robot", None)
-        if record.type not in (*_DECIDES, *_FOLLOWS, "hold") or name not in self._region:
+        if record.type not in (*_DECIDES, *_FOLLOWS, "hold") or name not in self._by:
             return None
         if not record.tick:
             return None  # before the first pass
@@ -124,12 +120,11 @@ class Passes:
         name = self._names[self._due]
         self._due += 1
         self._begun.clear()
-        here, depart = self._region[name], self._toward[name]
-        toward = None if depart is None else depart.to
-        by = self._by[name] if depart is None else None
+        here, toward = self._now.region[name], self._now.toward[name]
+        by = self._by[name] if toward is None else None
         tick = self._tick or record.tick
         about = {"tick": tick, "t": None, "robot": name, "line": record.line, "signal": None}
-        where = {"from_": here, "to": here, "heading": self._heading[name], "toward": toward}
+        where = {"from_": here, "to": here, "heading": self._now.heading[name], "toward": toward}
         return Made(type="move", **about, **where, by=by, busy=self._busy.get(name))
 
     def _moved(self) -> Iterator[Line]:
@@ -138,21 +133,20 @@ class Passes:
             return
         move, self._open = self._open, None
         self._due = self._names.index(move.robot) + 1
-        self._region[move.robot], self._heading[move.robot] = move.to, move.heading
         yield move
 
     def _take(self, record: Line) -> None:
         move = self._open
         match record.type:
             case "depart" if move:
-                self._toward[record.robot] = record
+                self._by[record.robot] = record.by
                 move.toward, move.by = record.to, record.by
                 move.busy, move.signal = record.shown, record.signal
             case "arrive" if move:
-                depart, self._toward[record.robot] = self._toward[record.robot], None
                 move.to, move.heading, move.toward = record.at, record.heading, None
-                if depart is not None and depart.by == "plan":
+                if self._by[record.robot] == "plan":
                     move.by = "plan"
+                self._by[record.robot] = "stay"
             case "hold":
                 self._by[record.robot] = "strategy" if record.why == "strategy" else "stay"
                 self._busy[record.robot] = record.shown
@@ -166,6 +160,3 @@ class Passes:
                 self._begun.add(record.robot)
             case "goal":
                 self._begun.discard(record.robot)
-            case "operator" if record.intervention == "put_back" and record.robot is not None:
-                self._region[record.robot] = record.region
-                self._heading[record.robot] = record.heading

@@ -6,7 +6,6 @@ from collections.abc import Collection, Iterable
 
 from safenav.audit.lines import Line, Objective, Obstacle
 from safenav.audit.members import Need
-from safenav.audit.passes import LIVE
 from safenav.audit.progress import Progress
 from safenav.audit.turn import StackEntry, Status, Turn, helpers_of, taken
 from safenav.audit.world import World
@@ -22,7 +21,7 @@ class State:
         self.header = header.scenario
         self.header_line = header.line
         told = self.header.map
-        self.live = header.clock == LIVE
+        self.live = header.clock == "live"
         self.grid = World(told.grid, told.rows, told.cols, live=self.live)
         robots = self.header.robots
         first = [Obstacle.of(told, robots) for told in self.header.obstacles]
