@@ -21,15 +21,14 @@ class OutcomeRule(Rule):
     name, kinds = "outcome", ("synthesis", "assumption", "move")
 
     def __init__(self) -> None:
-        self._syntheses: list[Line] = []
-        self._assumptions = 0
+        self._syntheses = self._assumptions = 0
         self._moves: dict[str, int] = {}
         self._passed_limit = False
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
         match record.type:
             case "synthesis":
-                self._syntheses.append(record)
+                self._syntheses += 1
             case "assumption":
                 self._assumptions += 1
             case "move":
@@ -42,6 +41,9 @@ class OutcomeRule(Rule):
     def ending(self, now: Situation) -> Iterator[Said]:
         outcome = now.outcome
         if outcome is not None:
+            if outcome.syntheses < self._syntheses:
+                told = f"it reports {outcome.syntheses} syntheses"
+                yield f"{told}; the trace has {self._syntheses}"
             yield from (self._live_counts if now.live else self._counts)(outcome, now)
             yield from self._cause(outcome, now)
 
@@ -54,16 +56,12 @@ class OutcomeRule(Rule):
         complete = outcome.outcome in ("completed", "tick_limit")
         if outcome.tick not in ((last,) if complete else (last, last + 1)):
             yield f"it is of tick {outcome.tick}; the last move is of tick {last}"
-        if outcome.syntheses < len(self._syntheses):
-            yield f"it reports {outcome.syntheses} syntheses; the trace has {len(self._syntheses)}"
         limit = now.header.limits.ticks
         if outcome.outcome == "tick_limit" and limit is not None and outcome.ticks != limit:
             yield f"it reports the tick limit after {outcome.ticks} ticks, but the limit is {limit}"
 
     def _live_counts(self, outcome: Line, now: Situation) -> Iterator[str]:
         """Yield what differs from the commands; a run in seconds has no limit of ticks."""
-        if outcome.syntheses < len(self._syntheses):
-            yield f"it reports {outcome.syntheses} syntheses, not {len(self._syntheses)}"
         if outcome.outcome == "tick_limit":
             yield "a live run has no limit of ticks"
         limit = now.header.limits.seconds
