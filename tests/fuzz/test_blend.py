@@ -64,6 +64,7 @@ BOTH = {
     "the charge no longer suffices for a stop": 56328,
     "an obstacle is said to stay before it is requested": 56470,
     "an obstacle that was given up is said to stay": 56496,
+    "one is back before a request is set aside": 60790,
 }
 LOCKSTEP = {
     "back in service, as it was": 7452,

@@ -43,23 +43,30 @@ class PopRule(Rule):
     """A pop drops the entry of a request that is over, wherever it is in the stack, and states each
     robot's objective from now on, which follows from the known state (D 5.2; see ``helper``). A
     robot that helps again with what it helped with when the entry was pushed gets the objective
-    that the entry stores, as long as it can meet that (for free mobility)."""
+    that the entry stores, as long as it can meet that (for free mobility). A request that was given
+    up while the team waited, and reopened, is over, and another one follows."""
 
-    name, kinds = "pop", ("push", "pop")
+    name, kinds = "pop", ("push", "pop", "reopened")
 
     def __init__(self) -> None:
         self._owns = set[tuple[str, Objective]]()
+        self._reopened: dict[str, int] = {}  # the line
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
         if record.type == "push":
             self._owns.update(now.own.items())
             return
+        if record.type == "reopened":
+            self._reopened[record.obstacle] = record.line
+            return
         deep, robot = len(now.stack) - 1, now.turn.robot
-        if now.entry_of(record) is None:
+        entry = now.entry_of(record)
+        before = entry is not None and entry.line < self._reopened.get(record.obstacle, 0)
+        if entry is None:
             yield robot, f"no such entry for {record.obstacle} is on the stack"
         if record.depth != deep:
             yield robot, f"the stack is {deep} deep after the pop, not {record.depth}"
-        if record.obstacle in now.requests:
+        if record.obstacle in now.requests and not before:
             yield robot, f"{record.obstacle} is popped, but neither resolved, gone nor given up"
         yield from _missing(record.objectives, now)
         if now.header.coordination == RESYNTHESIS:

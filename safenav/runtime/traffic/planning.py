@@ -61,6 +61,7 @@ class Traffic:
         self.wanted: str | None = None
         self.hopeless: frozenset[str] = frozenset()
         """Obstacles that no joint state serves, as the last search has shown."""
+        self._hopeless_since: Settlement | None = None
         self.turned: Mapping[str, int] = {}
         """Robots that must begin with another of their targets, as the last search has shown."""
         self._turned: Settlement | None = None
@@ -225,6 +226,8 @@ class Traffic:
         """Examine the team after a tick; return why the plan ends, if it does: it is finished, or
         who acts next for what is due was chosen again. Raises RunEnded if no robot can continue, or
         a budget is exhausted."""
+        if self._hopeless_since is not self.state.last_settled.found:
+            self.hopeless = frozenset()  # somebody may be back
         if self.execution is not None:
             if self.execution.finished:
                 return vocabulary.PlanEndReason.REACHED
@@ -382,12 +385,14 @@ class Traffic:
             return  # a robot is about to resolve something: that changes what is possible
         if self.search.hopeless and isinstance(answer, Found) and floor is plain:
             self.hopeless = frozenset(floor.gates[gate] for gate in self.search.hopeless)
+            self._hopeless_since = self.state.last_settled.found
             self._watch.begin_anew()
             return  # the others complete the mission without
         if isinstance(answer, Exhausted) and not all(r.active for r in self.state.robots.values()):
             self.search.hopeless = frozenset()
             self.search.leg(floor, course, start)
             self.hopeless = frozenset(floor.gates[gate] for gate in self.search.hopeless)
+            self._hopeless_since = self.state.last_settled.found
             self._watch.begin_anew()  # somebody stands in the way who may come back
             return
         if isinstance(answer, Exhausted) and floor.problem.sweeping:
