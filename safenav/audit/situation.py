@@ -169,6 +169,8 @@ class Situation(State):
                 self.own[robot] = record.objective
                 self.goals[robot].clear()
                 self._count_ahead(record)
+                if not record.at_once:  # it may go where it has gone for its charge before
+                    self.stop[robot] = self.objectives[robot].targets
                 if record.at_once:
                     self.objectives[robot] = record.objective
                     self.progress[robot].reset(record.objective, record.line)

@@ -268,7 +268,7 @@ class Interventions(Struct):
 
     def _put_back(self, robot: RobotState, pose: Pose) -> Iterator[events.Event]:
         """The robot continues from another pose; it is no longer lost."""
-        robot.pose = pose
+        robot.pose, robot.asked = pose, False  # it acts there as one that comes
         self.turns.world.placed(robot.robot, pose)
         robot.planner.node = None
         yield from self.turns.leave_plan()

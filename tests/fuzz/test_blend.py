@@ -49,6 +49,8 @@ OPERATOR = {
     "an assigned goal is met where the robot stands": 53632,
     "an order comes while a robot turns on its way to a charger": 53743,
     "put on a charger with an empty battery": 57964,
+    "put beside what it can resolve": 61134,
+    "another objective on the way to a stop, and then an order": 61262,
 }
 BOTH = {
     "an order where the world knows of none": 3053,

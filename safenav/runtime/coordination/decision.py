@@ -208,7 +208,7 @@ def _changed(team: TeamState, event: events.ObstacleChanged) -> Decision:
         knowledge.appear(obstacle)
         if obstacle.ordered:
             knowledge.meet(obstacle)
-            requests, after = team.requests.ordered(obstacle), Unsettled(Reason.REQUEST)
+            requests, after = requests.ordered(obstacle), Unsettled(Reason.REQUEST)
             said.append(records.Ordered(tick, name, cause))
         if change.another and change.truth is not None:
             said.append(records.Truth(tick, name, change.truth, cause))
