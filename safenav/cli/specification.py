@@ -63,9 +63,20 @@ def synthesize(file: Path, output: Path | None, verify: bool, strict: bool) -> i
     """Print the size of the strategy of a specification, and write it into ``output``."""
     spec = load_specification(file)
     synthesizer = Synthesizer(verifier=first_failure if verify else None)
-    result = _decided(file, synthesizer.synthesize(spec))
+    result = synthesizer.synthesize(spec)
+    if not _is_proven(result):
+        # A strategy may be too large to list where the verdict takes a moment.
+        decided = _decided(file, synthesizer.synthesize(spec, strategy=False))
+        if decided.verdict is Verdict.REALIZABLE:
+            raise _too_large(file, "realizable, but its strategy", result)
+        result = decided
     negative = result.verdict is Verdict.UNREALIZABLE
     shown = synthesizer.counterstrategy(spec) if negative else result
+    if not _is_proven(shown):
+        click.echo(
+            str(_too_large(file, "unrealizable, but the environment's strategy", shown)), err=True
+        )
+        return ExitCode.NEGATIVE
     figures = replace(statistics_of(spec, shown), seconds=result.seconds)
     print_sizes("file", [(figures, words_of(shown))])
     if output is not None:
@@ -101,14 +112,14 @@ def explain(file: Path, as_json: bool) -> int:
     """Print why a specification is unrealizable."""
     spec = load_specification(file)
     synthesizer = Synthesizer(verifier=first_failure)
-    result = _decided(file, synthesizer.synthesize(spec))
+    result = _decided(file, synthesizer.synthesize(spec, strategy=False))
     if result.verdict is Verdict.REALIZABLE:
         if as_json:
             click.echo(json.dumps({"specification": str(file), "unrealizable": None}, indent=2))
         else:
             good = click.style("realizable", fg="green")
             click.echo(f"{file} is {good}: nothing to explain")
-            _warn(file, result, synthesizer)
+            _warn(file, synthesizer.synthesize(spec), synthesizer)
         return ExitCode.OK
     found = explain_lines(spec, synthesizer)
     if as_json:
@@ -121,14 +132,26 @@ def explain(file: Path, as_json: bool) -> int:
 
 
 def _decided(file: Path, result: SynthesisResult) -> SynthesisResult:
-    if result.verdict in (Verdict.REALIZABLE, Verdict.UNREALIZABLE):
+    if _is_proven(result):
         return result
     raise ResourceLimitError(f"{file}: {result.verdict.value}: nothing is proven")
 
 
+def _is_proven(result: SynthesisResult) -> bool:
+    return result.verdict in (Verdict.REALIZABLE, Verdict.UNREALIZABLE)
+
+
+def _too_large(file: Path, what: str, result: SynthesisResult) -> ResourceLimitError:
+    limit = result.verdict.value.replace("_", " ")
+    hint = "slugs --serve answers one move at a time (docs/specifications.md)"
+    return ResourceLimitError(f"{file}: {what} is too large to list ({limit})\n    {hint}")
+
+
 def _warn(file: Path, result: SynthesisResult, synthesizer: Synthesizer) -> bool:
-    """Warn of a system that wins by breaking its assumptions; whether it does."""
-    assert result.strategy is not None
+    """Warn of a system that wins by breaking its assumptions; whether it does. A strategy that is
+    too large to list is not examined."""
+    if result.strategy is None:
+        return False
     found = vacuous_wins(result.strategy, synthesizer)
     for vacuity in found:
         warn(*win_lines(vacuity, result.strategy, str(file)))

@@ -2,6 +2,7 @@
 
 import json
 import subprocess
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from random import Random
@@ -102,6 +103,33 @@ def test_an_unrealizable_one_gets_the_strategy_of_the_environment(
     assert answer.status == 1 and f"safenav explain {file}" in answer.error
     strategy = tmp_path / "door.counterstrategy.json"
     assert invoke(specification.verify, "--counterstrategy", file, strategy).status == 0
+
+
+@pytest.mark.parametrize(
+    ("owner", "status", "said"),
+    [
+        ("INPUT", 3, "realizable, but its strategy is too large to list (out of memory)"),
+        ("OUTPUT", 1, "unrealizable, but the environment's strategy is too large to list"),
+    ],
+)
+def test_a_verdict_is_given_where_the_strategy_is_too_large(
+    owner: str,
+    status: int,
+    said: str,
+    tmp_path: Path,
+    invoke: Invoke,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It was "nothing is proven" for the larger specifications of the literature."""
+    monkeypatch.setattr(specification, "Synthesizer", partial(Synthesizer, memory_mb=40))
+    lines = [f"[{owner}]", *(f"x{k}" for k in range(22))]
+    lines += ["[INPUT]", "i", "[OUTPUT]", "o", "[SYS_LIVENESS]", "o" if owner == "INPUT" else "i"]
+    file = tmp_path / "large.structuredslugs"
+    file.write_text("\n".join(lines) + "\n")
+    found = invoke(synth.command, file)
+    assert (found.status, said in found.error + found.output) == (status, True)
+    explained = invoke(explain.command, file)
+    assert explained.status == (0 if status == 3 else 1)
 
 
 def test_a_core_names_lines_and_assumptions_were_tried(tmp_path: Path, invoke: Invoke) -> None:
