@@ -178,8 +178,7 @@ class Wording(Struct, frozen=True):
                 what = "is back in service" if line.active else "is out of service"
                 return f"{self.robot(line.robot)} {what}"
             case records.Goal():
-                done = f", round {line.round} done" if line.round else ""
-                return f"{self.robot(line.robot)} reaches {self._at(line.region)}{done}"
+                return self.goal(line)
             case records.Assumption():
                 return f"{self.robot(line.robot)}: assumption broken: {line.name}"
             case records.Plan():
@@ -202,7 +201,8 @@ class Wording(Struct, frozen=True):
                 return f"{self._all(frozenset(line.robots))} {verb} on {names or 'what is there'}"
             case records.ActionEnd():
                 results = (f"{self.obstacle(name)}: {done}" for name, done in line.results.items())
-                ends = ", ".join([*results, *([line.reason] if line.reason else [])])
+                said = line.reason and line.reason not in map(str, line.results.values())
+                ends = ", ".join([*results, *([line.reason] if line.reason and said else [])])
                 return f"the action of {self.robot(line.robot)} ends ({ends})"
             case records.Held():
                 return f"{self.robot(line.robot)} stays ({_HOLDS[line.why]})"
@@ -225,6 +225,13 @@ class Wording(Struct, frozen=True):
                 text = line.outcome.value.replace("_", " ")
                 return f"{text}: {line.explanation}" if line.explanation else text
         raise TypeError(f"{line.type} is not an event")
+
+    def goal(self, line: records.Goal, *, formulas: bool = False) -> str:
+        """``quad reaches dock, round 1 done``. ``formulas``: the goal is one of formulas, which the
+        step that leaves a region may meet."""
+        does = f"meets goal {line.goal + 1} of its formulas at" if formulas else "reaches"
+        done = f", round {line.round} done" if line.round else ""
+        return f"{self.robot(line.robot)} {does} {self._at(line.region)}{done}"
 
     def _deadline(self, line: records.Deadline) -> str:
         """``door@47 cannot be resolved before tick 16, and is due at tick 15``."""

@@ -24,10 +24,10 @@ obstacles:
 """
 
 
-def told(*lines: records.Record, heading: str = "north") -> list[str]:
+def told(*lines: records.Record, heading: str = "north", text: str = ROOM) -> list[str]:
     """What the story says of these lines."""
     said: list[str] = []
-    scenario = load_scenario_text(ROOM.replace("NORTH", heading))
+    scenario = load_scenario_text(text.replace("NORTH", heading))
     story = Story(scenario, lambda line: said.append(click.unstyle(str(line))), maps=False)
     for line in lines:
         story(line)
@@ -72,3 +72,22 @@ def test_what_comes_and_goes_and_joint_plans_are_told() -> None:
         "the joint plan is over: every robot has arrived",
         "door@gate disappears",
     ]
+
+
+def test_a_goal_of_formulas_is_met_and_not_reached() -> None:
+    """``region = gate`` is met by the step that leaves the gate, so the robot is beside it then."""
+    plain = told(records.Goal(4, "quad", 1, 10, 1))
+    assert [line[11:] for line in plain] == ["quad reaches 10 [1, 4], round 1 done"]
+    formulas = "objective: {ltl: {liveness: [region = 7, region = gate]}}"
+    text = ROOM.replace("objective: {patrol: [7, 10]}", formulas)
+    said = told(records.Goal(4, "quad", 1, 10, 1), text=text)
+    assert [line[11:] for line in said] == [
+        "quad meets goal 2 of its formulas at 10 [1, 4], round 1 done"
+    ]
+
+
+def test_why_an_action_failed_is_said_once() -> None:
+    failed = {"door@9": vocabulary.ActResult.FAILED}
+    for reason, ends in (("failed", "failed"), ("it jams", "failed, it jams")):
+        said = told(records.ActionEnd(4, 1, "quad", failed, None, reason))
+        assert said[0].endswith(f"the action of quad ends (door@gate: {ends})")

@@ -29,7 +29,7 @@ from safenav.report.replay.timeline import (
     StoryKind,
 )
 from safenav.runtime.energy.charges import TracedCharges
-from safenav.scenario.objective import Objective, TargetObjective
+from safenav.scenario.objective import Ltl, Objective, TargetObjective
 from safenav.trace import records, setting
 from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.reading import read_trace
@@ -331,8 +331,11 @@ class ReplayBuilder:
             self._event(line, StoryKind.GOAL)
             if holding:
                 self._reword(self.wording.holding(line))
-            elif line.round == before.rounds:  # said with the target that ended it
-                self._reword(self.wording.sentence(replace(line, round=0)))
+            else:
+                again = line.round == before.rounds  # said with the target that ended it
+                shown = replace(line, round=0) if again else line
+                formulas = isinstance(objective, Ltl)
+                self._reword(self.wording.goal(shown, formulas=formulas))
 
     def _carried(self, line: records.Met) -> None:
         known = self.hidden.get(line.obstacle)

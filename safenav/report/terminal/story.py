@@ -12,7 +12,7 @@ import click
 from safenav.outcome import Outcome
 from safenav.report.terminal.map import MapPicture, Marker, draw
 from safenav.scenario.model import Scenario
-from safenav.scenario.objective import describe, station, target_regions
+from safenav.scenario.objective import Ltl, describe, station, target_regions
 from safenav.trace import records, vocabulary
 from safenav.trace.labels import labels
 from safenav.trace.wording import Wording, objective_of, synthesis_words
@@ -140,7 +140,8 @@ class Story:
         if event.robot in self._stops:
             return
         if self._depth == 0 and event.round > self._rounds.get(event.robot, 0):
-            self._say(event)
+            formulas = isinstance(self._own[event.robot], Ltl)
+            self._line(event.tick, self._wording.goal(event, formulas=formulas))
         self._rounds[event.robot] = event.round
 
     def _ended(self, event: records.End) -> None:
