@@ -35,6 +35,8 @@ class ChargeRule(Rule):
 
     def __init__(self) -> None:
         self._pass = (0, 0.0)
+        self._acted: tuple[int, frozenset[str]] = 0, frozenset()
+        """The tick in which an action ended, and who took part in it."""
         self._flat: dict[str, str] = {}
         self._filled: set[str] = set()
         self._owed: str | None = None
@@ -137,14 +139,21 @@ class ChargeRule(Rule):
             return  # it is not a line of the trace
         if record.tick > self._pass[0]:
             before, then = self._pass
+            ended, busy = self._acted  # some have had their turns before it ended
+            busy = busy if ended == before else frozenset()
             for one in self._flat_at(then, now) if before else ():  # since the last pass began
-                yield one, _NOT_OUT.format(one)
+                if one not in busy:
+                    yield one, _NOT_OUT.format(one)
             self._pass = record.tick, t
         if record.type in ("appeared", "service") and record.cause == "battery":
             at = now.obstacles[record.obstacle].region if record.type == "appeared" else None
             for one in self._flat_at(t, now):
                 if one == name or now.region[one] == at:
                     self._runs_flat(one, now.region[one], now)
+        if record.type == "acted" and record.robot in now.acting:
+            before, busy = self._acted
+            others = busy if before == record.tick else frozenset[str]()
+            self._acted = record.tick, others.union(now.acting[record.robot].robots)
         if record.type == "depart" and record.robot in now.charge:
             charge = now.charge_at(record.robot, t)
             if charge < _battery(now, record.robot).move:
