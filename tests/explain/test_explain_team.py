@@ -6,14 +6,36 @@ from pathlib import Path
 import pytest
 
 from explain.conftest import Invoke
-from runtime.coordination.test_reasons import TEAM
 from safenav.cli import check, explain
 from safenav.runtime.analysis.postmortem import Postmortem, explain_run
 from safenav.runtime.mission import default_synthesizer
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_scenario_text
 
-TEAM = TEAM.replace(", together: true", "")
+TEAM = """
+safenav: 1
+map:
+  grid: |
+    ###############
+    #...#.....#...#
+    #.............#
+    #...#.....#...#
+    ###############
+  names: {west: [2, 4], east: [2, 10], a_button: [2, 1], b_button: [2, 13]}
+catalogue:
+  robots:
+    walker: {mobility: free, layer: ground}
+    lifter: {mobility: free, layer: ground, capabilities: [lift]}
+    red: {mobility: free, layer: ground, capabilities: [red_key]}
+    blue: {mobility: free, layer: ground, capabilities: [blue_key]}
+  obstacles:
+    red_door: {action: red_key, resolve_at: [a_button]}
+    blue_door: {action: blue_key, resolve_at: [b_button]}
+    crate: {needs: [{action: lift, robots: 2, at: neighbours}]}
+    spill: {action: lift, resolve_at: neighbours}
+until: {rounds: 1}
+limits: {ticks: 200}
+"""
 KEYS = f"""{TEAM}
 robots:
   r: {{model: red, start: [1, 5], objective: {{visit: [[1, 5], [2, 3]]}}}}
