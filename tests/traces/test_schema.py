@@ -73,7 +73,7 @@ def test_every_field_of_a_line_is_in_the_reference(kind: str) -> None:
     assert len(rows) == 1, kind
     where = rows[0]
     if kind == "synthesis":
-        where += text.split("### What a specification was made from")[1].split("## ")[0]
+        where += text.split("### Data of a specification")[1].split("## ")[0]
     told = set(re.findall(r"`([a-z_]+)`", where))
     assert {e.key for e in entries(records.KINDS[kind]) if e.key not in ("tick", "t")} <= told
 
