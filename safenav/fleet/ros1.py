@@ -6,6 +6,7 @@ see them, so the system's folder is added behind its own.
 
 from __future__ import annotations
 
+import logging
 import os
 import sys
 from collections.abc import Callable, Mapping
@@ -52,6 +53,15 @@ _ENDS = {2: GoalEnd.CANCELED, 3: GoalEnd.SUCCEEDED, 4: GoalEnd.ABORTED, 5: GoalE
 """Final states of actionlib_msgs/GoalStatus; the others count as aborted."""
 
 
+NOT_AN_ERROR = "on a goal handle that we're not tracking"
+"""Part of the error that actionlib logs when the last news of a goal come after the next goal."""
+
+
+def relevant(line: logging.LogRecord) -> bool:
+    """Whether users are to read a line of the log of ROS."""
+    return NOT_AN_ERROR not in line.getMessage()
+
+
 def importable() -> bool:
     """Whether rospy is there, with Debian's folder added where that helps."""
     if find_spec("rospy") is None and Path(DEBIAN, "rospy").is_dir() and DEBIAN not in sys.path:
@@ -88,6 +98,7 @@ class Ros1Transport:
         self._ros, self._post = rospy, post
         self._find_master()
         rospy.init_node("safenav", anonymous=True, disable_signals=True)
+        logging.getLogger("rosout").addFilter(relevant)
         for name, station in self._stations.items():
             self._join(name, station)
         self._hear_inputs()

@@ -1,11 +1,12 @@
 """What ROS messages mean, whichever of both ROS sends them."""
 
+import logging
 from math import cos, inf, pi, sin
 from types import SimpleNamespace as Message
 
 import pytest
 
-from safenav.fleet import ros
+from safenav.fleet import ros, ros1
 from safenav.fleet.transport import Located, Scanned
 
 
@@ -64,3 +65,15 @@ def test_steps_tell_both_feet_from_each_landing_on() -> None:
     assert found[0].poses == (left, right)
     assert found[1].poses == ((1.6, 0.2, 0.0, 0.2), right)
     assert found[2].poses == ((1.6, 0.2, 0.0, 0.2), (2.0, -0.2, 0.0, 0.3))
+
+
+@pytest.mark.parametrize(
+    ("text", "read"),
+    [
+        ("Got a transition callback on a goal handle that we're not tracking", False),
+        ("Unable to register with master node", True),
+    ],
+)
+def test_late_news_of_a_goal_are_not_shown_as_errors(text: str, read: bool) -> None:
+    line = logging.LogRecord("rosout", logging.ERROR, "", 0, text, None, None)
+    assert ros1.relevant(line) is read
