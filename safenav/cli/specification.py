@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 import click
@@ -27,6 +27,7 @@ from safenav.report.terminal.strategy_failure import failure_lines, verification
 from safenav.report.terminal.table import table
 from safenav.scenario.yaml import source
 from safenav.spec.parsing import check_formulas, read_specification
+from safenav.spec.specification import Specification
 from safenav.synthesis.export import StrategySize, statistics_of, to_dot, to_graphml
 from safenav.synthesis.request import SynthesisResult
 from safenav.synthesis.slugs import Synthesizer
@@ -49,6 +50,9 @@ Exit codes:
   2  bad input: invalid specification or strategy, or they do not belong together
 """
 
+WARNING_SECONDS, WARNING_MB = 5.0, 100
+"""Limits of the strategy that `explain` looks for warnings in after it has given the verdict."""
+
 
 def is_specification(file: Path) -> bool:
     """Whether a file holds a specification, not a scenario; not if it cannot be read."""
@@ -63,7 +67,7 @@ def synthesize(file: Path, output: Path | None, verify: bool, strict: bool) -> i
     """Print the size of the strategy of a specification, and write it into ``output``."""
     spec = load_specification(file)
     synthesizer = Synthesizer(verifier=first_failure if verify else None)
-    result = synthesizer.synthesize(spec)
+    result = _listed(synthesizer.synthesize, spec)
     if not _is_proven(result):
         # A strategy may be too large to list where the verdict takes a moment.
         decided = _decided(file, synthesizer.synthesize(spec, strategy=False))
@@ -71,7 +75,7 @@ def synthesize(file: Path, output: Path | None, verify: bool, strict: bool) -> i
             raise _too_large(file, "realizable, but its strategy", result)
         result = decided
     negative = result.verdict is Verdict.UNREALIZABLE
-    shown = synthesizer.counterstrategy(spec) if negative else result
+    shown = _listed(synthesizer.counterstrategy, spec) if negative else result
     if not _is_proven(shown):
         click.echo(
             str(_too_large(file, "unrealizable, but the environment's strategy", shown)), err=True
@@ -119,7 +123,8 @@ def explain(file: Path, as_json: bool) -> int:
         else:
             good = click.style("realizable", fg="green")
             click.echo(f"{file} is {good}: nothing to explain")
-            _warn(file, synthesizer.synthesize(spec), synthesizer)
+            brief = Synthesizer(seconds=WARNING_SECONDS, memory_mb=WARNING_MB)
+            _warn(file, _listed(brief.synthesize, spec), synthesizer)
         return ExitCode.OK
     found = explain_lines(spec, synthesizer)
     if as_json:
@@ -135,6 +140,17 @@ def _decided(file: Path, result: SynthesisResult) -> SynthesisResult:
     if _is_proven(result):
         return result
     raise ResourceLimitError(f"{file}: {result.verdict.value}: nothing is proven")
+
+
+def _listed(
+    ask: Callable[[Specification], SynthesisResult], spec: Specification
+) -> SynthesisResult:
+    """The answer to a request for a strategy, out of memory if that is more than may be printed."""
+    try:
+        return ask(spec)
+    except ResourceLimitError as error:
+        nothing = Verdict.OUT_OF_MEMORY
+        return SynthesisResult(spec.robot, nothing, 0.0, False, "", detail=str(error))
 
 
 def _is_proven(result: SynthesisResult) -> bool:

@@ -24,7 +24,7 @@ from typing import IO
 
 from msgspec import Struct
 
-from safenav.errors import SynthesizerError
+from safenav.errors import ResourceLimitError, SynthesizerError
 
 _ROUTINE = re.compile(r"RESULT: |SLUGS: |slugs \d+\.\d+")
 _CHUNK = 1 << 16
@@ -79,8 +79,8 @@ class Crew:
         """Run ``command`` with ``given`` on its standard input, at most ``seconds``. What it prints
         is kept in memory, so ``memory_mb`` limits that, too.
 
-        Raises SynthesizerError if it cannot be started or prints more, and DismissedError
-        after ``dismiss``.
+        Raises SynthesizerError if it cannot be started, ResourceLimitError if its standard output
+        is larger (SynthesizerError: its standard error), and DismissedError after ``dismiss``.
         """
         begun = time.monotonic()
         process = self.start(command)
@@ -207,7 +207,8 @@ class _Conversation:
         assert process.stdin and process.stdout and process.stderr
         self.deadline = deadline
         self._most = most
-        self._command = str(process.args[0] if isinstance(process.args, list) else process.args)
+        words = process.args if isinstance(process.args, list) else [process.args]
+        self._command = str(words[words.index("--") + 1] if "--" in words else words[0])
         self._given = memoryview(given)
         self._heard: dict[int, list[bytes]] = {1: [], 2: []}
         self._size = 0
@@ -266,7 +267,9 @@ class _Conversation:
         self._heard[key.data].append(data)
         self._size += len(data)
         if self._size > self._most:
-            raise SynthesizerError(
+            # A strategy may be as large; what a program says beside it is not.
+            kind = ResourceLimitError if key.data == 1 else SynthesizerError
+            raise kind(
                 f"the synthesizer {self._command} printed more than {self._most >> 20} MiB, the "
                 "limit of its memory (limits.synthesis_memory in the scenario); it was stopped"
             )

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from safenav.errors import ExitCode, SynthesizerError
+from safenav.errors import ExitCode, ResourceLimitError, SynthesizerError
 from safenav.outcome import Verdict
 from safenav.spec.specification import (
     Constraint,
@@ -215,7 +215,8 @@ def test_a_binary_that_floods_its_output_is_stopped_at_the_memory_limit(
     kind: str, limit: int, stream: str, script: Script, patrol: Specification
 ) -> None:
     binary = script(kind + f"exec yes >&{stream}")
-    with pytest.raises(SynthesizerError, match=f"more than {limit} MiB"):
+    error = ResourceLimitError if stream == "1" else SynthesizerError
+    with pytest.raises(error, match=f"more than {limit} MiB"):
         Synthesizer(binary, memory_mb=limit, cache=Cache.off()).synthesize(patrol)
 
 
