@@ -77,3 +77,17 @@ def test_steps_tell_both_feet_from_each_landing_on() -> None:
 def test_late_news_of_a_goal_are_not_shown_as_errors(text: str, read: bool) -> None:
     line = logging.LogRecord("rosout", logging.ERROR, "", 0, text, None, None)
     assert ros1.relevant(line) is read
+
+
+def test_news_of_a_reader_that_is_gone_are_ignored() -> None:
+    """A drive that ends closes its readers while robots still send."""
+    pytest.importorskip("cyclonedds", reason="the ROS 2 transport needs the extra 'ros2'")
+    from safenav.fleet.ros2.node import Taking
+
+    heard: list[str] = []
+    sent = Message(valid_data=True)
+    reader = Message(take=lambda **_: [Message(sample_info=sent, text="on")])
+    listener = Taking(lambda message: heard.append(message.text))
+    listener.on_data_available(None)
+    listener.on_data_available(reader)
+    assert heard == ["on"]

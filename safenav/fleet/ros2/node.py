@@ -81,7 +81,7 @@ def _confine(interface: str) -> None:
                 one.setsockopt(socket.SOL_SOCKET, socket.SO_BINDTODEVICE, interface.encode())
 
 
-class _Taking(Listener):
+class Taking(Listener):
     """Gives each message to a function; one at a time, in the order of their arrival."""
 
     def __init__(self, take: Callable[[Any], None]) -> None:
@@ -90,6 +90,8 @@ class _Taking(Listener):
         self._lock = Lock()
 
     def on_data_available(self, reader: Any) -> None:
+        if reader is None:  # not yet known, or closed; later calls take all messages
+            return
         with self._lock:
             for message in reader.take(N=256):
                 if message.sample_info.valid_data:
@@ -115,7 +117,7 @@ class Participant:
     def listen(self, name: str, kind: type[M], take: Callable[[M], None], qos: Qos) -> None:
         """Call ``take`` for every message of a topic (its name on the wire), in another thread."""
         topic = self._topic(name, kind, qos)
-        self._readers.append(DataReader(self._participant, topic, qos=qos, listener=_Taking(take)))
+        self._readers.append(DataReader(self._participant, topic, qos=qos, listener=Taking(take)))
 
     def writer(self, name: str, kind: type[M], qos: Qos) -> Any:
         """A writer of a topic (its name on the wire)."""
