@@ -138,7 +138,7 @@ class Performance:
         from safenav.synthesis.strategy import Strategy
 
         for name, robot in self.mission.state.robots.items():
-            strategy = None if robot.planner is None else robot.planner.strategy
+            strategy = robot.planner.strategy if robot.has_strategy else None
             if not isinstance(strategy, Strategy) or len(strategy.states) > MOST_STATES:
                 continue
             if vacuities(strategy):

@@ -177,7 +177,8 @@ class Passes(Algorithm):
             return False
 
     def waits_on(self, end: Conclusion) -> bool:
-        return self._ends(end) is None
+        begun = all(robot.has_strategy for robot in self.team.robots.values())
+        return begun and self._ends(end) is None
 
     def _ends(self, end: Conclusion) -> Conclusion | None:
         """The end of the run, with its proof; None if the team waits instead, or decides again

@@ -45,8 +45,7 @@ class SynthesisRule(Rule):
             yield from self._problems(record, now)
         elif record.type == "move" and not self._begun:
             self._begun = True
-            waits = now.waits is not None  # the rest of a run may begin with a wait
-            for robot in () if waits else sorted(now.header.robots.keys() - self._initial):
+            for robot in sorted(now.header.robots.keys() - self._initial):
                 yield robot, f"{robot} has no initial synthesis before the first move"
 
     def turn(self, now: Situation) -> Iterator[Said]:
