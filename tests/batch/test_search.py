@@ -103,6 +103,7 @@ def test_links_that_lead_round_in_a_circle_are_not_followed(write: Write) -> Non
         ("none/door.yaml", r"the folder none does not exist"),
         ("suite/*.xml", r"no scenario found: suite/\*.xml"),
         ("empty", r"no scenario found: empty"),
+        ("x" * 5000, r"^x{60}: File name too long"),
     ],
 )
 def test_a_path_that_leads_to_no_scenario_is_an_error(
@@ -155,6 +156,9 @@ def test_a_matrix_file_that_leads_nowhere_says_where_it_says_so(write: Write) ->
     with pytest.raises(UsageError, match=r"n.yaml:2:13: m.yaml is a matrix file itself"):
         find_cases(["n.yaml"])
     write("self.yaml", text="batch: 1\nscenarios: [self.yaml]\n")
+    write("long.yaml", text=f"batch: 1\nscenarios: {'x' * 5000}\n")
+    with pytest.raises(UsageError, match=r"long.yaml:2:12: File name too long"):
+        find_cases(["long.yaml"])
     with pytest.raises(UsageError, match=r"self.yaml:2:13: self.yaml is a matrix file itself"):
         find_cases(["self.yaml"])
     write("o.yaml", text="batch: 2\nscenarios: [a.yaml]\n")

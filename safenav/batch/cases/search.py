@@ -120,7 +120,10 @@ def find_cases(paths: Sequence[str]) -> FoundCases:
     """
     search = _Search()
     for path in paths:
-        search.add(path)
+        try:
+            search.add(path)
+        except OSError as error:  # a name that is too long, say
+            raise UsageError(f"{path[:60]}: {error.strerror}") from error
     return search.found
 
 
@@ -182,12 +185,13 @@ class _Search:
         """The cases that a matrix file names, without its settings."""
         place = f"{matrix}:{named.line}:{named.column}"
         below = matrix.parent / named.value
-        if below.is_file() and is_matrix(self._text(below) or ""):
-            raise UsageError(f"{place}: {below} is a matrix file itself\n    name scenarios here")
         try:
+            if below.is_file() and is_matrix(self._text(below) or ""):
+                raise UsageError(f"{below} is a matrix file itself\n    name scenarios here")
             found = find_cases([str(below)])
-        except UsageError as error:
-            raise UsageError(f"{place}: {error}") from None
+        except (UsageError, OSError) as error:
+            said = error.strerror if isinstance(error, OSError) else error
+            raise UsageError(f"{place}: {said}") from None
         self.found.passed_over += found.passed_over
         self.found.matrices += (m for m in found.matrices if m not in self._named)
         return found.cases
