@@ -93,7 +93,7 @@ class Installation(Struct, frozen=True):
         return not missing and self.slugs.problem is None
 
     def data(self) -> dict[str, Any]:
-        """Everything, fit for JSON."""
+        """Return all findings as JSON data."""
         return {"usable": self.usable, **to_builtins(self)}
 
 
@@ -136,7 +136,7 @@ def _slugs() -> SlugsHealth:
 
 
 def _wrong_answer(binary: Binary) -> str | None:
-    """Why the synthesizer cannot be trusted with two tiny specifications; None if it can."""
+    """Return the error of the synthesizer on two tiny specifications; None if it is correct."""
     synthesizer = Synthesizer(
         binary, seconds=_ANSWER_SECONDS, cache=Cache.off(), verifier=first_failure
     )

@@ -1,4 +1,4 @@
-"""How a run or a synthesis ends: the same words in the program, a trace and `expect`."""
+"""Outcomes of runs and verdicts of syntheses, in the words of traces and `expect`."""
 
 from __future__ import annotations
 

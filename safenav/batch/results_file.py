@@ -46,7 +46,7 @@ def counts(report: Report) -> dict[str, int]:
 
 
 def to_json(report: Report, comparison: BaselineComparison | None = None) -> str:
-    """Everything that is known of the batch."""
+    """Return all results of the batch."""
     data: dict[str, Any] = {
         "batch": VERSION,
         "safenav": safenav.__version__,

@@ -1,4 +1,4 @@
-"""One batch: hand out the cases, take the results, keep them, try again, know when to stop."""
+"""One batch: assignment of cases, results, retries and the end."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ class Report(Struct):
 
     @property
     def left(self) -> int:
-        """How many cases have no result."""
+        """Number of cases without a result."""
         return len(self.cases) - len(self.results)
 
     @property

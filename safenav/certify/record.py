@@ -1,4 +1,4 @@
-"""From a scenario, or from the trace of an earlier run, to a bundle."""
+"""Creation of a bundle from a scenario, or from the trace of an earlier run."""
 
 from __future__ import annotations
 

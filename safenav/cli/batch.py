@@ -216,7 +216,7 @@ def _first_worker(stack: ExitStack) -> Worker:
 
 
 def _processors() -> int:
-    """Those that we may use: a container often has fewer than the machine."""
+    """Return the number of usable processors; a container often has fewer than the machine."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

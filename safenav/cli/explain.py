@@ -75,7 +75,7 @@ def command(scenario: Path, robot: str | None, as_json: bool) -> int:
 
 
 def _of_the_run(plan: Scenario, as_json: bool) -> int:
-    """Why the run of a team of realizable robots needs an operator, if it does."""
+    """Explain why the run of a team of realizable robots needs an operator, if it does."""
     found = explain_run(plan, plan.catalogue.robots, lambda: default_synthesizer(plan))
     if as_json:
         click.echo(json.dumps(postmortem_data(found, plan), indent=2))

@@ -200,7 +200,7 @@ def _bag(run: Trace, frame: Frame, path: Path, motion: Motion | None) -> None:
 
 
 def _ways(motion: Motion, frame: Frame) -> Ways:
-    """Where each robot of a motion is, in the frame of the map."""
+    """Position of each robot of a motion, in the frame of the map."""
     from safenav.motion.columns import Columns, columns_of, placed
 
     side = motion.header.side

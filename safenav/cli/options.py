@@ -97,7 +97,7 @@ _DIVISION = (
 
 
 def division(command: Callable[..., Any]) -> Callable[..., Any]:
-    """How a map file is divided into regions: ``--rows``, ``--cols``, ``--side`` (metres) and
+    """Options for dividing a map file into regions: ``--rows``, ``--cols``, ``--side`` (metres) and
     ``--share``."""
     for option in reversed(_DIVISION):
         command = option(command)

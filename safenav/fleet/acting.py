@@ -22,7 +22,7 @@ GOOD = frozenset({ActResult.DONE, ActResult.UNTRAVERSABLE})
 
 
 class FleetProgress:
-    """How far the obstacles that a fleet knows are resolved."""
+    """Progress in resolving the obstacles that a fleet knows."""
 
     def __init__(self, scenario: Scenario) -> None:
         self.scenario = scenario
@@ -115,7 +115,7 @@ class TeamAction(Struct):
 
     @property
     def silent(self) -> list[str]:
-        """Those who have not answered."""
+        """Return the participants without an answer."""
         return [name for name, answer in self.team.items() if answer is None]
 
     @property

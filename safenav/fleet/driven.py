@@ -164,7 +164,7 @@ def _actions(act: records.Act, acted: records.ActionEnd, deeds: Sequence[Deed]) 
 
 
 def _plan(follower: Follower, body: Mover, begun: float, over: float) -> list[Moving]:
-    """All that a follower was sent in the run; it rests before and after that."""
+    """Return all references sent to a follower in the run; it rests before and after them."""
     sent = [replace(p, t0=p.t0 - begun, t1=p.t1 - begun) for p in follower.plan]
     sent = [piece for piece in sent if piece.t0 < over]
     first = sent[0].t0 if sent else over

@@ -85,7 +85,7 @@ class Station(Struct, frozen=True):
 
 
 class Network(Struct, frozen=True):
-    """Where robots are: loopback alone, unless the file says otherwise. ROS 2: ``domain``,
+    """Network of the robots: loopback unless the fleet file names another. ROS 2: ``domain``,
     ``interface``, ``peers``; ROS 1: the URI of the ``master``, and this machine's ``address``."""
 
     domain: int = 0

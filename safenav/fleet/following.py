@@ -360,7 +360,7 @@ def resting_place(body: Mover, places: Places) -> tuple[float, float, float]:
 
 
 def _off(there: Sequence[float], at: Located) -> float:
-    """Metres between a place and where a robot was measured."""
+    """Return the distance in metres between a place and a robot's measured position."""
     return hypot(at.x - float(there[0]), at.y - float(there[1]))
 
 

@@ -98,7 +98,7 @@ class Physics(Dynamics):
                 body.acts.until = inf
 
     def state(self, name: str) -> dict[str, Any]:
-        """Where a robot is, and how its goal or action ended, each told once."""
+        """Return a robot's position, and the end of its goal or action, each reported once."""
         with self.lock:
             body = self._bodies[name]
             x, y, yaw = self._at(body)

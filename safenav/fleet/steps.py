@@ -79,7 +79,7 @@ class DrivenRobot(Struct):
 
     @property
     def regions(self) -> frozenset[Region]:
-        """Those that it has: where it stands, and those of its step."""
+        """Regions that it occupies: its own, and those of its step."""
         step = (self.task.start, self.task.to) if self.task is not None else ()
         return frozenset(pose.region for pose in (self.pose, *step))
 
@@ -146,7 +146,7 @@ class FleetSteps:
 
     @staticmethod
     def check(scenario: Scenario) -> Frame:
-        """Where the map lies in metres. Raises FleetError if the scenario does not say."""
+        """Return the frame of the map in metres. Raises FleetError if the scenario does not say."""
         if scenario.map.frame is None:
             said = "the map has no size in metres: add 'resolution: 1.0' (metres per region)"
             raise FleetError(f"{said} to 'map', or take the map from map_server with 'ros:'")
@@ -287,7 +287,8 @@ class FleetSteps:
         self._events.append(event)
 
     def _pose_now(self, body: DrivenRobot) -> Pose | None:
-        """Where the robot is by its newest odometry; None if that is old, or in no free region."""
+        """Return the robot's pose by its newest odometry; None if that is old, or in no free
+        region."""
         at = body.place
         if at is None or self.now() - body.heard > STALE:
             return None

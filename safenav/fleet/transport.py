@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class GoalEnd(StrEnum):
-    """How a goal ended."""
+    """End of a goal."""
 
     SUCCEEDED = "succeeded"
     ABORTED = "aborted"
@@ -30,7 +30,7 @@ class GoalEnd(StrEnum):
 
 
 class GoalPoint(Struct, frozen=True):
-    """Where a robot is to go. ``yaw``: None for a robot without a heading. ``number``: of the
+    """Destination of a robot. ``yaw``: None for a robot without a heading. ``number``: of the
     goal, never used twice in a run. ``short``: an obstacle stands there, which it is to resolve
     from inside the region."""
 

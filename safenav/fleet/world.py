@@ -273,7 +273,7 @@ class FleetWorld(FleetSteps):
             self._transport.perform(name, service, team_action.on.name, task.goal)
 
     def _idle(self, task: FleetTask) -> dict[str, Region]:
-        """Where robots stand that can take part in an action: those without another command."""
+        """Regions of robots that can take part in an action: those without another command."""
         bodies = self._bodies.values()
         return {b.robot.name: b.pose.region for b in bodies if b.task in (None, task)}
 

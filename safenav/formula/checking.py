@@ -29,7 +29,7 @@ def check(
     next_allowed: bool = True,
     ranges: bool = True,
 ) -> tuple[FormulaFlaw, ...]:
-    """All problems of the formula, by column; none means that it can be used.
+    """Return all errors of the formula by column, none if it can be used.
 
     ``declared`` maps the variables to their range, or None for Booleans.
     ``next_allowed`` is False for initial conditions. ``ranges``: a comparison with a number outside

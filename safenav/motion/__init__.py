@@ -1,4 +1,4 @@
-"""From regions to metres: how each robot of a run moves in continuous time (docs/motion.md).
+"""Continuous motion of each robot of a run, in metres and seconds (docs/motion.md).
 
 Needs the extra ``motion`` (numpy, daqp). Nothing is imported here, so that the commands that do
 not move anybody stay fast.

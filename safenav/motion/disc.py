@@ -18,7 +18,7 @@ from safenav.pace.robot import RESERVE, ROOM, TURNING, glide
 
 
 def end_of(crossing: Crossing, floor: MetricFloor, size: float) -> tuple[float, float]:
-    """Where a round body of that size comes to rest: in the middle of the region, or short of an
+    """Rest position of a round body of that size: in the middle of the region, or short of an
     obstacle there."""
     x, y = floor.centre(crossing.to)
     if crossing.short:
@@ -52,7 +52,7 @@ class DiscMover(Mover):
         return {"size": self.size, "speed": self.values["speed"]}
 
     def seconds(self, metres: float) -> float:
-        """How long a way from rest to rest takes."""
+        """Return the duration of a path from rest to rest."""
         return glide(metres, self.values["speed"])
 
     def move(self, crossing: Crossing) -> list[Moving]:

@@ -75,7 +75,7 @@ def way(heading: str) -> tuple[int, int]:
 
 
 def margin(points: Array, box: Box) -> Array:
-    """How far inside a box each of the points (n, 2) is, in metres; negative outside."""
+    """Return the depth of each point (n, 2) inside a box, in metres; negative outside."""
     x, y = points[:, 0], points[:, 1]
     inside: Array = np.minimum.reduce([x - box.west, box.east - x, y - box.south, box.north - y])
     return inside

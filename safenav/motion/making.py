@@ -1,4 +1,4 @@
-"""From a trace to the motion of all its robots."""
+"""Computation of the motion of all robots from a trace."""
 
 from __future__ import annotations
 
@@ -182,7 +182,7 @@ def _motion(name: str, robot: RobotHeader) -> dict[str, object]:
 def described(
     trace: Trace, name: str, moved: Mover, against: Disturbances = UNDISTURBED
 ) -> Mapping[str, object]:
-    """How a robot moves, for the header of its motion."""
+    """Describe a robot's motion for the header."""
     robot = trace.header.scenario.robots[name]
     motion = _motion(name, robot)
     described: dict[str, object] = {**motion, "layer": robot.layer, **moved.limits()}

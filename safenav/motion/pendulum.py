@@ -75,7 +75,8 @@ def influence(durations: Array, omega: float) -> Influence:
 def miss(
     durations: Array, pressures: Array, start: Array, goal: Array, omega: float
 ) -> tuple[Array, Influence]:
-    """By how much the phases miss: rows xi at the start and eta at the goal, and the influence.
+    """Return the residual of the phases: rows xi at the start and eta at the goal, and the
+    influence.
 
     ``pressures``: (phases, 2). The result times the influence of a correction must vanish.
     """

@@ -17,7 +17,7 @@ RATE = 50.0
 
 
 class Travel(Struct, frozen=True):
-    """How a robot travelled: metres, highest speed (m/s), and the least distance of its middle
+    """Travel of a robot: metres, highest speed (m/s), and the least distance of its middle
     to the border of the regions that it had (m)."""
 
     metres: float

@@ -45,7 +45,7 @@ class Judgement(Struct, frozen=True):
     advice: str = ""
 
     def data(self) -> dict[str, object]:
-        """As JSON: None for an infinite bound."""
+        """Return JSON data: None for an infinite bound."""
         bounds = [value if isfinite(value) else None for value in (self.low, self.high)]
         told: dict[str, object] = {"name": self.name, "formula": self.formula}
         told |= {"verdict": self.verdict, "robustness": bounds, "error": self.error}
@@ -111,7 +111,7 @@ class MotionRecording:
         return tuple(push.t for push in pushes)
 
     def instants(self, event: Happens) -> tuple[float, ...]:
-        """When the event happens, in the seconds of the motion."""
+        """Return the times of the event, in seconds of the motion."""
         return self._events.get((event.kind, event.obstacle), ())
 
     def _sampled(self, robot: str) -> Columns:
@@ -141,7 +141,7 @@ class _Body:
 
 
 def _events(motion: Motion, trace: Trace) -> dict[tuple[str, str], tuple[float, ...]]:
-    """When obstacles were requested and resolved, in the seconds of the motion."""
+    """Return the times of requests and resolutions, in seconds of the motion."""
     found: dict[tuple[str, str], set[float]] = {}
     for record in in_time(trace, motion).records:
         if isinstance(record, Request | Resolved) and record.t is not None:

@@ -25,8 +25,8 @@ _DECIMALS = 6
 
 
 class Waypoint(Struct, frozen=True):
-    """Where a robot is at the end of a tick (0: the start), or at a time ``t`` in seconds. ``yaw``
-    is counterclockwise from the x axis, in radians; None for a robot without a heading."""
+    """Position of a robot at the end of a tick (0: the start), or at a time ``t`` in seconds.
+    ``yaw`` is counterclockwise from the x axis, in radians; None for a robot without a heading."""
 
     robot: str
     tick: int

@@ -1,1 +1,1 @@
-"""How long a robot's step takes, by its kind of motion; light enough for the runtime."""
+"""Durations of steps by kind of motion; light enough for the runtime."""

@@ -1,4 +1,4 @@
-"""How a walker walks on regions of a given side: its gait, its keyframes, and their times.
+"""Gait of a walker on regions of a given side: its gait, its keyframes, and their times.
 
 Local frame: the walker enters its region at the origin, heading along x. Sources: Zhao, Fernandez,
 Sentis (IJRR 2017) for the time of a step between two keyframes; docs/motion.md.
@@ -104,7 +104,7 @@ def period(omega: float, length: float, speed: float) -> float:
 
 
 def sway(omega: float, offset: float, seconds: float) -> float:
-    """How far the mass sways to the side of a foot ``offset`` metres off the centre line, at
+    """Return the sway of the mass to the side of a foot ``offset`` metres off the centre line, at
     apex of the periodic gait with steps of this many seconds."""
     return offset * (1 - 1 / cosh(omega * seconds / 2))
 
@@ -132,7 +132,7 @@ class Apex(Struct, frozen=True):
     foot: int
 
     def stance(self, offset: float) -> tuple[float, float]:
-        """Where the stance foot is, ``offset`` metres off the centre line."""
+        """Return the position of the stance foot, ``offset`` metres off the centre line."""
         aside = self.foot * offset
         return self.x - aside * sin(self.yaw), self.y + aside * cos(self.yaw)
 
@@ -196,7 +196,7 @@ class Stride(Struct, frozen=True):
 
 @lru_cache(maxsize=512)
 def walking(gait: Gait, turn: int, foot: int) -> Stride:
-    """From walking pose to walking pose of the next region, beginning on ``foot``; ``turn``:
+    """Walk from walking pose to walking pose of the next region, beginning on ``foot``; ``turn``:
     quarter turns to the left."""
     line = [Apex(gait.length, 0.0, 0.0, gait.speed, foot)]
     if turn == 0:
@@ -211,7 +211,7 @@ def walking(gait: Gait, turn: int, foot: int) -> Stride:
 
 @lru_cache(maxsize=512)
 def starting(gait: Gait, turn: int, foot: int) -> Stride:
-    """From standing pose to walking pose of the next region; of a straight start ``foot`` is
+    """Start from standing pose to walking pose of the next region; of a straight start ``foot`` is
     the stance foot at the end, of a turn the arc decides."""
     room = gait.approach(2)
     first = -foot if turn == 0 else turn * (-1) ** room

@@ -1,4 +1,4 @@
-"""How long a robot takes: to step from region to region, and to act; by its kind of motion.
+"""Durations of a robot's steps and actions, by its kind of motion.
 
 The motion that ``safenav motion`` writes takes the same seconds (docs/motion.md), so a run that
 draws its durations here can be shown step by step as it was. A robot whose motion is unknown, or
@@ -84,7 +84,7 @@ class Pace(ABC):
         self._foot = self._then
 
     def placed(self, now: float, heading: str | None) -> None:
-        """It stands somewhere, without its doing."""
+        """Note that it was placed somewhere."""
         self.facing = self._next = YAW[heading] if heading else self.facing
         self._since, self._settling, self._foot, self._short = now, 0.0, 0, False
 
@@ -101,7 +101,7 @@ class Pace(ABC):
         return begin + self._turning(_between(before, self.facing))
 
     def faces(self, at: int, region: int) -> None:
-        """It has turned, being in ``at``, to what it acts on in ``region``."""
+        """Note that in ``at`` it has turned towards ``region``, where it acts."""
         if at != region and self.turns:
             self.facing = self._direction(at, region)
 
@@ -202,7 +202,7 @@ class RoverPace(DiscPace):
         return glide(angle, self._values["turning"], pull)
 
     def _resuming(self) -> float:
-        """It drives on the way that it came."""
+        """Continue on its previous path."""
         return self._turning(_between(self.facing, self._next)) + super()._resuming()
 
     def faces(self, at: int, region: int) -> None:

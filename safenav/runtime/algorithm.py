@@ -166,7 +166,7 @@ class Algorithm(Struct):
             self.search.forget()
 
     def _owe(self, decision: Decision) -> None:
-        """Nothing of a decision is in force until its strategies are there; robots without a
+        """Defer a decision until its strategies are available; robots without a
         strategy that suffices wait."""
         for name in decision.tasks:
             self.team.robots[name].held = HoldReason.SYNTHESIS

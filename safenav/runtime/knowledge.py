@@ -93,7 +93,7 @@ class Knowledge:
 
     @property
     def obstacles(self) -> dict[str, Obstacle]:
-        """All that the team has met and that is still there: pending, then in O."""
+        """Return all known obstacles that are still present: pending ones, then those in O."""
         found = {name: work.obstacle for name, work in self.pending.items()}
         return found | {name: obstacle for name, (obstacle, _) in self.joined.items()}
 

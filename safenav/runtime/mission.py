@@ -139,8 +139,8 @@ class Mission:
         self._started = False
 
     def refusal(self) -> str | None:
-        """Why this run would be unrealizable although each robot has a strategy: a promise or a
-        charge that cannot be kept."""
+        """Return the reason why this run is unrealizable although each robot has a strategy: a
+        promise or a charge that cannot be kept."""
         found = refusal_of(self.state, self._algorithm.batteries)
         return None if found is None else found.explanation
 
@@ -182,7 +182,7 @@ class Mission:
 
     @property
     def began(self) -> float:
-        """When a live run began, in seconds on the world's clock: the 0 of its trace."""
+        """Start of a live run, in seconds on the world's clock: time 0 of its trace."""
         return self._commands.zero
 
     @property

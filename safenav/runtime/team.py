@@ -150,7 +150,8 @@ class RobotState(Struct):
 
     @property
     def machine(self) -> Hashable:
-        """All by which it decides in lockstep without a surprise, but the rounds counted."""
+        """State on which its decisions depend in lockstep without new observations, except counted
+        rounds."""
         node = id(self.planner.strategy), self.planner.node, self.planner.behind
         own, transit = self.own, None if self.transit is None else self.transit.pose
         met = own.memory.index, tuple(sorted(own.memory.values.items())), own.seen
@@ -246,7 +247,7 @@ class TeamState(Struct):
 
     @property
     def poses(self) -> dict[str, Pose]:
-        """Where each robot stands; in transit, where it set out."""
+        """Region of each robot; in transit, its departure region."""
         return {name: robot.pose for name, robot in self.robots.items()}
 
     def objectives(self) -> dict[str, TracedObjective]:
@@ -400,5 +401,5 @@ class TeamState(Struct):
         return {n: state.pose.region for n, state in robots if not (self.live and state.transit)}
 
     def occupied(self) -> frozenset[Region]:
-        """All occupied regions."""
+        """Return all occupied regions."""
         return frozenset().union(*(state.occupied for state in self.robots.values()))

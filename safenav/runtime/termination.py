@@ -16,9 +16,9 @@ from safenav.trace.proofs import Proof
 
 
 class Conclusion(Struct, frozen=True):
-    """Why a run ended. ``cause`` and ``proof``: of ``operator_needed`` (docs/trace.md), with the
-    ``links`` of its reasons, one sentence each, and the robots that are ``stuck``. ``refused``: the
-    promises that cannot be kept, each with the least that could be."""
+    """Reason for the end of a run. ``cause`` and ``proof``: of ``operator_needed`` (docs/trace.md),
+    with the ``links`` of its reasons, one sentence each, and the robots that are ``stuck``.
+    ``refused``: the promises that cannot be kept, each with the least that could be."""
 
     outcome: Outcome
     explanation: str

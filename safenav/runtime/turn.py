@@ -226,7 +226,8 @@ class Turns:
             yield from self._find_a_way_back(robot, broken)
 
     def _same_again(self, robot: RobotState, planner: Planner) -> Hashable:
-        """All that the strategy of a robot observes; None if it observes more than its sides."""
+        """Return all observations of a robot's strategy; None if it observes more than its
+        sides."""
         if planner.switch is not None or planner.task.tracking is not Tracking.NEARBY:
             return None
         sides = self.state.scenario.map.neighbours(robot.pose.region)

@@ -136,7 +136,7 @@ class Guarantees:
         return self._liveness[goal].holds(one, other)
 
     def _nearest(self, memory: Mapping[str, int]) -> Iterator[dict[str, int]]:
-        """All values of the memory; those that are there already first."""
+        """Return all values of the memory, the present ones first."""
         orders = {
             name: sorted(values, key=lambda value: value != memory[name])
             for name, values in self._ranges.items()
@@ -148,7 +148,7 @@ class Guarantees:
 
     @cached_property
     def memories(self) -> tuple[dict[str, int], ...]:
-        """All values of the memory; none if there are too many to look at."""
+        """Return all values of the memory; none if there are too many."""
         count = prod(map(len, self._ranges.values()))
         return tuple(_valuations(self._ranges)) if count <= MOST_VALUATIONS else ()
 

@@ -20,7 +20,7 @@ from safenav.world.moves import Mobility, Pose
 
 
 class Tracking(StrEnum):
-    """How a robot's specification models the others that it could run into (docs/tracking.md):
+    """Model of other robots in a robot's specification (docs/tracking.md):
     what is next to it, where exactly everybody is, or where everybody may be."""
 
     NEARBY = "nearby"
@@ -95,7 +95,7 @@ class Robot(Struct, frozen=True):
 
 
 class ResolveAt(StrEnum):
-    """Where an obstacle's action can be performed, relative to it (the paper's S_r)."""
+    """Resolution regions relative to the obstacle (the paper's S_r)."""
 
     SELF = "self"
     NEIGHBOURS = "neighbours"
@@ -257,7 +257,7 @@ def name_parts(name: str) -> tuple[str, str, int]:
 
 
 class Scenario(Struct, frozen=True):
-    """Everything that a run needs. ``source`` is the file it came from, for messages.
+    """Complete input of a run. ``source`` is the file it came from, for messages.
 
     ``deadlock``: whether joint plans resolve deadlocks.
     ``partition``: the cells of beliefs, None for the rooms of the map. ``changes``: the changes

@@ -1,4 +1,4 @@
-"""How a robot model moves in metres: kinds of motion and their parameters (docs/motion.md).
+"""Kinds of motion of robot models, with their parameters (docs/motion.md).
 
 The kinds that are built in are listed here, with what a scenario may say of each; what they do
 is in ``safenav.motion``, which this never imports. An installed package adds a kind by an entry

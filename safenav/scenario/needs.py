@@ -1,5 +1,5 @@
-"""How the needs of an obstacle follow each other, and when one is met: for scenarios, the simulated
-world and joint plans alike."""
+"""Order and fulfilment of an obstacle's needs, for scenarios, the simulated world and joint
+plans."""
 
 from __future__ import annotations
 

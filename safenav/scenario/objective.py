@@ -362,7 +362,7 @@ def targets_of(objective: Objective) -> tuple[Target, ...]:
 
 
 def target_regions(objective: Objective | None) -> frozenset[Region]:
-    """All regions of an objective's targets."""
+    """Return all regions of an objective's targets."""
     return frozenset().union(*targets_of(objective)) if objective is not None else frozenset()
 
 

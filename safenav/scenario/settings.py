@@ -61,22 +61,21 @@ class Exclusion(Struct, frozen=True):
 
 
 class Coordination(StrEnum):
-    """How the coordination layer reassigns robots (DESIGN section 5)."""
+    """Method by which the coordination layer reassigns robots (DESIGN section 5)."""
 
     RESYNTHESIS = "resynthesis"
     ASSIGNABLE = "assignable"
 
 
 class RequestOrder(StrEnum):
-    """Which open request is served first where not all can be served (paper, Section V-D: the
-    newest)."""
+    """Priority of open requests that cannot all be served (paper, Section V-D: the newest)."""
 
     NEWEST = "newest"
     OLDEST = "oldest"
 
 
 class Controllers(StrEnum):
-    """How strategies are kept during a run: listed state by state, or as a running synthesizer
+    """Form of strategies during a run: listed state by state, or as a running synthesizer
     that gives their moves on demand; ``auto``: on demand where there are too many states."""
 
     LISTED = "listed"
@@ -85,7 +84,7 @@ class Controllers(StrEnum):
 
 
 class Clock(StrEnum):
-    """How a run passes time: in ticks, in each of which every robot takes its turn, or in seconds
+    """Time of a run: in ticks, in each of which every robot takes its turn, or in seconds
     (``live``): each robot decides when its last command has ended."""
 
     LOCKSTEP = "lockstep"

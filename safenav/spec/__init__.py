@@ -1,1 +1,1 @@
-"""From a robot and its objective to a GR(1) specification in structured slugs."""
+"""Compilation of a robot's objective to a GR(1) specification in structured slugs."""

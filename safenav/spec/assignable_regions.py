@@ -96,7 +96,7 @@ class _Ground(Struct, frozen=True):
         return None if found is None else guarantees_of(found)
 
     def begins(self) -> list[State]:
-        """How the robot may begin."""
+        """Return the initial conditions of the robot."""
         guarantees = self.guarantees
         if guarantees is None or not guarantees.memories:
             return [(self.start, ())]

@@ -35,7 +35,7 @@ from safenav.world.poses import Mask, PoseGraph, plain_graph, region_mask
 
 
 class Weakening(StrEnum):
-    """Why an objective stands in a weaker form than it could."""
+    """Reason for a weaker form of an objective."""
 
     TURNED = "turned"
     """Where the robot stands it cannot begin with the target whose turn it is."""
@@ -96,9 +96,9 @@ def forms(
 def concession(
     asked: Objective, rung: Rung, word: Word = number_word, others: Collection[str] = ()
 ) -> str | None:
-    """How far a form falls short of what the user asked for, and why: ``may cross a target on the
-    way: the corridor leaves no other path``. ``others``: the robots on its floor. None for the
-    strongest form."""
+    """Return the difference between a form and the objective, with its reason: ``may cross a target
+    on the way: the corridor leaves no other path``. ``others``: the robots on its floor. None for
+    the strongest form."""
     if rung.weakening is None:
         return None
     if rung.weakening is Weakening.TURNED:

@@ -1,4 +1,4 @@
-"""Where a robot may go next: the map and a mobility as guarantees or assumptions.
+"""Moves of a robot: the map and a mobility as guarantees or assumptions.
 
 One constraint per move direction or run of walls, not a pair of positions, so that the text
 stays short and the synthesizer sees adders and comparisons that it shares.

@@ -45,7 +45,7 @@ class Variable(Struct, frozen=True):
 
 
 class Origin(Struct, frozen=True):
-    """Where a constraint comes from.
+    """Origin of a constraint.
 
     ``item``: the scenario item in dotted form (``map``, ``robots.digit.objective``,
     ``obstacles.door@47``). ``rule``: what it says, in words. ``source``: paper or design

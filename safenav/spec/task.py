@@ -71,7 +71,7 @@ class Observed(Struct, frozen=True):
 
 
 class Task(Struct, frozen=True):
-    """Everything that one robot's specification depends on.
+    """Complete input of one robot's specification.
 
     ``blocked``: obstacles known by now (O beyond the walls) that block this robot.
     ``observed``: the moving robots that it must not collide with, modelled by ``tracking``

@@ -41,7 +41,7 @@ class Recording(Protocol):
         """Instants at which the signal is not continuous."""
 
     def instants(self, event: syntax.Happens) -> tuple[float, ...]:
-        """When the event happens."""
+        """Return the times of the event."""
 
 
 class Robustness(Struct, frozen=True):

@@ -276,7 +276,7 @@ def _listening(port: int | None) -> socket.socket:
 
 
 def _allow_many_connections() -> None:
-    """As many open files as the system lets us have, within reason."""
+    """Raise the limit of open files, within reason."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     wanted = 8192 if hard == resource.RLIM_INFINITY else min(8192, hard)
     if soft != resource.RLIM_INFINITY and soft < wanted:

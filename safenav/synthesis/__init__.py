@@ -1,1 +1,1 @@
-"""From a specification to a strategy: the subprocess, its cache, and the automaton."""
+"""Synthesis of strategies: the subprocess, its cache, and the automaton."""

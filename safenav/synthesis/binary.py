@@ -1,4 +1,4 @@
-"""Which slugs binary is used, and what it can do.
+"""Selection and capabilities of the slugs binary.
 
 Ours and upstream's answer the same questions with the same RESULT line; ours also reads
 structured slugs, knows ``--timeout`` and ``--memory``, and says so by ``--version``.
@@ -115,7 +115,7 @@ def _executable(path: Path) -> bool:
 
 
 def _recorded_by_installer() -> Path | None:
-    """Where an editable installation or an unusual prefix put the binary."""
+    """Return the path of the binary from an editable installation or an unusual prefix."""
     # Imported here: it costs as much as a small synthesis and is rarely needed.
     from importlib import metadata
 

@@ -106,7 +106,7 @@ class Crew:
         return Finished(process.returncode, talk.stdout, talk.stderr, elapsed, not finished)
 
     def dismiss(self) -> None:
-        """Kill everything that runs; later commands are not started at all."""
+        """Kill all running commands; refuse later ones."""
         with self._lock:
             self._dismissed = True
             for process in self._running:

@@ -21,7 +21,7 @@ from safenav.spec.specification import Owner, Section, Specification, Variable
 
 
 def bit_names(variable: Variable) -> tuple[str, ...]:
-    """How the synthesizer names the bits of a variable, least significant first.
+    """Return the synthesizer's names of a variable's bits, least significant first.
 
     A Boolean is its own bit. An integer holds value - min in as many bits as max - min needs:
     ``x@0.min.max``, ``x@1``, ``x@2``, ...; none if it has one value only.
@@ -37,7 +37,7 @@ def bit_names(variable: Variable) -> tuple[str, ...]:
 
 
 class Field(Struct, frozen=True):
-    """Where the bits of a variable stand in a node's state."""
+    """Position of a variable's bits in a node's state."""
 
     variable: Variable
     columns: tuple[int, ...]
@@ -103,7 +103,7 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
         return sum(map(len, self.transitions))
 
     def values(self, node: int) -> dict[str, int]:
-        """All variables at a node: integers as they are, Booleans as 0 and 1."""
+        """Return all variables at a node: integers as they are, Booleans as 0 and 1."""
         state = self.states[node]
         return {field.variable.name: field.decode(state) for field in self.fields}
 
@@ -139,7 +139,8 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
         return self._first(self.transitions[node], self._wanted(inputs, Owner.INPUT))
 
     def successors_for(self, node: int, inputs: Mapping[str, int]) -> tuple[int, ...]:
-        """All successors whose inputs agree with the given ones (which may be only some)."""
+        """Return all successors whose inputs agree with the given ones (possibly only some
+        inputs)."""
         wanted = self._wanted(inputs, Owner.INPUT)
         if wanted is None:
             return ()

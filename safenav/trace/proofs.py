@@ -49,7 +49,7 @@ class Choice(Struct, frozen=True):
 
 
 class Tree(Struct, frozen=True):
-    """All options that there are (or one that is lossless), each refuted."""
+    """All options (or one that is lossless), each refuted."""
 
     choices: tuple[Choice, ...]
     kind: Annotated[str, Pattern("tree", "tree")] = "tree"

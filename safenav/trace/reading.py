@@ -97,7 +97,7 @@ class _Reader:
             self._ignored += 1
 
     def trace(self, cut_off: bool) -> Trace:
-        """All that was read. Raises InputError."""
+        """Return the trace as read. Raises InputError."""
         if self._diagnostics:
             shown = self._diagnostics[:_DIAGNOSTIC_LIMIT]
             hidden = len(self._diagnostics) - len(shown)

@@ -496,7 +496,7 @@ class ScheduledAct(Struct, frozen=True):
 
 
 class Acts(Record, frozen=True, tag="acts"):
-    """Who acts where next, chosen since something is due; the duties follow from it. ``beyond``:
+    """Next acts for a pending deadline; the duties follow from it. ``beyond``:
     obstacles that no order of acts resolves when they are due. ``spent``: the search has used up
     its budget, and the duties follow from the rules for requests that are not due. ``around``: the
     regions that robots keep out of, since an obstacle may be there."""

@@ -27,6 +27,6 @@ class Trace(Struct, frozen=True):
 
     @property
     def obstacles(self) -> dict[str, ObstacleHeader]:
-        """All obstacles by name: those of the header, and those that were discovered later."""
+        """Return all obstacles by name: those of the header, and those discovered later."""
         found = [r.obstacle for r in self.records if isinstance(r, Discovered)]
         return {o.name: o for o in (*self.header.scenario.obstacles, *found)}

@@ -42,7 +42,7 @@ class Verified(StrEnum):
 
 
 class Reason(StrEnum):
-    """Why a robot was synthesized."""
+    """Reason for a synthesis."""
 
     INITIAL = "initial"
     REQUEST = "request"
@@ -72,14 +72,14 @@ class Form(StrEnum):
 
 
 class StackReason(StrEnum):
-    """Why objectives were pushed: for a request, or so that a robot gives way."""
+    """Reason for a push: a request, or giving way."""
 
     REQUEST = "request"
     YIELD = "yield"
 
 
 class BlockReason(StrEnum):
-    """Why a hidden obstacle joined the known ones."""
+    """Reason why an obstacle became permanent."""
 
     UNTRAVERSABLE = "untraversable"
     NO_CAPABLE_ROBOT = "no_capable_robot"
@@ -101,7 +101,7 @@ class MovedBy(StrEnum):
 
 
 class MoveEnd(StrEnum):
-    """How a step ends."""
+    """End of a step."""
 
     ARRIVED = "arrived"
     ELSEWHERE = "elsewhere"
@@ -111,7 +111,7 @@ class MoveEnd(StrEnum):
 
 
 class HoldReason(StrEnum):
-    """Why a robot stays where it is."""
+    """Reason for which a robot stays."""
 
     STRATEGY = "strategy"
     """Its strategy has it stay."""
@@ -148,7 +148,7 @@ class OperatorIntervention(StrEnum):
 
 
 class ChangeCause(StrEnum):
-    """Why an obstacle appeared or disappeared."""
+    """Cause of an obstacle's appearance or disappearance."""
 
     SCENARIO = "scenario"
     WORLD = "world"
@@ -159,7 +159,7 @@ class ChangeCause(StrEnum):
 
 
 class PlanEndReason(StrEnum):
-    """Why a joint plan ended."""
+    """Reason for the end of a joint plan."""
 
     REACHED = "reached"
     VIOLATION = "violation"
@@ -179,7 +179,7 @@ class DeadlineVerdict(StrEnum):
 
 
 class OperatorCause(StrEnum):
-    """Why an operator is needed."""
+    """Cause for which an operator is needed."""
 
     NO_CAPABLE_ROBOT = "no_capable_robot"
     CYCLIC_REQUESTS = "cyclic_requests"

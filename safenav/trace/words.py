@@ -35,7 +35,7 @@ def seconds_words(seconds: float) -> str:
 
 
 def _natural(name: str) -> list[tuple[int, str]]:
-    """As people sort: ``rover_2`` before ``rover_10``."""
+    """Return a key for natural order: ``rover_2`` before ``rover_10``."""
     return [(int(part or 0), text) for text, part in re.findall(r"(\D*)(\d*)", name)]
 
 

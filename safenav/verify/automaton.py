@@ -78,7 +78,7 @@ class Automaton:
 
     @cached_property
     def values(self) -> dict[int, Row]:
-        """All variables of each node, in the specification's order."""
+        """Return all variables of each node, in the specification's order."""
         columns = self._columns
         rows: Iterable[Row] = zip(*columns, strict=True) if columns else [()] * len(self.nodes)
         return dict(zip(self.nodes, rows, strict=True))
@@ -94,7 +94,7 @@ class Automaton:
 
     @cached_property
     def inputs(self) -> dict[int, int]:
-        """For each node a number of its inputs: the same for the same inputs, and for no others."""
+        """Return for each node a number that identifies its inputs."""
         owners = [v.owner for v in self.spec.variables]
         own = [c for c, o in zip(self._columns, owners, strict=True) if o is Owner.INPUT]
         if not own:
@@ -104,7 +104,7 @@ class Automaton:
         return dict(zip(self.nodes, map(numbers.__getitem__, rows), strict=True))
 
     def violated(self, formulas: Sequence[Formula]) -> list[int]:
-        """For each formula, the plane of the edges that do not satisfy it."""
+        """Return for each formula the plane of the edges that violate it."""
         found = [0] * len(formulas)
         for start in range(0, len(self.edges), _BLOCK_EDGES):
             evaluator = self._evaluator(slice(start, start + _BLOCK_EDGES))
@@ -162,7 +162,7 @@ class Automaton:
         return in_words(self.strategy, values, places[0].variable.owner)
 
     def _evaluator(self, block: slice) -> Evaluator:
-        """Of formulas on some of the edges."""
+        """Return the evaluator of formulas on some of the edges."""
         width = len(self.strategy.states[0])
         sources, targets = self.edges.sources[block], self.edges.targets[block]
         ends = [b"".join(map(self._digits.__getitem__, end)) for end in (sources, targets)]
@@ -191,7 +191,7 @@ class Automaton:
 
     @cached_property
     def _columns(self) -> list[Sequence[int]]:
-        """For each variable of the specification its values in the nodes."""
+        """Return for each variable of the specification its values in the nodes."""
         fields = [self._fields[variable.name] for variable in self.spec.variables]
         return [_decoded(field, self._bits, len(self.nodes)) for field in fields]
 

@@ -1,4 +1,4 @@
-"""How many ways there are to complete a partial transition, without listing them.
+"""Number of completions of a partial transition, without listing them.
 
 For each row of known values (a state, say): how many valuations of the unknown variables (the
 next inputs, say) satisfy all constraints. 2^n valuations are never gone through:

@@ -43,7 +43,7 @@ def counterstrategy_starts(spec: Specification, counterstrategy: Strategy) -> tu
 
 
 def counterstrategy_failures(automaton: Automaton) -> Iterator[Failure]:
-    """Everything that is wrong with a counterstrategy whose starts are known."""
+    """Yield all faults of a counterstrategy with known initial states."""
     yield from _start_failures(automaton)
     yield from automaton.range_failures()
     assumed, promised, fair, goals = automaton.against()

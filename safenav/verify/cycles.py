@@ -51,7 +51,7 @@ class Edges:
             first += len(targets)
 
     def flags(self, plane: int) -> bytes:
-        """For each edge 1 if it is in the set, else 0."""
+        """Return for each edge 1 if it is in the set, else 0."""
         return f"{plane:0{len(self)}b}".encode().translate(_BITS)[::-1]
 
 

@@ -1,4 +1,4 @@
-"""Where a map lies in metres, as ROS map_server says it: x grows east, y grows north, and the
+"""Frame of a map in metres, as in ROS map_server: x grows east, y grows north, and the
 origin is the pose of the south-western (lower left) corner of the map."""
 
 from __future__ import annotations

@@ -111,7 +111,7 @@ class RegionMap(Struct, frozen=True, dict=True):
 
     @cached_property
     def free(self) -> tuple[Region, ...]:
-        """All regions that are not walls, ascending."""
+        """Return all regions that are not walls, ascending."""
         return tuple(r for r in range(self.size) if r not in self.walls)
 
     def region(self, row: int, col: int) -> Region:
@@ -189,19 +189,19 @@ class RegionMap(Struct, frozen=True, dict=True):
         return "|".join([*words, *(self.word(region) for region in sorted(rest))])
 
     def place(self, region: Region) -> str:
-        """Where something happens: ``dock``, ``ward_a 40`` (a region of an area) or ``40``."""
+        """Return the words for a place: ``dock``, ``ward_a 40`` (a region of an area) or ``40``."""
         area = self._in_area.get(region) if region not in self._named else None
         return f"{area} {region}" if area else self.word(region)
 
     def label(self, region: Region) -> str:
-        """How a region is shown to people: ``47 [3, 8]``, or ``dock 47 [3, 8]`` with the name of
+        """Return the label of a region: ``47 [3, 8]``, or ``dock 47 [3, 8]`` with the name of
         the region or of its area."""
         row, col = self.position(region)
         name = self._named.get(region) or self._in_area.get(region)
         return f"{name} {region} [{row}, {col}]" if name else f"{region} [{row}, {col}]"
 
     def labels(self, target: frozenset[Region]) -> str:
-        """How a target is shown to people: an area by its name, else region by region."""
+        """Return the label of a target: an area by its name, else region by region."""
         if target in self.areas.values():
             return self.word(target)
         return " or ".join(self.label(region) for region in sorted(target))

@@ -1,4 +1,4 @@
-"""How a robot may move between regions (DESIGN section 3; paper, Section VI).
+"""Moves of robots between regions (DESIGN section 3; paper, Section VI).
 
 ``free``: stay, or step to a 4-neighbour. ``heading``: a pose is a region and a heading; stay,
 step straight on, or turn 90 degrees and step; never backwards, never a turn on the spot.
@@ -20,7 +20,7 @@ class Mobility(StrEnum):
 
 
 class Pose(Struct, frozen=True):
-    """Where a robot is and, for heading mobility, which way it faces."""
+    """Region of a robot and, for heading mobility, its heading."""
 
     region: Region
     heading: Heading | None = None
@@ -29,7 +29,7 @@ class Pose(Struct, frozen=True):
 def moves(
     mobility: Mobility, pose: Pose, world: RegionMap, blocked: Collection[Region] = ()
 ) -> tuple[Pose, ...]:
-    """All poses after one tick: the stay first, then the steps north, east, south, west.
+    """Return all poses after one tick: the stay first, then the steps north, east, south, west.
 
     ``blocked`` regions are treated like walls for steps (never for staying).
     """

@@ -82,7 +82,7 @@ class Partition(Struct, frozen=True):
         return Partition(tuple(sorted(cells, key=min)))
 
     def regions(self, cells: Iterable[int]) -> frozenset[Region]:
-        """All regions of some cells."""
+        """Return all regions of some cells."""
         return frozenset().union(*(self.cells[cell] for cell in cells))
 
 

@@ -1,4 +1,4 @@
-"""Where a robot can get: its poses as numbers, and sets of them as bit masks.
+"""Reachable poses of a robot: poses as numbers, and sets of them as bit masks.
 
 A pose is ``heading * size + region`` (free mobility has heading 0 only), a set of poses one
 integer with a bit for each. A whole layer of a search is a handful of shifts then, so that
@@ -77,11 +77,11 @@ class PoseGraph:
 
     @cached_property
     def everywhere(self) -> Mask:
-        """All poses on free regions."""
+        """Return all poses on free regions."""
         return self.poses_on(self.free_regions)
 
     def poses_on(self, regions: Mask) -> Mask:
-        """All poses in a set of regions."""
+        """Return all poses in a set of regions."""
         found = 0
         for block in range(self.blocks):
             found |= regions << block * self.size
@@ -146,7 +146,8 @@ class PoseGraph:
         return _grown(self._closures, self.forward, start, allowed)
 
     def back(self, goal: Mask, allowed: Mask) -> Mask:
-        """From where ``goal`` can be reached through ``allowed`` poses; ``goal`` itself always."""
+        """Return the poses from which ``goal`` can be reached through ``allowed`` poses; ``goal``
+        itself always."""
         return _grown(self._backs, self.backward, goal, allowed)
 
     def around(self, pose: Mask, allowed: Mask) -> Mask:
@@ -201,7 +202,7 @@ class PoseGraph:
         return None
 
     def distances(self, goal: Mask, allowed: Mask) -> list[int]:
-        """For each pose the steps to the nearest pose of ``goal``, FAR where there is no way."""
+        """Return for each pose the steps to the nearest pose of ``goal``, FAR without a path."""
         key = (goal, allowed)
         field = self._fields.get(key)
         if field is None:

@@ -1,4 +1,4 @@
-"""Who can see what: a radius, and a line of sight that walls and closed obstacles block.
+"""Visibility: a radius, and a line of sight that walls and closed obstacles block.
 
 Mask are unit squares, and a robot looks from the centre of its own. Region ``t`` is visible
 from ``s`` if
@@ -48,7 +48,7 @@ def visible_from(
 
 
 class Visibility:
-    """Which regions see each other; ask ``visible_from`` for one."""
+    """Visible regions of each region; ask ``visible_from`` for one."""
 
     def __init__(
         self, world: RegionMap, radius: float | None, closed: frozenset[Region] = frozenset()
@@ -64,7 +64,7 @@ class Visibility:
         return bool(self.mask(source) >> target & 1)
 
     def from_(self, source: Region) -> frozenset[Region]:
-        """All regions visible from ``source``, itself included; none from a wall."""
+        """Return all regions visible from ``source``, itself included; none from a wall."""
         return frozenset(bits(self.mask(source)))
 
     def mask(self, source: Region) -> Mask:
@@ -121,7 +121,7 @@ class Visibility:
         return lines
 
     def _southern_rows(self) -> Iterator[tuple[int, int]]:
-        """For each row within the radius, from the own one southwards, the reach sideways."""
+        """Return the reach sideways of each row within the radius, from the own one southwards."""
         world = self.world
         for rows in range(world.rows):
             reach = world.cols - 1

@@ -172,7 +172,7 @@ class ChargeRule(Rule):
         ]
 
     def _runs_flat(self, name: str, at: int, now: Situation) -> None:
-        """From here on lines are owed that take a robot out of service."""
+        """Expect lines that take a robot out of service."""
         stands = any(
             obstacle.region == at and now.status[obstacle.name] is Status.UNRESOLVED
             for obstacle in now.obstacles.values()

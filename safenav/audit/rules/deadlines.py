@@ -228,7 +228,8 @@ class DeadlineRule(Rule):
                 self._goal(record, now)
 
     def _lasts(self, record: Line, now: Situation) -> int | None:
-        """Until when the charge of the first requester lasts behind the obstacle."""
+        """Return the last tick for which the charge of the first requester behind the obstacle
+        lasts."""
         first = next(iter(now.requests.get(record.obstacle, {})), None)
         if first is None or first not in now.charge:
             return None

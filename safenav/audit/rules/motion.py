@@ -150,7 +150,7 @@ def collision(record: Line, now: Situation) -> Iterator[Said]:
 
 @judges("line", "move")
 def never_together(record: Line, now: Situation) -> Iterator[Said]:
-    """Of robots that are never together in some regions at most one is in them, from its departure
+    """At most one robot of an exclusion is in its regions, from its departure
     for the first to its arrival outside (D 4)."""
     robot, regions = record.robot, taken(record) | now.lost.get(record.robot, set())
     for other in now.region.keys() - {robot}:

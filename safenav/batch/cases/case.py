@@ -57,8 +57,8 @@ class Case(Struct, frozen=True):
 
 
 class Conditions(Struct, frozen=True):
-    """How each case is run. ``seconds``: wall-clock limit of one case. ``certify``: the folder
-    into which the bundle of each run goes (docs/certificates.md), or None."""
+    """Settings of each case's run. ``seconds``: wall-clock limit of one case. ``certify``: the
+    folder into which the bundle of each run goes (docs/certificates.md), or None."""
 
     seconds: float = 600.0
     verify: bool = True
@@ -109,7 +109,7 @@ class Result(Struct, frozen=True):
 
     @property
     def flaky(self) -> bool:
-        """Whether it passed only when it was tried again."""
+        """Whether it passed only in a retry."""
         return self.passed and self.attempts > 1
 
     @property
@@ -118,7 +118,7 @@ class Result(Struct, frozen=True):
         return self.wall_seconds if self.seconds is None else self.seconds
 
     def record(self) -> dict[str, Any]:
-        """As one JSON object."""
+        """Return one JSON object."""
         return dict(to_builtins(self))
 
 

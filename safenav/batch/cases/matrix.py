@@ -188,5 +188,5 @@ def _matches(settings: dict[str, Any], pattern: dict[str, Any]) -> bool:
 
 
 def _same(one: Any, other: Any) -> bool:
-    """Equal, where true is not 1."""
+    """Return whether two values are equal and have the same type."""
     return type(one) is type(other) and bool(one == other)

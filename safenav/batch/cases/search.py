@@ -1,4 +1,4 @@
-"""From what a person names (files, folders, patterns, matrix files) to the cases to run.
+"""Cases from the files, folders, patterns and matrix files that a user names.
 
 A search, in a folder or by a pattern, takes the scenarios that it finds and skips the rest: YAML
 files that are not scenarios (maps, catalogues), matrix files, and folders

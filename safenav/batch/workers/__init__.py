@@ -1,1 +1,1 @@
-"""Where cases run on this machine: processes that can be ended."""
+"""Local workers for cases: processes that can be ended."""

@@ -145,7 +145,7 @@ class Worker:
 
     @property
     def seconds_left(self) -> float:
-        """Until this worker counts as hung."""
+        """Return the time left until this worker counts as hung."""
         return (self._limit if self._ready else _START_SECONDS) - self.elapsed
 
     def give(
@@ -258,7 +258,7 @@ class Worker:
 
 
 def with_news(workers: Iterable[Worker], seconds: float) -> list[Worker]:
-    """Those that have something to say (or have died), waiting so long for the first."""
+    """Return the workers with messages (or dead ones); wait so long for the first."""
     with selectors.DefaultSelector() as selector:
         for worker in workers:
             selector.register(worker, selectors.EVENT_READ, worker)

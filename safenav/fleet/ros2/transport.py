@@ -253,7 +253,7 @@ class Ros2Transport:
 
 
 def _seconds(message: Any) -> float:
-    """When a message was made, in seconds of its sender's clock."""
+    """Creation time of a message, in seconds of its sender's clock."""
     stamp = message.header.stamp
     return float(stamp.sec) + float(stamp.nanosec) * 1e-9
 

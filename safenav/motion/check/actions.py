@@ -45,12 +45,13 @@ def check_actions(case: Examination) -> None:
 
 
 def _moved(path: Array) -> float:
-    """How far a body is from where it was first, at most."""
+    """Return the maximum distance of a body from its first position."""
     return float(np.hypot(*(path - path[0]).T).max()) if len(path) else 0.0
 
 
 def _behind(case: Examination, at: int, action: Action) -> None:
-    """Who resolves an obstacle in its own region stays before the region's middle until then."""
+    """A robot that resolves an obstacle in its own region stays before the region's centre until
+    then."""
     own = case.pieces[action.robot]
     entering = [p for p in own if p.to == at and p.origin != at and p.t1 <= action.t0 + NEAR]
     here = [p for p in own if p.t0 <= action.t0 + NEAR and p.t1 >= action.t0 - NEAR]

@@ -61,7 +61,7 @@ class Grid(Struct, frozen=True):
         return (self.rows - 1 - cell[1]) * self.cols + cell[0]
 
     def distance(self, points: Array, cell: tuple[int, int]) -> Array:
-        """From each point (n, 2) to a cell; 0 inside it."""
+        """Return the distance of each point (n, 2) to a cell; 0 inside it."""
         west, south = cell[0] * self.side, cell[1] * self.side
         dx = np.maximum(0.0, np.maximum(west - points[:, 0], points[:, 0] - west - self.side))
         dy = np.maximum(0.0, np.maximum(south - points[:, 1], points[:, 1] - south - self.side))
@@ -138,7 +138,7 @@ class Examination:
 
 
 def conflicts_of(scenario: ScenarioHeader) -> dict[str, frozenset[str]]:
-    """With whom each robot must never share a region."""
+    """Return for each robot those with which it must never share a region."""
     found = {}
     for name, robot in scenario.robots.items():
         others = (n for n, other in scenario.robots.items() if other.layer == robot.layer)

@@ -47,7 +47,7 @@ class MeasuredWay(Struct, frozen=True):
 
 
 class TrackingError(Struct, frozen=True):
-    """How well a robot did what it was sent: measurements, the most metres off its reference or
+    """Tracking error of a robot: measurements, the most metres off its reference or
     at the end of a goal, and how often it was held, farther off than its tolerance."""
 
     robot: str
@@ -110,7 +110,7 @@ def _acts(trace: Trace, name: str) -> Iterator[tuple[str, float, float]]:
 
 
 def trackings(motion: Motion, trace: Trace) -> list[TrackingError]:
-    """How well each driven robot did what it was sent, outside of its actions."""
+    """Return the tracking error of each driven robot, outside of its actions."""
     found: list[TrackingError] = []
     case = Examination(motion, trace)
     for name, limits in case.driven.items():
@@ -179,7 +179,7 @@ def _errors(case: Examination, name: str, way: MeasuredWay) -> Array:
 
 
 def _holds(case: Examination, name: str) -> list[Reset]:
-    """Where a robot was held: its plan continues from there. That of one that has fallen ends."""
+    """A held robot's plan continues from its position; the plan of a fallen robot ends."""
     last = max((piece.t1 for piece in case.pieces[name]), default=0.0)
     return [reset for reset in case.motion.of(Reset, name) if reset.t < last - NEAR]
 

@@ -27,7 +27,7 @@ class Passage(Struct, frozen=True):
 
 
 def passages(case: Examination) -> dict[int, Passage]:
-    """For each line of the trace with which a step begins, when it is carried out. Steps and
+    """Return the times of each step, by the line of the trace with which it begins. Steps and
     pieces must match one by one."""
     found: dict[int, Passage] = {}
     for name, steps in _steps(case.trace, driven=bool(case.driven)).items():
@@ -321,8 +321,8 @@ class _Order:
         self.begun[robot] = step, max(before, done.t1)
 
     def _acted(self, record: Met | Resolved, number: int) -> float | None:
-        """All that take part act, after they have arrived, and simultaneously if they are several.
-        Returns when the last of them is done; None if no robot acts."""
+        """Check that all participants act after their arrival, and simultaneously if there are
+        several. Returns when the last of them is done; None if no robot acts."""
         name, wrong = record.obstacle, self.case.wrong
         spans = []
         for robot in self._team(record, self.obstacles[name], number):

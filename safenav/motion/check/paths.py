@@ -1,4 +1,4 @@
-"""Where a body is: each piece of motion as samples of discs, whatever it is made of."""
+"""Occupied space of a body: each piece of motion as samples of discs, for all kinds of motion."""
 
 from __future__ import annotations
 

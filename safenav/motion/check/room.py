@@ -21,7 +21,7 @@ STEP = 0.05
 
 
 def holdings(case: Examination) -> list[Holding]:
-    """Who has which region when."""
+    """Return the times for which each robot has each region."""
     found: list[Holding] = []
     open_since: dict[tuple[str, int], float] = {}
     for line in case.motion.lines:
@@ -56,7 +56,7 @@ def check_overlaps(case: Examination) -> None:
 
 
 def check_never_together(case: Examination) -> None:
-    """Of robots that are never together in some regions at most one has any of them."""
+    """At most one robot of an exclusion has any of its regions."""
     for zone in case.trace.header.scenario.never_together or ():
         inside = [h for h in case.held if h.robot in zone.robots and h.region in zone.regions]
         for one, other in combinations(inside, 2):
@@ -87,7 +87,7 @@ def check_swept(case: Examination) -> None:
 def outside(
     case: Examination, robot: str, times: Array, places: Array, more: list[Holding], touch: float
 ) -> tuple[float, str] | None:
-    """Where the disc of a robot reaches into a region that it does not have at the time, by more
+    """Return where the disc of a robot enters a region that it does not have at the time, by more
     than ``touch`` metres: the time, and the place in words. ``more``: what it has besides."""
     spans = [*more, *(held for held in case.held if held.robot == robot)]
     for cell in case.grid.cells(places, case.radius(robot)):

@@ -53,7 +53,7 @@ def check_segment(case: Examination, segment: Segment) -> None:
 
 
 def _support(segment: Segment, wrong: Wrong) -> None:
-    """In every phase the centre of pressure is under the feet that are on the ground."""
+    """The centre of pressure is always under the feet on the ground."""
     begin = 0.0
     for phase in segment.phases:
         end = begin + phase.seconds
@@ -70,7 +70,8 @@ def _support(segment: Segment, wrong: Wrong) -> None:
 
 
 def _off(feet: list[Foothold], x: float, y: float) -> float:
-    """How far a point is outside what one or two feet span, each good for its ``SHIFT``."""
+    """Return a point's distance from the span of one or two feet, each with a margin of
+    ``SHIFT``."""
     one, other = feet[0], feet[-1]
     span = (other.x - one.x, other.y - one.y)
     square = span[0] ** 2 + span[1] ** 2

@@ -149,7 +149,7 @@ class GoalLine(Piece, frozen=True):
 
 
 class Measurement(Struct, frozen=True, array_like=True):
-    """Where a robot's odometry had it: ``t`` when it was heard, ``stamp`` in seconds of the robot's
+    """Position of a robot by odometry: ``t`` when it was heard, ``stamp`` in seconds of the robot's
     own clock."""
 
     t: float
@@ -180,7 +180,7 @@ class Reset(Struct, frozen=True):
 
 
 class FlownTrack(Struct, frozen=True):
-    """How a flyer followed its references in wind: rows of a simulated flight, every ``step``
+    """Flight of a flyer along its references in wind: rows of a simulated flight, every ``step``
     seconds from ``t0``: position, velocity, quaternion (w, x, y, z), body rates (rad/s), thrust
     (N), wind (m/s, x and y). ``errors``: metres off the reference at each row."""
 
@@ -203,7 +203,7 @@ class BodyPush(Struct, frozen=True):
 
 
 class Reserve(Struct, frozen=True):
-    """From ``t`` on the region is the robot's."""
+    """Reservation of the region by the robot from ``t`` on."""
 
     robot: str
     tick: int
@@ -212,7 +212,7 @@ class Reserve(Struct, frozen=True):
 
 
 class Release(Struct, frozen=True):
-    """From ``t`` on it is not."""
+    """End of a reservation at ``t``."""
 
     robot: str
     tick: int

@@ -146,7 +146,7 @@ def check_gust(robot: str, gust: float, tilt: float, speed: float, side: float) 
 def flown(
     flights: Sequence[Flight], floor: MetricFloor, size: float, tilt: float, gust: float, seed: str
 ) -> list[FlownTrack]:
-    """How a flyer follows its flights, which have no gaps, in gusts of ``gust`` m/s (root mean
+    """Simulate a flyer along its flights, which have no gaps, in gusts of ``gust`` m/s (root mean
     square). Deterministic by the seed."""
     count = int((flights[-1].t1 - flights[0].t0) / PERIOD + 1e-9)
     sight = _sampled(flights, floor, size, count + HORIZON + 1)

@@ -1,1 +1,1 @@
-"""When each robot moves: the dependency graph of a run, its schedule, its longest chain."""
+"""Timing of all robots: the dependency graph of a run, its schedule, its critical path."""

@@ -34,7 +34,7 @@ SHARED = (
 
 
 class LinkCause(StrEnum):
-    """Why a step or an action comes after another."""
+    """Reason for the order of two steps or actions."""
 
     OWN = "own"
     """The robot itself did that before."""
@@ -349,7 +349,7 @@ def _rest(mover: Mover, until: float) -> None:
 
 
 def steps_of(done: Iterable[Activity]) -> dict[tuple[str, int], tuple[float, float]]:
-    """When each step begins and ends, by robot and tick."""
+    """Return the start and end of each step, by robot and tick."""
     return {(a.robot, a.tick): (a.begun, a.end) for a in done if a.team and a.fulfils is None}
 
 

@@ -15,7 +15,7 @@ LATE = 0.06
 
 
 class Actual(Struct, frozen=True):
-    """Where a walker really is: the state of its mass, and its foot on the ground."""
+    """Actual state of a walker: its mass, and its foot on the ground."""
 
     state: Array
     foot: tuple[float, float]

@@ -50,20 +50,20 @@ class Primitive(Struct, frozen=True):
 
 @lru_cache(maxsize=512)
 def walk(gait: Gait, turn: int, foot: int) -> Primitive:
-    """From walking pose to walking pose of the next region, beginning on ``foot``."""
+    """Walk from walking pose to walking pose of the next region, beginning on ``foot``."""
     return _stepping(f"walk {_WORDS[turn]}", gait, walking(gait, turn, foot), turn)
 
 
 @lru_cache(maxsize=512)
 def start(gait: Gait, turn: int, foot: int) -> Primitive:
-    """From standing pose to walking pose of the next region; of a straight start ``foot`` is
+    """Start from standing pose to walking pose of the next region; of a straight start ``foot`` is
     the stance foot at the end, of a turn the arc decides."""
     return _stepping(f"start {_WORDS[turn]}", gait, starting(gait, turn, foot), turn)
 
 
 @lru_cache(maxsize=64)
 def stop(gait: Gait, foot: int) -> Primitive:
-    """From walking pose to standing pose: a step onto the capture point, then the feet close,
+    """Stop from walking pose to standing pose: a step onto the capture point, then the feet close,
     and the mass settles between them."""
     omega, offset, length = gait.omega, gait.walker.foot, gait.length
     durations = np.array(stopping(gait))
@@ -91,7 +91,7 @@ def stop(gait: Gait, foot: int) -> Primitive:
 
 
 def stand(gait: Gait, seconds: float) -> Primitive:
-    """At rest in the standing pose."""
+    """Stand at rest."""
     x, offset = 2 * gait.length, gait.walker.foot
     rest = np.array([x, 0.0, 0.0, 0.0])
     feet = tuple(Foothold(x, side * offset, 0.0, side, 0.0, seconds) for side in (LEFT, RIGHT))

@@ -65,7 +65,7 @@ def struck(
 
 
 def _left(segment: Segment, planned: Segment) -> Actual | None:
-    """Where a move left the walker, if that is not where it was to."""
+    """Return the walker's position after a move, if it differs from the plan."""
     foot, wanted = segment.feet[-1], planned.feet[-1]
     off = np.abs(np.subtract(segment.goal, planned.goal)).max()
     if max(float(off), abs(foot.x - wanted.x), abs(foot.y - wanted.y)) < EXACT:

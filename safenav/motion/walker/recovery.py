@@ -175,7 +175,7 @@ LEG = 0.55
 
 
 class FallenError(UsageError):
-    """No placing of the feet keeps the walker up."""
+    """No foothold keeps the walker from falling."""
 
 
 def recovered(

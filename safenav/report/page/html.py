@@ -1,4 +1,4 @@
-"""One HTML file that holds everything: style, program and run. It needs no network.
+"""One self-contained HTML file: style, program and run. It needs no network.
 
 The program is built from ``front/`` (TypeScript, Preact, esbuild) and committed, since users of
 safenav have no Node. A content security policy in the page forbids every request.

@@ -1,4 +1,4 @@
-"""From a trace to a ``Replay``.
+"""Conversion of a trace to a ``Replay``.
 
 ``safenav.audit`` reads the lines; here they are arranged tick by tick. Only the requirements of a
 picture are checked (the checker decides whether the run was right): places on the map, robots and

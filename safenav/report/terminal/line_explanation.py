@@ -1,5 +1,5 @@
-"""Why a specification from a file is unrealizable, by its lines; and vacuous wins as warnings, of
-specifications and of robots, with the path to each."""
+"""Reasons why a specification from a file is unrealizable, by its lines; and vacuous wins as
+warnings, of specifications and of robots, with the path to each."""
 
 from __future__ import annotations
 

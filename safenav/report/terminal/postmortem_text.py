@@ -1,4 +1,4 @@
-"""Why a run needed an operator, in words and as data for machines."""
+"""Reasons why a run needed an operator, in words and as data."""
 
 from __future__ import annotations
 

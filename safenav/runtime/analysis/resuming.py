@@ -303,7 +303,7 @@ def _made(name: str, robot: setting.RobotHeader) -> Robot:
 
 
 def _motion(told: Mapping[str, Any]) -> MotionModel:
-    """How a robot moves in metres, all parameters given."""
+    """Return a robot's motion model with all parameters."""
     values: dict[str, Any] = {
         name: tuple(map(tuple, value)) if isinstance(value, list | tuple) else value
         for name, value in told.items()

@@ -106,7 +106,8 @@ class Assigner(Struct, frozen=True):
         return TaskDraft(assignment, objective, pending, pending, forbidden)
 
     def _stop(self, robot: RobotState, index: int, stop: Pose) -> Mask:
-        """Where a robot meets a stop: with its heading, where no other robot is to be let by."""
+        """Return the poses in which a robot meets a stop: with its heading, where no other robot is
+        to be let by."""
         if stop.heading is None or self.state.rivals(robot.robot):
             return self._mask(index, {stop.region})
         return 1 << self.floor.problem.members[index].graph.number(stop)

@@ -33,7 +33,7 @@ class OnDemand:
         return self._served.pid
 
     def values(self, node: int) -> dict[str, int]:
-        """All variables at a node."""
+        """Return all variables at a node."""
         return dict(self._positions[node].values)
 
     def find_initial(self, values: Mapping[str, int]) -> int | None:

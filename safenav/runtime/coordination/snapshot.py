@@ -62,7 +62,7 @@ def floor_of(
 
 
 def stage_of(state: TeamState, obstacle: Obstacle) -> Stage:
-    """How far an open obstacle is resolved."""
+    """Return the stage of an open obstacle."""
     work, number = state.knowledge.pending[obstacle.name], state.knowledge.need_of(obstacle)
     index = [*state.robots].index
     same = obstacle.needs[number].same

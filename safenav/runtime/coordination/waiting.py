@@ -1,4 +1,4 @@
-"""Where a robot that waits is in no helper's way (paper, Section V-D: safe behaviour that does not
+"""Waiting regions that block no helper (paper, Section V-D: safe behaviour that does not
 interfere with the helping agent).
 
 A region is in the way if a robot that stood there would keep some helper in conflict with it from

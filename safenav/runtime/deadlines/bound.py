@@ -68,7 +68,7 @@ class BoundObstacle(Struct, frozen=True):
 
 
 class BoundMoment(Struct, frozen=True):
-    """All robots and open obstacles once turn ``now`` is over."""
+    """State of robots and open obstacles after turn ``now``."""
 
     walkers: tuple[BoundRobot, ...]
     opens: tuple[BoundObstacle, ...]

@@ -1,4 +1,4 @@
-"""Who acts where next for requests that are due: the first steps of coordination's plan, from the
+"""Next acts for requests with a deadline: the first steps of coordination's plan, from the
 search of ``schedule`` (docs/deadlines.md). After each act the team must be able to continue.
 """
 
@@ -185,7 +185,7 @@ def moment_on(floor: Floor, dues: Dues) -> BoundMoment:
 
 
 def after(floor: Floor, acts: Acts) -> tuple[tuple[int, ...], Stages]:
-    """Where the robots are, and how far each obstacle is, after some acts."""
+    """Return the robots' regions, and the stage of each obstacle, after some acts."""
     poses, stages = list(floor.poses), floor.stages
     for act in acts:
         for robot, pose, came in zip(act.group, act.poses, act.came, strict=True):

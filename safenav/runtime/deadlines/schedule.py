@@ -1,4 +1,4 @@
-"""Who acts where next, so that requests are met in time: exact but for collisions.
+"""Search for the next acts, so that requests are resolved in time: exact but for collisions.
 
 A search over acts in the order of their turns; between two acts each robot takes the fastest path.
 Whatever a node leads to, no obstacle opens before its lower bound (``bound``): nodes beyond a due

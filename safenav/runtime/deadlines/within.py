@@ -49,8 +49,8 @@ def least_within(walk: Walk) -> int | None:
 
 
 def best_places(walk: Walk, most: int) -> tuple[Mask, ...] | None:
-    """For each target the poses in which to meet it, so that shortest legs between them give rounds
-    of at most ``most`` ticks; None if no such choice is found."""
+    """Return for each target the poses in which to meet it, so that shortest legs between them give
+    rounds of at most ``most`` ticks; None if no such choice is found."""
     costs, begin = _rounds(walk), _leg(walk, {walk.start: 0}, walk.first)
     kept = _kept(costs, begin, most)
     for last in sorted(kept, key=lambda pose: (costs[pose].get(pose, FAR), pose)):

@@ -89,7 +89,7 @@ class Requests(Struct, frozen=True):
         return replace(self, stack=tuple(stack))
 
     def without(self, obstacle: str, *, given_up: bool = False) -> Requests:
-        """Without the request for an obstacle, if there is one."""
+        """Return the requests without that for an obstacle."""
         found = self.of(obstacle)
         if found is None:
             return self
@@ -103,7 +103,7 @@ class Requests(Struct, frozen=True):
         return replace(self, given_up=kept)
 
     def reopened(self, request: OpenRequest) -> Requests:
-        """With a request that was given up, as one that was just made."""
+        """Return the requests with one that was given up, as a new one."""
         again = OpenRequest(request.obstacle, request.requesters)
         return replace(
             self.decided(request.obstacle.name), stack=(*self.stack, again), aside=frozenset()

@@ -161,8 +161,8 @@ class Batteries:
         return found
 
     def _stop(self, robot: RobotState) -> Pose | None:
-        """Where a robot is to go for its charge, or to stay and charge; None: it pursues its own
-        objective."""
+        """Return the next stop of a robot for its charge, or the charger at which it stays; None:
+        it pursues its own objective."""
         stops = self.stops(robot)
         assert stops is not None
         assert robot.charge is not None

@@ -37,11 +37,11 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def needs(self) -> tuple[dict[int, int], ...]:
-        """For each next target the need of each pose from which some charge suffices: the least
-        charge with which the robot can continue forever. More charge is never worse, so one number
-        says all, without a product with the charge: ``need_k(p)`` is the least over steps p -> q of
-        ``move`` + (``need_{k+1}(q)`` if q is target k, else ``need_k(q)``), and 0 at a charger if
-        what leaving it takes is at most the capacity; the greatest fixpoint of that."""
+        """Return for each next target the need of each pose from which some charge suffices: the
+        least charge with which the robot can continue forever. More charge is never worse, so one
+        number says all, without a product with the charge: ``need_k(p)`` is the least over steps p
+        -> q of ``move`` + (``need_{k+1}(q)`` if q is target k, else ``need_k(q)``), and 0 at a
+        charger if what leaving it takes is at most the capacity; the greatest fixpoint of that."""
         targets = [target & self.allowed for target in self.targets]
         before: dict[int, list[int]] = {pose: [] for pose in bits(self.allowed)}
         for pose in before:
@@ -231,14 +231,14 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         return max(then + self.battery.stay, self.battery.move)
 
     def _takes(self, pose: int, turn: int) -> dict[int, int]:
-        """For each pose of the next target beside the present one the charge for the way, with what
-        is needed there."""
+        """Return for each adjacent pose of the next target the charge for the path and the need
+        there."""
         move = self.battery.move
         ways = {at: self.steps(pose, at) for at in bits(self.targets[turn] & self.allowed)}
         return {at: n * move + self._then(at, turn) for at, n in ways.items() if 0 < n < FAR}
 
     def _hop(self, turn: int) -> dict[int, int]:
-        """For each charger over how many others the way to the next target leads."""
+        """Return for each charger the number of further charging stops before the next target."""
         if turn in self._hops:
             return self._hops[turn]
         places = list(bits(self.chargers & self.allowed))

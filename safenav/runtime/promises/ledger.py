@@ -184,7 +184,7 @@ class Deadlines(Struct):
             self._foresee(had_turn, begins)
 
     def ages(self) -> tuple[tuple[int, bool], ...]:
-        """For how long each round has lasted, and whether it is judged."""
+        """Return the age of each round, and whether it is judged."""
         return tuple((self.team.tick - each.begun, each.over) for each in self._rounds.values())
 
     def completed(self) -> None:
@@ -301,7 +301,8 @@ class Deadlines(Struct):
         return settled.in_time.ends.get(settled.floor.gates.index(of))
 
     def _due(self, name: str) -> tuple[int, str | None] | None:
-        """When an obstacle is due: by its limit, or since its requester's charge runs out."""
+        """Return the due tick of an obstacle: by its limit, or since its requester's charge runs
+        out."""
         request = self.team.requests.of(name)
         if request is None:
             return None

@@ -85,8 +85,8 @@ class OpenObstacle(Struct, frozen=True, dict=True):
 
     @cached_property
     def skills(self) -> tuple[frozenset[str], ...]:
-        """For each need the actions that a robot must have: its own, and those of the needs that
-        the same robots must meet after it."""
+        """Return for each need the actions that a robot must have: its own, and those of the needs
+        that the same robots must meet after it."""
         return tuple(needs.actions(self.needs, number) for number in range(len(self.needs)))
 
     def chain(self, need: int) -> tuple[GateNeed, ...]:

@@ -232,8 +232,8 @@ class Course(Struct, frozen=True, eq=False, dict=True):
         return Joint(poses, tuple(changed) if changed else counts, stages)
 
     def _acting_at(self, stages: Stages) -> tuple[Mask, ...]:
-        """For each robot the poses in which it may have a part in the next need of an obstacle:
-        nearly all joint states are searched without a look at the obstacles."""
+        """Return for each robot the poses in which it may take part in the next need of an
+        obstacle: nearly all joint states are searched without a look at the obstacles."""
         found = self._acting.get(stages)
         if found is None:
             problem, masks = self.problem, [0] * len(self.problem.members)
@@ -324,7 +324,7 @@ class Found(Struct, frozen=True):
 
 
 class Exhausted(Struct, frozen=True):
-    """No plan exists: these are all states that can be reached."""
+    """All reachable joint states, if none completes a plan."""
 
     states: frozenset[Joint]
 

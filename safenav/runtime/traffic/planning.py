@@ -88,7 +88,7 @@ class Traffic:
         return self.execution is not None
 
     def machine(self) -> Hashable:
-        """All by which plans are made in lockstep without a surprise; None while one is."""
+        """State on which plans depend in lockstep without new observations; None during a plan."""
         if self.execution is not None or self.wanted is not None:
             return None
         found, tick = self.state.last_settled.found, self.state.tick

@@ -58,7 +58,7 @@ class StateGraph(PoseGraph):
         return [step for step in self.steps(state) if self.plain(step) == pose]
 
     def lifted(self, poses: Mask) -> Mask:
-        """All states in a set of poses."""
+        """Return all states in a set of poses."""
         return sum(poses << k * self._span for k in range(len(self._memories)))
 
     def steps(self, pose: int) -> tuple[int, ...]:

@@ -42,7 +42,7 @@ class Watch:
         return tick - wait.since >= self.patience
 
     def ages(self, tick: float) -> Hashable:
-        """For how long each robot has waited for what."""
+        """Return for each robot its target and the time that it has waited for it."""
         return tuple((n, w.told, w.nearest, tick - w.since) for n, w in self._waits.items())
 
     def begin_anew(self) -> None:

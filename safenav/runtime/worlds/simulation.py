@@ -107,7 +107,7 @@ class LiveSimulation:
         """A command of the simulation ends by itself."""
 
     def wait(self, timeout: float | None) -> list[WorldEvent]:
-        """All that happens at the next moment at which something does."""
+        """Return all events of the next moment with an event."""
         times = [self._now + timeout] if timeout is not None else []
         times += [self._coming[0][0]] if self._coming else []
         times += self.times()

@@ -61,7 +61,7 @@ class Work(Struct):
 
     @property
     def helped(self) -> tuple[str, ...]:
-        """All that had a part."""
+        """Return all participants."""
         return tuple(dict.fromkeys(name for group in self.groups for name in group))
 
     @property
@@ -341,7 +341,7 @@ class SimulatedWorld:
 
 
 def draw_truths(scenario: Scenario) -> dict[Obstacle, bool | None]:
-    """What ``traversable`` is in this run: probabilities are drawn in the scenario's order
+    """Return ``traversable`` of this run: probabilities are drawn in the scenario's order
     from its seed, so that a run can be repeated."""
     generator = random.Random(scenario.seed)
     truths: dict[Obstacle, bool | None] = {}

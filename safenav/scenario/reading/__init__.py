@@ -1,1 +1,1 @@
-"""From YAML to a scenario: one module for each item."""
+"""Conversion of YAML to a scenario: one module for each item."""

@@ -1,4 +1,4 @@
-"""How a robot model moves in metres: ``motion: walker``, or a mapping with its parameters."""
+"""Motion of a robot model: ``motion: walker``, or a mapping with its parameters."""
 
 from __future__ import annotations
 

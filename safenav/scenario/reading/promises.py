@@ -51,7 +51,7 @@ def check_promises(scenario: Scenario, item: Mapping, findings: Findings) -> Non
 
 
 def in_seconds(scenario: Scenario) -> str:
-    """How to ask for seconds instead: ``require seconds of the motion: ...``."""
+    """Suggest the form in seconds: ``require seconds of the motion: ...``."""
     due = [o.name for o in scenario.obstacles if scenario.limit_of(o) is not None]
     name = due[0] if due else "door@47"
     told = f"always(requested_{name} -> eventually[0,60] resolved_{name})"

@@ -140,7 +140,7 @@ class Reading(Findings):
         return _union([self.regions(item, what) for item in items])
 
     def zone(self, node: Node | None, what: str) -> Target | None:
-        """All regions of a target, or of a list of targets."""
+        """Return all regions of a target, or of a list of targets."""
         if not isinstance(node, Sequence):
             return self.target(node, what)
         found = self.targets(node, what)

@@ -1,4 +1,4 @@
-"""Everything wrong with an input, collected so that one run reports all of it."""
+"""All errors of an input, collected for one report."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MAX_REPORTED = 100
 
 
 class ReadableFolder(Struct, frozen=True):
-    """Which files an input may name: those in ``folder``, or none at all."""
+    """Files that an input may name: those in ``folder``, or none."""
 
     folder: Path | None
 

@@ -65,7 +65,7 @@ class Model(Struct, frozen=True):
 
 
 def watch_for(task: Task, world: RegionMap) -> Tracker:
-    """How the robot of a task keeps track of others: by the task's cells (default: the map's
+    """Return the tracker of a task's robot: by the task's cells (default: the map's
     rooms), within its vision, past the obstacles that the task takes for closed."""
     partition = task.partition or rooms(world).coarsened(MOST_CELLS, world)
     return watch(world, partition, task.robot.model.vision, task.closed, task.live)
@@ -77,7 +77,7 @@ def known_of(other: Observed) -> Knowledge:
 
 
 def models(task: Task, world: RegionMap) -> tuple[Model, ...]:
-    """For each observed robot the possible knowledge of it.
+    """Return for each observed robot the possible knowledge of it.
 
     Raises UsageError if the partition makes too many beliefs.
     """
@@ -174,7 +174,7 @@ def observe(task: Task, world: RegionMap, known: Mapping[str, Knowledge]) -> dic
 
 
 def _steps(model: Model, item: str) -> Iterator[Constraint]:
-    """From one region in sight to another: by a single step, or in a live run by any number."""
+    """Constrain moves between regions in sight: a single step, or in a live run any number."""
     world, name, size = model.watch.world, model.other.variable, model.size
     if model.watch.live:
         origin = Origin(item, "while in sight: get to a region that it can reach", SOURCE)
@@ -280,7 +280,7 @@ def _believing(model: Model, item: str) -> Iterator[Constraint]:
 
 
 def _own_regions(model: Model) -> Mask:
-    """Where this robot can be when the other moves."""
+    """Return the possible regions of this robot when the other moves."""
     owns = 0
     for regions in model.owns.values():
         owns |= regions

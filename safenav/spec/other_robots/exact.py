@@ -78,7 +78,7 @@ def fairness(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 
 def out_of_my_way(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """No robot is beside this one infinitely often: all others together, for they could take
+    """Infinitely often no robot is beside this one: all others together, since they could take
     turns."""
     dangers = [other for other in task.observed if other.danger]
     if not dangers or not headings(world):

@@ -52,7 +52,7 @@ class Outlook(Struct, frozen=True):
 
 
 class Tracker:
-    """How a robot keeps track of others: on which map, by which cells, with which eyes, and whether
+    """Tracking of other robots: on which map, by which cells, with which eyes, and whether
     they make at most one step between two looks or, ``live``, any number."""
 
     def __init__(
@@ -103,7 +103,7 @@ class Tracker:
         ) & (self._free if within is None else within)
 
     def reach(self, regions: Mask) -> Mask:
-        """Where a robot in one of the regions may be at the next look."""
+        """Return the possible regions of a robot in one of the regions at the next observation."""
         reached = self.spread(regions)
         while self.live and reached != regions:
             regions, reached = reached, self.spread(reached)
@@ -147,7 +147,7 @@ class TooManyBeliefsError(ValueError):
 def occurring(
     watch: Tracker, own: Region, blocked: frozenset[Region], knowledge: Knowledge, most: int
 ) -> Mapping[Knowledge, Mask]:
-    """All possible knowledge, each with the own regions where it may be the latest.
+    """Return all possible knowledge, each with the own regions in which it may occur.
 
     From ``knowledge`` in region ``own``; the robot itself steps freely, but not onto
     ``blocked`` regions. Raises TooManyBeliefsError beyond ``most`` beliefs.

@@ -104,7 +104,7 @@ def _merged(old: list[str], mine: list[str], new: list[str]) -> list[str]:
 
 
 def _matches(old: list[str], new: list[str]) -> dict[int, int]:
-    """Which line of ``new`` each line of ``old`` is."""
+    """Match each line of ``old`` to a line of ``new``."""
     blocks = SequenceMatcher(None, old, new, autojunk=False).get_matching_blocks()
     return {a + i: b + i for a, b, size in blocks for i in range(size)}
 

@@ -81,7 +81,7 @@ def kill(process: Process) -> None:
 
 
 def speaker() -> Callable[[dict[str, Any]], None]:
-    """In such a process: what writes its lines. Whatever else prints does not get among them."""
+    """Return the writer of the process's lines; other output does not mix with them."""
     out = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
 

@@ -44,7 +44,7 @@ class Connection:
         return self._process.pid
 
     def leave_crew(self) -> None:
-        """From now on the owner of the strategy ends the process."""
+        """Leave ending the process to the owner of the strategy."""
         self._crew.forget(self._process)
 
     def request(self, request: Mapping[str, Any]) -> dict[str, Any]:

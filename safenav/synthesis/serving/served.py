@@ -34,7 +34,7 @@ _OVERTIME_SECONDS = 1.0
 
 
 class ServedMeasure(Struct, frozen=True):
-    """How far a position is from its goal: ``assumption`` is the index of the ENV_LIVENESS line
+    """Distance of a position from its goal: ``assumption`` is the index of the ENV_LIVENESS line
     that may be waited for here, None if nothing excuses waiting."""
 
     distance: int
@@ -51,7 +51,7 @@ class Position(Struct, frozen=True):
 
 
 class ServedMove(Struct, frozen=True):
-    """Where the strategy goes; ``met``: how many goals in turn this very move meets, beginning
+    """Move of the strategy; ``met``: how many goals in turn this very move meets, beginning
     with the one that was pursued."""
 
     to: Position

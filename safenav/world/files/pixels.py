@@ -1,4 +1,4 @@
-"""From the pixels of a map to its regions: one rule for images of every kind.
+"""Conversion of a map's pixels to regions: one rule for images of every kind.
 
 A pixel is blocked or free (each format has its own idea of that). A region is the rectangle of
 pixels below it, and where region and pixel borders do not meet, a pixel counts for each region
@@ -63,8 +63,8 @@ def walls(blocked: Blocked, layout: Layout, share: float = 0.0) -> frozenset[Reg
 
 
 def shares(blocked: Blocked, layout: Layout) -> NDArray[np.float64]:
-    """How much of each region the true pixels cover, in rows from the north; pixels beyond the
-    image count as true."""
+    """Return the share of each region that the true pixels cover, in rows from the north; pixels
+    beyond the image count as true."""
     turned = blocked[::-1]  # from the south, where both begin
     down = _overlaps(turned.shape[0], layout.height, layout.rows)
     aside = _overlaps(turned.shape[1], layout.width, layout.cols)
@@ -95,7 +95,7 @@ def _overlaps(pixels: int, side: Fraction, count: int) -> list[Overlap]:
 
 
 def _beyond(down: list[Overlap], aside: list[Overlap]) -> NDArray[np.float64]:
-    """How much of each region lies beyond the pixels: exactly 0 for those that do not."""
+    """Return the share of each region beyond the pixels: exactly 0 for those that do not."""
     inside_down, inside_aside = (
         np.array([min(1.0, float(weights.sum())) for _, _, weights in axis])
         for axis in (down, aside)

@@ -23,8 +23,8 @@ _LINES = re.compile(r"^(image|occupied_thresh)\s*:", re.MULTILINE)
 
 
 class Division(Struct, frozen=True):
-    """How a map file is divided: into this many rows and columns, or into squares of this side in
-    metres. ``share``: how much of a region has to be blocked for it to be a wall."""
+    """Division of a map file: into rows and columns, or into squares with a side in metres.
+    ``share``: how much of a region has to be blocked for it to be a wall."""
 
     rows: int | None = None
     cols: int | None = None

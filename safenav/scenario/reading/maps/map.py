@@ -36,7 +36,7 @@ def read_map(node: Node | None, reading: Reading) -> None:
 
 
 def _form(fields: Mapping, findings: Findings) -> str | None:
-    """Which form the map has; reports keys that do not go with it."""
+    """Return the form of the map; report keys that do not belong to it."""
     forms = [key for key, _ in fields.entries if key.text in FORMS]
     if not forms:
         if all(key.text in MapKeys.known for key, _ in fields.entries):
@@ -88,7 +88,7 @@ def _has_numpy() -> bool:
 
 
 def _frame(fields: MapKeys, findings: Findings) -> Frame | None:
-    """Where the map lies, if the scenario says how large regions are."""
+    """Return the frame of the map, if the scenario states the size of regions."""
     side, node = fields.resolution, fields.origin
     if node is not None and fields.where(MapKeys.resolution) is None:
         hint = "also write 'resolution', the side of a region in metres"
