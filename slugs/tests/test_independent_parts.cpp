@@ -57,6 +57,23 @@ void test_the_start_order_has_one_part_above_the_rest() {
   EXPECT(order == "aahgbb" || order == "aaghbb" || order == "bbhgaa" || order == "bbghaa");
 }
 
+void test_the_start_order_begins_with_hubs() {
+  std::string buttons, keep;
+  for (int i = 0; i < 32; ++i) {
+    const std::string n = std::to_string(i);
+    buttons += "b" + n + "\n";
+    keep += "b" + n + " & floor != " + n + " -> b" + n + "'\n";
+  }
+  const Specification specification =
+      reading::read("[INPUT]\n" + buttons + "[OUTPUT]\nfloor:0...31\n[ENV_TRANS]\n" + keep);
+  const Conjuncts conjuncts(specification, Budget{});
+  const std::vector<std::uint32_t> order =
+      start_order(specification.variables.size(), conjuncts, {}, Budget{});
+  EXPECT_EQ(order.size(), 37u);
+  for (std::size_t k = 0; k < order.size(); ++k)
+    EXPECT_EQ(specification.variables[order[k]].name[0] == 'f', k < 5);
+}
+
 void test_products_quantify_early_what_they_would_at_the_end() {
   std::mt19937 random(1);
   for (int round = 0; round < 50; ++round) {
@@ -90,6 +107,7 @@ int main() {
   return expect::run([] {
     test_parts_are_found();
     test_the_start_order_has_one_part_above_the_rest();
+    test_the_start_order_begins_with_hubs();
     test_products_quantify_early_what_they_would_at_the_end();
   });
 }

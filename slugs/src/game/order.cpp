@@ -115,9 +115,26 @@ std::vector<std::uint32_t> force_order(std::size_t n, const Conjuncts &conjuncts
   return best;
 }
 
+std::vector<std::uint32_t> hubs_first(std::vector<std::uint32_t> order, const Conjuncts &conjuncts) {
+  constexpr std::size_t many = 8;
+  std::vector<std::size_t> degree(order.size(), 0);
+  for (std::size_t i = 0; i < section_count; ++i) {
+    const Section section = static_cast<Section>(i);
+    for (const std::uint32_t occurrence : conjuncts.occurrences(section))
+      for (const Read read : conjuncts.reads(conjuncts[section][occurrence]))
+        ++degree[read.variable];
+  }
+  std::vector<std::size_t> sorted = degree;
+  const auto median = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), median, sorted.end());
+  const std::size_t most = sorted.empty() ? 0 : many * (*median + 1);
+  std::stable_partition(order.begin(), order.end(), [&](std::uint32_t v) { return degree[v] > most; });
+  return order;
+}
+
 std::vector<std::uint32_t> start_order(std::size_t variables, const Conjuncts &conjuncts,
                                        const std::vector<IndependentPart> &parts, const Budget &budget) {
-  const std::vector<std::uint32_t> order = force_order(variables, conjuncts, budget);
+  const std::vector<std::uint32_t> order = hubs_first(force_order(variables, conjuncts, budget), conjuncts);
   if (parts.empty())
     return order;
   // Parts in the order of their first variables; the rest, which is nobody's own,
