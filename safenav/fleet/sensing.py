@@ -20,6 +20,9 @@ from safenav.world.map import Region
 FRESH_SIGHT = 2.0
 """Seconds for which what one robot's lidar has hit outweighs another one's that finds nothing: a
 leaf seen from its edge is thin."""
+PASSED = 2.0
+"""Seconds for which a ray may have hit a robot that has left since: a scan may be as late as
+odometry may be old."""
 
 
 class Sighting(Struct, frozen=True):
@@ -27,6 +30,13 @@ class Sighting(Struct, frozen=True):
 
     obstacle: Obstacle
     there: bool
+
+
+class ScanResult(Struct, frozen=True):
+    """The meaning of one scan. ``sure``: no ray may have hit a robot that has left since."""
+
+    found: tuple[Sighting, ...]
+    sure: bool
 
 
 class Sensing:
@@ -71,25 +81,31 @@ class Sensing:
         at: Located,
         here: Region,
         busy: Callable[[Region], bool],
+        left: Callable[[Region], bool],
         now: float,
-    ) -> list[Sighting]:
+    ) -> ScanResult:
         """Look into the regions beside ``here`` by a scan taken at ``at`` and heard at ``now``, in
-        seconds. ``busy``: whether a ray into a region may have hit another robot. An obstacle that
-        another robot's lidar still hits is not gone."""
-        found = []
+        seconds. ``busy``: whether a ray into a region may have hit another robot that is there;
+        ``left``: or one that was there when the scan was taken. An obstacle that another robot's
+        lidar still hits is not gone."""
+        found: list[Sighting] = []
+        sure = True
         for region in self._scenario.map.neighbours(here):
             hit = self._nearest(scan, at, region)
             if hit is None or busy(region):
                 continue
             known = self._seen.get(region)
             if hit <= self._places.distance(region, at.x, at.y) + use.beyond:
+                if left(region):
+                    sure = False
+                    continue
                 self._hit[region, scan.robot] = now
                 found += self._saw(scan.robot, region, use.obstacle, scan.stamp)
             elif known is not None and known.type.name == use.obstacle:
                 self._hit.pop((region, scan.robot), None)
                 if not self._is_hit(region, now):
                     found += self._gone(scan.robot, region, scan.stamp)
-        return found
+        return ScanResult(tuple(found), sure)
 
     def _is_hit(self, region: Region, now: float) -> bool:
         return any(

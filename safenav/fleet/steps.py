@@ -5,12 +5,13 @@ from __future__ import annotations
 
 import queue
 import time
+from collections import deque
 from collections.abc import Callable, Mapping
 from enum import Enum, auto
 from math import inf
 from typing import TYPE_CHECKING
 
-from msgspec import Struct
+from msgspec import Struct, field
 
 from safenav.errors import ExitCode, SafenavError
 from safenav.extras import missing
@@ -60,14 +61,22 @@ class FleetTask(Struct):
     goal: int = 0
     due: float = inf
     reason: str = ""
-    since: float = -inf
     team_action: TeamAction | None = None
     back: bool = False
 
 
+class TrailPoint(Struct, frozen=True):
+    """Where a robot was: when that was heard, in seconds, and the regions it occupied then."""
+
+    at: float
+    place: Located
+    regions: frozenset[Region]
+
+
 class DrivenRobot(Struct):
     """The state of a robot. ``heard``: when its newest odometry came, on the world's clock;
-    ``looked``: the stamp of its newest reading."""
+    ``looked``: the stamp of its newest reading; ``arrived``: the stamp of its odometry at its
+    newest arrival, since when it stands still; ``trail``: its last seconds, the oldest first."""
 
     robot: Robot
     station: Station
@@ -75,6 +84,8 @@ class DrivenRobot(Struct):
     place: Located | None = None
     heard: float = -inf
     looked: float = -inf
+    arrived: float = -inf
+    trail: deque[TrailPoint] = field(default_factory=deque)
     task: FleetTask | None = None
 
     @property
@@ -245,7 +256,7 @@ class FleetSteps:
         """The robot says that it has arrived, or is back: wait until its sensors have looked from
         there."""
         task.phase, task.due = Phase.LOOKING, self.now() + FRESH
-        task.since = body.place.stamp if body.place is not None else -inf
+        body.arrived = body.place.stamp if body.place is not None else -inf
         if body.station.scan is None:
             self._looked(body, task)
 

@@ -13,14 +13,14 @@ import queue
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from functools import partial
-from math import hypot, inf
+from math import inf
 
 from safenav.extras import missing
 from safenav.fleet import transport
 from safenav.fleet.acting import TeamAction
 from safenav.fleet.fleet_file import FleetFile, TransportKind
 from safenav.fleet.place import Places
-from safenav.fleet.sensing import Sighting
+from safenav.fleet.sensing import PASSED, Sighting
 from safenav.fleet.steps import (
     FRESH,
     SETTLING,
@@ -30,6 +30,7 @@ from safenav.fleet.steps import (
     FleetSteps,
     FleetTask,
     Phase,
+    TrailPoint,
 )
 from safenav.fleet.transport import DriveRecording, Transport
 from safenav.runtime.failures import lost
@@ -218,6 +219,7 @@ class FleetWorld(FleetSteps):
             case transport.Located():
                 if body.place is None or message.stamp >= body.place.stamp:
                     body.place, body.heard = message, self.now()
+                    self._remember(body, message)
                     self._watch(body)
                     self._stray_moved(body)
             case transport.Scanned():
@@ -308,29 +310,50 @@ class FleetWorld(FleetSteps):
         """Look into the regions beside the robot, while it stands still."""
         use, task, at = body.station.scan, body.task, body.place
         moving = task is not None and task.phase not in (Phase.LOOKING, Phase.ACTING)
-        fresh = task is None or scan.stamp > task.since
-        if use is None or at is None or moving or scan.stamp <= body.looked or not fresh:
+        if use is None or at is None or moving or scan.stamp <= max(body.looked, body.arrived):
             return
         body.looked = scan.stamp
         found = self.places.region(at.x, at.y)
         here = body.pose.region if found is None else found
-        busy = partial(self._somebody_at, body)
-        self._sighted(body, self._sensing.scan(use, scan, at, here, busy, self.now()))
+        now = self.now()
+        busy, left = partial(self._somebody_at, body), partial(self._somebody_left, body)
+        look = self._sensing.scan(use, scan, at, here, busy, left, now)
+        self._sighted(body, look.found)
         if task is not None and task.phase is Phase.LOOKING:
-            self._looked(body, task)
+            if look.sure:
+                self._looked(body, task)
+            else:  # what it has hit may have left: look again before somebody enters
+                task.due = now + PASSED
+
+    def _remember(self, body: DrivenRobot, place: transport.Located) -> None:
+        now = self.now()
+        body.trail.append(TrailPoint(now, place, body.regions))
+        while now - body.trail[0].at > PASSED:
+            body.trail.popleft()
 
     def _somebody_at(self, body: DrivenRobot, region: Region) -> bool:
         """Whether another robot may be what a ray has hit: it is in a region, or bound for it, or
         less than a region away from its middle."""
+        others = (other for other in self._bodies.values() if other is not body)
+        return any(
+            region in other.regions
+            or (other.place is not None and self._near_to(region, other.place))
+            for other in others
+        )
+
+    def _somebody_left(self, body: DrivenRobot, region: Region) -> bool:
+        """Whether that held for another robot in the last ``PASSED`` seconds."""
+        oldest = self.now() - PASSED
+        trails = (other.trail for other in self._bodies.values() if other is not body)
+        return any(
+            one.at >= oldest and (region in one.regions or self._near_to(region, one.place))
+            for trail in trails
+            for one in trail
+        )
+
+    def _near_to(self, region: Region, place: transport.Located) -> bool:
         size = max(self.places.frame.resolution)
-        for other in self._bodies.values():
-            if other is body:
-                continue
-            at = other.place
-            x, y = self.places.centre(region)
-            if region in other.regions or (at is not None and hypot(at.x - x, at.y - y) < size):
-                return True
-        return False
+        return self.places.distance(region, place.x, place.y) < size
 
 
 def fleet_world(

@@ -2,8 +2,9 @@
 
 PORT is the lab's. A robot may have faults: ``digit+doubled`` sends every reply twice, ``+late`` a
 tenth of a second late, ``+abort`` aborts its third goal, ``+die`` never ends its fourth, ``+alarm``
-raises an alarm from its first goal to its second. Written from ROS 2's action design and
-rmw_cyclonedds' names; it ends with its standard input.
+raises an alarm from its first goal to its second, ``+lag`` tells what its lidar has seen 0.3 s
+later. Written from ROS 2's action design and rmw_cyclonedds' names; it ends with its standard
+input.
 """
 
 import math
@@ -139,9 +140,11 @@ class Server:
                 self.reports.write(ros.String(found))
             _, ranges = self.lab.scan(self.name)
             step = 2 * math.pi / len(ranges)
-            self.scans.write(
-                ros.LaserScan(header, 0.0, 2 * math.pi, step, 0.0, 0.0, 0.05, 7.5, ranges, [])
-            )
+            laser = ros.LaserScan(header, 0.0, 2 * math.pi, step, 0.0, 0.0, 0.05, 7.5, ranges, [])
+            if "lag" in self.faults:
+                threading.Timer(0.3, self.scans.write, [laser]).start()
+            else:
+                self.scans.write(laser)
 
 
 def main(port: int, domain: int, robots: list[str]) -> None:

@@ -55,7 +55,7 @@ DRIVEN = labs(
     (FIRST, "ros1", {"digit": "abort", "quad": "abort"}),
     (THIRD, "ros1"),
     (FIRST, "ros2", {"digit": "abort+late", "quad": "doubled"}),
-    (THIRD, "ros2"),
+    (THIRD, "ros2", {"digit": "lag", "quad": "lag"}),
 )
 
 

@@ -278,6 +278,60 @@ def test_another_robot_is_no_obstacle() -> None:
     assert world.sense(scenario.robots[0], 15) is None
 
 
+def passed_by() -> tuple[FleetWorld, Robots, Scenario]:
+    """The quadcopter has gone from region 15, south of digit, to 17 a moment ago."""
+    world, robots, scenario = started(scan=ScanUse("scan", "door"))
+    quad = scenario.robots[1]
+    for number, at in enumerate((2.5, 3.5), start=1):
+        robots.script = [("succeeded", at)]
+        world.start(quad, Pose(15 + number), number)
+        world.wait(0.02)
+        scanned(robots, "quad", 9.0)
+        assert [told(event)[0] for event in world.wait(0.05)] == ["Arrived"]
+    return world, robots, scenario
+
+
+def test_a_late_scan_does_not_make_an_obstacle_of_a_robot_that_has_left() -> None:
+    """A scan is taken before it is heard. What it still hits later is an obstacle."""
+    world, robots, scenario = passed_by()
+    scanned(robots, "digit", 0.6, ahead=3)
+    assert world.wait(0.05) == [] and world.sense(scenario.robots[0], 15) is None
+    robots.now += 2.5
+    robots.locate("quad")
+    scanned(robots, "digit", 0.6, ahead=3)
+    (found,) = world.wait(0.05)
+    assert told(found) == ("Sensed", "digit", True)
+    assert world.sense(scenario.robots[0], 15) is not None
+
+
+@pytest.mark.parametrize("there", [False, True])
+def test_who_arrives_behind_another_robot_looks_until_it_is_sure(there: bool) -> None:
+    """Its first scan hits what was, or is, before it: an arrival is told when that is known."""
+    world, robots, scenario = passed_by()
+    robots.script = [("succeeded", 2.5)]
+    world.start(scenario.robots[0], EAST, 3)
+    world.wait(0.02)
+    scanned(robots, "digit", 0.6, ahead=3)  # to the south, where the quadcopter was
+    assert world.wait(1.5) == []
+    scanned(robots, "digit", 0.6, ahead=3)
+    assert world.wait(0.05) == []
+    robots.now += 0.6
+    robots.locate("digit")
+    scanned(robots, "digit", 0.6 if there else 9.0, ahead=3)
+    assert [told(event)[0] for event in world.wait(0.05)] == ["Sensed"] * there + ["Arrived"]
+    assert (world.sense(scenario.robots[0], 16) is not None) == there
+
+
+def test_a_scan_from_the_way_is_not_read_after_the_arrival() -> None:
+    world, robots, scenario = started(scan=ScanUse("scan", "door"))
+    robots.script = [("succeeded", 2.5)]
+    world.start(scenario.robots[0], EAST, 1)
+    early = robots.stamp + 0.5
+    assert [told(event)[0] for event in world.wait(5.0)] == ["Arrived"]  # no scan in time
+    robots.post(Scanned("digit", early, 0.0, math.pi / 2, rays(0.6, 0)))
+    assert world.wait(0.05) == [] and world.sense(scenario.robots[0], 10) is None
+
+
 def test_who_is_stopped_by_a_door_that_it_has_seen_is_blocked() -> None:
     world, robots, scenario = started(report="obstacles")
     robots.script = [("aborted", 1.6), ("succeeded", 1.5)]
