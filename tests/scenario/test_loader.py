@@ -1,6 +1,7 @@
 """Valid scenarios: what the loader makes of each item of the format."""
 
 import os
+import re
 from pathlib import Path
 
 import pytest
@@ -256,6 +257,16 @@ def test_a_target_may_be_out_of_reach_if_another_of_its_set_is_not() -> None:
     text = "safenav: 1\nmap: {grid: ['.#.']}\n"
     robots = "robots: {ann: {model: quadcopter, start: 0, objective: {hold: {any: [0, 2]}}}}"
     assert load_scenario_text(text + robots).robots[0].objective == Hold(frozenset({0, 2}))
+
+
+def test_a_key_as_other_tools_name_it_is_told_in_our_words() -> None:
+    """Nor is the key that was meant reported as missing."""
+    text = "safenav: 1\nmap: {grid: ['..'], regions: {a: 1}}\n"
+    robots = "robots: {ann: {type: digit, position: 0, goal: {hold: 0}}}"
+    with pytest.raises(InputError) as raised:
+        load_scenario_text(text + robots)
+    meant = [re.findall("did you mean '(.*?)'", d.hint or "") for d in raised.value.diagnostics]
+    assert meant == [["names"], ["model"], ["start"], ["objective"]]
 
 
 def test_line_ends_and_byte_order_marks_of_other_systems(tmp_path: Path) -> None:

@@ -81,11 +81,43 @@ def _unknown_keys(
     meant = set()
     for key, _ in node.entries:
         if key.text not in words:
-            hint = elsewhere.get(key.text) or suggestion(key.text, free)
+            also = [word for word in _ALSO_CALLED.get(key.text, ()) if word in free]
+            hint = elsewhere.get(key.text) or suggestion(also[0] if also else key.text, free)
             findings.add(key, f"unknown key '{clipped(key.text)}' in {what}", hint)
             if key.text not in elsewhere:
-                meant.update(closest(key.text, free))
+                meant.update(also[:1] or closest(key.text, free))
     return meant
+
+
+_ALSO_CALLED = {
+    "regions": ("names",),
+    "labels": ("names",),
+    "locations": ("names",),
+    "waypoints": ("names",),
+    "rooms": ("areas",),
+    "zones": ("areas",),
+    "agents": ("robots",),
+    "doors": ("obstacles",),
+    "hazards": ("obstacles",),
+    "timeout": ("limits",),
+    "type": ("model",),
+    "kind": ("type", "model"),
+    "position": ("start", "region"),
+    "location": ("start", "region"),
+    "cell": ("start", "region"),
+    "initial": ("start",),
+    "goal": ("objective",),
+    "goals": ("objective",),
+    "task": ("objective",),
+    "mission": ("objective",),
+    "specification": ("objective",),
+    "skills": ("capabilities",),
+    "abilities": ("capabilities",),
+    "diameter": ("size",),
+    "max_speed": ("speed",),
+    "velocity": ("speed",),
+}
+"""Keys as other tools name them, and those here that may be meant."""
 
 
 def sequence(node: Node | None, what: str, findings: Findings) -> tuple[Node, ...] | None:
