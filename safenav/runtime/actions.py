@@ -74,9 +74,9 @@ class Actions(Struct):
         if robot.acting is None:
             if not robot.active or robot.held is not None or not robot.robot.capabilities:
                 return False
-            obstacles, group = self._within_reach(robot)
-            if robot.asked and not obstacles:
-                return False
+            obstacles, group, busy = self._within_reach(robot)
+            if not obstacles and (robot.asked or busy):
+                return False  # it is asked again once the others are done
             robot.asked, robot.acts_on = True, tuple(obstacles)
             event = self._answered(self.world.act(robot.robot, robot.pose, obstacles), obstacles)
             if event is not None and not (event.found or event.reason):
@@ -184,9 +184,10 @@ class Actions(Struct):
                 missing.append((obstacle, ActResult.FAILED))
         return replace(event, found=(*event.found, *missing))
 
-    def _within_reach(self, robot: RobotState) -> tuple[list[Obstacle], tuple[str, ...]]:
-        """The pending obstacles on which a robot can act where it stands, and who takes part."""
-        state, group = self.state, {robot.name}
+    def _within_reach(self, robot: RobotState) -> tuple[list[Obstacle], tuple[str, ...], bool]:
+        """The pending obstacles on which a robot can act where it stands, and who takes part; and
+        whether it leaves others to robots that act on them already."""
+        state, group, busy = self.state, {robot.name}, False
         idle = {
             name: other.pose.region
             for name, other in state.robots.items()
@@ -195,10 +196,14 @@ class Actions(Struct):
         found, barred = [], state.failures.barred
         cleared = {o.name for o in state.cleared(robot.robot) if (robot.name, o.name) not in barred}
         for obstacle, robots in state.knowledge.within_reach(robot.robot, idle, cleared):
-            if (robot.name, obstacle.name) not in barred:
-                found.append(obstacle)
-                group |= set(robots)
-        return found, tuple(name for name in state.robots if name in group)
+            if (robot.name, obstacle.name) in barred:
+                continue
+            if state.knowledge.is_being_met(obstacle, state.leading(obstacle)):
+                busy = True
+                continue
+            found.append(obstacle)
+            group |= set(robots)
+        return found, tuple(name for name in state.robots if name in group), busy
 
     def _acted(self, robot: RobotState, event: Acted, *, barred: bool) -> Iterator[Event]:
         """Take in the results of an action. ``barred``: the robot leaves an obstacle to others."""

@@ -173,6 +173,13 @@ class Knowledge:
         found = self._known.within_reach(robot, regions, cleared)
         return [(work.obstacle, group) for work, group in found]
 
+    def is_being_met(self, obstacle: Obstacle, leads: Collection[str]) -> bool:
+        """Whether the next need of a pending obstacle is met once the actions end that ``leads``
+        have begun on it: another robot would find nothing left to do."""
+        work = self.pending[obstacle.name]
+        need = obstacle.needs[self.need_of(obstacle)]
+        return bool(leads) and (need.together or len(work.done.union(leads)) >= need.robots)
+
     def to_take(self, robot: Robot, sent_for: str | None, here: Region) -> list[Obstacle]:
         """The pending loads that a robot in ``here`` may take. If it is sent for one of them, it
         takes that before others, and keeps room for it elsewhere."""

@@ -346,6 +346,11 @@ class TeamState(Struct):
                 found.add(name)
         return found
 
+    def leading(self, obstacle: Obstacle) -> set[str]:
+        """The robots that have begun an action on an obstacle, and lead it."""
+        robots = self.robots.items()
+        return {name for name, r in robots if r.acting == name and obstacle in r.acts_on}
+
     def clear_of(self, obstacle: Obstacle, robot: Robot) -> bool:
         """Whether no other robot is where the resolution of an obstacle sweeps."""
         sweeps = obstacle.swept(self.scenario.map)

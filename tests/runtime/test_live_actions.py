@@ -210,3 +210,55 @@ def test_an_action_that_finds_nothing_is_not_repeated() -> None:
     run = play(scenario, world=Slow(scenario))
     assert run.outcome["outcome"] == "completed"
     assert len(run.all("act")) <= len(run.all("arrive")) + len(scenario.robots) + 1
+
+
+ONE_LOAD = """
+safenav: 1
+name: two robots where a parcel is ordered
+map: {grid: ["##########", "#........#", "##########"]}
+catalogue:
+  robots:
+    cart: {mobility: free, layer: ground, capabilities: [lift]}
+    kite: {mobility: free, layer: air, capabilities: [lift]}
+  obstacles:
+    parcel:
+      needs: [{action: lift, robots: %s, at: [[1, 4]]}, {action: lift, at: [[1, 7]], same: true}]
+      blocks: []
+robots:
+  a: {model: cart, start: [1, 4], objective: {hold: [1, 4]}}
+  b: {model: kite, start: [1, 4], objective: {hold: [1, 4]}}
+orders: [{at: 2, type: parcel, region: [1, 4]}]
+until: {rounds: 1}
+clock: live
+"""
+
+
+@pytest.mark.parametrize(
+    ("robots", "breaks", "sent"),
+    [
+        ("1", False, [["a"], ["a"]]),
+        ("1", True, [["a"], ["b"], ["b"]]),
+        ("2", False, [["a"], ["b"], ["a"], ["b"]]),
+        ("2, together: true", False, [["a", "b"], ["a"], ["b"]]),
+    ],
+    ids=["one", "one fails", "two", "together"],
+)
+def test_no_robot_is_sent_for_what_others_do_already(
+    robots: str, breaks: bool, sent: list[list[str]]
+) -> None:
+    """Of two that stand where a parcel is, as many take it as it needs; the other one acts only if
+    they fail. None is told that it failed because others were faster."""
+
+    class Weak(LiveSimulation):
+        def _happens(self, event: WorldEvent, robot: Robot, missing: Sequence[Obstacle]) -> Any:
+            if not (breaks and robot.name == "a" and isinstance(event, Acted)):
+                return super()._happens(event, robot, missing)
+            return replace(event, at=self._now, found=((parcel, ActResult.FAILED),))
+
+    scenario = load_scenario_text(ONE_LOAD % robots + "failures: {actions: 1}\n")
+    (parcel,) = scenario.obstacles
+    run = play(scenario, world=Weak(scenario))
+    assert run.outcome["outcome"] == "completed"
+    done = [line["robots"] for line in run.all("act") if line["obstacles"]]
+    failed = [r["robot"] for r in run.all("acted") if "failed" in r["results"].values()]
+    assert (done, failed) == (sent, ["a"] if breaks else [])

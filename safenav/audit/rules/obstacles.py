@@ -158,8 +158,9 @@ class MissedResolutionRule(Rule):
     """Robots that have the action which an obstacle needs next, and stand after a turn where it is
     performed, as many as it takes, have met the need, whether or not a request was made (D 5.2);
     they act on it before they depart, but for robots that keep to their acts; live, on what nobody
-    has requested only when they come. Where two could be resolved and the first ended the run, the
-    second is not missed; where the world is not simulated, actions may fail."""
+    has requested only when they come, and not while as many others act on it as it takes. Where two
+    could be resolved and the first ended the run, the second is not missed; where the world is not
+    simulated, actions may fail."""
 
     name, kinds = "missed-resolution", ("acted", "appeared", "arrive", "depart", "met", "move")
 
@@ -181,7 +182,11 @@ class MissedResolutionRule(Rule):
         elif _departs(record, now) and not now.external and not now.has_act(robot):
             for name in now.obstacles:
                 need, standing, done = now.need(name), now.standing(name), now.open[name].done
+                acts = {one for one, act in now.acting.items() if name in act.obstacles}
                 lacks = len(standing) < need.robots if need.together else robot in done
+                met = need.together or len(acts.union(done)) >= need.robots
+                if acts and met:
+                    continue  # there would be nothing left to do
                 tried = (robot, name) in self._tried
                 later = self._changed.get(name, 0) > self._came.get(robot, 0)
                 if now.live and name not in now.requests and (later or need.robots > 1):
