@@ -154,7 +154,7 @@ def measure(text: str, draw: int) -> Draw | None:
         if isinstance(shared, Patrol) and any(
             scenario.conflict(robot, other) for other in scenario.robots if other is not robot
         ):
-            shared = Visit(shared.listed(), avoid=shared.avoid, always=shared.always)
+            shared = Visit(shared.targets, avoid=shared.avoid, always=shared.always)
         robot = replace(robot, objective=shared)
         alone = replace(scenario, robots=(robot,), obstacles=(), changes=())
         world = simulation(scenario, draw)

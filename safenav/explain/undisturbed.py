@@ -57,7 +57,7 @@ def play(
     for index, part in parts.items():
         state = states[index]
         met.setdefault(part, set()).update(pursuit.met(state.memory, state.pose.region))
-    last = len(pursuit.listed()) - 1
+    last = len(pursuit.targets) - 1
     again = {last} if pursuit.settles else {*range(last + 1)}
     return Solo(
         frozenset(state.pose.region for state in states),

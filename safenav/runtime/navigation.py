@@ -145,7 +145,7 @@ def _memories(task: Task, pose: Pose, progress: Progress) -> Iterator[dict[str, 
     if isinstance(objective, Ltl):
         yield {name: int(value) for name, value in progress.memory.values.items()}
     elif objective.remembers:
-        numbers = range(len(objective.listed()))
+        numbers = range(len(objective.targets))
         yield from ({objective.turn: m} for m in numbers if progress.means(m, pose.region))
     else:
         yield {}

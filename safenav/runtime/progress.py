@@ -124,7 +124,7 @@ class Progress:
         need not; values as ``arrive`` has them."""
         if self._pursuit is not None:
             free = not self._pursuit.settles
-            return free and all(region in target for target in self._pursuit.listed())
+            return free and all(region in target for target in self._pursuit.targets)
         assert isinstance(self.objective, Ltl)
         goals = map(holds, self.objective.liveness)
         return bool(after) and all(goal(before, after) for goal in goals)
@@ -145,7 +145,7 @@ class Progress:
         assert self._pursuit is not None
         met = self._pursuit.met(self._state, region)
         self._state = self._pursuit.turned(self._state, region)
-        return met, len(self._pursuit.listed())
+        return met, len(self._pursuit.targets)
 
     def _met_by_formulas(
         self, objective: Ltl, before: Mapping[str, int], after: Mapping[str, int]

@@ -16,7 +16,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from itertools import combinations, groupby
-from typing import ClassVar, Self
+from typing import ClassVar
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -41,7 +41,7 @@ EMPTY = "is empty"
 """The error of an objective without targets."""
 
 
-class TargetObjective(Struct, frozen=True, kw_only=True):
+class TargetObjective(Struct, frozen=True):
     """An objective about targets, which are numbered in its own order. ``avoid``: regions that the
     robot never enters; ``always``: formulas over ``region`` and ``heading`` that each of its steps
     keeps. Both hold whatever it does, also while it helps others. ``literal``: of a ``strict`` kind
@@ -67,6 +67,7 @@ class TargetObjective(Struct, frozen=True, kw_only=True):
     turn: ClassVar[str] = ""
     settles: ClassVar[bool] = False
     strict: ClassVar[bool] = False
+    targets: tuple[Target, ...]
     avoid: Target = frozenset()
     always: tuple[str, ...] = ()
     literal: bool = False
@@ -86,15 +87,6 @@ class TargetObjective(Struct, frozen=True, kw_only=True):
         """An objective of this kind as one writes it in a scenario, without braces."""
         return f"{cls.kind}: {'3' if cls.one else '[3, 8]'}"
 
-    def listed(self) -> tuple[Target, ...]:
-        """The targets."""
-        raise NotImplementedError
-
-    @classmethod
-    def made(cls, targets: Sequence[Target]) -> TargetObjective:
-        """An objective of this kind about these targets."""
-        raise NotImplementedError
-
     @classmethod
     def wrong(cls, targets: Sequence[Target]) -> tuple[str, str] | None:
         """The error of these targets, and what to do; None if there is none."""
@@ -102,23 +94,23 @@ class TargetObjective(Struct, frozen=True, kw_only=True):
 
     def words(self, word: Word) -> str:
         """The objective in a few words."""
-        return f"{self.kind} " + ", ".join(map(word, self.listed()))
+        return f"{self.kind} " + ", ".join(map(word, self.targets))
 
     def relaxed(self) -> TargetObjective:
         """Its weakest form: plain alternation if it is strict and may be weakened, else itself."""
         weaker = self.strict and not self.literal
-        return alternation(self.listed(), self) if weaker else self
+        return alternation(self.targets, self) if weaker else self
 
     def milder(self) -> Iterator[TargetObjective]:
         """Objectives that demand less of the same targets, those that demand most first."""
-        targets = self.listed()
+        targets = self.targets
         for target in targets if len(targets) > 1 else ():
             yield alternation((target,), self)
 
     @property
     def remembers(self) -> bool:
         """Whether its specification needs a variable for whose turn it is."""
-        return bool(self.turn) and len(self.listed()) > 1
+        return bool(self.turn) and len(self.targets) > 1
 
     def begin(self, region: Region, memory: int = 0) -> int:
         """The memory of a robot that gets the objective in ``region``, having remembered
@@ -129,11 +121,11 @@ class TargetObjective(Struct, frozen=True, kw_only=True):
     @property
     def pursuit(self) -> Pursuit:
         """The order in which its targets count."""
-        return Pursuit(len(self.listed()), self.in_turn, self.settles)
+        return Pursuit(len(self.targets), self.in_turn, self.settles)
 
     def reached(self, region: Region) -> int:
         """The targets that have ``region``, as a mask."""
-        return sum(1 << i for i, target in enumerate(self.listed()) if region in target)
+        return sum(1 << i for i, target in enumerate(self.targets) if region in target)
 
     def met(self, memory: int, region: Region) -> tuple[int, ...]:
         """The targets that count for being in ``region``."""
@@ -147,35 +139,22 @@ class TargetObjective(Struct, frozen=True, kw_only=True):
         """Whether the objective itself forbids the step from ``region`` to ``after``."""
         if self.strict:
             now = self.turned(memory, region)
-            return any(after in target for i, target in enumerate(self.listed()) if i != now)
+            return any(after in target for i, target in enumerate(self.targets) if i != now)
         return self.stays(memory, region) and after != region
 
     def stays(self, memory: int, region: Region) -> bool:
         """Whether a robot that is in ``region`` may no longer leave it."""
-        return self.settles and len(self.listed()) - 1 in self.met(memory, region)
+        return self.settles and len(self.targets) - 1 in self.met(memory, region)
 
     def awaited(self, memory: int) -> Target:
         """The regions of which the robot must reach one next."""
-        targets = self.listed()
+        targets = self.targets
         return frozenset().union(*(targets[i] for i in bits(self.pursuit.awaited(memory))))
 
     def ends_round(self, seen: Collection[int]) -> bool:
         """Whether a round is complete in which these targets were met."""
-        count = len(self.listed())
+        count = len(self.targets)
         return count - 1 in seen if self.settles else len(seen) == count
-
-
-class TargetList(TargetObjective, frozen=True):
-    """An objective about any number of targets."""
-
-    targets: tuple[Target, ...]
-
-    def listed(self) -> tuple[Target, ...]:
-        return self.targets
-
-    @classmethod
-    def made(cls, targets: Sequence[Target]) -> Self:
-        return cls(tuple(targets))
 
 
 class Patrol(TargetObjective, frozen=True):
@@ -190,15 +169,6 @@ class Patrol(TargetObjective, frozen=True):
     drawing: ClassVar[str] = "patrols between two regions"
     most: ClassVar[int | None] = 2
     turn: ClassVar[str] = "scout"
-    first: Target
-    second: Target
-
-    def listed(self) -> tuple[Target, ...]:
-        return (self.first, self.second)
-
-    @classmethod
-    def made(cls, targets: Sequence[Target]) -> Patrol:
-        return cls(targets[0], targets[1])
 
     @classmethod
     def wrong(cls, targets: Sequence[Target]) -> tuple[str, str] | None:
@@ -216,15 +186,15 @@ class Patrol(TargetObjective, frozen=True):
 
     def words(self, word: Word) -> str:
         strictly = " (form: literal)" if self.literal else ""
-        return f"patrol {word(self.first)} <-> {word(self.second)}{strictly}"
+        return f"patrol {' <-> '.join(map(word, self.targets))}{strictly}"
 
     def begin(self, region: Region, memory: int = 0) -> int:
         """A robot that stands on a target begins with that one: the formula forbids to be there
         in another's turn (paper, Section VI)."""
-        return next((i for i, target in enumerate(self.listed()) if region in target), memory)
+        return next((i for i, target in enumerate(self.targets) if region in target), memory)
 
 
-class Circuit(TargetList, frozen=True):
+class Circuit(TargetObjective, frozen=True):
     """Visit the targets in order, forever, and touch none out of turn: the strict ordered
     patrolling of Menghi et al. (IEEE TSE 2021), a patrol with any number of targets. A robot that
     gets it on a target out of turn leaves that first. If it started with that one, as a patrol
@@ -253,7 +223,7 @@ class Circuit(TargetList, frozen=True):
         return "visit " + ", ".join(map(word, self.targets)) + f" in strict order{strictly}"
 
 
-class Visit(TargetList, frozen=True):
+class Visit(TargetObjective, frozen=True):
     """Visit the targets in order, forever; passing another target on the way is allowed."""
 
     kind: ClassVar[str] = "visit"
@@ -267,7 +237,7 @@ class Visit(TargetList, frozen=True):
         return f"visit {', '.join(told)}" + (" in turn" if len(told) > 1 else "")
 
 
-class Cover(TargetList, frozen=True):
+class Cover(TargetObjective, frozen=True):
     """Visit all targets in any order, forever."""
 
     kind: ClassVar[str] = "cover"
@@ -284,20 +254,12 @@ class Hold(TargetObjective, frozen=True):
     one: ClassVar[bool] = True
     most: ClassVar[int | None] = 1
     settles: ClassVar[bool] = True
-    target: Target
-
-    def listed(self) -> tuple[Target, ...]:
-        return (self.target,)
 
     def milder(self) -> Iterator[TargetObjective]:
-        yield alternation(self.listed(), self)
-
-    @classmethod
-    def made(cls, targets: Sequence[Target]) -> Hold:
-        return cls(targets[0])
+        yield alternation(self.targets, self)
 
 
-class Once(TargetList, frozen=True):
+class Once(TargetObjective, frozen=True):
     """Visit each target once, in order, and stay at the last one."""
 
     kind: ClassVar[str] = "once"
@@ -358,7 +320,7 @@ Objective = TargetObjective | Ltl
 
 def targets_of(objective: Objective) -> tuple[Target, ...]:
     """The objective's targets in its own order; none for ``ltl``."""
-    return () if isinstance(objective, Ltl) else objective.listed()
+    return () if isinstance(objective, Ltl) else objective.targets
 
 
 def target_regions(objective: Objective | None) -> frozenset[Region]:
@@ -379,18 +341,18 @@ def one_of(keys: Sequence[str], quote: str = "") -> str:
 
 def alternation(targets: Sequence[Target], like: Objective) -> TargetObjective:
     """The objective to go from target to target in turn, under the rules of another objective."""
-    return ruled(ALTERNATING.made(targets), like)
+    return ruled(ALTERNATING(tuple(targets)), like)
 
 
 def staying(target: Target, like: Objective | None = None) -> TargetObjective:
     """The objective to go to a target and stay there, under the rules of another objective."""
-    objective = STAYING.made((target,))
+    objective = STAYING((target,))
     return objective if like is None else ruled(objective, like)
 
 
 def station(objective: Objective) -> Target | None:
     """The target of an objective that is no more than to stay there; None if it is another."""
-    return objective.listed()[0] if isinstance(objective, STAYING) else None
+    return objective.targets[0] if isinstance(objective, STAYING) else None
 
 
 def relaxed(objective: Objective) -> Objective:
@@ -400,7 +362,7 @@ def relaxed(objective: Objective) -> Objective:
 
 def with_targets(objective: Objective, targets: Sequence[Target]) -> Objective:
     """An objective of the same kind with other targets, as many as it has."""
-    return objective if isinstance(objective, Ltl) else ruled(objective.made(targets), objective)
+    return objective if isinstance(objective, Ltl) else replace(objective, targets=tuple(targets))
 
 
 def avoided(objective: Objective) -> Target:
@@ -443,7 +405,7 @@ def to_data(objective: Objective) -> dict[str, object]:
             "inputs": list(objective.inputs),
         }
         return {"ltl": {key: value for key, value in parts.items() if value}}
-    regions = [sorted(target) for target in objective.listed()]
+    regions = [sorted(target) for target in objective.targets]
     listed = [each[0] if len(each) == 1 else each for each in regions]
     told: dict[str, object] = {objective.kind: listed[0] if objective.one else listed}
     if objective.literal:

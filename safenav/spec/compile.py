@@ -93,7 +93,7 @@ def _goal_places(task: Task) -> Iterator[Constraint]:
     for index, places in enumerate(task.goal_places):
         assert not isinstance(objective, Ltl)
         turn = f"{next_is(objective, index)} & " if objective.remembers else ""
-        for region in sorted(objective.listed()[index]):
+        for region in sorted(objective.targets[index]):
             turning = task.robot.model.mobility is Mobility.HEADING
             for heading in Heading if turning else (None,):
                 if Pose(region, heading) not in places:

@@ -84,7 +84,7 @@ def forms(
     if shared or assigned:
         yield Rung(plain, turn, Weakening.SHARED if shared else Weakening.ASSIGNED)
         return
-    count = len(objective.listed())
+    count = len(objective.targets)
     turns = [(turn + k) % count for k in range(count)]
     tried = [first for first in turns if can_keep(graph, pose, objective, first, blocked)]
     for first in tried:
@@ -135,7 +135,7 @@ _WHY = {
 
 def _obstruction(graph: PoseGraph, pose: Pose, strict: TargetObjective, blocked: Mask) -> Weakening:
     """The obstruction that keeps a robot from a strict objective."""
-    shut, turns = region_mask(avoided(strict)), range(len(strict.listed()))
+    shut, turns = region_mask(avoided(strict)), range(len(strict.targets))
     if blocked & ~shut and any(can_keep(graph, pose, strict, turn, shut) for turn in turns):
         return Weakening.OBSTACLES
     plain = plain_graph(graph.world, graph.mobility)
@@ -159,7 +159,7 @@ def can_keep(
     one out of turn. A one-player game on sets of poses, in a fraction of a millisecond.
     """
     begun = strict.begin(pose.region, memory)
-    targets = [graph.poses_on(region_mask(target)) for target in strict.listed()]
+    targets = [graph.poses_on(region_mask(target)) for target in strict.targets]
     count = len(targets)
     open_poses = graph.everywhere & ~graph.poses_on(blocked)
     # Where the robot may be on its way, and of each target the poses that it can continue from.

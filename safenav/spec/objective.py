@@ -67,7 +67,7 @@ def _about_targets(
         variables = (Variable("scout", Owner.OUTPUT, None, "true: the second target is next"),)
         return variables, _patrol(objective, item, region, memory)
     if objective.remembers:
-        bounds = (0, len(objective.listed()) - 1)
+        bounds = (0, len(objective.targets) - 1)
         variables = (Variable(objective.turn, Owner.OUTPUT, bounds, "the target whose turn it is"),)
         return variables, _in_turn(objective, item, region, memory)
     return (), _settled(objective, item) if objective.settles else _recur(objective, item)
@@ -81,7 +81,7 @@ def next_is(objective: TargetObjective, index: int) -> str:
 
 
 def _patrol(patrol: Patrol, item: str, region: Region, memory: Memory) -> Iterator[Constraint]:
-    what, places = describe(patrol), [one_of("region", target) for target in patrol.listed()]
+    what, places = describe(patrol), [one_of("region", target) for target in patrol.targets]
     scout = "scout" if patrol.begin(region, memory.index) == 1 else "!scout"
 
     def origin(rule: str) -> Origin:
@@ -93,7 +93,7 @@ def _patrol(patrol: Patrol, item: str, region: Region, memory: Memory) -> Iterat
     recur = origin("infinitely often at each target in its turn")
     away, goals = [], []
     for target, here, own, other in zip(
-        patrol.listed(), places, ("!scout", "scout"), ("scout'", "!scout'"), strict=True
+        patrol.targets, places, ("!scout", "scout"), ("scout'", "!scout'"), strict=True
     ):
         there, about = one_of("region", target, "'"), tuple(sorted(target))
         leave = f"{here} & {own} -> {other} & !({there})"
@@ -108,7 +108,7 @@ def _patrol(patrol: Patrol, item: str, region: Region, memory: Memory) -> Iterat
 def _in_turn(
     objective: TargetObjective, item: str, region: Region, memory: Memory
 ) -> Iterator[Constraint]:
-    targets, goal = objective.listed(), objective.turn
+    targets, goal = objective.targets, objective.turn
     what = describe(objective)
     begin = Origin(item, f"{what}: which target comes first", SOURCE_OBJECTIVE)
     yield Constraint(Section.SYS_INIT, f"{goal} = {objective.begin(region, memory.index)}", begin)
@@ -147,7 +147,7 @@ def _recur(objective: TargetObjective, item: str) -> Iterator[Constraint]:
     """Each target infinitely often, in any order: GR(1) needs no memory for that."""
     rule = f"{describe(objective)}: infinitely often at each target"
     origin = Origin(item, rule, SOURCE_OBJECTIVE)
-    for target in objective.listed():
+    for target in objective.targets:
         yield Constraint(
             Section.SYS_LIVENESS, one_of("region", target, "'"), origin, tuple(sorted(target))
         )
@@ -156,7 +156,7 @@ def _recur(objective: TargetObjective, item: str) -> Iterator[Constraint]:
 def _settled(hold: TargetObjective, item: str) -> Iterator[Constraint]:
     what = describe(hold)
     stay = Origin(item, f"{what}: once there, stay", "paper, Section VI, Patrol(s, s)")
-    (target,) = hold.listed()
+    (target,) = hold.targets
     for region in sorted(target):
         yield Constraint(
             Section.SYS_TRANS, f"region = {region} -> region' = {region}", stay, (region,)

@@ -36,7 +36,7 @@ def objective_of(told: TracedObjective) -> Objective | None:
     if kind is None or kind.wrong(told.targets) or kind.one > (len(told.targets) == 1):
         return None
     rules = {"avoid": told.avoid, "always": told.always}
-    return replace(kind.made(told.targets), literal=told.literal and kind.strict, **rules)
+    return replace(kind(tuple(told.targets)), literal=told.literal and kind.strict, **rules)
 
 
 def _ltl(spelled: str) -> Ltl:

@@ -43,11 +43,11 @@ def _random_task(source: Random) -> tuple[Task, RegionMap]:
         Visit((first, second, target())),
         Visit((first,)),
         Cover((first, second)),
-        Hold(first),
+        Hold((first,)),
         Once((first, second)),
     ]
     if not first & second:
-        objectives += [Patrol(first, second)] * 3
+        objectives += [Patrol((first, second))] * 3
     model = RobotModel("rover", mobility, "ground", frozenset())
     objective = source.choice(objectives)
     pose = Pose(source.choice(free), heading)

@@ -115,9 +115,9 @@ def test_a_replaced_helper_takes_the_place_of_the_one_before(tmp_path: Path) -> 
 
 def test_objectives_in_force_follow_push_and_pop(replays: dict[str, Replay]) -> None:
     replay = replays["door"]
-    patrol = Patrol(frozenset({54}), frozenset({49}))
+    patrol = Patrol((frozenset({54}), frozenset({49})))
     assert replay.objectives["quad"].at(10) == patrol
-    assert replay.objectives["quad"].at(11) == Hold(frozenset({46}))
+    assert replay.objectives["quad"].at(11) == Hold((frozenset({46}),))
     assert replay.objectives["digit"].at(11) == Visit((frozenset({47}), frozenset({58})))
     assert replay.objectives["quad"].at(16) == patrol
 

@@ -220,7 +220,7 @@ def test_a_user_sets_inputs_during_a_run() -> None:
     mission.step()
     assert isinstance(mission.state.robots["quad"].robot.objective, Hold)
     with pytest.raises(UsageError, match="the inputs decide what quad does"):
-        mission.intervene(Give("quad", Hold(frozenset({0}))))
+        mission.intervene(Give("quad", Hold((frozenset({0}),))))
     with pytest.raises(UsageError, match="there is no input 'fire'"):
         mission.intervene(SetInput("fire", on=True))
     mission.intervene(SetInput("call", on=False))

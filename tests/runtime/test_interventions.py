@@ -32,7 +32,7 @@ def test_another_objective_is_met_instead_of_the_old_one() -> None:
     mission = Mission(scenario)
     mission.start()
     mission.step()
-    mission.intervene(Give("digit", Hold(frozenset({72}))))
+    mission.intervene(Give("digit", Hold((frozenset({72}),))))
     while mission.result is None:
         mission.step()
     assert mission.result.outcome == "completed"

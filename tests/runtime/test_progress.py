@@ -32,10 +32,10 @@ WORLD = RegionMap.from_grid(["######", "#....#", "######"])
     [
         pytest.param(Visit((A, B)), [7, 8, 7, 7, 8], [[0], [1], [0], [], [1]], 2, id="in turn"),
         pytest.param(Visit((A,)), [7, 7, 8], [[0], [0], []], 2, id="each tick on the only one"),
-        pytest.param(Patrol(A, B), [8, 7, 7, 8], [[1], [0], [], [1]], 1, id="begins where it is"),
+        pytest.param(Patrol((A, B)), [8, 7, 7, 8], [[1], [0], [], [1]], 1, id="begins where it is"),
         pytest.param(Cover((A, B)), [8, 8, 9, 7], [[1], [], [], [0]], 1, id="any order"),
         pytest.param(Cover((A, A | B)), [7, 8], [[0, 1], [1]], 1, id="two at once"),
-        pytest.param(Hold(A), [7, 7, 8, 7], [[0], [], [], [0]], 3, id="holds"),
+        pytest.param(Hold((A,)), [7, 7, 8, 7], [[0], [], [], [0]], 3, id="holds"),
     ],
 )
 def test_what_counts(
@@ -83,7 +83,7 @@ def test_a_specification_means_the_same_before_its_memory_has_changed() -> None:
 
 
 @pytest.mark.parametrize(
-    "objective", [Visit((A, B, C)), Circuit((A, B, C)), Patrol(B, D), Cover((A, B, D))]
+    "objective", [Visit((A, B, C)), Circuit((A, B, C)), Patrol((B, D)), Cover((A, B, D))]
 )
 def test_joint_plans_count_as_progress_does(objective: TargetObjective) -> None:
     """A walk that waits a tick after each step: plans count at once what is met by waiting."""

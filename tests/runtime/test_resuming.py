@@ -58,6 +58,20 @@ def test_what_is_known_is_kept(tmp_path: Path) -> None:
         assert robot.start.region == at
 
 
+def test_a_literal_objective_stays_literal(tmp_path: Path) -> None:
+    path = tmp_path / "trace.jsonl"
+    robot = "r: {model: husky, start: 5, objective: {circuit: [4, 0, 9], form: literal, avoid: 2}}"
+    original = load_scenario_text(
+        f'{{safenav: 1, map: {{grid: [".....", "....."]}}, robots: {{{robot}}}}}'
+    )
+    written(original, path)
+    lines = path.read_text().splitlines(keepends=True)
+    end = next(i for i, line in enumerate(lines) if json.loads(line)["type"] == "goal")
+    path.write_text("".join(lines[: end + 1]))
+    own, (rest,) = original.robots[0].objective, resumed(read_trace(path)).robots
+    assert rest.objective == replace(own, targets=(*own.targets[1:], own.targets[0]))
+
+
 def test_what_a_trace_does_not_describe_is_named(tmp_path: Path) -> None:
     path = tmp_path / "trace.jsonl"
     written(load_scenario(SCENARIOS / "battery_delivery.yaml"), path)

@@ -38,8 +38,8 @@ def test_rectangles_hold_their_free_regions_and_lists_what_they_name() -> None:
 @pytest.mark.parametrize(
     ("told", "expected", "words"),
     [
-        ("{patrol: [west, gate]}", Patrol(frozenset(WEST), frozenset({17})), "west <-> gate"),
-        ("{hold: east}", Hold(frozenset(EAST)), "hold east"),
+        ("{patrol: [west, gate]}", Patrol((frozenset(WEST), frozenset({17}))), "west <-> gate"),
+        ("{hold: east}", Hold((frozenset(EAST),)), "hold east"),
         (
             "{visit: [{any: [corner, dock]}, west]}",
             Visit((frozenset(CORNER | {9}), frozenset(WEST))),
@@ -113,7 +113,7 @@ def test_two_regions_apart_are_noted_where_they_may_be_one(regions: str, apart: 
 
 def test_an_empty_list_avoids_nothing() -> None:
     (ann,) = robot("{hold: 8, avoid: []}").robots
-    assert ann.objective == Hold(frozenset({8}))
+    assert ann.objective == Hold((frozenset({8}),))
 
 
 def test_a_run_names_the_areas_that_robots_reach(tmp_path: Path) -> None:

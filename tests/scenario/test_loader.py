@@ -71,7 +71,7 @@ expect:
     )
     ann, fly = scenario.robots
     assert ann.start == Pose(9, Heading.SOUTH)
-    assert ann.objective == Patrol(frozenset({8}), frozenset({26}))
+    assert ann.objective == Patrol((frozenset({8}), frozenset({26})))
     assert fly.start == Pose(9)
     assert [o.name for o in scenario.obstacles] == [
         "door@17",
@@ -96,14 +96,14 @@ expect:
 @pytest.mark.parametrize(
     ("written", "expected"),
     [
-        ("{patrol: [8, 26]}", Patrol(frozenset({8}), frozenset({26}))),
-        ("{patrol: [{any: [8, dock]}, gate]}", Patrol(frozenset({8, 9}), frozenset({17}))),
+        ("{patrol: [8, 26]}", Patrol((frozenset({8}), frozenset({26})))),
+        ("{patrol: [{any: [8, dock]}, gate]}", Patrol((frozenset({8, 9}), frozenset({17})))),
         ("{visit: [8, 9, 8]}", Visit((frozenset({8}), frozenset({9}), frozenset({8})))),
         ("{visit: [3, 8]}", None),
         ("{visit: [[1, 4], 8]}", Visit((frozenset({11}), frozenset({8})))),
         ("{cover: [dock]}", Cover((frozenset({9}),))),
-        ("{hold: [3, 5]}", Hold(frozenset({26}))),
-        ("{hold: {any: [26, [1, 1]]}}", Hold(frozenset({26, 8}))),
+        ("{hold: [3, 5]}", Hold((frozenset({26}),))),
+        ("{hold: {any: [26, [1, 1]]}}", Hold((frozenset({26, 8}),))),
     ],
 )
 def test_objectives_with_regions(written: str, expected: object) -> None:
@@ -256,7 +256,7 @@ def test_empty_lines_around_the_grid_do_not_count() -> None:
 def test_a_target_may_be_out_of_reach_if_another_of_its_set_is_not() -> None:
     text = "safenav: 1\nmap: {grid: ['.#.']}\n"
     robots = "robots: {ann: {model: quadcopter, start: 0, objective: {hold: {any: [0, 2]}}}}"
-    assert load_scenario_text(text + robots).robots[0].objective == Hold(frozenset({0, 2}))
+    assert load_scenario_text(text + robots).robots[0].objective == Hold((frozenset({0, 2}),))
 
 
 def test_a_key_as_other_tools_name_it_is_told_in_our_words() -> None:

@@ -28,7 +28,7 @@ def visit(*regions: int) -> Visit:
     ("objective", "regions"),
     [
         pytest.param(visit(10), {8, 9, 10, 11, 12}, id="everywhere"),
-        pytest.param(Hold(frozenset({8})), {8, 9, 10, 11, 12}, id="holds"),
+        pytest.param(Hold((frozenset({8}),)), {8, 9, 10, 11, 12}, id="holds"),
         pytest.param(
             Ltl(safety=("region' != 11",), liveness=("region = 8",)), {8, 9, 10}, id="a zone"
         ),

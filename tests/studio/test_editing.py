@@ -311,7 +311,7 @@ def whatever(mission: Mission, world: SimulatedWorld, chance: random.Random) -> 
     robot = chance.choice(mission.scenario.robots).name
     truth = chance.random() < 0.5
     here, there_too = frozenset({one}), frozenset({other})
-    objective = chance.choice([Hold(here), Visit((here | there_too,)), Visit((here, there_too))])
+    objective = chance.choice([Hold((here,)), Visit((here | there_too,)), Visit((here, there_too))])
     return chance.choice(
         [
             TakeAway(chance.choice(there)),

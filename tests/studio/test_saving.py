@@ -33,7 +33,7 @@ def trace() -> bytes:
     for change in (
         Close(built_in().obstacles["door"], 44),
         Serve("digit", False),
-        Give("digit", Hold(frozenset({72}))),
+        Give("digit", Hold((frozenset({72}),))),
         Serve("digit", True),
     ):
         mission.intervene(change)

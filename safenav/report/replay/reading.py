@@ -323,7 +323,7 @@ class ReplayBuilder:
         before = told[-1][1] if told else RobotProgress()
         objective = self._objective(line.robot)
         settles = isinstance(objective, TargetObjective) and objective.settles
-        last = objective.listed()[-1] if isinstance(objective, TargetObjective) else frozenset()
+        last = objective.targets[-1] if isinstance(objective, TargetObjective) else frozenset()
         holding = settles and line.region in last
         rounds = 0 if settles else line.round  # ticks on the spot are not rounds to show
         told.append((line.tick, RobotProgress(rounds, self._on_map(line.region))))

@@ -120,8 +120,8 @@ class Assigner(Struct, frozen=True):
         own = None if direct else self._own_target(robot, index, duty.goal)
         objective = helping(robot.robot.objective, places, own, stays=duty.stays)
         for before in () if direct else self._before(robot, gate.name):
-            others = [self._mask(index, target) for target in before.listed()[1:]]
-            if before.listed()[0] == places and self._alternates(index, (duty.goal, *others)):
+            others = [self._mask(index, target) for target in before.targets[1:]]
+            if before.targets[0] == places and self._alternates(index, (duty.goal, *others)):
                 objective = ruled(before, robot.robot.objective)  # it continues what it has begun
                 break
         safe = self.found.safe_poses[index]

@@ -205,7 +205,7 @@ def _about_targets(
 ) -> TargetObjective | None:
     if kind.one:
         target = reading.target(node, what)
-        return None if target is None else kind.made((target,))
+        return None if target is None else kind((target,))
     listed = reading.targets(node, what, kind.least)
     if listed is None:
         return None
@@ -215,7 +215,7 @@ def _about_targets(
     if problem is not None:
         found, hint = problem
         reading.add(node, f"{what}{' ' if found == EMPTY else ': '}{found}", hint)
-    return None if problem is not None or None in listed else kind.made(told)
+    return None if problem is not None or None in listed else kind(tuple(told))
 
 
 def _ltl(node: Node, what: str, mobility: Mobility | None, reading: Reading) -> Ltl | None:

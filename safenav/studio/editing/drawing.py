@@ -228,7 +228,7 @@ def _objective(kind: str | None, targets: list[list[Region]]) -> Objective | Non
     if not sets or kind is None:
         return None
     found = KINDS.get(kind)
-    return None if found is None or found.wrong(sets) else found.made(sets)
+    return None if found is None or found.wrong(sets) else found(sets)
 
 
 def _text(node: Node | None) -> str:
