@@ -80,7 +80,7 @@ def _of_the_run(plan: Scenario, as_json: bool) -> int:
     if as_json:
         click.echo(json.dumps(postmortem_data(found, plan), indent=2))
     else:
-        for line in postmortem_lines(found):
+        for line in postmortem_lines(found, plan.map.word):
             click.echo(line)
         for line in promise_lines(plan, run_ahead(plan, default_synthesizer(plan))):
             click.echo(f"without obstacles: {line}")

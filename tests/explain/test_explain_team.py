@@ -114,6 +114,78 @@ def test_who_stands_in_each_other_s_way_gets_a_place_to_give_way() -> None:
     assert {repair.kind for repair in found.repairs} == {"wall"}
 
 
+ROW = """
+safenav: 1
+map:
+  grid: |
+    #############
+    #...........#
+    #..########.#
+    #############
+  names: {gate: [1, 4], doubt: [1, 6], load: [1, 9], aside: [2, 2], hall: [1, 11]}
+catalogue:
+  obstacles:
+    chest: {needs: [{action: glow, at: neighbours}, {action: hum, at: neighbours, same: true}]}
+robots:
+  cas: {model: cassie, start: [1, 1], heading: east, objective: {once: [hall]}}
+  lev: {model: forklift, start: [2, 11], objective: {hold: [2, 11]}}
+obstacles:
+  - {type: door, region: gate}
+  - {type: uncertainty, region: doubt, traversable: true}
+  - {type: %s, region: load}
+  - {type: smoke, region: aside, traversable: true}
+until: {rounds: 1}
+limits: {ticks: 200}
+clock: %s
+"""
+
+
+@pytest.mark.parametrize(
+    ("load", "last"),
+    [
+        ("crate", [(("lift",), ["mir250", "forklift"], ("lev",))]),
+        ("chest", [(("glow", "hum"), [], ())]),
+        ("debris", []),
+    ],
+)
+def test_all_that_a_team_lacks_is_named_with_the_models_that_have_it(
+    load: str,
+    last: list[tuple[tuple[str, ...], list[str], tuple[str, ...]]],
+    tmp_path: Path,
+    invoke: Invoke,
+) -> None:
+    """Also for what the run does not reach; what is not in the way is not missed."""
+    found = explained(ROW % (load, "lockstep"), seconds=0).missing
+    assert [(each.actions, each.have) for each in found] == [
+        (("push",), ()),
+        (("sense",), ()),
+        *((actions, have) for actions, _, have in last),
+    ]
+    assert found[0].models == ("digit", "spot") and "jackal" in found[1].models
+    assert all(
+        sorted(each.models) == sorted(models)
+        for each, (_, models, _) in zip(found[2:], last, strict=True)
+    )
+    scenario = tmp_path / "s.yaml"
+    scenario.write_text(ROW % (load, "lockstep"))
+    said = invoke(explain.command, scenario).output
+    assert (
+        "in all, this team lacks:\n  - a robot with 'push' for door@gate; models: digit and spot\n"
+        in said
+    )
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+def test_a_repair_gives_all_that_is_missing(clock: str) -> None:
+    """To one model, or by several robots; none of them helps with a part of it. Also in a live run,
+    which takes longer on its clock than the search."""
+    found = explained(ROW % ("debris", clock))
+    given = [repair for repair in found.repairs if repair.kind == "capability"]
+    values = [value for repair in given for _, value in repair.change]
+    assert values == ["[push, sense]", "[clear, lift, push, sense]"]
+    assert all((repair.makespan or 0.0) > 5.0 for repair in given if clock == "live")
+
+
 def test_without_time_no_repair_is_run() -> None:
     found = explained(KEYS, seconds=0)
     assert (found.repairs, found.tried) == ((), 1)

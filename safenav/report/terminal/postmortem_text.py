@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import click
 
 from safenav.outcome import Outcome
+from safenav.runtime.analysis.missing import Missing
 from safenav.runtime.analysis.postmortem import Postmortem
+from safenav.runtime.duties.reasons import need_words
 from safenav.scenario.model import Scenario
-from safenav.trace.words import counted
+from safenav.scenario.objective import Word
+from safenav.trace.words import counted, listed, obstacle_words, seconds_words
 
 _CAUSES = {
     "no_capable_robot": "too few robots have a needed action",
@@ -21,12 +24,12 @@ _CAUSES = {
 }
 
 
-def postmortem_lines(found: Postmortem) -> Iterator[str]:
-    """Yield the reasons as text."""
+def postmortem_lines(found: Postmortem, word: Word) -> Iterator[str]:
+    """Yield the reasons as text; ``word``: of regions."""
     result = found.result
     if result.outcome is Outcome.COMPLETED:
         good = click.style("realizable", fg="green")
-        done = f"the run is completed after {result.ticks} ticks"
+        done = f"the run is completed after {_time(result.ticks, result.makespan)}"
         yield f"every robot is {good}, and {done}: {_late(result.lost)}"
         yield from (f"  {said}" for said in result.lost)
         return
@@ -34,17 +37,36 @@ def postmortem_lines(found: Postmortem) -> Iterator[str]:
     if result.outcome is not Outcome.OPERATOR_NEEDED:
         yield f"every robot is realizable; the run ended with {ended}: {result.explanation}"
         return
-    yield f"every robot is realizable, but the run ends at tick {result.ticks}: {ended}"
+    live = result.makespan is not None
+    at = f"after {_time(result.ticks, result.makespan)}" if live else f"at tick {result.ticks}"
+    yield f"every robot is realizable, but the run ends {at}: {ended}"
     yield f"  because {_CAUSES[result.cause or 'unrealizable']}:"
     yield from (f"  {number}. {link}" for number, link in enumerate(found.chain, 1))
+    yield from _missing_lines(found.missing, word)
     yield ""
     if found.repairs:
         yield "With any one of these changes, a run was completed:"
         for repair in found.repairs:
             change = "; ".join(f"{item}: {value}" for item, value in repair.change)
-            yield f"  - {change} (after {counted(repair.ticks, 'tick')})"
+            yield f"  - {change} (after {_time(repair.ticks, repair.makespan)})"
     else:
         yield f"None of the simple changes that were tried helps ({found.tried} runs)."
+
+
+def _missing_lines(missing: Sequence[Missing], word: Word) -> Iterator[str]:
+    """The actions that the team lacks, and the models that have them."""
+    if missing:
+        yield "  in all, this team lacks:"
+    for each in missing:
+        what = listed(obstacle_words(obstacle.name, word) for obstacle in each.obstacles)
+        takes = need_words("' and '".join(each.actions), each.robots, together=each.together)
+        has = f", this team has {len(each.have)} ({listed(each.have)})" if each.have else ""
+        models = f"models: {listed(each.models)}" if each.models else "no model has it"
+        yield f"  - {takes} for {what}{has}; {models}"
+
+
+def _time(ticks: int, makespan: float | None) -> str:
+    return counted(ticks, "tick") if makespan is None else seconds_words(makespan)
 
 
 def _late(lost: tuple[str, ...]) -> str:
@@ -61,11 +83,23 @@ def postmortem_data(found: Postmortem, scenario: Scenario) -> dict[str, Any]:
         "ticks": found.result.ticks,
         "chain": list(found.chain),
         "lost": list(found.result.lost),
+        "missing": [
+            {
+                "actions": list(each.actions),
+                "robots": each.robots,
+                "together": each.together,
+                "obstacles": [obstacle.name for obstacle in each.obstacles],
+                "have": list(each.have),
+                "models": list(each.models),
+            }
+            for each in found.missing
+        ],
         "repairs": [
             {
                 "kind": repair.kind,
                 "change": [{"item": item, "value": value} for item, value in repair.change],
                 "ticks": repair.ticks,
+                "seconds": repair.makespan,
             }
             for repair in found.repairs
         ],

@@ -6,7 +6,7 @@ A repair is offered only if a run of the changed scenario was completed.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -16,6 +16,7 @@ from safenav.explain.explanation import Repair, RepairKind
 from safenav.explain.map_repair import without_walls
 from safenav.explain.repair import nearest, offered, with_robots
 from safenav.outcome import Outcome
+from safenav.runtime.analysis.missing import Missing, missing_actions
 from safenav.runtime.coordination.foresight import Foresight, foresee
 from safenav.runtime.duties.reasons import Hindrance, Shortfall
 from safenav.runtime.mission import Mission, RunResult
@@ -32,6 +33,7 @@ from safenav.scenario.model import (
 from safenav.scenario.objective import Ltl, Target, staying, targets_of, with_targets, written
 from safenav.scenario.settings import Clock
 from safenav.synthesis.slugs import Synthesizer
+from safenav.trace.records import Record
 from safenav.world.map import Heading, Region
 from safenav.world.moves import Mobility, Pose
 
@@ -45,21 +47,25 @@ TRIED = 6
 
 class TeamRepair(Struct, frozen=True):
     """A change under which a run was seen to complete: the scenario's items and their new values,
-    as they would be written. ``ticks``: what that run took."""
+    as they would be written. ``ticks``: what that run took, or its passes if it is live;
+    ``makespan``: its seconds then."""
 
     kind: RepairKind
     change: tuple[tuple[str, str], ...]
     ticks: int
+    makespan: float | None = None
 
 
 class Postmortem(Struct, frozen=True):
-    """The end of a run, its chain of reasons, and repairs. ``tried``: runs made to find these."""
+    """The end of a run, its chain of reasons, and repairs. ``tried``: runs made to find these;
+    ``missing``: all actions that the team lacks, also for obstacles that the run did not reach."""
 
     result: RunResult
     chain: tuple[str, ...]
     repairs: tuple[TeamRepair, ...]
     tried: int
     seconds: float
+    missing: tuple[Missing, ...] = ()
 
 
 def explain_run(
@@ -77,26 +83,32 @@ def explain_run(
         return Postmortem(result, (), (), 1, time.monotonic() - begun)
     deadline, tried = time.monotonic() + seconds, 1
 
-    def completes(changed: Scenario) -> int | None:
-        """Return the ticks of a run that completes; None for every other end."""
+    def completes(changed: Scenario) -> RunResult | None:
+        """Return the result of a run that completes; None for every other end."""
         nonlocal tried
         tried += 1
-        left = max(0, min(deadline - time.monotonic(), RUN_SECONDS))
-        limited = replace(changed, limits=replace(changed.limits, seconds=left))
+        ends = min(deadline, time.monotonic() + RUN_SECONDS)
+        played = Mission(changed, synthesizer())
+
+        def stop_in_time(_: Record) -> None:
+            if time.monotonic() > ends:  # 'limits: seconds' of a live run are those of its clock
+                played.stop()
+
+        played.state.listeners = (*played.state.listeners, stop_in_time)
         try:
-            ended = Mission(limited, synthesizer()).run()
+            ended = played.run()
         except SafenavError:
             return None
-        return ended.ticks if ended.outcome is Outcome.COMPLETED else None
+        return ended if ended.outcome is Outcome.COMPLETED else None
 
+    failed = _Failure(scenario, mission, models)
     repairs = [
-        TeamRepair(repair.kind, repair.change, ticks)
+        TeamRepair(repair.kind, repair.change, ended.ticks, ended.makespan)
         for kind in _KINDS
-        for repair, ticks in offered(
-            kind(_Failure(scenario, mission, models)), completes, TRIED, deadline
-        )
+        for repair, ended in offered(kind(failed), completes, TRIED, deadline)
     ]
-    return Postmortem(result, result.links, tuple(repairs), tried, time.monotonic() - begun)
+    took = time.monotonic() - begun
+    return Postmortem(result, result.links, tuple(repairs), tried, took, failed.missing)
 
 
 def as_it_stands(state: TeamState) -> Scenario:
@@ -125,21 +137,27 @@ class _Failure:
         seen: Foresight = foresee(scenario)
         self.reach = seen.reach
         self.lacks = seen.lacks or mission.lacks
+        encountered = [each.obstacle for each in mission.lacks]
+        self.missing = missing_actions(scenario, seen, encountered, self.models.values())
         self.stuck = seen.stuck or tuple(mission.result.stuck if mission.result else ())
         self.word = scenario.map.word
 
     def obstacle(self, lacks: Shortfall) -> Obstacle:
         return next(o for o in self.scenario.obstacles if o.name == lacks.obstacle)
 
-    def places(self, lacks: Shortfall) -> list[Region]:
-        """Return the regions where the missing need can be fulfilled, then those beside them, all
-        without an obstacle or a robot's start."""
-        obstacle, world = self.obstacle(lacks), self.scenario.map
-        there = obstacle.resolution_regions(world, len(lacks.met))
+    def places(self, obstacle: Obstacle, need: int) -> list[Region]:
+        """Return the regions where a need can be fulfilled, then those beside them, all without an
+        obstacle or a robot's start."""
+        world = self.scenario.map
+        there = obstacle.resolution_regions(world, need)
         beside = [r for region in there for r in world.neighbours(region)]
         closed = {o.region for o in self.scenario.obstacles}
         taken = {robot.start.region for robot in self.scenario.robots}
         return [r for r in dict.fromkeys((*there, *beside)) if r not in closed | taken]
+
+    def places_for(self, lacks: Shortfall) -> list[Region]:
+        """Return the first regions where the missing need can be fulfilled."""
+        return self.places(self.obstacle(lacks), len(lacks.met))[:3]
 
     def changed(
         self, kind: RepairKind, robots: Iterable[Robot], *change: tuple[str, str]
@@ -176,20 +194,22 @@ def _starts(failed: _Failure) -> Iterator[Repair]:
             if helper.hindrance not in (Hindrance.GATES, Hindrance.WALLS):
                 continue
             robot = failed.scenario.robot(helper.name)
-            for region in failed.places(lacks)[:3]:
+            for region in failed.places_for(lacks):
                 moved = replace(robot, start=_start(robot.model, region, robot.start.heading))
                 item = f"robots.{robot.name}.start"
                 yield failed.changed(RepairKind.START, [moved], (item, failed.word(region)))
 
 
 def _capabilities(failed: _Failure) -> Iterator[Repair]:
-    """A model of the team has the action as well."""
-    for lacks in failed.lacks:
+    """A model of the team has the missing actions as well: all of them, else one."""
+    every = {action for each in failed.missing for action in each.actions}
+    wanted = [every, *({lacks.action} for lacks in failed.lacks)]
+    for actions in (each for number, each in enumerate(wanted) if each not in wanted[:number]):
         for name in dict.fromkeys(robot.model.name for robot in failed.scenario.robots):
             team = [r for r in failed.scenario.robots if r.model.name == name]
-            if lacks.action in team[0].capabilities:
+            if actions <= team[0].capabilities:
                 continue
-            more = sorted({*team[0].capabilities, lacks.action})
+            more = sorted({*team[0].capabilities, *actions})
             model = replace(team[0].model, capabilities=frozenset(more))
             able = [replace(robot, model=model) for robot in team]
             item = f"catalogue.robots.{name}.capabilities"
@@ -197,22 +217,58 @@ def _capabilities(failed: _Failure) -> Iterator[Repair]:
 
 
 def _robots(failed: _Failure) -> Iterator[Repair]:
-    """A robot more, which has the action and waits where it is needed."""
+    """Robots more, which have the missing actions and wait where they are needed: as few as have
+    all of them, else one."""
+    more = _covering(failed)
+    for shift in range(3 if len(more) > 1 else 0):
+        used, added = set[Region](), []
+        for model, (obstacle, need) in more:
+            free = [region for region in failed.places(obstacle, need) if region not in used]
+            if free:
+                added.append((model, free[min(shift, len(free) - 1)]))
+                used.add(added[-1][1])
+        if len(added) == len(more):
+            yield _joined(failed, added)
     for lacks in failed.lacks:
         for model in failed.models.values():
-            if lacks.action not in model.capabilities:
-                continue
-            for region in failed.places(lacks)[:3]:
-                names = {robot.name for robot in failed.scenario.robots}
-                number = next(k for k in range(1, 1000) if f"{model.name}_{k}" not in names)
-                name, pose = f"{model.name}_{number}", _start(model, region, Heading.EAST)
-                robot = Robot(name, model, pose, staying(frozenset({region})))
-                turned = ", heading: east" if pose.heading is not None else ""
-                where = f"start: {failed.word(region)}{turned}"
-                objective = written(robot.objective, failed.word)
-                said = f"{{model: {model.name}, {where}, objective: {objective}}}"
-                scenario = replace(failed.scenario, robots=(*failed.scenario.robots, robot))
-                yield Repair(RepairKind.ROBOT, ((f"robots.{name}", said),), scenario)
+            if lacks.action in model.capabilities:
+                for region in failed.places_for(lacks):
+                    yield _joined(failed, [(model, region)])
+
+
+def _covering(failed: _Failure) -> list[tuple[RobotModel, tuple[Obstacle, int]]]:
+    """Models that together have all missing actions, by the largest share first, each with a need
+    for which it is added; none if no model has one of them."""
+    left = {each: max(1, each.robots - len(each.have)) for each in failed.missing}
+    found = []
+    while left:
+        share = {name: [each for each in left if name in each.models] for name in failed.models}
+        name = max(share, key=lambda name: len(share[name]))
+        if not share[name]:
+            return []
+        first = share[name][0]
+        found.append((failed.models[name], (first.obstacles[0], first.needs[0])))
+        left = {each: count - (each in share[name]) for each, count in left.items()}
+        left = {each: count for each, count in left.items() if count}
+    return found
+
+
+def _joined(failed: _Failure, added: Sequence[tuple[RobotModel, Region]]) -> Repair:
+    """The scenario with further robots, which stay where they start."""
+    robots, change = list(failed.scenario.robots), list[tuple[str, str]]()
+    for model, region in added:
+        names = {robot.name for robot in robots}
+        number = next(k for k in range(1, 1000) if f"{model.name}_{k}" not in names)
+        name, pose = f"{model.name}_{number}", _start(model, region, Heading.EAST)
+        robot = Robot(name, model, pose, staying(frozenset({region})))
+        turned = ", heading: east" if pose.heading is not None else ""
+        where = f"start: {failed.word(region)}{turned}"
+        objective = written(robot.objective, failed.word)
+        change.append(
+            (f"robots.{name}", f"{{model: {model.name}, {where}, objective: {objective}}}")
+        )
+        robots.append(robot)
+    return Repair(RepairKind.ROBOT, tuple(change), replace(failed.scenario, robots=tuple(robots)))
 
 
 def _needs(failed: _Failure) -> Iterator[Repair]:
