@@ -7,6 +7,7 @@ import pytest
 
 from cli.conftest import Command
 from once import SCENARIOS
+from runtime.played import play
 
 
 def test_case_study_3_can_lock_itself(safenav: Command) -> None:
@@ -23,8 +24,35 @@ def test_a_limit_that_cannot_always_be_kept_is_told(safenav: Command, tmp_path: 
     text = (SCENARIOS / "case_study_1.yaml").read_text()
     (tmp_path / "tight.yaml").write_text(text + "resolve_within: 5\n")
     said = safenav("check", tmp_path / "tight.yaml").stdout
-    assert "door@47: at best 1, at worst 8 ticks from request to resolution" in said
-    assert "resolve_within 5: not with quad at 46, digit at 28 facing west" in said
+    assert "door@47: at best 1, at worst 8 ticks after its request" in said
+    assert "resolve_within 5: not with quad at 46, digit at 28 facing west needs 9 ticks" in said
+
+
+@pytest.mark.parametrize("later", [False, True], ids=["helper first", "helper later"])
+def test_the_way_of_a_helper_and_the_time_of_a_resolution_are_those_of_the_run(
+    later: bool, safenav: Command, tmp_path: Path
+) -> None:
+    """A helper whose turn comes later moves in the tick of the request already."""
+    robots = {
+        "quad": {"model": "quadcopter", "start": [1, 1], "objective": {"visit": [[1, 5], [1, 1]]}},
+        "spot": {"model": "spot", "start": [1, 6], "objective": {"hold": [1, 6]}},
+    }
+    scenario = {
+        "safenav": 1,
+        "map": {"grid": ["########", "#......#", "########"]},
+        "robots": dict(sorted(robots.items(), reverse=not later)),
+        "obstacles": [{"type": "door", "region": [1, 4]}],
+        "until": {"rounds": 1},
+    }
+    (tmp_path / "s.yaml").write_text(json.dumps(scenario))
+    (case,) = json.loads(safenav("check", "s.yaml", "--json").stdout)["obstacles"]
+    times, run = case["alone"], play(scenario)
+    request, resolved = run.one("request"), run.one("resolved")
+    assert times["bids"] == request["bids"] == {"spot": 2}
+    assert times["worst"] == resolved["tick"] - request["tick"] == (1 if later else 2)
+    said = "at worst 1 tick" if later else "at worst 2 ticks"
+    told = f"{said} after its request (quad at 11, spot at 14 needs 2 ticks)"
+    assert told in safenav("check", "s.yaml").stdout
 
 
 FAR = """

@@ -3,30 +3,29 @@ simulated: for people and as data."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from safenav.runtime.analysis.ahead import Ahead
 from safenav.runtime.deadlines.worst import Times, Worst
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Word
-from safenav.trace.words import obstacle_words
-from safenav.world.moves import Pose
+from safenav.trace.words import counted, obstacle_words
 
 
 def worst_lines(cases: Sequence[Worst], word: Word) -> Iterator[str]:
-    """``door@47: at best 2, at worst 9 ticks from request to resolution (digit at 28 ...)``."""
+    """``door@47: at best 2, at worst 9 ticks after its request (digit at 28 needs 9 ticks)``."""
     for case in cases:
         name, alone, around = obstacle_words(case.obstacle.name, word), case.alone, case.surrounded
         times = "never resolved" if alone.best is None else f"at best {alone.best}, {_worst(alone)}"
-        yield f"{name}: {times} ({_moment(alone.moment, word)})"
+        yield f"{name}: {times} ({_moment(alone, word)})"
         if around is not None and around.worst != alone.worst:
-            at = _moment(around.moment, word)
+            at = _moment(around, word)
             yield f"    with the other obstacles standing: {_worst(around)} ({at})"
         if case.limit is not None:
             late = [t for t in (alone, around) if t and (t.worst is None or t.worst > case.limit)]
             if late:
-                at = _moment(late[0].moment, word)
+                at = _moment(late[0], word)
                 yield f"    resolve_within {case.limit}: not with {at}"
 
 
@@ -44,22 +43,28 @@ def _data(times: Times) -> dict[str, Any]:
         name: [pose.region, None if pose.heading is None else pose.heading.label]
         for name, pose in times.moment.items()
     }
-    return {"best": times.best, "worst": times.worst, "moment": at, "all_moments": times.whole}
+    told = {"best": times.best, "worst": times.worst, "moment": at, "bids": dict(times.bids)}
+    return {**told, "all_moments": times.whole}
 
 
 def _worst(times: Times) -> str:
     if times.worst is None:
         return "at worst never"
-    most = f"{times.worst}" if times.whole else f"{times.worst} or more"
-    return f"at worst {most} ticks from request to resolution"
+    ticks = counted(times.worst, "tick")
+    most = ticks if times.whole else f"{times.worst} or more ticks"
+    return f"at worst {most} after its request"
 
 
-def _moment(moment: Mapping[str, Pose], word: Word) -> str:
-    told = [
-        f"{name} at {word(pose.region)}"
-        + ("" if pose.heading is None else f" facing {pose.heading.label}")
-        for name, pose in moment.items()
-    ]
+def _moment(times: Times, word: Word) -> str:
+    """Where the robots are then, and how long the way of each is that has the action."""
+    told = []
+    for name, pose in times.moment.items():
+        facing = "" if pose.heading is None else f" facing {pose.heading.label}"
+        told.append(f"{name} at {word(pose.region)}{facing}")
+        if name in times.bids:
+            bid = times.bids[name]
+            way = "cannot reach it" if bid is None else f"needs {counted(bid, 'tick')}"
+            told[-1] += f" {way}"
     return ", ".join(told)
 
 

@@ -32,12 +32,15 @@ SECONDS = 0.25
 
 
 class Times(Struct, frozen=True):
-    """Ticks from the request to the resolution, at ``best`` and at ``worst`` (None: never), the
-    poses at the worst moment, the requester first; ``whole``: all moments were compared."""
+    """Ticks from the tick of the request to that of the resolution, at ``best`` and at ``worst``
+    (None: never), the poses at the worst moment, the requester first, and the ``bids`` of robots
+    with the next action there: the ticks of their way (None: none leads there), of which the first
+    may be that of the request. ``whole``: all moments were compared."""
 
     best: int | None
     worst: int | None
     moment: Mapping[str, Pose]
+    bids: Mapping[str, int | None]
     whole: bool
 
 
@@ -125,7 +128,31 @@ def _times(
                     best = ticks if best is None else min(best, ticks)
                 if worst is not None and (ticks is None or ticks > worst):
                     worst, moment = ticks, at
-    return Times(best, worst, moment, whole) if met else None
+    if not met:
+        return None
+    return Times(best, worst, moment, _bids(scenario, moment, obstacle, standing), whole)
+
+
+def _bids(
+    scenario: Scenario,
+    at: Mapping[str, Pose],
+    obstacle: Obstacle,
+    standing: Sequence[Obstacle],
+) -> dict[str, int | None]:
+    """The ticks, at their slowest step, that robots need to where the obstacle's first action is
+    performed, with all that stands closed to those that it blocks: as a request tells."""
+    skills, found = obstacle.type.actions(0), dict[str, int | None]()
+    regions = region_mask(obstacle.resolution_regions(scenario.map))
+    for robot in scenario.robots:
+        if robot.name not in at or not skills <= robot.capabilities:
+            continue
+        graph = graph_of(robot, scenario.map)
+        shut = region_mask(other.region for other in standing if other.closed_to(robot))
+        allowed = permitted(robot, graph) & ~graph.poses_on(shut)
+        here = 1 << graph.number(at[robot.name])
+        steps = graph.steps_between(here, graph.poses_on(regions), allowed)
+        found[robot.name] = None if steps is None else steps * robot.model.timing.most
+    return found
 
 
 def _one_by_one(pools: Mapping[str, Sequence[Pose]]) -> Iterator[dict[str, Pose]]:
