@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -45,7 +46,7 @@ def run_with_operator(
     where a robot joins the team; None: no robot can. A Ctrl-C that interrupts this function itself
     ends the mission. Returns the mission that has ended last. Raises UsageError for a line that is
     not an intervention, or is impossible; at the terminal it is printed."""
-    batches = None if source == TERMINAL else _batches(Path(source))
+    batches = None if source == TERMINAL else _batches(Path(source), mission.scenario)
     terminal = _Terminal(mission)
     while True:
         told: list[Record] = []
@@ -57,6 +58,9 @@ def run_with_operator(
                 raise UsageError(f"{joins.place}: this run takes no further robot") from None
             mission = terminal.mission = another(_with(mission, told, joins))
             continue
+        except UsageError as error:
+            mission.give_up(str(error))  # its trace has an end
+            raise
         return mission
 
 
@@ -152,9 +156,10 @@ def _apply(mission: Mission, lines: Lines) -> None:
             raise UsageError(f"{place}: {error}") from error
 
 
-def _batches(path: Path) -> Iterator[Lines]:
-    """The interventions of each wait: lines without an empty one between them."""
-    from safenav.runtime.intervening import LINES
+def _batches(path: Path, scenario: Scenario) -> Iterator[Lines]:
+    """The interventions of each wait: lines without an empty one between them. Those before a robot
+    joins are read with the scenario, so that a mistake does not end a run that has begun."""
+    from safenav.runtime.intervening import LINES, line_read
 
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
@@ -164,13 +169,20 @@ def _batches(path: Path) -> Iterator[Lines]:
         byte = f"byte 0x{error.object[error.start]:02X}"
         raise UsageError(f"--operator {path}: not UTF-8: {byte}") from error
     found: list[Lines] = [[]]
+    joining = False
     for number, line in enumerate(lines, 1):
-        told = line.partition("#")[0].strip()
+        told = re.split(r"(?:^|\s)#", line, maxsplit=1)[0].strip()  # not crate@47#2
         if told and told.split()[0] not in (*LINES, ADD):
             known = "; ".join((*LINES.values(), ADD_FORM))
             raise UsageError(
                 f"{path}:{number}: '{told[:60]}' is not an intervention; known: {known}"
             )
+        joining = joining or _joining(told, "") is not None
+        if told and not joining:
+            try:
+                line_read(told, scenario)
+            except UsageError as error:
+                raise UsageError(f"{path}:{number}: {error}") from error
         if told:
             found[-1].append((f"{path}:{number}", told))
         elif not line.strip() and found[-1]:

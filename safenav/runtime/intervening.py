@@ -14,7 +14,7 @@ import yaml
 
 from safenav.errors import InputError, UsageError
 from safenav.runtime import user_changes
-from safenav.scenario.model import Scenario
+from safenav.scenario.model import Scenario, name_parts
 from safenav.scenario.objective import USAGE
 from safenav.scenario.reading.changes import read_changes
 from safenav.scenario.reading.regions import Reading
@@ -42,8 +42,8 @@ def line_read(line: str, scenario: Scenario) -> user_changes.Intervention:
         raise UsageError(f"unknown intervention '{word[:40]}'; known: {'; '.join(LINES.values())}")
     data: dict[str, Any] = {"kind": word}
     match word, rest:
-        case (("resolved" | "permanent"), [name]):
-            data["obstacle"] = name
+        case (("resolved" | "permanent"), [_, *_]):
+            data["obstacle"] = line.split(maxsplit=1)[1].strip().strip("'\"")
         case "put_back", [robot, where]:
             place, *heading = where.rsplit(maxsplit=1) if where.split()[1:] else [where]
             if heading and heading[0] not in HEADINGS:
@@ -112,9 +112,9 @@ def _read(
         case "open":
             return user_changes.TakeAway(str(data.get("obstacle")))
         case "resolved":
-            return user_changes.MarkResolved(str(data.get("obstacle")))
+            return user_changes.MarkResolved(_obstacle(data, reading))
         case "permanent":
-            return user_changes.MarkPermanent(str(data.get("obstacle")))
+            return user_changes.MarkPermanent(_obstacle(data, reading))
         case "put_back":
             place = reading.region(_node(data.get("region"), reading), "'region'")
             heading = data.get("heading")
@@ -141,6 +141,14 @@ def _read(
                     return user_changes.Give(change.robot, change.objective)
                 return user_changes.Serve(change.robot, change.active is True)
     return None
+
+
+def _obstacle(data: Mapping[str, Any], reading: Reading) -> str:
+    """The obstacle's name with its region as a number: reports print ``door@gate``."""
+    written = str(data.get("obstacle"))
+    kind, where, number = name_parts(written)
+    region = reading.written(where)
+    return written if region is None else f"{kind}@{region}" + f"#{number}" * (number > 1)
 
 
 def _node(data: object, reading: Reading) -> Node | None:

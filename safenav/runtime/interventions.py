@@ -26,6 +26,7 @@ from safenav.spec.objective import NO_MEMORY
 from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace, objective_in_trace
 from safenav.trace.vocabulary import OperatorIntervention
+from safenav.trace.words import obstacle_words
 from safenav.world.map import Region
 from safenav.world.moves import Mobility, Pose
 
@@ -338,8 +339,10 @@ class Interventions(Struct):
         """The obstacle of that name that the team knows."""
         known = self.state.knowledge.obstacles
         if name not in known:
-            listed = ", ".join(known) or "none"
-            raise UsageError(f"the team knows of no obstacle '{name}'; known: {listed}")
+            word = self.state.scenario.map.word
+            listed = ", ".join(obstacle_words(each, word) for each in known) or "none"
+            missing = obstacle_words(name, word)
+            raise UsageError(f"the team knows of no obstacle '{missing}'; known: {listed}")
         return known[name]
 
     def _is_lost(self, name: str) -> bool:

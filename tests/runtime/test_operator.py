@@ -1,5 +1,6 @@
 """An operator in a live run: it waits, is told what would help, and goes on after interventions."""
 
+import json
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
@@ -43,6 +44,9 @@ obstacles: [{type: gate, region: [2, 5]}]
 until: {rounds: 1}
 clock: live
 """
+NAMED = GATE.replace(
+    "    ###########\ncatalogue", "    ###########\n  names: {doorway: [2, 5]}\ncatalogue"
+)
 PUSHER_OUT = GATE.replace("layer: air, capabilities: []", "layer: air, capabilities: [push]") + (
     "changes: [{at: 1, robot: bee, service: out}]\n"
 )
@@ -67,13 +71,24 @@ def attended(text: str, *waits: list[str]) -> Run:
     ("text", "waits", "outcome"),
     [
         (GATE, [["resolved gate@27"]], "completed"),
+        (GATE, [["resolved gate@[2, 5]"]], "completed"),
+        (NAMED, [["resolved gate@doorway"]], "completed"),
         (GATE, [["permanent gate@27", "objective cart {visit: [[1, 1], [2, 1]]}"]], "completed"),
         (GATE, [["put_back cart [2, 8]", "objective cart {visit: [[1, 9], [2, 8]]}"]], "completed"),
         (GATE, [["service bee out"], ["resolved gate@27"], ["service bee back"]], "completed"),
         (GATE, [["give_up"]], "operator_needed"),
         (PUSHER_OUT, [["service bee back"]], "completed"),
     ],
-    ids=["resolved", "permanent", "put back", "out and back", "given up", "helper back"],
+    ids=[
+        "resolved",
+        "in brackets",
+        "named",
+        "permanent",
+        "put back",
+        "out and back",
+        "given up",
+        "helper back",
+    ],
 )
 def test_a_run_waits_and_goes_on(text: str, waits: list[list[str]], outcome: str) -> None:
     trace = attended(text, *waits)
@@ -253,8 +268,26 @@ def test_a_file_gives_the_interventions(tmp_path: Path) -> None:
     done = warm.safenav(*run)
     assert done.returncode == 2
     assert f"{fixes}:3: 'push it' is not an intervention" in done.stderr
+    fixes.write_text("resolved gate@27\n\nput_back cart [0, 0]\n")  # read before the run
+    done = warm.safenav(*run)
+    assert done.returncode == 2
+    assert f"{fixes}:3: 'region': region 0 [0, 0] is a wall" in done.stderr
+    assert done.stdout == ""
     fixes.write_text("push\x1b[31m it\n")
     assert f"{fixes}:1: 'push?[31m it' is not" in warm.safenav(*run).stderr
+
+
+def test_a_file_that_names_what_is_not_there_ends_the_run(tmp_path: Path) -> None:
+    """``#2`` is no comment; the trace has an end."""
+    scenario, fixes, trace = (tmp_path / name for name in ("gate.yaml", "fixes.txt", "t.jsonl"))
+    scenario.write_text(NAMED)
+    fixes.write_text("resolved gate@doorway#2 # the second\n")
+    done = warm.safenav("run", scenario, "--operator", fixes, "--trace", trace)
+    known = "the team knows of no obstacle 'gate@doorway#2'; known: gate@doorway"
+    assert done.returncode == 2
+    assert f"{fixes}:1: {known}" in done.stderr
+    last = json.loads(trace.read_text().splitlines()[-1])
+    assert (last["type"], last["outcome"]) == ("outcome", "interrupted")
 
 
 def test_the_terminal_tells_what_would_help(tmp_path: Path) -> None:
