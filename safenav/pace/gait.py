@@ -75,13 +75,24 @@ class Gait(Struct, frozen=True):
         return max(0, self.steps // 2 - spent - LONGEST_ARC)
 
 
+def least_side_of(side: float, walker: Walker) -> float:
+    """Metres that a region must have, if it has about ``side``: a turn needs room for an arc and
+    the body."""
+    return max(LEAST_SIDE, walker.size * _steps(side) / 2)
+
+
+def _steps(side: float) -> int:
+    """Steps across a region."""
+    return max(6, 2 * ceil(side / LONGEST_STEP / 2 - 1e-9))
+
+
 def gait_on(side: float, walker: Walker) -> Gait:
     """The gait on regions of ``side`` metres. Raises UsageError if they are too small."""
     omega = frequency(walker.height)
-    steps = max(6, 2 * ceil(side / LONGEST_STEP / 2 - 1e-9))
+    steps = _steps(side)
     length = side / steps
     if side < LEAST_SIDE or 2 * length < walker.size:
-        need = max(LEAST_SIDE, walker.size * steps / 2)
+        need = least_side_of(side, walker)
         raise UsageError(
             f"a walker of {walker.size:g} m cannot walk on regions of {side:g} m: a turn needs "
             f"room for an arc and its body, {need:g} m\n"

@@ -13,7 +13,7 @@ from math import atan2, hypot, pi, remainder, sqrt, tau
 from types import MappingProxyType
 
 from safenav.errors import UsageError
-from safenav.pace.gait import LEFT, Walker, gait_on, starting, stopping, walking
+from safenav.pace.gait import LEFT, Walker, gait_on, least_side_of, starting, stopping, walking
 
 SIDE = 2.7
 """Metres of a region where the map does not say."""
@@ -29,6 +29,9 @@ RESERVE = 0.5
 """Share of the tilt limit that a flyer's reference may use; the rest is for the wind."""
 AT_ONCE = 1e-9
 """Delays in seconds below this are rounding: sums of the same durations in another order."""
+
+WALKER = ("size", "speed", "height", "foot", "clearance")
+"""The parameters of a walker that its gait depends on."""
 
 YAW: Mapping[str, float] = {"east": 0.0, "north": pi / 2, "west": pi, "south": -pi / 2}
 
@@ -153,8 +156,7 @@ class WalkerPace(Pace):
         self, cols: int, side: float, heading: str | None, least: int, values: Mapping[str, float]
     ) -> None:
         super().__init__(cols, side, heading or "east", least, values)
-        names = ("size", "speed", "height", "foot", "clearance")
-        self._gait = gait_on(side, Walker(*(values[name] for name in names)))
+        self._gait = gait_on(side, Walker(*(values[name] for name in WALKER)))
 
     def _fresh(self, way: float) -> float:
         stride = starting(self._gait, _quarters(self.facing, way), LEFT)
@@ -229,10 +231,7 @@ def pace_of(
     """The pace of a robot that moves by ``motion`` (kind and parameters, as in the header of a
     trace) on regions of ``side`` metres. A kind of another package that has a size and a speed
     counts as a disc. ``least``: the least ticks of its ``timing``."""
-    values = {name: float(v) for name, v in (motion or {}).items() if isinstance(v, int | float)}
-    footprint = (motion or {}).get("footprint")
-    if isinstance(footprint, list | tuple):
-        values["size"] = 2 * max(hypot(x, y) for x, y in footprint)
+    values = _values(motion)
     if motion is None or not {"size", "speed"} <= values.keys():
         return TickPace(cols, side, heading, least)
     kind = _KINDS.get(str(motion["kind"]), DiscPace)
@@ -242,6 +241,28 @@ def pace_of(
         return TickPace(cols, side, heading, least)
     made.acting = values.get("action_seconds", made.acting)
     return made
+
+
+def least_side(motion: Mapping[str, object], side: float) -> float | None:
+    """Metres that a region must have for a robot that moves by ``motion`` (as for ``pace_of``), if
+    ``side`` metres are too few; None if they suffice, or the kind does not tell."""
+    values = _values(motion)
+    if motion["kind"] == "walker":
+        walker = Walker(*(values[name] for name in WALKER))
+        return None if side >= (need := least_side_of(side, walker)) else need
+    if motion["kind"] not in _KINDS or "size" not in values:
+        return None
+    need = values["size"] + 2 * ROOM
+    return None if side >= need - AT_ONCE else need
+
+
+def _values(motion: Mapping[str, object] | None) -> dict[str, float]:
+    """The numbers of a motion; its size is that of its footprint, if it has one."""
+    values = {name: float(v) for name, v in (motion or {}).items() if isinstance(v, int | float)}
+    footprint = (motion or {}).get("footprint")
+    if isinstance(footprint, list | tuple):
+        values["size"] = 2 * max(hypot(x, y) for x, y in footprint)
+    return values
 
 
 def acted_by(team: Iterable[tuple[Pace, int]], now: float, region: int) -> float:

@@ -15,6 +15,7 @@ from contextlib import suppress
 from typing import Any
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 import safenav
 from safenav.errors import SafenavError, UsageError
@@ -352,8 +353,10 @@ def first_results(
     progress: SynthesisListener | None = None,
     names: Collection[str] | None = None,
 ) -> dict[str, TaskResult]:
-    """Return the results that a run of a scenario would begin with (``Mission.first_results``)."""
-    return Mission(scenario, synthesizer, progress=progress).first_results(names)
+    """Return the results that a run of a scenario would begin with (``Mission.first_results``).
+    Its time limit is that of a run, and nothing runs."""
+    untimed = replace(scenario, limits=replace(scenario.limits, seconds=None))
+    return Mission(untimed, synthesizer, progress=progress).first_results(names)
 
 
 def default_synthesizer(

@@ -1,7 +1,8 @@
 """Probable mistakes in a valid scenario: warnings of ``safenav check``.
 
 An obstacle with an action that no robot has, or too few; a capability that no obstacle needs; one
-region that several robots must hold; a robot larger than a region; a seed without effect.
+region that several robots must hold; a robot larger than a region, or without room to turn there; a
+seed without effect.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from math import floor
 
+from safenav.pace.robot import least_side
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.motion import resolved
 from safenav.scenario.objective import station
@@ -21,7 +23,7 @@ def lint(scenario: Scenario) -> tuple[str, ...]:
     found = [*scenario.map.notes, *_needless(scenario), *_crowded(scenario)]
     for obstacle in scenario.obstacles:
         found += _unable(obstacle, scenario)
-    found += oversized(scenario)
+    found += [*oversized(scenario), *cramped(scenario)]
     if scenario.seed and not _draws(scenario):
         found.append(
             f"seed {scenario.seed} has no effect: no probabilities, no variable timing, "
@@ -42,6 +44,25 @@ def oversized(scenario: Scenario) -> Iterator[str]:
                 f"{robot.name} ({robot.model.name}, {size:g} m) is larger than a region "
                 f"({side:g} m) and reaches into the next ones, where other robots may be; give the "
                 "map larger regions"
+            )
+
+
+def cramped(scenario: Scenario) -> Iterator[str]:
+    """Robots that fit into a region of a map in metres but cannot turn there: their motion cannot
+    be computed, and their durations in a live run are not theirs."""
+    frame = scenario.map.frame
+    side = None if frame is None else min(frame.resolution)
+    for robot in scenario.robots:
+        model = robot.model
+        values = resolved(model.motion, model.size, model.speed, model.layer)
+        size = _size(robot)
+        if side is None or values is None or (size is not None and size > side):
+            continue
+        if need := least_side(values, side):
+            yield (
+                f"{robot.name} ({model.name}, {values['kind']}, {size:g} m) has no room to move in "
+                f"a region ({side:g} m): 'safenav motion' needs {need:g} m; give the map larger "
+                "regions"
             )
 
 

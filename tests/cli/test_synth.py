@@ -90,6 +90,13 @@ def test_check_says_realizable(safenav: Command) -> None:
     ]
 
 
+def test_the_time_limit_of_a_run_is_none_of_a_check(safenav: Command, tmp_path: Path) -> None:
+    scenario = tmp_path / "s.yaml"
+    scenario.write_text(CASE_1.read_text().replace("{ticks: 500}", "{seconds: 0.00001}"))
+    done = safenav("check", scenario)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 @pytest.mark.parametrize("command", ["check", "synth", "run"])
 def test_a_literal_patrol_is_kept_by_the_letter_or_unrealizable(
     safenav: Command, tmp_path: Path, command: str

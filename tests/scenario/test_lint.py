@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+import warm
 from safenav.scenario.lint import imprecise, lint
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 
@@ -93,13 +94,39 @@ PLAIN = {
             ],
             id="a robot larger than a region",
         ),
-        pytest.param({"names": "{}, resolution: 0.5"}, [], id="a robot as large as a region"),
+        pytest.param(
+            {"names": "{}, resolution: 0.5"},
+            [
+                "b (quadcopter, flyer, 0.5 m) has no room to move in a region (0.5 m): 'safenav "
+                "motion' needs 0.6 m; give the map larger regions"
+            ],
+            id="a robot as large as a region",
+        ),
+        pytest.param({"names": "{}, resolution: 0.6"}, [], id="a robot with room"),
     ],
 )
 def test_warnings(changes: dict[str, str], said: list[str], tmp_path: Path) -> None:
     file = tmp_path / "s.yaml"
     file.write_text(SCENARIO.format(**PLAIN | changes))
     assert list(lint(load_scenario(file))) == said
+
+
+@pytest.mark.parametrize(
+    ("model", "side"), [("digit", 1.79), ("digit", 1.8), ("husky", 1.29), ("husky", 1.3)]
+)
+def test_what_has_no_room_is_what_motion_refuses(model: str, side: float, tmp_path: Path) -> None:
+    scenario, trace = tmp_path / "s.yaml", tmp_path / "t.jsonl"
+    scenario.write_text(
+        f'safenav: 1\nmap: {{resolution: {side}, grid: ["####", "#..#", "#..#", "####"]}}\n'
+        f"robots: {{a: {{model: {model}, start: 5, heading: east, objective: {{hold: 6}}}}}}\n"
+        "until: {rounds: 1}\n"
+    )
+    assert warm.safenav("run", scenario, "--trace", trace).returncode == 0
+    done = warm.safenav("motion", trace, "-o", tmp_path / "m.jsonl")
+    assert (done.returncode == 2) == any(
+        "has no room" in told for told in lint(load_scenario(scenario))
+    )
+    assert (done.returncode == 2) == (side in (1.79, 1.29))
 
 
 @pytest.mark.parametrize("name", ["hello", "case_study_1", "case_study_2_beliefs", "team_of_six"])

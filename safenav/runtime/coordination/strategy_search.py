@@ -22,6 +22,7 @@ from safenav.spec.task import Task
 from safenav.synthesis.request import Listener, SynthesisResult
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace import records, vocabulary
+from safenav.trace.words import seconds_words
 from safenav.world.map import RegionMap
 
 if TYPE_CHECKING:
@@ -170,8 +171,8 @@ class StrategySearch(Struct, eq=False):
             if result.verdict not in (Verdict.REALIZABLE, Verdict.UNREALIZABLE):
                 raise ResourceLimitError(
                     f"the synthesis for {result.robot} ended by {result.verdict.value} after "
-                    f"{result.seconds:.1f} s; raise limits.synthesis_seconds or "
-                    "limits.synthesis_memory in the scenario"
+                    f"{seconds_words(result.seconds)}; raise {_limit(result.verdict)} in the "
+                    "scenario"
                 )
         return results
 
@@ -195,3 +196,9 @@ def _tried(result: TaskResult) -> tuple[records.Tried, ...]:
     verdict = result.result.verdict
     fairness, spec = result.task.fairness.value, result.result.spec_sha256
     return (*result.tried, records.Tried(result.form, fairness, spec, verdict))
+
+
+def _limit(verdict: Verdict) -> str:
+    """The limit that a synthesis has exhausted."""
+    memory = verdict is Verdict.OUT_OF_MEMORY
+    return "limits.synthesis_memory" if memory else "limits.synthesis_seconds"

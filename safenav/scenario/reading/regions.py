@@ -41,7 +41,8 @@ class AnyKeys(Table):
     any = Key(
         form(many(REGION, 1)),
         "Any one of these regions.",
-        required="a target of several regions is written {any: [47, [3, 8]]}",
+        required="a target of several regions is written {any: [47, [3, 8]]}; rows and columns get "
+        "a name under 'areas'",
     )
 
 
