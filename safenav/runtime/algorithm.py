@@ -94,7 +94,7 @@ class Algorithm(Struct):
         yield from self.turns.step(robot)
         if robot.own.rounds > rounds and misses_its_rounds(self.team, robot):
             yield events.Astray(robot.name, Reason.ROUND)
-        yield from self.batteries.turn_ends(robot)
+        yield from self.batteries.turn_ends(robot, completes=self.completes())
 
     def settle(self, arising: Iterable[Event]) -> None:
         """Make the team react to events as they happen: lines 7 to 15 for an obstacle that a robot
@@ -158,6 +158,10 @@ class Algorithm(Struct):
 
     def waits_on(self, end: Conclusion) -> bool:
         """Whether the team waits, from now on or already, where the run would end."""
+        raise NotImplementedError
+
+    def completes(self) -> bool:
+        """Whether the mission is completed if nothing more happens in this tick."""
         raise NotImplementedError
 
     def _forget(self) -> None:

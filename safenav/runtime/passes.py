@@ -17,7 +17,7 @@ from safenav.runtime.coordination.events import (
     ObstacleChanged,
     RequestsSetAside,
 )
-from safenav.runtime.team import Role
+from safenav.runtime.team import RobotState, Role
 from safenav.runtime.termination import Conclusion, RunEnded
 from safenav.scenario.settings import switching
 from safenav.trace import records
@@ -250,27 +250,40 @@ class Passes(Algorithm):
             self._come = False
             self.guarded(self.pay)
 
+    def completes(self) -> bool:
+        team = self.team
+        if not (self._is_free() and all(map(self._is_done, team.robots.values()))):
+            return False
+        now = self.world.now() if team.live else team.tick
+        if any(o.ordered and (o.appears or 0) > now for o in team.scenario.obstacles):
+            return False
+        if team.owed or team.last_settled.found.served:
+            return False
+        return not (self._undone() and self._to_come())
+
+    def _is_done(self, robot: RobotState) -> bool:
+        return robot.own.rounds >= self.team.scenario.until.rounds and robot.base is None
+
+    def _is_free(self) -> bool:
+        """Whether no robot acts, and the team does not wait."""
+        acting = any(robot.acting for robot in self.team.robots.values())
+        return not acting and self.team.waiting is None
+
     def _end_if_due(self) -> None:
         """Raises RunEnded if the mission is completed, or has used up its ticks or seconds."""
         team, scenario = self.team, self.team.scenario
         wanted = scenario.until.rounds
-        done = all(r.own.rounds >= wanted and r.base is None for r in team.robots.values())
-        free = not any(robot.acting for robot in team.robots.values()) and team.waiting is None
-        now = self.world.now() if team.live else team.tick
-        coming = any(o.ordered and (o.appears or 0) > now for o in scenario.obstacles)
-        undone = self._undone() if done and free else []
-        coming = coming or bool(undone and self._to_come())
-        if done and free and not (coming or team.owed or team.last_settled.found.served):
+        if self.completes():
             plural = "round" if wanted == 1 else "rounds"
             said = f"every robot has met its objective for {wanted} {plural}"
-            if undone:
+            if undone := self._undone():
                 said += f"; not done: {', '.join(undone)}"
             self.deadlines.completed()
             raise RunEnded(Conclusion(Outcome.COMPLETED, said))
         left = [robot for robot in team.robots.values() if robot.own.rounds < wanted]
         served = team.last_settled.found.served
         out = any(not robot.active for robot in team.robots.values())
-        if out and left and free and not served and self.traffic.only_out(left):
+        if out and left and self._is_free() and not served and self.traffic.only_out(left):
             self.guarded(self._unless_back)
         if team.live:
             if self.limit is not None and self.world.now() >= self.limit:

@@ -29,6 +29,7 @@ class Batteries:
         self.team, self.turns, self.world = team, turns, world
         self._flat: dict[str, str] = {}  # the robot at which an obstacle appeared
         self._charged: list[str] = []
+        self._later: list[str] = []  # robots whose stop was not decided when the run was to end
         self._known: dict[str, tuple[object, Stops]] = {}
         robots = team.robots.items()
         batteries = {name: r.robot.model.battery for name, r in robots if r.robot.model.battery}
@@ -62,6 +63,9 @@ class Batteries:
                 yield from self.turn_ends(robot)
         for robot in self.team.robots.values() if self.team.tick == 1 else ():
             yield from self.turn_ends(robot)
+        later, self._later = self._later, []
+        for name in later:
+            yield from self.turn_ends(self.team.robots[name])
         charged, self._charged = self._charged, []
         for name in charged:
             robot = self.team.robots[name]
@@ -69,8 +73,9 @@ class Batteries:
             robot.charge = self._charges.charge[name]
             yield from self.turns.serve(robot, active=True, cause=ChangeCause.BATTERY)
 
-    def turn_ends(self, robot: RobotState) -> Iterator[Event]:
-        """Decide what a robot does next for its charge."""
+    def turn_ends(self, robot: RobotState, *, completes: bool = False) -> Iterator[Event]:
+        """Decide what a robot does next for its charge. ``completes``: the mission is completed as
+        it stands, so that a stop is decided when the next tick begins, if there is one."""
         battery, scenario = robot.robot.model.battery, self.team.scenario
         if battery is None or robot.charge is None or robot.transit is not None or not robot.active:
             return
@@ -79,6 +84,8 @@ class Batteries:
         on_charger = robot.pose.region in scenario.chargers
         if robot.too_flat and not on_charger:
             yield from self._runs_flat(robot)
+        elif completes:
+            self._later.append(robot.name)
         elif scenario.chargers:
             while (stop := self._stop(robot)) != robot.stop:  # a target may count immediately
                 robot.stop = stop
