@@ -5,10 +5,11 @@ memory survives a resynthesis. So after each the next goal is unknown until one 
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, field, replace
 
 from safenav.audit.kinds import shape_of
-from safenav.audit.lines import Line, Objective
+from safenav.audit.lines import Line, Made, Objective
 
 
 @dataclass
@@ -34,6 +35,18 @@ class Progress:
         shape = shape_of(objective.kind)
         in_order = shape.in_turn and not shape.strict and start not in first
         return cls(objective, awaited=0 if in_order else None, fresh=start not in first)
+
+    @classmethod
+    def continued(cls, objective: Objective, done: Line) -> Progress:
+        """Return the progress where the run continues that of another trace. A strict objective
+        may begin with another target where the robot stands on one."""
+        shape = shape_of(objective.kind)
+        in_order = shape.in_turn and not shape.strict
+        counted = Progress(objective, (done.turn or 0) if in_order else None)
+        if shape.covers:
+            counted.covered, counted.fresh = {*(done.seen or ())}, not done.uncounted
+        counted.last_round = done.rounds or 0
+        return counted
 
     def reset(self, objective: Objective, line: int) -> None:
         self.objective = objective
@@ -64,3 +77,23 @@ class Progress:
 
     def copy(self) -> Progress:
         return replace(self, covered=set(self.covered))
+
+
+def goals_before(objective: Objective, done: Line) -> list[Line]:
+    """Return goals as a trace would have them since the last resolution, for what a robot has
+    ``done`` of its own objective before the run continues."""
+    shape, rounds = shape_of(objective.kind), done.rounds or 0
+    count = len(objective.targets)
+    if objective.kind == "ltl":
+        count = len(json.loads(objective.body).get("liveness", ()))
+    if shape.settles:
+        return [Made(goal=count - 1, round=number) for number in range(1, rounds + 1)]
+    seen, first = [*(done.seen or ())], 0
+    if shape.in_turn and count:
+        first = ((done.turn or 0) - len(seen)) % count
+        seen.sort(key=lambda goal: (goal - first) % count)
+    order = [(first + number) % count for number in range(count)]
+    whole = [Made(goal=goal, round=number) for number in range(rounds) for goal in order]
+    for number, line in enumerate(whole[count - 1 :: count], 1):
+        line.round = number
+    return whole + [Made(goal=goal, round=rounds) for goal in seen]

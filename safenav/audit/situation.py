@@ -149,6 +149,7 @@ class Situation(State):
                 self.status[name] = Status.RESOLVED if gone else Status.UNTRAVERSABLE
                 for each, progress in self.progress.items():
                     progress.recount()
+                    self._go_on(each)
                     self.goals[each].clear()
             case "appeared":
                 self.requests.pop(name, None)
@@ -166,6 +167,9 @@ class Situation(State):
             case "truth":
                 self.truth[name] = record.traversable
             case "objective":
+                self._go_on(robot)
+                if record.cause != "input":
+                    self.next[robot] = 0
                 self.own[robot] = record.objective
                 self.goals[robot].clear()
                 self._count_ahead(record)
@@ -269,6 +273,12 @@ class Situation(State):
             self.ahead[robot] = self._kept.pop(robot, 0)
         elif record.cause == "input":
             self._kept.setdefault(robot, before)
+
+    def _go_on(self, robot: str) -> None:
+        """Note the target whose turn it is where rounds restart."""
+        count = len(self.own[robot].targets)
+        if self.goals[robot] and count:
+            self.next[robot] = (self.goals[robot][-1].goal + 1) % count
 
     def _asks_for(self, robot: str) -> None:
         """Note that a robot whose charge is used up asks for the obstacle that appeared there."""

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable
 
 from safenav.audit.lines import Line, Objective, Obstacle
 from safenav.audit.members import Need
-from safenav.audit.progress import Progress
+from safenav.audit.progress import Progress, goals_before
 from safenav.audit.turn import StackEntry, Status, Turn, helpers_of, taken
 from safenav.audit.world import World
 
@@ -35,12 +35,25 @@ class State:
         self.own: dict[str, Objective] = {n: r.objective for n, r in robots.items()}
         self.objectives = dict(self.own)
         """The objectives in force; ``own``: those that the robots have for themselves."""
-        self.progress = {n: Progress.at_start(r.objective, r.start) for n, r in robots.items()}
-        self.ahead = dict.fromkeys(robots, 0)
+        begun = self.header.begun
+        self.done: dict[str, Line] = {} if begun is None else dict(begun.robots or {})
+        """Progress of robots with their objectives, where this run continues another."""
+        self.progress = {
+            n: Progress.continued(r.objective, self.done[n])
+            if n in self.done
+            else Progress.at_start(r.objective, r.start)
+            for n, r in robots.items()
+        }
+        self.ahead = {name: self.turn_of(name) for name in robots}
         """Number of targets that each robot has met of an objective that ends, whatever it did
         meanwhile."""
-        self.goals: dict[str, list[Line]] = {name: [] for name in robots}
+        self.goals: dict[str, list[Line]] = {
+            n: goals_before(r.objective, self.done[n]) if n in self.done else []
+            for n, r in robots.items()
+        }
         """The goals of each robot's own objective since the last resolution."""
+        self.next = {name: self.turn_of(name) for name in robots}
+        """The target of its own objective whose turn it was when that began to be counted."""
         self.toward: dict[str, int | None] = dict.fromkeys(robots)
         self.charge = {n: float(r.battery.start) for n, r in robots.items() if r.battery}
         """Of robots with a battery; live, when their last step ended or began."""
@@ -108,6 +121,10 @@ class State:
         self.has_plan = False
         self.outcome: Line | None = None
         self.turn = Turn(0, None, self.header_line, dict(self.objectives))
+
+    def turn_of(self, robot: str) -> int:
+        """Return the target with which a robot continues its objective."""
+        return (self.done[robot].turn or 0) if robot in self.done else 0
 
     def has_heading(self, robot: str) -> bool:
         return self.header.robots[robot].mobility == "heading"

@@ -13,6 +13,7 @@ from functools import lru_cache
 from safenav.formula.evaluator import Predicate, predicate
 from safenav.formula.parser import parse
 from safenav.scenario.objective import Ltl, Objective, Target
+from safenav.scenario.settings import Done
 from safenav.spec.objective import NO_MEMORY, Memory
 from safenav.world.map import Region
 
@@ -45,6 +46,16 @@ class Progress:
     def seen(self) -> frozenset[int]:
         """The goals that were met in the current round."""
         return frozenset(self._seen)
+
+    @classmethod
+    def continued(cls, objective: Objective, done: Done) -> Progress:
+        """Return the progress of a run that began before."""
+        found = cls(objective, Memory(done.turn))
+        found.rounds = done.rounds
+        found._seen.update(done.seen)
+        if found._pursuit is not None and not found._in_turn:
+            found._state = sum(1 << goal for goal in done.seen)
+        return found
 
     def begin_with(self, index: int) -> None:
         """Continue with another target than the one whose turn it was."""

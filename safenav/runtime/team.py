@@ -211,13 +211,17 @@ class TeamState(Struct):
 
     @classmethod
     def initial(cls, scenario: Scenario, listeners: Iterable[Listener] = ()) -> TeamState:
-        """Everybody at the start with the objective that the scenario gives."""
+        """Everybody at the start with the objective that the scenario gives, and what they have
+        done of it before."""
         robots = {}
         for robot in scenario.robots:
+            done = None if scenario.begun is None else scenario.begun.robots.get(robot.name)
             own = Progress(robot.objective)
-            robots[robot.name] = RobotState(
-                robot, robot.start, own, Assignment(Role.OWN, robot.objective), own
-            )
+            if done is not None:
+                own = Progress.continued(robot.objective, done)
+            role = Assignment(Role.OWN, robot.objective)
+            begun = done is not None and not done.uncounted
+            robots[robot.name] = RobotState(robot, robot.start, own, role, own, begun=begun)
         team = cls(scenario, robots, Knowledge(scenario), tuple(listeners))
         team.recorded = team.objectives()
         team.inputs = team.inputs_before = {each.name: False for each in scenario.inputs}

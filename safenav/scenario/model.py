@@ -269,7 +269,7 @@ class Scenario(Struct, frozen=True):
     that the team knows may be there, None if it knows nothing; ``late``: after a broken promise.
     ``chargers``: regions where batteries are charged; ``flat``: the obstacle that appears at a
     robot whose charge does not last. ``inputs``: what the environment
-    tells all robots.
+    tells all robots. ``begun``: the run that this one continues.
     """
 
     name: str
@@ -298,6 +298,7 @@ class Scenario(Struct, frozen=True):
     chargers: frozenset[Region] = frozenset()
     flat: ObstacleType | None = None
     inputs: tuple[settings.Input, ...] = ()
+    begun: settings.Begun | None = None
 
     def __hash__(self) -> int:
         return hash((self.name, self.map, self.robots, self.obstacles))

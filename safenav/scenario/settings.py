@@ -124,13 +124,44 @@ class LatePolicy(StrEnum):
 
 class Until(Struct, frozen=True):
     """The run is completed when every robot has met its objective this many times after the
-    last resolution; ``by``: at this tick at the latest, None if it has no such promise.
-    ``begun``: the run is the rest of another one, which has accepted the promises and objectives:
-    what cannot be kept from here is judged, and not refused."""
+    last resolution; ``by``: at this tick at the latest, None if it has no such promise."""
 
     rounds: int = 2
     by: int | None = None
-    begun: bool = False
+
+
+class RoundClock(Struct, frozen=True):
+    """A round that was begun ``since`` so many ticks. ``disturbed``: the robot has done something
+    else in it, ``before``: in the one before it; ``over``: it is judged already."""
+
+    since: int
+    disturbed: bool = False
+    before: bool = False
+    over: bool = False
+
+
+class Done(Struct, frozen=True):
+    """A robot's progress with its own objective: ``rounds`` since the last resolution, the targets
+    ``seen`` in the present one, the target whose ``turn`` it is. ``uncounted``: what it meets where
+    it stands is not counted yet."""
+
+    rounds: int = 0
+    seen: tuple[int, ...] = ()
+    turn: int = 0
+    uncounted: bool = False
+    clock: RoundClock | None = None
+
+
+class Begun(Struct, frozen=True):
+    """The run that this one continues, whose promises and objectives were accepted: what cannot be
+    kept from here is judged, and not refused. ``trace``: the sha256 of its trace, if it is a file;
+    ``robots``: those that had begun; ``due``: the ticks left for the requests that were open;
+    ``late``: the obstacles whose promise is broken."""
+
+    trace: str | None = None
+    robots: Mapping[str, Done] = {}
+    due: Mapping[str, int] = {}
+    late: tuple[str, ...] = ()
 
 
 class Limits(Struct, frozen=True):

@@ -8,7 +8,7 @@ from typing import Annotated
 from msgspec import Struct
 
 from safenav.trace.objective import Objective
-from safenav.trace.vocabulary import Count, Heading, Json, Least, Region, Seconds
+from safenav.trace.vocabulary import Count, Heading, Json, Least, Region, Seconds, Sha256
 
 
 class TimingHeader(Struct, frozen=True):
@@ -167,6 +167,40 @@ class PromisesHeader(Struct, frozen=True):
     late: str = "go_on"
 
 
+class ClockHeader(Struct, frozen=True):
+    """A round that was begun ``since`` so many ticks. ``disturbed``: the robot has done something
+    else in it, ``before``: in the one before it; ``over``: it is judged already."""
+
+    since: Count
+    disturbed: bool = False
+    before: bool = False
+    over: bool = False
+
+
+class DoneHeader(Struct, frozen=True):
+    """A robot's progress with its own objective where the run continues: ``rounds`` since the last
+    resolution, the targets ``seen`` in the present one, the target whose ``turn`` it is if they
+    count in order. ``uncounted``: what it meets where it stands is not counted yet. ``clock``: of
+    its present round, where the scenario has deadlines."""
+
+    rounds: Count = 0
+    seen: tuple[Count, ...] = ()
+    turn: Count = 0
+    uncounted: bool = False
+    clock: ClockHeader | None = None
+
+
+class BegunHeader(Struct, frozen=True):
+    """The run that this one continues. ``trace``: the sha256 of its file; ``robots``: their
+    progress, of those that had begun; ``due``: the ticks left for the requests that were open;
+    ``late``: the obstacles whose deadline had passed."""
+
+    trace: Sha256 | None = None
+    robots: Mapping[str, DoneHeader] = {}
+    due: Mapping[str, Count] = {}
+    late: tuple[str, ...] = ()
+
+
 class LimitsHeader(Struct, frozen=True):
     """Ticks and seconds of the run; seconds, MiB and states of each synthesis."""
 
@@ -183,7 +217,8 @@ class ScenarioHeader(Struct, frozen=True):
     any. ``order``: of requests. ``changes``: the changes for robots during the run, by tick.
     ``requirements``: formulas over the motion of the run, by name. ``suspects``: obstacles that
     the team knows may be there; ``chargers``: regions where batteries are charged;
-    ``flat``: the type of obstacle that appears at a robot whose charge is used up."""
+    ``flat``: the type of obstacle that appears at a robot whose charge is used up; ``begun``: the
+    run that this one continues."""
 
     name: str
     map: MapHeader
@@ -204,3 +239,4 @@ class ScenarioHeader(Struct, frozen=True):
     chargers: tuple[Region, ...] | None = None
     inputs: tuple[InputHeader, ...] | None = None
     flat: str | None = None
+    begun: BegunHeader | None = None

@@ -2,6 +2,7 @@
 
 import json
 import random
+from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
@@ -18,8 +19,9 @@ from safenav.runtime.user_changes import SetInput
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import targets_of
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.scenario.settings import Begun
 from safenav.trace.header import scenario_header
-from safenav.trace.reading import read_trace
+from safenav.trace.reading import read_lines, read_trace
 
 
 def written(scenario: Scenario, path: Path) -> str:
@@ -203,7 +205,9 @@ def test_a_robot_keeps_its_charge(tmp_path: Path) -> None:
     """It has charged to 12 and made six steps; its stop at the charger is no target met."""
     text = BATTERY.replace("objective: {visit: [6, 0]}", "objective: {visit: [6, 5, 0]}")
     cut, scenario = cut_after("goal", text, tmp_path, index=1)
-    assert targets_of(resumed(read_trace(cut), scenario).robots[0].objective)[0] == frozenset({5})
+    begun = resumed(read_trace(cut), scenario).begun
+    assert begun is not None
+    assert begun.robots["c"].turn == 1
     battery = resumed(read_trace(cut), scenario).robots[0].model.battery
     assert battery is not None
     assert battery.start == 6
@@ -269,7 +273,8 @@ def test_a_deadline_is_due_at_the_same_time(
 
 def test_a_run_that_its_deadline_has_ended_goes_on_without_it(tmp_path: Path) -> None:
     scenario, path = load_scenario_text(DUE % (18, "stop")), tmp_path / "trace.jsonl"
-    slow = replace(scenario, until=replace(scenario.until, by=12, begun=True))
+    until = replace(scenario.until, by=12)
+    slow = replace(scenario, until=until, begun=Begun())
     assert written(slow, path) == "late"
     rest = resumed(read_trace(path), scenario)
     assert rest.until.by is None
@@ -332,3 +337,91 @@ def test_a_run_continues_with_an_empty_battery(clock: str, tmp_path: Path) -> No
     run = play(rest)
     assert run.outcome["outcome"] == "completed"
     assert not run.findings
+
+
+ONE = """
+safenav: 1
+map: {grid: [".....", "....."]}
+robots: {r: {model: husky, start: 0, objective: {%s}}}
+until: {rounds: 3}
+"""
+DOOR = """
+safenav: 1
+map: {grid: [".....", ".###.", "....."]}
+robots:
+  d: {model: digit, start: 10, heading: east, objective: {visit: [14, 10]}}
+  q: {model: quadcopter, start: 0, objective: {visit: [4, 0], within: 9}}
+obstacles: [{type: door, region: 2, resolve_within: 12}]
+until: {rounds: 2}
+"""
+KINDS = {
+    "visit": "visit: [2, 6, 4], within: 14",
+    "patrol": "patrol: [2, 8], within: 9",
+    "circuit": "circuit: [1, 5, 9]",
+    "cover": "cover: [2, 8, 5]",
+    "once": "once: [8, 1, 5]",
+    "hold": "hold: 7",
+}
+
+
+def continued(lines: list[str], end: int, scenario: Scenario) -> Run:
+    return play(resumed(read_lines(lines[:end]), scenario))
+
+
+def goals(lines: Iterable[str]) -> list[tuple[str, int, int]]:
+    told = map(json.loads, lines)
+    return [(one["robot"], one["goal"], one["round"]) for one in told if one["type"] == "goal"]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_no_part_of_a_round_is_done_twice(kind: str) -> None:
+    """Wherever the run is cut off, its rest meets the goals that are left, and completes it."""
+    scenario = load_scenario_text(ONE % KINDS[kind])
+    whole = play(scenario)
+    lines = whole.text.splitlines(keepends=True)
+    for end in range(2, len(lines) - 1, 2):
+        rest = continued(lines, end, scenario)
+        told = rest.text.splitlines()
+        assert rest.outcome["outcome"] == "completed", end
+        assert rest.outcome["rounds"] == whole.outcome["rounds"], end
+        before, after = goals(lines[:end]), goals(told)
+        if kind in ("once", "hold") and before and before[-1] == goals(lines)[-1]:
+            assert {goal for _, goal, _ in after} == {before[-1][1]}  # it stays there
+        else:
+            assert before + after == goals(lines), end
+
+
+def test_deadlines_keep_their_ages() -> None:
+    """At the end of a tick those of the rest are due when those of the run are, and the mission
+    is completed no later."""
+    scenario = load_scenario_text(DOOR)
+    whole = play(scenario)
+    lines = whole.text.splitlines(keepends=True)
+    told = [json.loads(line) for line in lines]
+    ticks = [line.get("tick", 0) for line in told]
+    due = {(line["of"], line["due"]) for line in told if line["type"] == "deadline"}
+    for tick in range(3, 29, 5):
+        rest = continued(lines, ticks.index(tick + 1), scenario)
+        judged = {(one["of"], tick + one["due"]) for one in rest.all("deadline")}
+        assert judged, tick
+        assert judged <= due, tick
+        assert tick + rest.outcome["ticks"] <= whole.outcome["ticks"]
+
+
+@pytest.mark.parametrize(
+    ("end", "robot", "other", "rule"),
+    [
+        (48, "q", {"rounds": 2}, "deadline"),
+        (40, "q", {"turn": 0}, "goal-order"),
+        (40, "q", {"clock": {"since": 8}}, "deadline"),
+        (15, "r", {"seen": [0, 1, 2]}, "completed"),
+    ],
+)
+def test_a_header_that_tells_otherwise_breaks_a_rule(
+    end: int, robot: str, other: dict[str, object], rule: str
+) -> None:
+    """The audit counts from what the header tells of the run before."""
+    scenario = load_scenario_text(DOOR if robot == "q" else ONE % KINDS["cover"])
+    run = continued(play(scenario).text.splitlines(keepends=True), end, scenario)
+    run.records[0]["scenario"]["begun"]["robots"][robot] |= other
+    assert rule in run.broken

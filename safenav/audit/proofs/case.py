@@ -108,4 +108,5 @@ def _awaited(name: str, objective: Objective, goals: list[Line], now: Situation)
     if goals and goals[-1].goal < count:
         return ((goals[-1].goal + 1) % count,)
     resumed: Any = now.header.robots[name].when
-    return tuple(range(count)) if shape_of(objective.kind).strict or resumed else (0,)
+    strict = shape_of(objective.kind).strict
+    return tuple(range(count)) if strict or resumed else (now.next[name] % max(count, 1),)

@@ -35,6 +35,17 @@ class _Clock:
     met: int = 0
     turn: int | None = None
 
+    @classmethod
+    def continued(cls, done: Line, count: int) -> _Clock:
+        """The clock of a round that began before the run continues here."""
+        told, begun = done.clock, done.turn or done.rounds or done.seen
+        turn = ((done.turn or 0) - 1) % count if begun and count else None
+        clock = cls(rounds=done.rounds or 0, met=len(done.seen or ()), turn=turn)
+        if told is not None:
+            clock.begun, clock.over = -told.since, bool(told.over)
+            clock.away, clock.before = bool(told.disturbed), bool(told.before)
+        return clock
+
     def restart(self, tick: int, *, met: int = 0) -> None:
         """``met``: targets that it has met in this round, and that count."""
         self.before, self.away = self.away, False
@@ -80,10 +91,15 @@ class DeadlineRule(Rule):
         promises, robots = now.header.promises, now.header.robots
         self._active = promises is not None
         self._clocks = {name: _Clock() for name in robots}
+        for name, done in now.done.items():
+            self._clocks[name] = _Clock.continued(done, len(robots[name].objective.targets))
         if promises is not None:
             self._within = dict(promises.within)
             if promises.by is not None:
                 self._open[MISSION] = promises.by
+            if now.header.begun is not None:
+                self._open |= now.header.begun.due or {}
+                self._past |= {*(now.header.begun.late or ())}
         return ()
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from safenav.audit.kinds import shape_of
 from safenav.audit.lines import Line, Objective
@@ -110,6 +110,11 @@ class RoundsRule(Rule):
         self._steps: dict[str, list[int]] = {}
         self._unsure: set[str] = set()
         self._pushed: list[dict[str, int]] = []
+
+    def opening(self, now: Situation) -> Iterable[Said]:
+        self._last = {name: done.rounds or 0 for name, done in now.done.items()}
+        self._own = dict(self._last)
+        return ()
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
         told = record.type == "met" and now.header.coordination == "assignable"

@@ -119,11 +119,17 @@ class CompletedRule(Rule):
 
     def __init__(self) -> None:
         self._held: dict[str, set[int]] = {}  # ticks
+        self._held_before: dict[str, int] = {}
         self._tick = 0
         self._time = 0.0  # the tick; in a live run the seconds
         self._goes_on = False
         self._requested: set[str] = set()
         self._begins = 0  # the last tick in which what counts came before all moves
+
+    def opening(self, now: Situation) -> Iterable[Said]:
+        settles = [name for name, own in now.own.items() if shape_of(own.kind).settles]
+        self._held_before = {n: now.done[n].rounds or 0 for n in settles if n in now.done}
+        return ()
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
         if record.t is not None or not now.live:
@@ -142,8 +148,10 @@ class CompletedRule(Rule):
             self._requested.add(record.obstacle)
         if record.type == "resolved":
             self._held.clear()
+            self._held_before.clear()
         elif record.type == "objective":
             self._held.pop(record.robot, None)
+            self._held_before.pop(record.robot, None)
         elif record.type in ("move", "synthesis"):
             self._hold(record, now)
 
@@ -189,9 +197,12 @@ class CompletedRule(Rule):
                 yield f"{robot} has {most} rounds of {wanted} since the last resolution"
             elif shape_of(objective.kind).ends and now.ahead[robot] < len(objective.targets):
                 yield f"{robot} has met {now.ahead[robot]} of its {len(objective.targets)} targets"
-            elif _stays(robot, now) and (held := len(self._held.get(robot, ()))) + 1 < wanted:
+            elif _stays(robot, now) and (held := self._ticks_held(robot)) + 1 < wanted:
                 # The region where it stands when counting begins may also count.
                 yield f"{robot} has held for {held} ticks of {wanted}"
+
+    def _ticks_held(self, robot: str) -> int:
+        return len(self._held.get(robot, ())) + self._held_before.get(robot, 0)
 
     def _over(self, now: Situation) -> bool:
         """Return whether the run is certainly completed."""

@@ -1,11 +1,11 @@
 """The rest of a run that was interrupted or killed, as a scenario, from what its trace says.
 
-Robots begin where the trace leaves them (one that was under way: where it set out), with the
-target whose turn it was. Obstacles that were resolved or disappeared are left out, as are the
-met needs of others; robots out of service stay so. The team encounters again what it had met, and
-what turned out untraversable still is. Needs that the same robots were to meet start over: the
-rest does not know who those were. The memory of formulas also starts over. A robot begins with the
-charge that it has; one whose battery is empty asks for help again.
+Robots begin where the trace leaves them (one that was under way: where it set out), with what they
+have done of their objectives (``trace_end``). Obstacles that were resolved or disappeared are left
+out, as are the met needs of others; robots out of service stay so. The team encounters again what
+it had met, and what turned out untraversable still is. Needs that the same robots were to meet
+start over: the rest does not know who those were. The memory of formulas also starts over. A robot
+begins with the charge that it has; one whose battery is empty asks for help again.
 """
 
 from __future__ import annotations
@@ -14,11 +14,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from math import ceil, floor
 from typing import Any
 
-from msgspec import Struct, field
 from msgspec.structs import asdict, replace
 
 from safenav.errors import UsageError
-from safenav.outcome import Outcome
+from safenav.runtime.analysis.trace_end import TraceEnd, ended_late, pose_of
 from safenav.runtime.energy.charges import TracedCharges
 from safenav.runtime.passes import SLOWEST
 from safenav.scenario import settings
@@ -34,94 +33,27 @@ from safenav.scenario.model import (
     name_parts,
 )
 from safenav.scenario.motion import MotionModel
-from safenav.scenario.objective import Ltl, targets_of, with_targets
+from safenav.scenario.objective import Ltl
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.joining import joined
-from safenav.trace import records, setting, vocabulary
-from safenav.trace.objective import Objective as TracedObjective
+from safenav.trace import records, setting
+from safenav.trace.header import objective_in_trace
 from safenav.trace.trace import Trace
-from safenav.trace.vocabulary import ChangeCause, Reason
 from safenav.trace.wording import objective_of
 from safenav.trace.words import listed
 from safenav.world.frame import Frame
-from safenav.world.map import HEADINGS, RegionMap
-from safenav.world.moves import Mobility, Pose
+from safenav.world.map import RegionMap
+from safenav.world.moves import Mobility
 
 UNREAD = ("promises", "suspects", "chargers", "inputs", "partition")
 """Parts of a header from which no scenario is made: the scenario's file is needed."""
 ENDED = ("completed", "unrealizable")
 
 
-class _State(Struct):
-    """The end of a trace. ``turns``: the next target of each robot; ``chosen``: the inputs that a
-    user has set."""
-
-    poses: dict[str, Pose]
-    own: dict[str, TracedObjective]
-    objectives: dict[str, TracedObjective]
-    turns: dict[str, int] = field(default_factory=dict)
-    rounds: dict[str, int] = field(default_factory=dict)
-    out: set[str] = field(default_factory=set)
-    gone: set[str] = field(default_factory=set)
-    appeared: set[str] = field(default_factory=set)
-    truths: dict[str, bool | None] = field(default_factory=dict)
-    met: dict[str, int] = field(default_factory=dict)
-    chosen: dict[str, bool] = field(default_factory=dict)
-    time: float = 0.0
-
-    def take(self, record: records.Record) -> None:
-        """Follow a line."""
-        self.time = record.t if record.t is not None else record.tick
-        match record:
-            case records.Move() if record.toward is None:
-                self.poses[record.robot] = _pose(record.to, record.heading)
-            case records.Arrive():
-                self.poses[record.robot] = _pose(record.at, record.heading)
-            case records.Operator() if record.robot is not None and record.region is not None:
-                self.poses[record.robot] = _pose(record.region, record.heading)
-            case records.Push() | records.Pop():
-                self.objectives |= record.objectives
-            case records.Told():
-                self.objectives[record.robot] = record.objective
-            case records.Synthesis() if record.reason is Reason.CHARGE:
-                self.objectives[record.robot] = record.objective  # a stop is not its own
-            case records.NewObjective():
-                if record.at_once:
-                    self.objectives[record.robot] = record.objective
-                if record.cause is ChangeCause.INPUT:  # until it changes again
-                    self.rounds[record.robot] = 0
-                    return
-                self.own[record.robot] = record.objective
-                self.turns[record.robot] = self.rounds[record.robot] = 0
-            case records.Goal() if self.objectives[record.robot] == self.own[record.robot]:
-                self.turns[record.robot] = record.goal + 1
-                self.rounds[record.robot] = record.round
-            case records.Inputs():
-                self.chosen = {name: record.values[name] for name in record.user or ()}
-            case records.Resolved():
-                if record.traversable is not False:
-                    self.gone.add(record.obstacle)
-                self.rounds.clear()
-            case records.Truth():
-                self.truths[record.obstacle] = record.traversable
-            case records.Gone():
-                self.gone.add(record.obstacle)
-            case records.Appeared():
-                self.gone.discard(record.obstacle)
-                self.appeared.add(record.obstacle)
-                self.met.pop(record.obstacle, None)
-            case records.Met():
-                self.met[record.obstacle] = record.need + 1
-            case records.Service() if record.cause is not ChangeCause.BATTERY:
-                (self.out.discard if record.active else self.out.add)(record.robot)
-            case _:
-                pass
-
-
 def resumed(trace: Trace, scenario: Scenario | None = None) -> Scenario:
     """Return the scenario of the rest of a run. ``scenario``: what it was made of, for what its
     header does not hold. Raises UsageError if nothing is left, or that is needed."""
-    outcome = next((r for r in trace.records if isinstance(r, records.End)), None)
+    outcome = trace.outcome
     if outcome is not None and outcome.outcome.value in ENDED:
         raise UsageError(f"nothing to resume: the run ended ({outcome.outcome.value})")
     header = trace.header.scenario
@@ -132,55 +64,38 @@ def resumed(trace: Trace, scenario: Scenario | None = None) -> Scenario:
     robots = header.robots
     if {robot.name for robot in base.robots} != {*robots}:
         raise UsageError("the scenario is another one: it has other robots than the trace")
-    state = _State(
-        {name: _pose(robot.start, robot.heading) for name, robot in robots.items()},
-        {name: robot.objective for name, robot in robots.items()},
-        {name: robot.objective for name, robot in robots.items()},
-    )
-    charges = TracedCharges(trace.header)
+    state, charges = TraceEnd.of(trace), TracedCharges(trace.header)
     for record in trace.records:
-        state.take(record)
         charges.take(record)
+    by = base.until.by
+    if by is not None:  # one that has passed is due at the beginning, so that the rest is also late
+        by = None if ended_late(trace) else max(0, floor(by - state.time))
+    timed = base.deadlines and clock is settings.Clock.LOCKSTEP
     return replace(
         base,
         robots=tuple(_robot(robot, state, charges) for robot in base.robots),
         obstacles=tuple(_obstacles(base.obstacles, trace, state, {*charges.flat})),
-        until=_until(
-            base.until, state, ended_late=outcome is not None and outcome.outcome is Outcome.LATE
-        ),
+        until=replace(base.until, by=by),
         changes=tuple(_changes(base, state)),
         inputs=tuple(_input(each, state, clock, base.limits) for each in base.inputs),
+        begun=state.begun(trace, timed=timed),
     )
 
 
-def _until(until: settings.Until, state: _State, *, ended_late: bool) -> settings.Until:
-    """The rounds that are left, and the deadline in ticks of the rest. One that has passed is due
-    at its beginning, so that the rest is also late; a run that it has ended continues without."""
-    robots = state.poses
-    done = min(map(state.rounds.get, robots, [0] * len(robots)))
-    by = None if until.by is None or ended_late else max(0, floor(until.by - state.time))
-    return settings.Until(max(1, until.rounds - done), by, begun=True)
-
-
-def _robot(robot: Robot, state: _State, charges: TracedCharges) -> Robot:
-    told = objective_of(state.own[robot.name])
+def _robot(robot: Robot, state: TraceEnd, charges: TracedCharges) -> Robot:
+    own = state.own[robot.name]
+    told = objective_of(own.objective)
     objective = robot.objective if told is None or isinstance(told, Ltl) else told
-    if not isinstance(objective, Ltl) and objective.in_turn:
-        targets = targets_of(objective)
-        turn = state.turns.get(robot.name, 0)
-        if objective.settles:
-            objective = with_targets(objective, targets[min(turn, len(targets) - 1) :])
-        else:
-            turn %= len(targets)
-            objective = with_targets(objective, (*targets[turn:], *targets[:turn]))
+    within = own.within if own.objective != objective_in_trace(robot.objective) else robot.within
     model, charge = robot.model, charges.now(robot.name)
     if model.battery is not None and charge is not None:
         model = replace(model, battery=replace(model.battery, start=charge))
-    return replace(robot, model=model, start=state.poses[robot.name], objective=objective)
+    start = state.poses[robot.name]
+    return replace(robot, model=model, start=start, objective=objective, within=within)
 
 
 def _obstacles(
-    listed: Iterable[Obstacle], trace: Trace, state: _State, flat: set[str]
+    listed: Iterable[Obstacle], trace: Trace, state: TraceEnd, flat: set[str]
 ) -> Iterable[Obstacle]:
     found = {r.obstacle.name for r in trace.records if isinstance(r, records.Discovered)}
     known = {o.name for o in listed}
@@ -213,13 +128,13 @@ def _left(kind: ObstacleType, met: int) -> ObstacleType:
     return replace(kind, listed=kind.needs[met:]) if 0 < met < len(kind.needs) else kind
 
 
-def _later(time: int | None, state: _State) -> int | None:
+def _later(time: int | None, state: TraceEnd) -> int | None:
     """A tick of the run in those of the rest."""
     return None if time is None else max(1, round(time - state.time))
 
 
 def _input(
-    each: settings.Input, state: _State, clock: settings.Clock, limits: settings.Limits
+    each: settings.Input, state: TraceEnd, clock: settings.Clock, limits: settings.Limits
 ) -> settings.Input:
     """An input in the time of the rest, which begins at tick 1, or live at 0. One that a user has
     set stays so until the end."""
@@ -233,7 +148,7 @@ def _input(
     return replace(each, spans=tuple(span for span in spans if span[1] >= begin))
 
 
-def _changes(base: Scenario, state: _State) -> Iterable[settings.RobotChange]:
+def _changes(base: Scenario, state: TraceEnd) -> Iterable[settings.RobotChange]:
     for name in sorted(state.out):
         yield settings.RobotChange(1, name, active=False)
     for change in base.changes:
@@ -293,7 +208,7 @@ def _made(name: str, robot: setting.RobotHeader) -> Robot:
     return Robot(
         name,
         model,
-        _pose(robot.start, robot.heading),
+        pose_of(robot.start, robot.heading),
         objective,
         robot.conflicts,
         frozenset(robot.tracks or ()),
@@ -331,10 +246,6 @@ def _made_obstacle(told: setting.ObstacleHeader) -> Obstacle:
     return Obstacle(
         kind, told.region, told.traversable, *times, bool(told.ordered), number, sweeps=swept
     )
-
-
-def _pose(region: int, heading: vocabulary.Heading | None) -> Pose:
-    return Pose(region, None if heading is None else HEADINGS[str(heading)])
 
 
 def rest_with(told: Sequence[records.Record], scenario: Scenario, robot: str) -> Scenario:

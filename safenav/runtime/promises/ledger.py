@@ -18,7 +18,7 @@ from safenav.runtime.promises.moment import goals_left, moment_of, objectives_ch
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded
-from safenav.scenario.settings import LatePolicy
+from safenav.scenario.settings import Begun, Done, LatePolicy
 from safenav.trace import records
 from safenav.trace.vocabulary import DeadlineVerdict
 from safenav.trace.wording import Wording
@@ -76,8 +76,16 @@ class Deadlines(Struct):
         self.active = scenario.deadlines
         if scenario.until.by is not None:
             self._open[MISSION] = Promise(scenario.until.by)
+        begun = scenario.begun or Begun()
+        self._open |= {of: Promise(left) for of, left in begun.due.items()}
+        self._past |= {*begun.late}
         for robot in self.team.robots:
-            self._rounds[robot] = Round()
+            done = begun.robots.get(robot, Done())
+            self._rounds[robot] = clock = Round(done=done.rounds)
+            if done.clock is not None:
+                told = done.clock
+                clock.begun, clock.over = -told.since, told.over
+                clock.disturbed, clock.before = told.disturbed, told.before
 
     def __call__(self, record: records.Record) -> None:
         """Hear what happens in a turn."""

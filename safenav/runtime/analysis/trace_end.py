@@ -1,0 +1,265 @@
+"""The state in which a trace ends: where the robots are, and what they have done of their
+objectives. The rest of the run begins there (``runtime.analysis.resuming``).
+"""
+
+from __future__ import annotations
+
+from msgspec import Struct, field
+
+from safenav.outcome import Outcome
+from safenav.scenario.objective import Ltl, Objective, targets_of
+from safenav.scenario.settings import Begun, Done, RoundClock
+from safenav.trace import records, setting, vocabulary
+from safenav.trace.objective import Objective as TracedObjective
+from safenav.trace.trace import Trace
+from safenav.trace.vocabulary import ChangeCause, DeadlineVerdict
+from safenav.trace.wording import objective_of
+from safenav.world.map import HEADINGS
+from safenav.world.moves import Pose
+
+
+class Pursued(Struct):
+    """A robot's own objective, ``within`` so many ticks a round, and its progress with it.
+    ``begun``: what it meets counts. ``since``, ``disturbed``, ``before`` and ``over``: the clock of
+    its round, as in ``settings.RoundClock``, but with the tick in which it began."""
+
+    objective: TracedObjective
+    within: int | None = None
+    begun: bool = False
+    rounds: int = 0
+    seen: set[int] = field(default_factory=set)
+    turn: int = 0
+    since: int = 0
+    disturbed: bool = False
+    before: bool = False
+    over: bool = False
+
+    @property
+    def pursuit(self) -> Objective:
+        """The objective itself; of an unknown kind, no targets count."""
+        return objective_of(self.objective) or Ltl()
+
+    def meet(self, goal: records.Goal) -> None:
+        """Count a goal."""
+        known, counted = self.pursuit, goal.round > self.rounds
+        self.begun, self.rounds = True, goal.round
+        self.seen.add(goal.goal)
+        if counted:
+            self.seen.clear()
+            self.restart(goal.tick)
+        if not isinstance(known, Ltl) and known.in_turn:
+            last = len(targets_of(known)) - 1
+            ahead = min(goal.goal + 1, last) if known.settles else (goal.goal + 1) % (last + 1)
+            self.turn = ahead
+
+    def stay(self, region: int) -> None:
+        """Count a turn that ends in a region: a tick where the robot settles has no line."""
+        known = self.pursuit
+        if self.begun and not isinstance(known, Ltl) and known.stays(self.turn, region):
+            self.rounds += 1
+        self.begun = True
+
+    def recount(self, tick: int) -> None:
+        """Count rounds from a resolution on."""
+        self.rounds = 0
+        self.seen.clear()
+        self.restart(tick)
+
+    def restart(self, tick: int) -> None:
+        """Let another round begin."""
+        self.since, self.over = tick, False
+        self.before, self.disturbed = self.disturbed, False
+
+
+class TraceEnd(Struct):
+    """The end of a trace. ``in_force``: the objective that each robot pursues; ``chosen``: the
+    inputs that a user has set; ``due``: the ticks in which open requests are due, ``late``: those
+    that were; ``moved``: the robot whose turn it is, and where it is, until its goal is counted."""
+
+    poses: dict[str, Pose]
+    own: dict[str, Pursued]
+    in_force: dict[str, TracedObjective]
+    out: set[str] = field(default_factory=set)
+    gone: set[str] = field(default_factory=set)
+    appeared: set[str] = field(default_factory=set)
+    truths: dict[str, bool | None] = field(default_factory=dict)
+    met: dict[str, int] = field(default_factory=dict)
+    chosen: dict[str, bool] = field(default_factory=dict)
+    due: dict[str, int] = field(default_factory=dict)
+    late: set[str] = field(default_factory=set)
+    moved: tuple[str, int] | None = None
+    time: float = 0.0
+
+    @classmethod
+    def of(cls, trace: Trace) -> TraceEnd:
+        """Return the state after all lines of a trace."""
+        header, robots = trace.header.scenario, trace.header.scenario.robots
+        end = cls(
+            {name: pose_of(robot.start, robot.heading) for name, robot in robots.items()},
+            {name: _pursued(name, header) for name in robots},
+            {name: robot.objective for name, robot in robots.items()},
+        )
+        if header.begun is not None:
+            end.due, end.late = dict(header.begun.due), {*header.begun.late}
+        for record in trace.records:
+            end.take(record)
+        end.look()
+        return end
+
+    def take(self, record: records.Record) -> None:
+        """Follow a line."""
+        self.time = record.t if record.t is not None else record.tick
+        match record:
+            case records.Move():
+                self.look()
+                self._turn_over()
+                if record.toward is None:
+                    self.poses[record.robot] = pose_of(record.to, record.heading)
+                    self.moved = record.robot, record.to
+            case records.Arrive():
+                self.poses[record.robot] = pose_of(record.at, record.heading)
+                self.moved = record.robot, record.at
+            case records.Depart() | records.Held():
+                self.moved = None
+            case records.Operator() if record.robot is not None and record.region is not None:
+                self.poses[record.robot] = pose_of(record.region, record.heading)
+            case records.Push() | records.Pop():
+                self.in_force |= record.objectives
+            case records.Told():
+                self.in_force[record.robot] = record.objective
+            case records.Synthesis() if record.node is not None and record.places is None:
+                self.in_force[record.robot] = record.objective  # it was installed
+                self._turned(record)
+            case records.NewObjective():
+                self._given(record)
+            case records.Goal() if self.pursues(record.robot):
+                self.own[record.robot].meet(record)
+                self.moved = None
+            case records.Inputs():
+                self.chosen = {name: record.values[name] for name in record.user or ()}
+            case records.Resolved():
+                if record.traversable is not False:
+                    self.gone.add(record.obstacle)
+                for pursued in self.own.values():
+                    pursued.recount(record.tick)
+                self._over(record.obstacle)
+            case records.Truth():
+                self.truths[record.obstacle] = record.traversable
+            case records.Gone():
+                self.gone.add(record.obstacle)
+                self._over(record.obstacle)
+            case records.KnownObstacle():
+                self._over(record.obstacle)
+            case records.Appeared():
+                self.gone.discard(record.obstacle)
+                self.appeared.add(record.obstacle)
+                self.met.pop(record.obstacle, None)
+            case records.Met():
+                self.met[record.obstacle] = record.need + 1
+            case records.Service():
+                if record.active:
+                    self.own[record.robot].restart(record.tick)
+                if record.cause is not ChangeCause.BATTERY:
+                    (self.out.discard if record.active else self.out.add)(record.robot)
+            case records.Deadline():
+                self._judged(record)
+            case _:
+                pass
+
+    def look(self) -> None:
+        """Note which robots do something else than their own objective."""
+        for name, pursued in self.own.items():
+            pursued.disturbed |= not self.pursues(name) or name in self.out
+
+    def _turn_over(self) -> None:
+        """Count the turn that is over."""
+        if self.moved is not None and self.pursues(self.moved[0]):
+            self.own[self.moved[0]].stay(self.moved[1])
+        self.moved = None
+
+    def pursues(self, robot: str) -> bool:
+        """Return whether a robot pursues its own objective."""
+        return self.in_force[robot] == self.own[robot].objective
+
+    def begun(self, trace: Trace, *, timed: bool) -> Begun:
+        """Return what the rest of the run continues. ``timed``: it has deadlines."""
+        tick = round(self.time) if timed else 0
+        robots = {
+            name: Done(
+                own.rounds,
+                tuple(sorted(own.seen)),
+                own.turn,
+                not self.pursues(name) or (self.moved is not None and self.moved[0] == name),
+                _clock(own, tick) if timed else None,
+            )
+            for name, own in self.own.items()
+            if own.begun
+        }
+        due = {of: max(0, at - tick) for of, at in self.due.items()} if timed else {}
+        late = tuple(sorted(self.late)) if timed else ()
+        return Begun(trace.digest or None, robots, due, late)
+
+    def _given(self, record: records.NewObjective) -> None:
+        robot, own = record.robot, self.own[record.robot]
+        if record.at_once:
+            self.in_force[robot] = record.objective
+        if record.cause is ChangeCause.INPUT:  # until it changes again
+            own.rounds, own.begun, own.before, own.disturbed = 0, True, False, False
+            own.seen.clear()
+            own.restart(record.tick)
+        else:
+            self.own[robot] = Pursued(record.objective, record.within, since=record.tick)
+
+    def _turned(self, record: records.Synthesis) -> None:
+        """Note that a strategy begins with another target than the one whose turn it was."""
+        if record.form is vocabulary.Form.OTHER_MEMORY and self.pursues(record.robot):
+            self.own[record.robot].turn = next(iter((record.memory or {"": 0}).values()))
+
+    def _over(self, obstacle: str) -> None:
+        """Note that no request for an obstacle is due from here on."""
+        self.due.pop(obstacle, None)
+        self.late.discard(obstacle)
+
+    def _judged(self, record: records.Deadline) -> None:
+        if record.verdict is DeadlineVerdict.LOST:
+            return
+        if record.of in self.own:
+            self.own[record.of].over |= record.verdict is not DeadlineVerdict.KEPT
+        elif record.verdict is DeadlineVerdict.SET:
+            if record.cause is None:  # a charge is computed again
+                self.due[record.of] = record.due
+        else:
+            self.due.pop(record.of, None)
+            if record.verdict is DeadlineVerdict.LATE:
+                self.late.add(record.of)
+
+
+def pose_of(region: int, heading: vocabulary.Heading | None) -> Pose:
+    """A pose as a trace has it."""
+    return Pose(region, None if heading is None else HEADINGS[str(heading)])
+
+
+def ended_late(trace: Trace) -> bool:
+    """Return whether a broken promise ended the run."""
+    return trace.outcome is not None and trace.outcome.outcome is Outcome.LATE
+
+
+def _pursued(name: str, header: setting.ScenarioHeader) -> Pursued:
+    """The progress of a robot with which a trace begins."""
+    within = {} if header.promises is None else header.promises.within
+    own = Pursued(header.robots[name].objective, within.get(name))
+    done = None if header.begun is None else header.begun.robots.get(name)
+    if done is not None:
+        own.begun, own.rounds, own.seen, own.turn = True, done.rounds, {*done.seen}, done.turn
+        if (clock := done.clock) is not None:
+            own.since, own.over = -clock.since, clock.over
+            own.disturbed, own.before = clock.disturbed, clock.before
+    return own
+
+
+def _clock(own: Pursued, tick: int) -> RoundClock:
+    """The clock of a round at a tick; one that is due by then is due at the start."""
+    since = tick - own.since
+    if own.within is not None and not own.over:
+        since = min(since, own.within)
+    return RoundClock(since, own.disturbed, own.before, own.over)
