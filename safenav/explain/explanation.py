@@ -163,6 +163,8 @@ class RepairKind(StrEnum):
     """Another model of the other robots, under which other assumptions can be made."""
     ASSUMPTION = "assumption"
     """A guarantee that the other robots would have to give."""
+    INPUT = "input"
+    """An assumption on an input."""
     CAPABILITY = "capability"
     ROBOT = "robot"
     """One more robot; like those below, for a run that needs an operator."""

@@ -18,7 +18,16 @@ from safenav.explain.explanation import Diagnosis, NoStrategyCause, Repair, Repa
 from safenav.explain.map_repair import map_repairs
 from safenav.explain.undisturbed import play
 from safenav.scenario.model import Robot, Scenario, Tracking
-from safenav.scenario.objective import Ltl, Objective, avoided, relaxed, station, staying, written
+from safenav.scenario.objective import (
+    Ltl,
+    Objective,
+    Word,
+    avoided,
+    relaxed,
+    station,
+    staying,
+    written,
+)
 from safenav.scenario.reachability import Reachability
 from safenav.spec.objective import NO_MEMORY
 from safenav.spec.task import Task
@@ -47,8 +56,8 @@ _FIRST: dict[NoStrategyCause, tuple[RepairKind, ...]] = {
     C.IMPOSSIBLE_START: (K.START, K.HEADING, K.OBJECTIVE),
     C.CONTRADICTION: (K.OBJECTIVE,),
     C.FORBIDDEN_WAY: (K.OBJECTIVE, K.START, K.HEADING, K.MOBILITY, K.OPEN_WALL),
-    C.CORNERED: (K.OBJECTIVE, K.TRACKING, K.AVOIDS, K.OPEN_WALL, K.REMOVE_WALLS, K.START),
-    C.KEPT_AWAY: (K.TRACKING, K.AVOIDS, K.OTHER_START, K.OBJECTIVE, K.OPEN_WALL, K.START),
+    C.CORNERED: (K.INPUT, K.OBJECTIVE, K.TRACKING, K.AVOIDS, K.OPEN_WALL, K.REMOVE_WALLS, K.START),
+    C.KEPT_AWAY: (K.INPUT, K.TRACKING, K.AVOIDS, K.OTHER_START, K.OBJECTIVE, K.OPEN_WALL, K.START),
 }
 
 
@@ -112,6 +121,7 @@ def _candidates(kind: RepairKind, problem: RepairProblem) -> Iterator[Repair]:
         K.OTHER_START: _other_starts,
         K.AVOIDS: _avoids,
         K.TRACKING: _trackings,
+        K.INPUT: _inputs,
     }
     return makers[kind](problem)
 
@@ -159,36 +169,49 @@ def _mobility(problem: RepairProblem) -> Iterator[Repair]:
         yield _with_robots(K.MOBILITY, problem, [changed], (item, Mobility.FREE.value))
 
 
+def _inputs(problem: RepairProblem) -> Iterator[Repair]:
+    """Yield scenarios in which an input has a further value infinitely often."""
+    scenario = problem.scenario
+    for each, _ in problem.task.inputs:
+        for value, word in ((False, "off"), (True, "on")):
+            if value not in each.again:
+                word = "both" if each.again else word
+                changed = replace(each, again=(*each.again, value))
+                inputs = tuple(changed if i.name == each.name else i for i in scenario.inputs)
+                item = f"inputs.{each.name}.always_eventually"
+                yield Repair(K.INPUT, ((item, word),), replace(scenario, inputs=inputs))
+
+
 def _objectives(problem: RepairProblem) -> Iterator[Repair]:
     robot = problem.robot
-    for objective in _milder(robot.objective):
+    for objective, told in _milder(robot.objective, problem.scenario.map.word):
         changed = replace(robot, objective=objective)
         if isinstance(objective, Ltl) or _hopeful(changed, problem):
-            item = f"robots.{robot.name}.objective"
-            yield _with_robots(
-                K.OBJECTIVE,
-                problem,
-                [changed],
-                (item, written(objective, problem.scenario.map.word)),
-            )
+            part, words = told
+            item = f"robots.{robot.name}.objective{part}"
+            yield _with_robots(K.OBJECTIVE, problem, [changed], (item, words))
 
 
-def _milder(objective: Objective) -> Iterator[Objective]:
-    """Yield objectives that demand less, those that demand most first."""
+def _milder(objective: Objective, word: Word) -> Iterator[tuple[Objective, tuple[str, str]]]:
+    """Yield objectives that demand less, those that demand most first, each with the part of the
+    scenario's objective that changes and what it becomes."""
     if isinstance(objective, Ltl):
         for part in ("init", "safety", "liveness"):
             lines = getattr(objective, part)
-            for place in range(len(lines)):
-                yield replace(objective, **{part: lines[:place] + lines[place + 1 :]})
+            for place, line in enumerate(lines):
+                kept = replace(objective, **{part: lines[:place] + lines[place + 1 :]})
+                yield kept, (f".ltl.{part}", f"without {line}")
         return
+    milder: list[Objective] = []
     if objective.literal:
-        yield replace(objective, literal=False)
+        milder.append(replace(objective, literal=False))
     for place in range(len(objective.always)):
-        kept = objective.always[:place] + objective.always[place + 1 :]
-        yield replace(objective, always=kept)
+        kept_rules = objective.always[:place] + objective.always[place + 1 :]
+        milder.append(replace(objective, always=kept_rules))
     if objective.avoid:
-        yield replace(objective, avoid=frozenset())
-    yield from objective.milder()
+        milder.append(replace(objective, avoid=frozenset()))
+    for each in (*milder, *objective.milder()):
+        yield each, ("", written(each, word))
 
 
 def _other_starts(problem: RepairProblem) -> Iterator[Repair]:

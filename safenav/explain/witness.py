@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice, product
 
+from safenav.components import explored
 from safenav.explain.explanation import (
     Diagnosis,
     Dilemma,
@@ -47,13 +48,14 @@ def play_out(
         return Witness(WitnessEnd.NO_BEGINNING)
     play = _Play(spec, counterstrategy, task, world)
     walk = play.goals_first(min(starts, key=play.distance))
+    play.approach_from(walk[-1])
     passed = len(walk) - 1  # the last moment in which a goal was met
     while play.answers(walk[-1]) and len(walk) < MOST_MOMENTS:
         node = min(play.answers(walk[-1]), key=play.distance)
         if node in walk[passed:]:
             cycle = tuple(walk[walk.index(node, passed) :])
             moments = tuple(map(play.moment, walk))
-            goal = play.starved(cycle)
+            goal = play.unreachable(explored(cycle, play.answers)) or play.starved(cycle)
             return Witness(WitnessEnd.STARVED, moments, tuple(map(play.moment, cycle)), goal=goal)
         walk.append(node)
     moments = tuple(map(play.moment, walk))
@@ -78,6 +80,27 @@ class _Play(Play):
         self._task = task
         self._world = world
         self._fields: dict[Target, Mapping[Region, int]] = {}
+        self._lost: Target = frozenset()  # regions of a goal of formulas that it can no longer meet
+
+    def approach_from(self, node: int) -> None:
+        """Let a robot with formulas approach the regions of a goal that it cannot meet from
+        there."""
+        if isinstance(self._task.objective, Ltl):
+            goal = self.unreachable(explored([node], self.answers))
+            met = (c for c in clauses(self._spec, Section.SYS_LIVENESS) if c.constraint is goal)
+            self._lost = frozenset(r for clause in met for r in self._regions_of(clause))
+
+    def _regions_of(self, goal: Clause) -> Iterator[Region]:
+        """Yield the regions in which a goal can hold, whatever else is so there."""
+        others = [v for v in self._spec.variables if v.name != "region"]
+        ranges = [range((v.bounds or (0, 1))[0], (v.bounds or (0, 1))[1] + 1) for v in others]
+        names = [v.name for v in others]
+        for region in self._world.free:
+            for choice in islice(product(*ranges), MOST_INPUTS):
+                values = dict(zip(names, choice, strict=True)) | {"region": region}
+                if goal.holds(values, values):
+                    yield region
+                    break
 
     def moment(self, node: int) -> PlayMoment:
         values = self._strategy.values(node)
@@ -109,6 +132,8 @@ class _Play(Play):
         objective, here = self._task.objective, values.get("region")
         if not isinstance(objective, Ltl) and objective.in_turn:
             return objective.awaited(values.get(objective.turn, 0))
+        if self._lost:
+            return self._lost
         left = (target for target in self._task.targets if here not in target)
         return frozenset().union(*left) or frozenset().union(*self._task.targets)
 

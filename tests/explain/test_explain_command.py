@@ -50,3 +50,60 @@ def test_a_broken_scenario_is_bad_input(tmp_path: Path, invoke: Invoke) -> None:
     file = tmp_path / "broken.yaml"
     file.write_text("safenav: 1\n")
     assert invoke(command, file).status == 2
+
+
+INPUTS = """
+safenav: 1
+map:
+  grid: ["#######", "#.....#", "#######"]
+  names: {porch: 8, hall: 10, den: 12}
+inputs: {fire: {at: 6}}
+robots:
+  bot:
+    model: turtlebot4
+    start: porch
+    objective:
+      ltl:
+        memory: {owed: bool}
+        init: "!owed"
+        safety: [SAFETY]
+        liveness: [LIVENESS]
+"""
+
+
+@pytest.mark.parametrize(
+    ("safety", "liveness", "parts"),
+    [
+        (
+            "owed' <-> fire', fire -> region' != den",
+            "region = den, region = porch",
+            [
+                "because the input fire can keep it away forever",
+                "(realizable if the input fire cooperated)",
+                "bot at 11 [1, 4]; fire = 1, owed = 1",  # as near as it comes
+                "Never: ltl: infinitely often (region = den).",
+                "- inputs.fire.always_eventually: off\n",
+                "- robots.bot.objective.ltl.liveness: without region = den\n",
+            ],
+        ),
+        (  # off in between does not help: a fire may begin on each way to the den
+            "owed' <-> (owed | fire') & region' != porch, owed -> region' != den",
+            "region = den",
+            [
+                "because the input fire can keep it away forever",
+                "- robots.bot.objective.ltl.safety: without owed -> region' != den\n",
+            ],
+        ),
+    ],
+)
+def test_an_input_is_the_environment(
+    safety: str, liveness: str, parts: list[str], tmp_path: Path, invoke: Invoke
+) -> None:
+    file = tmp_path / "fire.yaml"
+    file.write_text(INPUTS.replace("SAFETY", safety).replace("LIVENESS", liveness))
+    answer = invoke(command, file)
+    assert answer.status == 1
+    for part in parts:
+        assert part in answer.output
+    assert "other robots" not in answer.output
+    assert ("always_eventually" in answer.output) == ("always_eventually" in "".join(parts))

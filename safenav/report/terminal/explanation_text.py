@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -27,10 +28,11 @@ from safenav.spec.forms import asked_of
 from safenav.spec.other_robots.nearby import busy
 from safenav.spec.specification import Constraint
 from safenav.trace.labels import labels
-from safenav.trace.words import regions_words
+from safenav.trace.words import listed, regions_words
 from safenav.world.map import Heading, Region, RegionMap
 
-_SHOWN = 12
+_SHOWN, _ENDING = 12, 3
+"""Moments of a play that are shown, and those of them that are its last ones."""
 
 
 def explanation_lines(found: Explanation, scenario: Scenario) -> Iterator[str]:
@@ -45,7 +47,7 @@ def explanation_lines(found: Explanation, scenario: Scenario) -> Iterator[str]:
     yield "These guarantees conflict; without any one of them, the rest is realizable:"
     yield from _indented(f"- {member_words(m, found, world)}" for m in _in_order(found.core))
     if not found.core.alone:
-        yield "  (realizable if the other robots cooperated)"
+        yield f"  (realizable if {_others(found)} cooperated)"
     if not found.core.minimal:
         yield "  (some checks timed out: the core may not be minimal)"
     if found.core.fairness:
@@ -86,7 +88,8 @@ def member_words(member: CoreMember, found: Explanation, world: RegionMap) -> st
     rule = _rule(member.origin.rule, found, world)
     if item == "map" and member.regions:
         return f"{_regions(member.regions, world)} {_is_a_wall(member.regions)}"
-    lines = "; ".join(c.formula for c in member.constraints) if rule.startswith("ltl") else ""
+    formulas = member.constraints if rule.startswith("ltl") else ()
+    lines = "; ".join(_named(c.formula, world) for c in formulas)
     about = f" [{_regions(member.regions, world)}]" if _about_one_goal(member) else ""
     return f"{item}: {rule}{about}" + (f": {lines}" if lines else "")
 
@@ -94,6 +97,8 @@ def member_words(member: CoreMember, found: Explanation, world: RegionMap) -> st
 def repair_words(repair: Repair, world: RegionMap) -> str:
     """Return one repair as advice."""
     change = "; ".join(f"{item}: {value}" for item, value in repair.change)
+    if ".ltl." in change:
+        return _named(change, world)
     match repair.kind:
         case RepairKind.OPEN_WALL:
             who = " or ".join(repair.helpers)
@@ -121,10 +126,10 @@ def witness_lines(witness: Witness, found: Explanation, world: RegionMap) -> Ite
         case WitnessEnd.NO_BEGINNING:
             yield f"{robot} cannot start: no initial state satisfies its guarantees."
             return
-    for moment in witness.moments[:_SHOWN]:
-        yield _moment_words(moment, found, world)
-    if len(witness.moments) > _SHOWN:
-        yield f"... {len(witness.moments) - _SHOWN} more moments"
+    moments = [_moment_words(moment, found, world) for moment in witness.moments]
+    if (hidden := len(moments) - _SHOWN) > 1:
+        moments[_SHOWN - _ENDING : -_ENDING] = [f"... {hidden} more moments"]
+    yield from moments
     if witness.ending is WitnessEnd.STUCK:
         last = witness.moments[-1]
         happens = _inputs_words(witness.pressure, world)
@@ -176,12 +181,21 @@ def _rule(rule: str, found: Explanation, world: RegionMap) -> str:
 
 def _goal_words(goal: Constraint, found: Explanation, world: RegionMap) -> str:
     if goal.origin.rule.startswith("ltl"):
-        return f"{goal.origin.rule} ({goal.formula})"
+        return f"{goal.origin.rule} ({_named(goal.formula, world)})"
     return f"{_rule(goal.origin.rule, found, world)} [{_regions(goal.regions, world)}]"
 
 
+def _named(formula: str, world: RegionMap) -> str:
+    """A formula with the names of regions, as a scenario may write it."""
+    return re.sub(r"(\bregion'?\s*!?=\s*)(\d+)\b", lambda m: m[1] + world.word(int(m[2])), formula)
+
+
 def _others(found: Explanation) -> str:
+    """The environment of the robot: the others that it could meet, and its inputs."""
     names = [other.name for other in found.task.observed if other.danger]
+    inputs = [each.name for each, _ in found.task.inputs]
+    if inputs:
+        names.append(f"the input{'s' if len(inputs) > 1 else ''} {listed(inputs)}")
     return " or ".join(names) or "other robots"
 
 
@@ -216,7 +230,9 @@ def _moment_words(moment: PlayMoment, found: Explanation, world: RegionMap) -> s
         return "its region is unknown"
     facing = "" if moment.heading is None else f", facing {moment.heading.label}"
     words = f"{found.robot} at {world.label(moment.region)}{facing}"
-    others = _inputs_words(moment.others, world)
+    declared = getattr(found.task.objective, "memory", {})
+    remembered = tuple(pair for pair in moment.memory if pair[0] in declared)
+    others = _inputs_words((*moment.others, *remembered), world)
     return f"{words}; {others}" if others else words
 
 
