@@ -210,6 +210,31 @@ def test_a_trap_is_explained_by_what_would_be_lost() -> None:
     )
 
 
+def test_a_lack_of_room_that_shows_after_an_action_is_no_trap() -> None:
+    """Two must clear it together, from the one region beside it that they reach."""
+    ended = play("""
+        safenav: 1
+        map: {grid: ["...#...", "......."]}
+        catalogue:
+          obstacles:
+            rubble:
+              needs:
+                - {action: sense, at: neighbours}
+                - {action: clear, robots: 2, at: neighbours, together: true}
+              blocks: [ground]
+        robots:
+          eye: {model: quadcopter, start: 0, objective: {hold: 0}}
+          a: {model: husky, start: 7, objective: {visit: [13, 7]}}
+          b: {model: husky, start: 1, objective: {hold: 1}}
+        obstacles: [{type: rubble, region: 10}]
+        """).outcome
+    assert ended["outcome"] == "operator_needed"
+    assert ended["explanation"] == (
+        "rubble@10 needs two robots with 'clear' at the same time; a and b reach only 9 for it, "
+        "where there is no room for all of them"
+    )
+
+
 RULES = """\
 # While the alarm is on r0 has no rules; the duty that it has then is under its rules afterwards.
 safenav: 1

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from msgspec.structs import replace
+
 from safenav.outcome import Outcome
 from safenav.runtime.coordination.snapshot import poses_in
 from safenav.runtime.coordination.strategy_search import TaskResult, failed
@@ -56,13 +58,21 @@ def nobody_goes_on(
     ``lacks``: the shortfalls of obstacles that are never resolved."""
     word = state.scenario.map.word
     said = []
-    closure = proof
+    closure, after = proof, floor
+    lossless = True  # so far
     while isinstance(closure, tuple):
         if not closure:
-            said += (reasons.without_room(floor, word) if closure is proof else []) or [_TRAPPED]
+            said += (reasons.without_room(after, word) if lossless else []) or [_TRAPPED]
             break
-        said.append(_TRAPPED)
-        closure = closure[0].because
+        first = closure[0]
+        lossless = lossless and first.lossless
+        if lossless:  # from where it is, each robot still reaches what it could reach
+            step = first.step
+            stages = floor.problem.advanced(step.gate, after.stages, step.group)
+            after = replace(after, stages=stages)
+        else:
+            said.append(_TRAPPED)
+        closure = first.because
     stuck: list[str] = []
     if isinstance(closure, TeamClosure):
         stuck = [name for name, live in zip(floor.names, closure.live, strict=True) if not live]
