@@ -11,10 +11,9 @@ from safenav.cli import options, warn
 from safenav.errors import ExitCode, UsageError
 from safenav.fleet.fleet_file import template_text as fleet_text
 from safenav.outfile import write_out
-from safenav.scenario.beginning import scenario_on
+from safenav.scenario.beginning import DEFAULT, TEMPLATES, scenario_on, template_text
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.reading.maps.bare_map import Division, load_map, map_lines
-from safenav.scenario.template import DEFAULT, TEMPLATES, template_text
 
 EPILOG = "\n".join(
     [

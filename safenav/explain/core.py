@@ -38,38 +38,37 @@ def find_core(
 
     Where a query gets no verdict within the limits, its members stay in the core, which is then not
     known to be minimal."""
-    before = ask.asked
     search = _Search(spec, ask)
     members = search.first_failing(_choices(_members(spec, task, world), task, world, found))
     walls = [m for m in members if _is_wall(m)]
     rest = search.minimal([m for m in members if not _is_wall(m)], walls)
     walls = search.minimal(walls, rest)
     walls = search.minimal([part for m in walls for part in _split(m)], rest)
-    core = [*rest, *walls]
-    alone = ask.verdict(cooperative(search.with_only(core))) is Verdict.UNREALIZABLE
-    fairness = dict.fromkeys(c.origin for c in spec.section(Section.ENV_LIVENESS))
-    return Core(tuple(core), alone, tuple(fairness), not search.unknown, ask.asked - before)
+    return search.core([*rest, *walls])
 
 
 def find_line_core(spec: Specification, ask: Questions) -> Core:
     """Return a minimal core of an unrealizable specification, each line of which counts alone."""
-    before = ask.asked
     search = _Search(spec, ask)
     lines = [CoreMember(c.origin, (c,)) for c in spec.constraints if is_guarantee(c)]
-    core = search.minimal(lines, [])
-    alone = ask.verdict(cooperative(search.with_only(core))) is Verdict.UNREALIZABLE
-    fairness = dict.fromkeys(c.origin for c in spec.section(Section.ENV_LIVENESS))
-    return Core(tuple(core), alone, tuple(fairness), not search.unknown, ask.asked - before)
+    return search.core(search.minimal(lines, []))
 
 
 class _Search:
-    """Queries on subsets of one specification's guarantees. ``unknown``: whether one of them got no
-    verdict within the limits."""
+    """Queries on subsets of one specification's guarantees."""
 
     def __init__(self, spec: Specification, ask: Questions) -> None:
         self._spec = spec
         self._ask = ask
-        self.unknown = False
+        self._before = ask.asked
+        self._unknown = False
+
+    def core(self, members: Sequence[CoreMember]) -> Core:
+        """Return the core of these members."""
+        cooperating = self._ask.verdict(cooperative(self.with_only(members)))
+        fairness = dict.fromkeys(c.origin for c in self._spec.section(Section.ENV_LIVENESS))
+        alone, asked = cooperating is Verdict.UNREALIZABLE, self._ask.asked - self._before
+        return Core(tuple(members), alone, tuple(fairness), not self._unknown, asked)
 
     def with_only(self, members: Iterable[CoreMember]) -> Specification:
         return with_guarantees(self._spec, (c for m in members for c in m.constraints))
@@ -77,7 +76,7 @@ class _Search:
     def fails(self, members: Iterable[CoreMember]) -> bool:
         """Return whether these guarantees are proven to be unrealizable."""
         verdict = self._ask.verdict(self.with_only(members))
-        self.unknown = self.unknown or verdict not in (Verdict.REALIZABLE, Verdict.UNREALIZABLE)
+        self._unknown = self._unknown or verdict not in (Verdict.REALIZABLE, Verdict.UNREALIZABLE)
         return verdict is Verdict.UNREALIZABLE
 
     def first_failing(self, choices: Sequence[list[CoreMember]]) -> list[CoreMember]:

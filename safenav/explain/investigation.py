@@ -21,9 +21,9 @@ from safenav.explain.explanation import (
     Witness,
     WitnessEnd,
 )
+from safenav.explain.play import confinement, play_out
 from safenav.explain.realizability import Questions
 from safenav.explain.repair import Judge, RepairProblem, find_repairs
-from safenav.explain.witness import confinement, play_out
 from safenav.outcome import Verdict
 from safenav.scenario.model import Scenario, Tracking
 from safenav.scenario.objective import Ltl

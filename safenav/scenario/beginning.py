@@ -1,11 +1,27 @@
-"""A starting scenario on a map that the user already has."""
+"""Starting scenarios: templates, and one on a map that the user already has."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from pathlib import Path
 
 from safenav.world.map import Region, RegionMap
+
+TEMPLATES = {
+    "minimal": "one robot that goes back and forth",
+    "door": "a flying robot, a walking one, and a closed door that they find",
+    "team": "three robots on one floor, with models and an obstacle type of their own",
+}
+"""The purpose of each template; the texts are beside this module."""
+
+DEFAULT = "door"
+
+
+def template_text(name: str) -> str:
+    """The YAML of a template."""
+    folder = Path(__file__).with_name("templates")
+    return (folder / f"{name}.yaml").read_text(encoding="utf-8")
 
 
 def scenario_on(world: RegionMap, lines: Sequence[str], name: str) -> str | None:

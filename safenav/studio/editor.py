@@ -18,10 +18,10 @@ from safenav.errors import Diagnostic, InputError, UsageError
 from safenav.extras import install_command
 from safenav.report.picture.scenario import scene_of
 from safenav.report.picture.scene import svg_of
+from safenav.scenario.beginning import TEMPLATES
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import Draft, load_draft
-from safenav.scenario.template import TEMPLATES
 from safenav.scenario.yaml.findings import ReadableFolder
 from safenav.scenario.yaml.source import MAX_BYTES
 from safenav.studio.editing import beginnings

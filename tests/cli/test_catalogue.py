@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 from cli.conftest import Command
-from safenav.scenario.template import template_text
+from safenav.scenario.beginning import template_text
 
 PARTS = """\
 robots:

@@ -104,7 +104,7 @@ def test_an_image_named_like_standard_input_is_a_file(safenav: Command, tmp_path
 
 
 def test_nothing_points_to_files_that_a_user_does_not_have() -> None:
-    from safenav.scenario.template import TEMPLATES, template_text
+    from safenav.scenario.beginning import TEMPLATES, template_text
 
     for name in TEMPLATES:
         assert "docs/" not in template_text(name)

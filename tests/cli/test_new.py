@@ -10,8 +10,8 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from cli.conftest import Command
+from safenav.scenario.beginning import DEFAULT, TEMPLATES, template_text
 from safenav.scenario.reading.loader import load_scenario, schema_text
-from safenav.scenario.template import DEFAULT, TEMPLATES, template_text
 from safenav.scenario.yaml.document import plain, read_document
 
 SCHEMA_LINE = "# yaml-language-server: $schema=safenav.schema.json"
@@ -40,7 +40,7 @@ def test_templates_are_commented_and_name_the_schema_that_accepts_them(template:
 
 
 def test_there_is_a_template_for_each_name_and_no_other() -> None:
-    import safenav.scenario.template as module
+    import safenav.scenario.beginning as module
 
     folder = Path(module.__file__).with_name("templates")
     assert sorted(file.stem for file in folder.iterdir()) == sorted(TEMPLATES)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from graphlib import CycleError, TopologicalSorter
 from itertools import combinations, islice, pairwise
 
 from safenav.audit.lines import Line
@@ -199,33 +200,21 @@ class Precedence:
                 self._number[robot, place] = 2 * len(self._number)
         count = 2 * len(self._number)
         after: list[list[int]] = [[] for _ in range(count)]
-        waits = [0] * count
-
-        def edge(one: int, other: int) -> None:
-            after[one].append(other)
-            waits[other] += 1
-
         for (robot, place), arrival in self._number.items():
-            edge(arrival + 1, arrival)  # an odd number is departing for the place
+            after[arrival + 1].append(arrival)  # an odd number is departing for the place
             if place:
-                edge(self._number[robot, place - 1], arrival + 1)
+                after[self._number[robot, place - 1]].append(arrival + 1)
         for first, i, then, j in orders:
-            edge(self._number[first, i], self._number[then, j] + 1)
-        ready = [event for event in range(count) if not waits[event]]
-        sequence: list[int] = []
-        while ready:
-            event = ready.pop()
-            sequence.append(event)
-            for other in after[event]:
-                waits[other] -= 1
-                if not waits[other]:
-                    ready.append(other)
-        self.has_circle = len(sequence) < count
+            after[self._number[first, i]].append(self._number[then, j] + 1)
+        self.has_circle = False
         # For each event, as bits, all that come after it.
         self._later = [0] * count
-        for event in reversed(sequence):
-            for other in after[event]:
-                self._later[event] |= self._later[other] | 1 << other
+        try:
+            for event in TopologicalSorter(dict(enumerate(after))).static_order():  # the last first
+                for other in after[event]:
+                    self._later[event] |= self._later[other] | 1 << other
+        except CycleError:
+            self.has_circle = True
 
     def together(self, visits: Iterable[tuple[str, int]]) -> Iterator[tuple[str, str]]:
         """Yield the robots of two visits of which none is certainly over before the other."""

@@ -10,6 +10,7 @@ from collections import deque
 from collections.abc import Collection, Mapping, Sequence
 from itertools import pairwise
 
+from safenav.components import path_to
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import TeamState
 from safenav.runtime.traffic import budgets
@@ -177,10 +178,7 @@ def _way(course: Course, state: Joint, robot: int, goal: int) -> list[int]:
                 continue
             before[after] = pose
             if after == goal:
-                way = [goal]
-                while before[way[-1]] != start:
-                    way.append(before[way[-1]])
-                return way[::-1]
+                return [*path_to(goal, before)][1:]
             queue.append(after)
     return []
 

@@ -103,34 +103,27 @@ class World(Protocol):
     @property
     def idle(self) -> bool:
         """Whether no command is open, so that no event is to come."""
-        ...
 
     def now(self) -> float:
         """Seconds since some moment; never less than before."""
-        ...
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
         """The unresolved obstacle in a region that ``robot`` is about to enter, if any is known to
         its sensors now."""
-        ...
 
     def start(self, robot: Robot, pose: Pose, command: int) -> WorldEvent | None:
         """Send the robot to ``pose``, in its own region or a neighbouring one."""
-        ...
 
     def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> WorldEvent | None:
         """Let the robot perform its actions where it stands: on ``obstacles``, as far as the team
         knows, and on those that the team does not know. Always ended by ``Acted``, be it with
         ``nothing`` for an obstacle that is not there."""
-        ...
 
     def cancel(self, robot: Robot) -> None:
         """Stop the robot's command as soon as possible; it is still ended by its event."""
-        ...
 
     def wait(self, timeout: float | None) -> Sequence[WorldEvent]:
         """Wait for events, at most ``timeout`` seconds (None: no limit); those that happened."""
-        ...
 
 
 class BlockingWorld(Protocol):
@@ -142,12 +135,10 @@ class BlockingWorld(Protocol):
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
         """The unresolved obstacle in a region that ``robot`` is about to enter, if any."""
-        ...
 
     def move(self, robot: Robot, pose: Pose) -> Pose | None:
         """Bring the robot to ``pose``: its own region or a neighbouring one. Return the pose that
         it really has now, or None if that is the commanded one."""
-        ...
 
     def act(self, robot: Robot) -> Iterable[tuple[Obstacle, bool | None]]:
         """Let the robot perform its actions where it stands: after each ``move``, of which the
@@ -155,7 +146,6 @@ class BlockingWorld(Protocol):
         each with whether its region is traversable (None: its type has no truth).
 
         Earlier needs are not returned: the mission derives them from where robots are."""
-        ...
 
 
 @runtime_checkable
@@ -164,11 +154,9 @@ class TimedWorld(Protocol):
 
     def expected(self, robot: Robot) -> float | None:
         """Seconds that the last command of a robot takes."""
-        ...
 
     def times(self) -> Sequence[float]:
         """The times to come at which something changes by itself."""
-        ...
 
 
 @runtime_checkable
@@ -178,7 +166,6 @@ class PausingWorld(Protocol):
     @property
     def pauses(self) -> bool:
         """Whether time passes in ``wait`` only."""
-        ...
 
 
 @runtime_checkable
@@ -187,7 +174,6 @@ class PlacingWorld(Protocol):
 
     def placed(self, robot: Robot, pose: Pose) -> None:
         """A robot without a command stands in ``pose`` now."""
-        ...
 
 
 @runtime_checkable
@@ -196,4 +182,3 @@ class RememberingWorld(Protocol):
 
     def cleared(self, obstacle: Obstacle) -> None:
         """An operator has resolved ``obstacle``: earlier readings of it are void."""
-        ...

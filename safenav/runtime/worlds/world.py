@@ -38,7 +38,6 @@ class ChangingWorld(Protocol):
         """Return the obstacles that appeared or disappeared by the beginning of a tick.
         ``occupied``: the regions in which robots stand or which they are entering; nothing may
         appear there."""
-        ...
 
 
 @runtime_checkable
@@ -47,7 +46,6 @@ class InputWorld(Protocol):
 
     def inputs(self, tick: int) -> Mapping[str, bool]:
         """Return the inputs of a tick; those that are missing stay as they are."""
-        ...
 
 
 class Work(Struct):

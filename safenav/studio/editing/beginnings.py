@@ -8,8 +8,8 @@ from tempfile import TemporaryDirectory
 from msgspec.structs import replace
 
 from safenav.errors import InputError, UsageError
+from safenav.scenario.beginning import TEMPLATES, template_text
 from safenav.scenario.reading.maps.bare_map import Division, load_map
-from safenav.scenario.template import TEMPLATES, template_text
 from safenav.scenario.yaml.findings import ReadableFolder
 from safenav.studio.editing.round_trip import changed
 from safenav.studio.editing.walls import embed
