@@ -29,11 +29,10 @@ from safenav.report.replay.reading import replay_of
 from safenav.scenario.model import Catalogue
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.yaml.source import STDIN
-from safenav.studio.editing.drawing import objective_kinds
+from safenav.studio.editing.drawing import palette
 from safenav.studio.run.live import StudioRun
 from safenav.studio.run.orders import RunOrder
 from safenav.trace.reading import read_bytes
-from safenav.world.moves import Mobility
 
 MOST_FRAMES = 1000
 
@@ -208,9 +207,7 @@ class Studio:
 
     def _hello(self) -> dict[str, Any]:
         """Return the description of this studio."""
-        kinds, models = obstacle_kinds(self._catalogue), robot_models(self._catalogue)
-        told = {"types": kinds, "models": models, "objectives": objective_kinds()}
-        return {"is": "hello", "editor": False, **told}
+        return {"is": "hello", "editor": False, "palette": palette(self._catalogue)}
 
     def _ordered(self) -> RunOrder:
         """Return the run to start now. Raises InputError for a scenario that cannot be run."""
@@ -261,27 +258,6 @@ class Studio:
         if self.run is None:
             raise UsageError("no run has started: its world cannot be changed")
         self.run.change({key: value for key, value in data.items() if key != "do"})
-
-
-def obstacle_kinds(catalogue: Catalogue) -> list[dict[str, Any]]:
-    """The types of obstacles that a region can be closed with, or that can be ordered."""
-    return [
-        {
-            "name": kind.name,
-            "action": kind.action,
-            "truth": kind.has_truth,
-            "ordered": kind.blocks == frozenset(),
-        }
-        for kind in catalogue.obstacles.values()
-    ]
-
-
-def robot_models(catalogue: Catalogue) -> list[dict[str, Any]]:
-    """The models of robots that can join a run."""
-    return [
-        {"name": model.name, "heading": model.mobility is Mobility.HEADING}
-        for model in catalogue.robots.values()
-    ]
 
 
 def _seed(data: Message) -> int | None:

@@ -92,25 +92,8 @@ def drawing_of(text: str, world: RegionMap, catalogue: Catalogue) -> dict[str, A
     }
 
 
-def objective_kinds() -> list[dict[str, Any]]:
-    """Return the kinds of objectives that can be given to a robot, as the page offers them."""
-    return [
-        {
-            "kind": key,
-            "label": key.capitalize(),
-            "meaning": kind.meaning,
-            "drawing": kind.drawing,
-            "least": kind.least,
-            "most": kind.most,
-            "one": kind.one,
-            "strict": kind.strict,
-        }
-        for key, kind in KINDS.items()
-    ]
-
-
 def palette(catalogue: Catalogue) -> dict[str, Any]:
-    """Return the items that can be dropped on the map."""
+    """Return the kinds of items that can be placed on the map or given to a robot."""
     return {
         "keys": known_keys(),
         "robots": [
@@ -133,7 +116,19 @@ def palette(catalogue: Catalogue) -> dict[str, Any]:
             }
             for kind in catalogue.obstacles.values()
         ],
-        "objectives": objective_kinds(),
+        "objectives": [
+            {
+                "kind": key,
+                "label": key.capitalize(),
+                "meaning": kind.meaning,
+                "drawing": kind.drawing,
+                "least": kind.least,
+                "most": kind.most,
+                "one": kind.one,
+                "strict": kind.strict,
+            }
+            for key, kind in KINDS.items()
+        ],
     }
 
 

@@ -1,4 +1,4 @@
-/* sources f82d76aca91325bed77dc24c69c5f1e5d09697c67c03bc23109638f430130cd1 */
+/* sources d21899dcaa469c4ab07352ed15b95c9d80bd3d990bf835326f9c1be0392ef6c3 */
 /* Contains Preact:
 The MIT License (MIT)
 

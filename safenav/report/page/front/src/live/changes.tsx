@@ -6,21 +6,8 @@ import { isWall } from "../map/floor";
 import { notice, unless } from "../panels/notice";
 import { at, label, type Obstacle, type Robot, type Run } from "../run/run";
 import type { Hand } from "../map/stage";
+import type { Palette } from "../studio/model";
 import type { Say } from "./player";
-
-export interface ObstacleKind {
-  name: string;
-  action: string;
-  truth: boolean;
-  /** It blocks no robot: it is ordered, also where a robot stands. */
-  ordered: boolean;
-}
-
-export interface RobotModel {
-  name: string;
-  /** Its steps depend on where it faces. */
-  heading: boolean;
-}
 
 /** A kind of objective about targets: how many it takes (`most` null: any number), and its words. */
 export interface ObjectiveKind {
@@ -54,8 +41,7 @@ interface Joining {
 interface WorldProps {
   run: Run;
   tick: number;
-  types: ObstacleKind[];
-  models: RobotModel[];
+  palette: Palette;
   out: ReadonlySet<string>;
   inputs: Record<string, boolean>;
   tool: Tool;
@@ -73,8 +59,9 @@ export function standing(run: Run, tick: number): Obstacle[] {
   return run.obstacles.filter((o) => tick >= o.since && at(o.status, tick)[1] !== "resolved");
 }
 
-export function World({ run, tick, types, models, out, inputs, tool, choose, say, over }: WorldProps) {
+export function World({ run, tick, palette, out, inputs, tool, choose, say, over }: WorldProps) {
   const there = standing(run, tick);
+  const types = palette.obstacles;
   const truths = there.filter((o) => types.find((type) => type.name === o.type)?.truth);
   const off = over && OVER;
   const chosen = (does: Tool["does"], name?: string): boolean =>
@@ -84,7 +71,7 @@ export function World({ run, tick, types, models, out, inputs, tool, choose, say
   const waits = waitsFor(run);
   // The types that this run has, the first of all and the chosen one have buttons; the others wait in a list.
   const near = types.filter(
-    ({ name, ordered }, i) => !ordered && (i === 0 || run.obstacles.some((o) => o.type === name) || (tool.does === "close" && tool.type === name)),
+    ({ name, blocks }, i) => blocks && (i === 0 || run.obstacles.some((o) => o.type === name) || (tool.does === "close" && tool.type === name)),
   );
   return (
     <section class="panel world" aria-labelledby="world-title">
@@ -112,7 +99,7 @@ export function World({ run, tick, types, models, out, inputs, tool, choose, say
           Look
         </button>
         {types
-          .filter((type) => type.ordered)
+          .filter((type) => !type.blocks)
           .map((type) => (
             <button
               type="button"
@@ -143,7 +130,7 @@ export function World({ run, tick, types, models, out, inputs, tool, choose, say
             </button>
           )),
         )}
-        {types.some((type) => !type.ordered && !near.includes(type)) && (
+        {types.some((type) => type.blocks && !near.includes(type)) && (
           <select
             aria-label="Close with another obstacle"
             value=""
@@ -157,7 +144,7 @@ export function World({ run, tick, types, models, out, inputs, tool, choose, say
           >
             <option value="">Close with ...</option>
             {types
-              .filter((type) => !type.ordered && !near.includes(type))
+              .filter((type) => type.blocks && !near.includes(type))
               .map(({ name }) => (
                 <option key={name}>{name}</option>
               ))}
@@ -227,17 +214,17 @@ export function World({ run, tick, types, models, out, inputs, tool, choose, say
           </li>
         ))}
       </ul>
-      <Newcomer run={run} models={models} off={off} choose={choose} />
+      <Newcomer run={run} models={palette.robots} off={off} choose={choose} />
     </section>
   );
 }
 
 /** A robot that the scenario does not have: the run continues with it, in a trace of its own. */
-function Newcomer({ run, models, off, choose }: Pick<WorldProps, "run" | "models" | "choose"> & { off: string | false }) {
+function Newcomer({ run, models, off, choose }: Pick<WorldProps, "run" | "choose"> & { models: Palette["robots"]; off: string | false }) {
   const [name, setName] = useState("");
   const [model, setModel] = useState(models[0]?.name ?? "");
   const [heading, setHeading] = useState("east");
-  const turns = models.find((known) => known.name === model)?.heading ?? false;
+  const turns = models.find((known) => known.name === model)?.turns ?? false;
   const taken = run.robots.some((robot) => robot.name === name.trim());
   const wrong = off || (name.trim() === "" && "give the robot a name") || (taken && "the team has a robot of that name");
   const joins = { model, heading: turns ? heading : null };

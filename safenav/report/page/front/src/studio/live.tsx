@@ -3,12 +3,13 @@
 import type { ComponentChildren } from "preact";
 import { useLayoutEffect, useMemo, useState } from "preact/hooks";
 import { App } from "../app";
-import { outOfService, ToolLine, useWorldHand, World, type ObjectiveKind, type ObstacleKind, type RobotModel, type Tool } from "../live/changes";
+import { outOfService, ToolLine, useWorldHand, World, type Tool } from "../live/changes";
 import { LiveControls } from "../live/controls";
 import type { LivePlayer } from "../live/player";
 import type { Wire } from "../live/wire";
 import type { Run } from "../run/run";
 import { Menu } from "./menus";
+import type { Palette } from "./model";
 import { flatStage } from "../map/stage";
 import type { Keys } from "../panels/help";
 
@@ -16,9 +17,7 @@ interface LiveViewProps {
   run: Run | null;
   player: LivePlayer;
   wire: Wire;
-  types: ObstacleKind[];
-  models: RobotModel[];
-  objectives: ObjectiveKind[];
+  palette: Palette;
   /** A program drives the run: pages only look. */
   watches?: boolean;
   bar?: ComponentChildren;
@@ -33,7 +32,7 @@ const KEYS: Keys = [
   ["Esc", "cancel a change; close a menu"],
 ];
 
-export function LiveView({ run, player, wire, types, models, objectives, watches, bar, saving }: LiveViewProps) {
+export function LiveView({ run, player, wire, palette, watches, bar, saving }: LiveViewProps) {
   const [tool, choose] = useState<Tool>({ does: "look" });
   const { cols, rows } = run ?? { cols: 0, rows: 0 };
   const stage = useMemo(() => flatStage({ cols, rows }), [cols, rows]);
@@ -64,13 +63,12 @@ export function LiveView({ run, player, wire, types, models, objectives, watches
             {saving || <Saving />}
           </>
         ),
-        above: !watches && <ToolLine run={run} tool={tool} choose={choose} say={wire.say} over={over} objectives={objectives} />,
+        above: !watches && <ToolLine run={run} tool={tool} choose={choose} say={wire.say} over={over} objectives={palette.objectives} />,
         beside: !watches && (
           <World
             run={run}
             tick={tick}
-            types={types}
-            models={models}
+            palette={palette}
             out={outOfService(run, run.last)}
             inputs={player.state.inputs}
             tool={tool}

@@ -58,6 +58,7 @@ export interface Problem {
 export interface Palette {
   objectives: ObjectiveKind[];
   robots: { name: string; shape: string; turns: boolean; layer: string; can: string[] }[];
+  /** Those that block no robot are ordered, also where a robot stands. */
   obstacles: { name: string; shape: string; action: string; truth: boolean; blocks: boolean }[];
   keys: Record<"scenario" | "robot" | "objective" | "obstacle" | "order" | "model" | "type", KeyAbout[]>;
 }

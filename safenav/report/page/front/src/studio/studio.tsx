@@ -10,17 +10,14 @@ import { Draw } from "./draw";
 import { packedIn } from "./links";
 import { LiveView } from "./live";
 import { useClosingMenus } from "./menus";
-import type { Doc, Verdict } from "./model";
-import type { ObjectiveKind, ObstacleKind, RobotModel } from "../live/changes";
+import type { Doc, Palette, Verdict } from "./model";
 import { onNotice } from "../panels/notice";
 
 interface Hello {
   editor: boolean;
   /** A program drives the run. */
   watches?: boolean;
-  types: ObstacleKind[];
-  models: RobotModel[];
-  objectives: ObjectiveKind[];
+  palette: Palette;
   templates: Record<string, string>;
   folder: string;
 }
@@ -96,9 +93,7 @@ export function Studio() {
           run={run}
           player={player}
           wire={wire}
-          types={hello.types}
-          models={hello.models}
-          objectives={hello.objectives}
+          palette={hello.palette}
           watches={hello.watches ?? false}
           saving={doc && <SaveMenu doc={doc} ran={run !== null} say={wire.say} ask={ask} />}
           bar={
