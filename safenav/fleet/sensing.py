@@ -7,6 +7,7 @@ bring it back: stamps of one robot are compared with each other only.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from enum import Enum, auto
 from math import cos, inf, isfinite, pi, sin
 
 from msgspec import Struct
@@ -18,11 +19,17 @@ from safenav.scenario.model import Obstacle, Scenario
 from safenav.world.map import Region
 
 FRESH_SIGHT = 2.0
-"""Seconds for which what one robot's lidar has hit outweighs another one's that finds nothing: a
-leaf seen from its edge is thin."""
+"""Seconds for which what one sensor has seen outweighs another one's that finds nothing: a leaf
+seen from its edge is thin, and messages may be late."""
 PASSED = 2.0
-"""Seconds for which a ray may have hit a robot that has left since: a scan may be as late as
-odometry may be old."""
+"""Seconds for which a ray may have hit a robot that has left since, or an obstacle that has been
+resolved: a scan may be as late as odometry may be old."""
+BEFORE = 0.1
+"""Share of a region's side by which the end of a ray is before the region, not in it."""
+
+NARROW, WIDE = 0.1, 0.3
+"""Shares of a region's side on both sides of the way to its middle: of what stands there, and that
+are free when it is gone; the leaves of a door that is ajar are beside the middle."""
 
 
 class Sighting(Struct, frozen=True):
@@ -32,11 +39,26 @@ class Sighting(Struct, frozen=True):
     there: bool
 
 
+class View(Enum):
+    """The meaning of a scan for one region."""
+
+    FREE = auto()
+    HIT = auto()
+    DOUBT = auto()
+    """A ray has hit something that may have left: another robot, or a resolved obstacle."""
+    BEFORE = auto()
+    """A ray has hit something before the region, such as the leaf of a door that opens."""
+    ROBOT = auto()
+    """A ray has hit something that may be another robot."""
+    UNSEEN = auto()
+    """No ray goes there."""
+
+
 class ScanResult(Struct, frozen=True):
-    """The meaning of one scan. ``sure``: no ray may have hit a robot that has left since."""
+    """The meaning of one scan: new sightings, and a view of each region beside the robot."""
 
     found: tuple[Sighting, ...]
-    sure: bool
+    view: Mapping[Region, View]
 
 
 class Sensing:
@@ -46,22 +68,29 @@ class Sensing:
         self._scenario = scenario
         self._places = places
         self._seen: dict[Region, Obstacle] = {}
-        self._resolved_at: dict[Region, Mapping[str, float]] = {}
+        self._resolved_at: dict[Region, dict[str, float]] = {}
+        self._resolved: dict[Region, float] = {}
         self._hit: dict[tuple[Region, str], float] = {}
-        """When the lidar of a robot last hit what stands in a region."""
+        """When a sensor has last seen what stands in a region."""
         self.acted_on: set[Region] = set()
         """Regions whose obstacle a robot acts on: its result tells whether it is gone."""
 
     def at(self, region: Region) -> Obstacle | None:
         return self._seen.get(region)
 
-    def forget(self, region: Region, stamps: Mapping[str, float]) -> None:
+    def forget(self, region: Region, stamps: Mapping[str, float], now: float) -> None:
         """An obstacle is resolved. ``stamps``: of each robot's newest odometry."""
         self._seen.pop(region, None)
         self._hit = {key: at for key, at in self._hit.items() if key[0] != region}
-        self._resolved_at[region] = stamps
+        self._resolved_at[region] = dict(stamps)
+        self._resolved[region] = now
 
-    def report(self, message: Reported, stamp: float) -> list[Sighting]:
+    def clock_was_set(self, robot: str, stamp: float) -> None:
+        """The clock of a robot was set back to ``stamp``."""
+        for stamps in self._resolved_at.values():
+            stamps[robot] = min(stamps.get(robot, -inf), stamp)
+
+    def report(self, message: Reported, stamp: float, now: float) -> list[Sighting]:
         """Take ``door@47`` or ``-door@47``; any other text is ignored."""
         there = not message.text.startswith("-")
         kind, _, place = message.text.removeprefix("-").strip().partition("@")
@@ -70,9 +99,13 @@ class Sensing:
             region = int(place)
         if region is None or kind not in self._scenario.catalogue.obstacles:
             return []
+        source = f"report of {message.robot}"
         if there:
+            if self._is_past(region, now):
+                return []
+            self._hit[region, source] = now
             return self._saw(message.robot, region, kind, stamp)
-        return self._gone(message.robot, region, stamp)
+        return self._missing(message.robot, region, stamp, now, source)
 
     def scan(
         self,
@@ -80,37 +113,59 @@ class Sensing:
         scan: Scanned,
         at: Located,
         here: Region,
-        busy: Callable[[Region], bool],
-        left: Callable[[Region], bool],
+        whose: Callable[[Region, float, float], View | None],
         now: float,
     ) -> ScanResult:
         """Look into the regions beside ``here`` by a scan taken at ``at`` and heard at ``now``, in
-        seconds. ``busy``: whether a ray into a region may have hit another robot that is there;
-        ``left``: or one that was there when the scan was taken. An obstacle that another robot's
-        lidar still hits is not gone."""
+        seconds. ``whose``: whether a ray into a region that ended at x and y, in metres, may have
+        hit another robot. An obstacle that another sensor still sees is not gone."""
         found: list[Sighting] = []
-        sure = True
+        view: dict[Region, View] = {}
         for region in self._scenario.map.neighbours(here):
-            hit = self._nearest(scan, at, region)
-            if hit is None or busy(region):
+            hit, known = self._nearest(scan, at, region), self._seen.get(region)
+            if hit is None:
+                view[region] = View.UNSEEN
                 continue
-            known = self._seen.get(region)
-            if hit <= self._places.distance(region, at.x, at.y) + use.beyond:
-                if left(region):
-                    sure = False
-                    continue
+            far = self._places.distance(region, at.x, at.y) + use.beyond
+            if hit > far:
+                view[region] = View.FREE
+                wide = self._nearest(scan, at, region, WIDE)
+                ajar = wide is not None and wide <= far
+                if known is not None and known.type.name == use.obstacle and not ajar:
+                    found += self._missing(scan.robot, region, scan.stamp, now, scan.robot)
+                continue
+            view[region] = View.HIT
+            if known is not None:
                 self._hit[region, scan.robot] = now
-                found += self._saw(scan.robot, region, use.obstacle, scan.stamp)
-            elif known is not None and known.type.name == use.obstacle:
-                self._hit.pop((region, scan.robot), None)
-                if not self._is_hit(region, now):
-                    found += self._gone(scan.robot, region, scan.stamp)
-        return ScanResult(tuple(found), sure)
+                continue
+            bearing = self._places.bearing(region, at.x, at.y)
+            x, y = at.x + hit * cos(bearing), at.y + hit * sin(bearing)
+            before = self._places.outside(region, x, y) > BEFORE * min(
+                self._places.frame.resolution
+            )
+            robot = whose(region, x, y)
+            if robot is not None or before or self._is_past(region, now):
+                view[region] = robot or (View.BEFORE if before else View.DOUBT)
+                continue
+            self._hit[region, scan.robot] = now
+            new = self._saw(scan.robot, region, use.obstacle, scan.stamp)
+            found += new
+            if not new:
+                view[region] = View.DOUBT
+        return ScanResult(tuple(found), view)
 
-    def _is_hit(self, region: Region, now: float) -> bool:
-        return any(
-            now - at < FRESH_SIGHT for (there, _), at in self._hit.items() if there == region
-        )
+    def _missing(
+        self, robot: str, region: Region, stamp: float, now: float, source: str
+    ) -> list[Sighting]:
+        """A sensor does not see what stood in a region."""
+        self._hit.pop((region, source), None)
+        if any(now - at < FRESH_SIGHT for (there, _), at in self._hit.items() if there == region):
+            return []
+        return self._gone(robot, region, stamp)
+
+    def _is_past(self, region: Region, now: float) -> bool:
+        """Whether a sighting may be of an obstacle that has just been resolved."""
+        return now - self._resolved.get(region, -inf) < PASSED
 
     def _new(self, robot: str, region: Region, stamp: float) -> bool:
         """Whether a reading is younger than the last resolution there."""
@@ -131,11 +186,13 @@ class Sensing:
             return []
         return [Sighting(self._seen.pop(region), False)]
 
-    def _nearest(self, scan: Scanned, at: Located, region: Region) -> float | None:
+    def _nearest(
+        self, scan: Scanned, at: Located, region: Region, share: float = NARROW
+    ) -> float | None:
         """The shortest of the rays that end near the line to the middle of a region, in metres;
-        None if none goes there."""
+        None if none goes there. ``share``: of a region's side, how near."""
         bearing = self._places.bearing(region, at.x, at.y) - at.yaw
-        width = 0.1 * min(self._places.frame.resolution)
+        width = share * min(self._places.frame.resolution)
         metres_to = self._places.distance(region, at.x, at.y)
         found: float | None = None
         for index, metres in enumerate(scan.ranges):

@@ -8,7 +8,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Mapping
 from enum import Enum, auto
-from math import inf
+from math import hypot, inf
 from typing import TYPE_CHECKING
 
 from msgspec import Struct, field
@@ -17,8 +17,8 @@ from safenav.errors import ExitCode, SafenavError
 from safenav.extras import missing
 from safenav.fleet.acting import FleetProgress, TeamAction
 from safenav.fleet.fleet_file import Station
-from safenav.fleet.place import Places
-from safenav.fleet.sensing import Sensing
+from safenav.fleet.place import Places, turned
+from safenav.fleet.sensing import Sensing, View
 from safenav.fleet.transport import (
     DriveRecording,
     GoalEnd,
@@ -26,9 +26,18 @@ from safenav.fleet.transport import (
     GoalPoint,
     Located,
     Message,
+    Scanned,
     Transport,
 )
-from safenav.runtime.worlds.protocol import Arrived, Blocked, Elsewhere, Failed, Lost, WorldEvent
+from safenav.runtime.worlds.protocol import (
+    Acted,
+    Arrived,
+    Blocked,
+    Elsewhere,
+    Failed,
+    Lost,
+    WorldEvent,
+)
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.world.frame import Frame
 from safenav.world.map import Region
@@ -39,8 +48,10 @@ if TYPE_CHECKING:
 
 
 class Phase(Enum):
-    """A phase of a command."""
+    """A phase of a command. PEERING: the robot has not set out; it looks into the region that it is
+    to enter."""
 
+    PEERING = auto()
     GOING = auto()
     STOPPING = auto()
     RETURNING = auto()
@@ -51,7 +62,10 @@ class Phase(Enum):
 class FleetTask(Struct):
     """A command under way. ``left``: times that its goal may be sent again; ``due``: when its
     present phase is to be over, on the world's clock; ``back``: it failed, and the robot was sent
-    back to where it set out."""
+    back to where it set out; ``there``: odometry has confirmed that it is where it was sent,
+    ``since`` when;
+    ``over``: the end of an action, to be told when odometry has the robot back in its region;
+    ``known``: the obstacle that the team knows where the robot goes."""
 
     command: int
     start: Pose
@@ -63,6 +77,10 @@ class FleetTask(Struct):
     reason: str = ""
     team_action: TeamAction | None = None
     back: bool = False
+    there: bool = False
+    since: float = -inf
+    over: Acted | None = None
+    known: Obstacle | None = None
 
 
 class TrailPoint(Struct, frozen=True):
@@ -73,10 +91,20 @@ class TrailPoint(Struct, frozen=True):
     regions: frozenset[Region]
 
 
+class HeardScan(Struct, frozen=True):
+    """A scan, and when it was heard, in seconds."""
+
+    at: float
+    scan: Scanned
+
+
 class DrivenRobot(Struct):
     """The state of a robot. ``heard``: when its newest odometry came, on the world's clock;
     ``looked``: the stamp of its newest reading; ``arrived``: the stamp of its odometry at its
-    newest arrival, since when it stands still; ``trail``: its last seconds, the oldest first."""
+    newest arrival, since when it stands still; ``view``: its reading of the regions beside it since
+    then, ``viewed`` when that was heard; ``trail``: its last seconds, the oldest first;
+    ``unread``: scans that are younger than its odometry; ``lost``: the regions in one of which it
+    is, until it is put somewhere."""
 
     robot: Robot
     station: Station
@@ -85,20 +113,64 @@ class DrivenRobot(Struct):
     heard: float = -inf
     looked: float = -inf
     arrived: float = -inf
+    view: Mapping[Region, View] = field(default_factory=dict)
+    viewed: float = -inf
     trail: deque[TrailPoint] = field(default_factory=deque)
+    unread: deque[HeardScan] = field(default_factory=lambda: deque(maxlen=UNREAD))
+    lost: frozenset[Region] = frozenset()
     task: FleetTask | None = None
 
     @property
     def regions(self) -> frozenset[Region]:
-        """Regions that it occupies: its own, and those of its step."""
-        step = (self.task.start, self.task.to) if self.task is not None else ()
-        return frozenset(pose.region for pose in (self.pose, *step))
+        """Regions that it occupies: its own, those of its step, and those into which it reaches
+        while it acts."""
+        task = self.task
+        if task is None:
+            return self.lost | {self.pose.region}
+        acts = () if task.team_action is None else task.team_action.obstacles
+        found = {self.pose.region, task.start.region, task.to.region}
+        return self.lost | found | {obstacle.region for obstacle in acts}
+
+    @property
+    def stands(self) -> Region | None:
+        """The region in which it stands; None if it moves, or only says that it is there."""
+        task = self.task
+        if task is None or task.phase is Phase.PEERING:
+            return self.pose.region
+        if task.phase is not Phase.LOOKING or not task.there:
+            return None
+        return (task.start if task.back else task.to).region
+
+    def stood(self, stamp: float) -> Located | None:
+        """Where it stood at a time of its own clock; None if it moved then, or that is not known:
+        odometry from before and after that time has to agree."""
+        newer: Located | None = None
+        for point in reversed(self.trail):
+            at = point.place
+            if newer is not None and at.stamp > newer.stamp:
+                return None  # its clock was set meanwhile
+            if at.stamp <= stamp:
+                after = newer or at
+                still = hypot(at.x - after.x, at.y - after.y) <= STILL
+                exact = newer is not None or at.stamp == stamp
+                return at if exact and still and abs(turned(at.yaw - after.yaw)) <= STILL else None
+            newer = at
+        return None
 
 
+UNREAD = 100
+"""The most scans of a robot that wait for its odometry."""
+STILL = 0.05
+"""Metres and radians between two measurements of a robot that stands."""
+SET_BACK = 0.5
+"""Seconds by which odometry is older than the newest if its robot's clock was set; with less it is
+late."""
 FRESH = 1.0
 """Seconds for which an arrival waits for a reading that was taken after it."""
 STALE = 2.0
 """Seconds without odometry after which nobody knows where a robot is."""
+LATE = 1.8
+"""Seconds by which odometry may be later than a result."""
 SETTLING = 5.0
 """Seconds that every goal may take beyond its distance: to accept it, to turn, to brake."""
 STOPPING = 5.0
@@ -142,7 +214,7 @@ class FleetSteps:
         self._clock = clock
         self.begun = clock.now()
         """The clock's seconds at which this world's begin."""
-        self._messages: queue.SimpleQueue[Message] = queue.SimpleQueue()
+        self._messages: queue.SimpleQueue[tuple[float, Message]] = queue.SimpleQueue()
         self._bodies = {
             robot.name: DrivenRobot(robot, stations[robot.name], robot.start)
             for robot in scenario.robots
@@ -173,6 +245,7 @@ class FleetSteps:
 
     def _send(self, body: DrivenRobot, task: FleetTask, pose: Pose) -> None:
         self._goals += 1
+        body.view = {}
         x, y = self.places.centre(pose.region)
         task.goal = self._goals
         far = self._metres_to(body, pose.region)
@@ -241,7 +314,7 @@ class FleetSteps:
 
     def _came_back(self, body: DrivenRobot, task: FleetTask) -> None:
         pose = self._pose_now(body)
-        if pose is None:
+        if pose is None or not self._amid(body, pose.region):
             self._lose(body, task)
             return
         seen, who = self._sensing.at(task.to.region), (self.now(), body.robot.name, pose)
@@ -253,10 +326,19 @@ class FleetSteps:
             self._end(body, pose, Failed(*who, task.reason, command=task.command))
 
     def _look(self, body: DrivenRobot, task: FleetTask) -> None:
-        """The robot says that it has arrived, or is back: wait until its sensors have looked from
-        there."""
-        task.phase, task.due = Phase.LOOKING, self.now() + FRESH
-        body.arrived = body.place.stamp if body.place is not None else -inf
+        """The robot says that it has arrived, or is back: wait until odometry confirms it, which
+        may be later than its word, and then until its sensors have looked from there."""
+        task.phase, task.there, task.due = Phase.LOOKING, False, self.now() + LATE
+        self._confirm(body, task)
+
+    def _confirm(self, body: DrivenRobot, task: FleetTask) -> None:
+        """Compare newest odometry with what a robot has said."""
+        to = task.start if task.back else task.to
+        if task.there or self._pose_now(body) != to or not self._near(body, to.region):
+            return
+        assert body.place is not None
+        task.there, task.since, body.arrived = True, self.now(), body.place.stamp
+        task.due = task.since + FRESH
         if body.station.scan is None:
             self._looked(body, task)
 
@@ -269,7 +351,7 @@ class FleetSteps:
             self._lose(body, task)
         elif pose == task.to and self._near(body, pose.region):
             self._end(body, pose, Arrived(self.now(), body.robot.name, command=task.command))
-        elif pose.region == task.to.region and pose != task.to:
+        elif pose.region == task.to.region and pose != task.to and self._amid(body, pose.region):
             moved = Elsewhere(self.now(), body.robot.name, pose, command=task.command)
             self._end(body, pose, moved)
         else:
@@ -285,11 +367,17 @@ class FleetSteps:
             or self._metres_to(body, region) <= body.station.tolerance
         )
 
+    def _amid(self, body: DrivenRobot, region: Region) -> bool:
+        """Whether it is so far inside a region that it is in no other one."""
+        inside = max(body.station.tolerance, min(self.places.frame.resolution) / 4)
+        return body.robot.name in self.followers or self._metres_to(body, region) <= inside
+
     def _lose(self, body: DrivenRobot, task: FleetTask) -> None:
         regions = frozenset((task.start.region, task.to.region))
         at = self._pose_now(body)
         if at is not None:
             regions |= {at.region}
+        body.lost = regions
         event = Lost(self.now(), body.robot.name, regions, command=task.command)
         self._end(body, body.pose, event)
 

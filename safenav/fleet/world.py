@@ -13,28 +13,34 @@ import queue
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from functools import partial
-from math import inf
+from math import hypot, inf
+
+from msgspec.structs import replace
 
 from safenav.extras import missing
 from safenav.fleet import transport
 from safenav.fleet.acting import TeamAction
 from safenav.fleet.fleet_file import FleetFile, TransportKind
 from safenav.fleet.place import Places
-from safenav.fleet.sensing import PASSED, Sighting
+from safenav.fleet.sensing import PASSED, Sighting, View
 from safenav.fleet.steps import (
     FRESH,
+    LATE,
+    SET_BACK,
     SETTLING,
+    STALE,
     DrivenRobot,
     FleetClock,
     FleetError,
     FleetSteps,
     FleetTask,
+    HeardScan,
     Phase,
     TrailPoint,
 )
 from safenav.fleet.transport import DriveRecording, Transport
 from safenav.runtime.failures import lost
-from safenav.runtime.worlds.protocol import Acted, Lost, Sensed, WorldEvent
+from safenav.runtime.worlds.protocol import Acted, Blocked, Failed, Lost, Sensed, WorldEvent
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.records import Depart, Record
 from safenav.trace.vocabulary import ActResult
@@ -56,16 +62,20 @@ class FleetWorld(FleetSteps):
         return self._clock.step is not None
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
+        self._take_all()
         seen = self._sensing.at(region)  # what one robot has seen, all know
         return self._stray(robot, region) if seen is None else seen
 
     def start(self, robot: Robot, pose: Pose, command: int) -> WorldEvent | None:
+        known = self._sensing.at(pose.region)
+        self._take_all()
         body = self._bodies[robot.name]
         found = self._pose_now(body)
         if found is not None and found.region != body.pose.region:  # moved by something else
             regions = frozenset((body.pose.region, found.region))
             return Lost(self.now(), robot.name, regions, command=command)
-        task = FleetTask(command, body.pose, pose, body.station.retries, Phase.GOING)
+        task = FleetTask(command, body.pose, pose, body.station.retries, Phase.PEERING)
+        task.known = known
         body.task = task
         self._untold[robot.name] = task
         return None
@@ -107,14 +117,57 @@ class FleetWorld(FleetSteps):
             self._set_out(record.robot)
 
     def _set_out(self, robot: str) -> None:
-        task = self._untold.pop(robot)
-        self._send(self._bodies[robot], task, task.to)
+        body, task = self._bodies[robot], self._untold.pop(robot)
+        task.due = self.now() + PASSED + FRESH
+        self._peer(body, task)
+
+    def _peer(self, body: DrivenRobot, task: FleetTask) -> None:
+        """Send a robot that can see that the region before it is as the team knows it, or whose
+        lidar cannot look there; one that has just found an obstacle does not set out."""
+        if body.robot.name in self._untold:
+            return
+        region = task.to.region
+        known, view = self._sensing.at(region), body.view.get(region)
+        if body.station.scan is None:
+            view = View.UNSEEN
+        elif self.now() - body.viewed > STALE:
+            view = None
+        if self._pose_now(body) is None or view in (None, View.DOUBT, View.BEFORE):
+            return
+        if view is View.ROBOT and not self._is_shared(body, region):
+            return
+        if known is not None and known is not task.known:
+            found = Blocked(self.now(), body.robot.name, task.start, known, command=task.command)
+            self._end(body, body.pose, found)
+            return
+        task.phase = Phase.GOING
+        self._send(body, task, task.to)
+
+    def _is_shared(self, body: DrivenRobot, region: Region) -> bool:
+        """Whether a robot is in a region that does not mind others there, as a flyer above it."""
+        return any(
+            region in other.regions and not self._scenario.conflict(body.robot, other.robot)
+            for other in self._bodies.values()
+            if other is not body
+        )
+
+    def _peered(self, body: DrivenRobot, task: FleetTask) -> None:
+        """A robot could not see into the region before it in time: it has not set out."""
+        pose, region = self._pose_now(body), task.to.region
+        if pose is None:
+            self._lose(body, task)
+            return
+        why = f"its lidar has not seen region {region} since it stands here"
+        if body.view.get(region) is not None:
+            why = f"its lidar hits something in region {region}, perhaps another robot"
+        failed = Failed(self.now(), body.robot.name, task.start, why, command=task.command)
+        self._end(body, body.pose, failed)
 
     def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> WorldEvent | None:
         body = self._bodies[robot.name]
         team_action = TeamAction(robot, tuple(obstacles), self._progress)
         task = FleetTask(command, body.pose, body.pose, 0, Phase.ACTING, team_action=team_action)
-        body.task = task
+        body.task, body.view = task, {}
         self._sensing.acted_on |= {obstacle.region for obstacle in obstacles}
         if not obstacles:
             body.task = None
@@ -124,7 +177,8 @@ class FleetWorld(FleetSteps):
 
     def placed(self, robot: Robot, pose: Pose) -> None:
         """An operator has put a robot somewhere; ``start`` compares that with its odometry."""
-        self._bodies[robot.name].pose = pose
+        body = self._bodies[robot.name]
+        body.pose, body.lost, body.view = pose, frozenset(), {}
         self._strays.pop(robot.name, None)
 
     def cleared(self, obstacle: Obstacle) -> None:
@@ -133,18 +187,24 @@ class FleetWorld(FleetSteps):
 
     def cancel(self, robot: Robot) -> None:
         body = self._bodies[robot.name]
-        if robot.name in self._untold:
-            self._set_out(robot.name)
-        if body.task is not None and body.task.phase is Phase.GOING:
-            self._stop(body, body.task, "cancelled")
+        task = body.task
+        self._untold.pop(robot.name, None)
+        if task is not None and task.phase is Phase.PEERING:  # it has not set out
+            who = self.now(), robot.name, task.start
+            self._end(body, body.pose, Failed(*who, "cancelled", command=task.command))
+        elif task is not None and task.phase is Phase.GOING:
+            self._stop(body, task, "cancelled")
+        elif task is not None and task.phase is Phase.LOOKING and task.there:
+            self._looked(body, task)
 
     def wait(self, timeout: float | None) -> Sequence[WorldEvent]:
         end = inf if timeout is None else self.now() + timeout
+        self._take_all()
         for name in list(self._untold):
             self._set_out(name)
         while True:
+            self._take_all()  # a run that has thought for long has heard much meanwhile
             self._check_times()
-            self._take_all()
             if self._events or self.now() >= end:
                 found, self._events = self._events, []
                 return found
@@ -193,22 +253,23 @@ class FleetWorld(FleetSteps):
     def _heard(self, message: transport.Message) -> None:
         if self.recording is not None:
             self.recording.heard(message, self._clock.now())
-        self._messages.put(message)
+        self._messages.put((self.now(), message))
 
     def _take_next(self, pause: float) -> None:
         if self._clock.step is not None:
             self._clock.step()
         else:
             with suppress(queue.Empty):
-                self._take(self._messages.get(timeout=pause))
+                self._take(*self._messages.get(timeout=pause))
         self._take_all()
 
     def _take_all(self) -> None:
         with suppress(queue.Empty):
             while True:
-                self._take(self._messages.get_nowait())
+                self._take(*self._messages.get_nowait())
 
-    def _take(self, message: transport.Message) -> None:
+    def _take(self, heard: float, message: transport.Message) -> None:
+        """Take a message that was heard at a time, in seconds."""
         if isinstance(message, transport.InputHeard):
             self._inputs[message.name] = message.on
             return
@@ -217,19 +278,56 @@ class FleetWorld(FleetSteps):
             return
         match message:
             case transport.Located():
-                if body.place is None or message.stamp >= body.place.stamp:
-                    body.place, body.heard = message, self.now()
-                    self._remember(body, message)
-                    self._watch(body)
-                    self._stray_moved(body)
+                self._located(body, message, heard)
             case transport.Scanned():
-                self._scan(body, message)
+                self._scanned(body, message, heard)
             case transport.Reported() if body.place is not None:
-                self._sighted(body, self._sensing.report(message, body.place.stamp))
+                found = self._sensing.report(message, body.place.stamp, heard)
+                self._sighted(body, found)
             case transport.GoalEnded():
                 self._goal_ended(body, message)
             case transport.Performed():
                 self._performed(message)
+
+    def _located(self, body: DrivenRobot, place: transport.Located, heard: float) -> None:
+        newest = body.place
+        if newest is not None and place.stamp < newest.stamp:
+            if newest.stamp - place.stamp < SET_BACK:
+                return
+            body.looked, body.arrived = -inf, place.stamp
+            body.unread.clear()
+            self._sensing.clock_was_set(body.robot.name, place.stamp)
+        body.place, body.heard = place, heard
+        body.trail.append(TrailPoint(heard, place, body.regions))
+        while len(body.trail) > 2 and heard - body.trail[0].at > PASSED + STALE:
+            body.trail.popleft()
+        task = body.task
+        if task is not None and task.phase is Phase.LOOKING:
+            self._confirm(body, task)
+        elif task is not None and task.over is not None:
+            self._acted(body, task, task.over)
+        elif task is not None and task.phase is Phase.PEERING:
+            self._peer(body, task)
+        self._read(body, heard)
+        self._watch(body)
+        self._stray_moved(body)
+        self._keep_clear(body)
+
+    def _keep_clear(self, body: DrivenRobot) -> None:
+        """Stop robots on their way to a region into which a person has moved another one."""
+        at = body.place
+        if body.task is not None or at is None:
+            return
+        off = min(self.places.outside(region, at.x, at.y) for region in body.regions)
+        if off <= body.station.tolerance:
+            return
+        region, name = self.places.region(at.x, at.y), body.robot.name
+        for other in self._bodies.values():
+            task = other.task
+            if task is None or task.phase is not Phase.GOING or task.to.region != region:
+                continue
+            if self._scenario.conflict(other.robot, body.robot):
+                self._stop(other, task, f"{name} is in region {region}, to which it was not sent")
 
     # Steps
 
@@ -241,6 +339,10 @@ class FleetWorld(FleetSteps):
                 continue
             if task.phase is Phase.LOOKING:
                 self._looked(body, task)
+            elif task.phase is Phase.PEERING:
+                self._peered(body, task)
+            elif task.over is not None:
+                self._end_action(body, task, task.over)
             elif task.phase is Phase.GOING:
                 self._stop(body, task, f"the goal did not end within {task.due:.1f} s")
             elif task.phase is Phase.STOPPING:
@@ -265,7 +367,8 @@ class FleetWorld(FleetSteps):
             failed = any(result is ActResult.FAILED for _, result in found)
             why = "; ".join(team_action.reasons) if failed else ""
             ended = Acted(self.now(), body.robot.name, found, why, command=task.command)
-            self._end(body, body.pose, ended)
+            task.over, task.due = ended, self.now() + LATE
+            self._acted(body, task, ended)
             return
         assert team_action.on is not None
         self._goals += 1
@@ -273,6 +376,20 @@ class FleetWorld(FleetSteps):
         task.due = self.now() + max(30.0, SETTLING * body.station.timeout)
         for name, service in services.items():
             self._transport.perform(name, service, team_action.on.name, task.goal)
+
+    def _acted(self, body: DrivenRobot, task: FleetTask, event: Acted) -> None:
+        """End an action when odometry has the robot in its own region; it may be later than the
+        result, and a robot that opens a door enters its region."""
+        pose = self._pose_now(body)
+        if pose is not None and pose.region == body.pose.region:
+            self._end_action(body, task, event)
+
+    def _end_action(self, body: DrivenRobot, task: FleetTask, event: Acted) -> None:
+        if task.team_action is not None:
+            self._sensing.acted_on -= {one.region for one in task.team_action.obstacles}
+        if body.place is not None:
+            body.arrived = body.place.stamp
+        self._end(body, body.pose, replace(event, at=self.now()))
 
     def _idle(self, task: FleetTask) -> dict[str, Region]:
         """Regions of robots that can take part in an action: those without another command."""
@@ -299,61 +416,80 @@ class FleetWorld(FleetSteps):
         self._progress.forget(obstacle)
         places = {name: body.place for name, body in self._bodies.items()}
         self._sensing.forget(
-            obstacle.region, {n: -inf if p is None else p.stamp for n, p in places.items()}
+            obstacle.region,
+            {n: -inf if p is None else p.stamp for n, p in places.items()},
+            self.now(),
         )
 
     def _sighted(self, body: DrivenRobot, found: Sequence[Sighting]) -> None:
         now, name = self.now(), body.robot.name
         self._events += [Sensed(now, one.obstacle, name, there=one.there) for one in found]
 
-    def _scan(self, body: DrivenRobot, scan: transport.Scanned) -> None:
-        """Look into the regions beside the robot, while it stands still."""
-        use, task, at = body.station.scan, body.task, body.place
-        moving = task is not None and task.phase not in (Phase.LOOKING, Phase.ACTING)
-        if use is None or at is None or moving or scan.stamp <= max(body.looked, body.arrived):
+    def _scanned(self, body: DrivenRobot, scan: transport.Scanned, heard: float) -> None:
+        """Keep a scan until odometry tells where it was taken: either may be late."""
+        if body.station.scan is not None:
+            body.unread.append(HeardScan(heard, scan))
+            self._read(body, heard)
+
+    def _read(self, body: DrivenRobot, now: float) -> None:
+        """Read the scans of which odometry has told by now where they were taken."""
+        while body.unread and body.place is not None:
+            heard, scan = body.unread[0].at, body.unread[0].scan
+            if now - heard <= STALE and scan.stamp > body.place.stamp:
+                return
+            body.unread.popleft()
+            if now - heard <= STALE:
+                self._scan(body, scan, heard)
+
+    def _scan(self, body: DrivenRobot, scan: transport.Scanned, heard: float) -> None:
+        """Look into the regions beside the robot by a scan that was taken while it stood still,
+        where it stands now."""
+        use, task, here = body.station.scan, body.task, body.stands
+        if use is None or here is None or scan.stamp <= max(body.looked, body.arrived):
+            return
+        at = body.stood(scan.stamp)
+        if at is None or self.places.region(at.x, at.y) != here:
             return
         body.looked = scan.stamp
-        found = self.places.region(at.x, at.y)
-        here = body.pose.region if found is None else found
-        now = self.now()
-        busy, left = partial(self._somebody_at, body), partial(self._somebody_left, body)
-        look = self._sensing.scan(use, scan, at, here, busy, left, now)
+        look = self._sensing.scan(use, scan, at, here, partial(self._whose, body, heard), heard)
+        body.view, body.viewed = look.view, heard
         self._sighted(body, look.found)
-        if task is not None and task.phase is Phase.LOOKING:
-            if look.sure:
+        if task is not None and task.phase is Phase.LOOKING and task.there:
+            if View.DOUBT not in look.view.values():
                 self._looked(body, task)
-            else:  # what it has hit may have left: look again before somebody enters
-                task.due = now + PASSED
+            else:  # what it has hit may have left: look again before a robot enters
+                task.due = max(task.due, task.since + PASSED + FRESH)
+        elif task is not None and task.phase is Phase.PEERING:
+            self._peer(body, task)
 
-    def _remember(self, body: DrivenRobot, place: transport.Located) -> None:
-        now = self.now()
-        body.trail.append(TrailPoint(now, place, body.regions))
-        while now - body.trail[0].at > PASSED:
-            body.trail.popleft()
+    def _whose(
+        self, body: DrivenRobot, heard: float, region: Region, x: float, y: float
+    ) -> View | None:
+        """Whether a ray into a region may have hit another robot at a point, in metres, in a scan
+        that was heard at a time: one that is near that point or moves through the region, or one
+        of which that held up to ``PASSED`` seconds before."""
+        view = None
+        for other in self._bodies.values():
+            if other is body:
+                continue
+            if region in other.regions or self._touches(other, other.place, x, y):
+                return View.ROBOT
+            if any(
+                point.at >= heard - PASSED
+                and (region in point.regions or self._touches(other, point.place, x, y))
+                for point in other.trail
+            ):
+                view = View.DOUBT
+        return view
 
-    def _somebody_at(self, body: DrivenRobot, region: Region) -> bool:
-        """Whether another robot may be what a ray has hit: it is in a region, or bound for it, or
-        less than a region away from its middle."""
-        others = (other for other in self._bodies.values() if other is not body)
-        return any(
-            region in other.regions
-            or (other.place is not None and self._near_to(region, other.place))
-            for other in others
-        )
-
-    def _somebody_left(self, body: DrivenRobot, region: Region) -> bool:
-        """Whether that held for another robot in the last ``PASSED`` seconds."""
-        oldest = self.now() - PASSED
-        trails = (other.trail for other in self._bodies.values() if other is not body)
-        return any(
-            one.at >= oldest and (region in one.regions or self._near_to(region, one.place))
-            for trail in trails
-            for one in trail
-        )
-
-    def _near_to(self, region: Region, place: transport.Located) -> bool:
-        size = max(self.places.frame.resolution)
-        return self.places.distance(region, place.x, place.y) < size
+    def _touches(
+        self, body: DrivenRobot, place: transport.Located | None, x: float, y: float
+    ) -> bool:
+        """Whether a robot may reach a point from a place."""
+        size = body.robot.model.size
+        half = min(self.places.frame.resolution) / 2
+        reach = half if size is None else size / 2
+        return place is not None and hypot(place.x - x, place.y - y) < reach + half
 
 
 def fleet_world(

@@ -76,10 +76,10 @@ class Robots:
         for name in self.x:
             self.locate(name)
 
-    def locate(self, name: str) -> None:
+    def locate(self, name: str, yaw: float = 0.0) -> None:
         self.stamp += 1.0
         x, y = self.x[name] * self.side, self.y[name] * self.side
-        self.post(Located(name, self.stamp, x, y, 0.0))
+        self.post(Located(name, self.stamp, x, y, yaw))
 
     def missing(self) -> list[str]:
         return [] if "digit" in self.x else ["/digit/move_base"]
@@ -117,6 +117,8 @@ def started(side: float = 1.0, **station: Any) -> tuple[FleetWorld, Robots, Any]
     stations = {name: Station(f"/{name}", **GIVEN | station) for name in ("digit", "quad")}
     world = FleetWorld(scenario, stations, robots, robots.clock)
     world.open()
+    for name in robots.x if "scan" in station else ():
+        scanned(robots, name, 9.0)
     return world, robots, scenario
 
 
@@ -130,7 +132,8 @@ def told(event: WorldEvent) -> tuple[Any, ...]:
 @pytest.fixture(autouse=True)
 def _quick(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Time limits of hundredths of seconds."""
-    for name, seconds in (("SETTLING", 0.05), ("STOPPING", 0.05), ("FRESH", 0.05), ("STALE", 0.2)):
+    limits = {"SETTLING": 0.05, "STOPPING": 0.05, "FRESH": 0.05, "LATE": 0.05, "STALE": 0.2}
+    for name, seconds in limits.items():
         monkeypatch.setattr(steps, name, seconds)
     monkeypatch.setattr(fleet, "FRESH", 0.05)
     yield
@@ -224,8 +227,10 @@ def rays(metres: float, ahead: int) -> list[float]:
 
 
 def scanned(robots: Robots, name: str, metres: float, ahead: int = 0) -> None:
+    """A scan where the robot stands, and odometry from after it."""
     robots.stamp += 1.0
     robots.post(Scanned(name, robots.stamp, 0.0, math.pi / 2, rays(metres, ahead)))
+    robots.locate(name)
 
 
 def test_a_lidar_finds_a_door_before_the_arrival_is_told() -> None:
@@ -259,6 +264,7 @@ def test_a_door_is_not_gone_while_another_lidar_hits_it(later: str) -> None:
     scanned(robots, "digit", 0.6)
     world.wait(5.0)
     robots.x["quad"] = 3.5  # beside region 10, in the south
+    world.placed(scenario.robots[1], Pose(17))
     robots.locate("quad")
     scanned(robots, "quad", 3.0)
     assert world.wait(0.05) == [] and world.sense(scenario.robots[1], 10) is not None
@@ -332,17 +338,284 @@ def test_a_scan_from_the_way_is_not_read_after_the_arrival() -> None:
     assert world.wait(0.05) == [] and world.sense(scenario.robots[0], 10) is None
 
 
-def test_who_is_stopped_by_a_door_that_it_has_seen_is_blocked() -> None:
+def test_a_scan_is_read_where_it_was_taken() -> None:
+    """The robot turned after the scan: the wall that was on its left is not a door ahead of it."""
+    world, robots, scenario = started(scan=ScanUse("scan", "door"))
+    robots.script = [("succeeded", 2.5)]
+    world.start(scenario.robots[0], EAST, 1)
+    assert world.wait(0.0) == []
+    stamp = robots.stamp + 0.5
+    robots.stamp += 0.4
+    robots.locate("digit", math.pi / 2)
+    robots.locate("digit")
+    robots.post(Scanned("digit", stamp, 0.0, math.pi / 2, rays(0.6, 0)))
+    assert [told(event)[0] for event in world.wait(5.0)] == ["Arrived"]
+    assert world.sense(scenario.robots[0], 10) is None
+
+
+def test_a_scan_waits_for_the_odometry_of_its_moment() -> None:
+    world, robots, scenario = started(scan=ScanUse("scan", "door"))
+    robots.script = [("succeeded", 2.5)]
+    world.start(scenario.robots[0], EAST, 1)
+    robots.post(Scanned("digit", robots.stamp + 2.5, 0.0, math.pi / 2, rays(0.6, 0)))
+    assert world.wait(0.02) == []
+    robots.locate("digit")
+    assert world.wait(0.0) == []
+    robots.locate("digit")
+    assert [told(event)[0] for event in world.wait(0.0)] == ["Sensed", "Arrived"]
+
+
+LATE_ODOMETRY = {
+    "it has arrived": ([("succeeded", None)], 1.9, 2.5, ("Arrived",), 1),
+    "it is back": (
+        [("aborted", 2.1), ("rejected", None), ("succeeded", None)],
+        None,
+        1.5,
+        ("Failed", HOME, False),
+        3,
+    ),
+}
+
+
+@pytest.mark.parametrize("case", LATE_ODOMETRY)
+def test_a_result_waits_for_odometry_that_comes_later(case: str) -> None:
+    """It was read at once: a robot that was back stood elsewhere, in a region that it had left."""
+    script, on_the_way, there, expected, goals = LATE_ODOMETRY[case]
+    world, robots, scenario = started()
+    robots.script = list(script)
+    world.start(scenario.robots[0], EAST, 1)
+    if on_the_way is not None:
+        robots.x["digit"] = on_the_way
+        robots.locate("digit")
+    assert world.wait(0.03) == []
+    robots.x["digit"] = there
+    robots.locate("digit")
+    assert [told(event) for event in world.wait(5.0)] == [expected]
+    assert len(robots.goals) == goals
+
+
+def test_who_comes_back_between_two_regions_is_lost_in_both() -> None:
+    """It says that it is back, and still reaches into the region that it was to leave."""
+    world, robots, scenario = started(retries=0)
+    robots.script = [("aborted", 2.1), ("succeeded", 2.05)]
+    world.start(scenario.robots[0], EAST, 1)
+    (event,) = world.wait(5.0)
+    assert told(event) == ("Lost", frozenset({8, 9}))
+
+
+def test_lidar_hits_on_a_lost_robot_are_not_an_obstacle() -> None:
+    """Its odometry has ended in the region that it has left; its body is in the next one."""
+    world, robots, scenario = started(scan=ScanUse("scan", "door"), retries=0)
+    robots.script = [(None, 2.4), (None, None)]
+    world.start(scenario.robots[1], Pose(16), 1)
+    assert [told(event)[0] for event in world.wait(5.0)] == ["Lost"]
+    robots.now += 5.0
+    robots.script = [("succeeded", 2.5)]
+    robots.locate("digit")
+    scanned(robots, "digit", 9.0)
+    world.start(scenario.robots[0], EAST, 2)
+    world.wait(0.02)
+    scanned(robots, "digit", 0.6, ahead=3)
+    assert [told(event)[0] for event in world.wait(5.0)] == ["Arrived"]
+    assert world.sense(scenario.robots[0], 16) is None
+
+
+@pytest.mark.parametrize("jump", [-3600.0, 3600.0])
+def test_a_robot_whose_clock_is_set_is_heard(jump: float) -> None:
+    world, robots, scenario = started(scan=ScanUse("scan", "door"))
+    robots.script = [("succeeded", 2.5)]
+    world.start(scenario.robots[0], EAST, 1)
+    old = robots.stamp + 0.5
+    robots.post(Scanned("digit", old, 0.0, math.pi / 2, rays(0.6, 1)))
+    robots.stamp += jump
+    assert world.wait(0.02) == []
+    robots.locate("digit")
+    scanned(robots, "digit", 0.6)
+    events = world.wait(5.0)
+    assert [told(event)[0] for event in events] == ["Sensed", "Arrived"]
+    assert world.sense(scenario.robots[0], 10) is not None
+
+
+@pytest.mark.parametrize("comes", ["free", "door", "hit", "nothing"])
+def test_a_robot_sets_out_when_it_has_seen_the_region_before_it(comes: str) -> None:
+    """Another robot was what its last scan hit there, and has left since."""
+    world, robots, scenario = started(scan=ScanUse("scan", "door"))
+    robots.x["quad"], robots.y["quad"] = 2.5, 2.5
+    world.placed(scenario.robots[1], Pose(9))
+    robots.locate("quad")
+    scanned(robots, "quad", 9.0)
+    scanned(robots, "digit", 0.6)
+    assert world.wait(0.02) == [] and world.sense(scenario.robots[0], 9) is None
+    robots.script = [("succeeded", 3.5)]
+    world.start(scenario.robots[1], Pose(10), 1)
+    world.wait(0.02)
+    scanned(robots, "quad", 9.0)
+    assert [told(event)[0] for event in world.wait(0.02)] == ["Arrived"]
+    world.start(scenario.robots[0], EAST, 2)
+    assert world.wait(0.02) == [] and len(robots.goals) == 1  # it may be a door
+    robots.script = [("succeeded", 2.5)]
+    if comes == "free":
+        scanned(robots, "digit", 9.0)
+    elif comes == "door":
+        robots.now += 2.5
+        robots.locate("quad")
+        scanned(robots, "digit", 0.6)
+    elif comes == "hit":
+        robots.now += 1.0
+        scanned(robots, "digit", 0.6)
+    found = [told(event) for event in world.wait(0.02)]
+    if comes == "free":
+        assert len(robots.goals) == 2
+    elif comes == "door":
+        assert [event[0] for event in found] == ["Sensed", "Blocked"]
+    else:
+        robots.now += 1.9
+        robots.locate("digit")
+        assert [told(event) for event in world.wait(0.5)] == [("Failed", HOME, False)]
+    assert len(robots.goals) == 1 + (comes == "free")
+
+
+def test_a_robot_beside_a_region_does_not_hide_a_door_there() -> None:
+    """It stands 0.2 m off the middle of the next region: the hit is too far from it."""
+    world, robots, scenario = started(side=2.0, scan=ScanUse("scan", "door"))
+    robots.x["quad"], robots.y["quad"] = 3.4, 2.5
+    world.placed(scenario.robots[1], Pose(10))
+    robots.locate("quad")
+    scanned(robots, "digit", 1.5)
+    (found,) = world.wait(0.02)
+    assert told(found) == ("Sensed", "digit", True)
+
+
+def test_a_leaf_before_a_region_is_not_an_obstacle_in_it() -> None:
+    """A robot in the region of an open door is near to its leaves."""
+    world, robots, scenario = started(side=2.0, scan=ScanUse("scan", "door"))
+    scanned(robots, "digit", 0.4)
+    assert world.wait(0.02) == [] and world.sense(scenario.robots[0], 9) is None
+    world.start(scenario.robots[0], EAST, 1)
+    assert world.wait(0.02) == [] and robots.goals == []
+
+
+def test_a_door_that_is_ajar_is_not_gone() -> None:
+    """Its leaves are beside the middle of the passage, through which a ray goes."""
+    world, robots, scenario = started(scan=ScanUse("scan", "door"))
+    door = seen(world, robots, scenario)
+    robots.now += 5.0
+    robots.locate("digit")
+    for ranges in ([1.02, 9.0, 1.02], [9.0, 9.0, 9.0]):
+        robots.stamp += 1.0
+        robots.post(Scanned("digit", robots.stamp, -0.2, 0.2, ranges))
+        robots.locate("digit")
+    (gone,) = world.wait(0.02)
+    assert told(gone) == ("Sensed", "digit", False) and gone.obstacle is door
+    assert world.wait(0.02) == []
+
+
+@pytest.mark.parametrize("sensor", ["scan", "report"])
+def test_a_late_sighting_of_a_resolved_obstacle_is_of_the_past(sensor: str) -> None:
+    """It was on its way when the obstacle was resolved; one that comes 2 s later is new."""
+    world, robots, scenario = started(scan=ScanUse("scan", "door"), report="obstacles")
+    door = seen(world, robots, scenario)
+    robots.results = [(ActResult.DONE, "")]
+    world.act(scenario.robots[0], [door], 1)
+    assert [told(event)[0] for event in world.wait(5.0)] == ["Acted"]
+    for later, expected in ((0.5, []), (2.5, ["Sensed"])):
+        robots.now += later
+        robots.locate("quad")
+        robots.locate("digit")
+        if sensor == "scan":
+            scanned(robots, "digit", 0.6)
+        else:
+            robots.post(Reported("quad", "door@9"))
+        assert [told(event)[0] for event in world.wait(0.02)] == expected
+
+
+def test_a_late_report_does_not_hide_what_a_lidar_sees() -> None:
+    world, robots, _ = started(scan=ScanUse("scan", "door"), report="obstacles")
+    scanned(robots, "digit", 0.6)
+    robots.post(Reported("quad", "-door@9"))
+    assert [told(event) for event in world.wait(0.02)] == [("Sensed", "digit", True)]
+    robots.now += 2.5
+    robots.post(Reported("quad", "-door@9"))
+    assert [told(event) for event in world.wait(0.02)] == [("Sensed", "quad", False)]
+
+
+def test_what_was_heard_while_the_run_thought_counts_before_its_time_limits() -> None:
+    world, robots, scenario = started(scan=ScanUse("scan", "door"))
+    robots.script = [("succeeded", 2.5)]
+    world.start(scenario.robots[0], EAST, 1)
+    world.told(Depart(1, 1, "digit", 8, 9, "east", MovedBy.STRATEGY))
+    robots.now += 60.0  # a synthesis; odometry and scans continue
+    robots.locate("digit")
+    scanned(robots, "digit", 0.6)
+    events = world.wait(0.0)
+    assert [told(event)[0] for event in events] == ["Sensed", "Arrived"]
+    assert robots.cancelled == [] and len(robots.goals) == 1
+
+
+def test_an_action_ends_when_its_robot_is_back() -> None:
+    """Who opens a door enters its region; odometry of that is later than the result."""
+    world, robots, scenario = started()
+    door = seen(world, robots, scenario)
+    robots.x["digit"] = 2.4
+    robots.locate("digit")
+    robots.results = [(ActResult.FAILED, "")]
+    world.act(scenario.robots[0], [door], 1)
+    assert world.wait(0.02) == [] and not world.idle
+    robots.x["digit"] = 1.5
+    robots.locate("digit")
+    assert [told(event)[0] for event in world.wait(0.0)] == ["Acted"]
+    robots.now += 2.5
+    robots.post(Reported("quad", "-door@9"))  # its action is over: others may see it gone
+    assert [told(event) for event in world.wait(0.02)] == [("Sensed", "quad", False)]
+
+
+def test_who_goes_to_a_region_into_which_a_person_moves_another_robot_stops() -> None:
+    world, robots, scenario = started()
+    other = scenario.robots[1]
+    conflicts = scenario.conflict(scenario.robots[0], other)
+    robots.script = [(None, 1.7), ("canceled", None), ("succeeded", 1.5)]
+    world.start(scenario.robots[0], EAST, 1)
+    assert world.wait(0.0) == []
+    robots.x["quad"], robots.y["quad"] = 2.5, 2.5
+    robots.locate("quad")
+    found = [told(event)[0] for event in world.wait(0.02)]
+    assert found == ["Failed"] * conflicts and robots.cancelled == ["digit"] * conflicts
+
+
+def test_who_is_cancelled_before_it_sets_out_does_not_move() -> None:
+    world, robots, scenario = started()
+    world.start(scenario.robots[0], EAST, 1)
+    world.cancel(scenario.robots[0])
+    assert [told(event) for event in world.wait(0.0)] == [("Failed", HOME, False)]
+    assert robots.goals == [] and world.idle
+
+
+def test_who_is_cancelled_where_it_was_sent_has_arrived() -> None:
+    """Its lidar still looks: the run has no patience for that, and the robot is not lost."""
+    world, robots, scenario = started(scan=ScanUse("scan", "door"))
+    robots.script = [("succeeded", 2.5)]
+    world.start(scenario.robots[0], EAST, 1)
+    assert world.wait(0.02) == []
+    world.cancel(scenario.robots[0])
+    assert [told(event)[0] for event in world.wait(0.0)] == ["Arrived"]
+    assert robots.cancelled == []
+
+
+@pytest.mark.parametrize("late", [False, True])
+def test_who_is_stopped_by_a_door_that_was_seen_is_blocked(late: bool) -> None:
     world, robots, scenario = started(report="obstacles")
-    robots.script = [("aborted", 1.6), ("succeeded", 1.5)]
-    robots.post(Reported("quad", "door@9"))
-    robots.post(Reported("quad", "elephant@9"))
-    robots.post(Reported("quad", "nonsense"))
+    robots.script = [(None, 1.6), ("succeeded", 1.5)]
     world.start(scenario.robots[0], EAST, 4)
+    if late:
+        assert world.wait(0.0) == []
+    for text in ("door@9", "elephant@9", "nonsense"):
+        robots.post(Reported("quad", text))
+    robots.post(GoalEnded("digit", 1, GoalEnd.ABORTED))
     events = world.wait(5.0)
     assert [told(event)[0] for event in events] == ["Sensed", "Blocked"]
     assert told(events[1]) == ("Blocked", HOME)
-    assert len(robots.goals) == 2  # no second try against a closed door
+    # no second try against a closed door, and none if it is seen before the robot sets out
+    assert len(robots.goals) == (2 if late else 0)
 
 
 @pytest.mark.parametrize("result", list(ActResult), ids=str)
