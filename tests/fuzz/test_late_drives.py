@@ -1,0 +1,29 @@
+"""Drives of random missions whose messages come late, judged by the physics alone.
+
+``SAFENAV_FUZZ=500`` tries 500 other seeds.
+"""
+
+import os
+from random import SystemRandom
+
+import pytest
+
+pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
+
+from fuzz.late import late_drive
+
+SEEDS = (11, 22, 39, 59, 64)
+"""On them robots were told to be where they were not, met, or found doors that were none."""
+
+
+def seeds() -> tuple[int, ...]:
+    wanted = os.environ.get("SAFENAV_FUZZ")
+    begin = SystemRandom().randrange(10**6)
+    return SEEDS if wanted is None else tuple(range(begin, begin + int(wanted)))
+
+
+@pytest.mark.parametrize("seed", seeds())
+def test_late_messages_do_no_harm(seed: int) -> None:
+    drive = late_drive(seed)
+    if drive is not None:
+        assert drive.defects == []
