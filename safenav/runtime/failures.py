@@ -10,10 +10,8 @@ from msgspec import Struct, field
 
 from safenav.scenario.model import Obstacle, ObstacleType, Robot
 from safenav.scenario.settings import FailedMoves, Failures
+from safenav.trace.vocabulary import OPERATOR_ACTION
 from safenav.world.map import Region
-
-OPERATOR = "operator"
-"""The action of an obstacle that no robot has."""
 
 
 class Reaction(Enum):
@@ -82,10 +80,12 @@ class Troubles(Struct):
 def unknown(robot: Robot, region: Region) -> Obstacle:
     """Something that stops robots of a layer in a region: only an operator can remove it."""
     layer = robot.model.layer
-    return Obstacle(ObstacleType(f"unknown_{layer}", OPERATOR, blocks=frozenset({layer})), region)
+    return Obstacle(
+        ObstacleType(f"unknown_{layer}", OPERATOR_ACTION, blocks=frozenset({layer})), region
+    )
 
 
 def lost(robot: Robot, others: frozenset[str], region: Region) -> Obstacle:
     """A region in which a lost robot may be, closed to itself and to ``others``."""
     blocks = frozenset({robot.name, *others})
-    return Obstacle(ObstacleType(f"lost_{robot.name}", OPERATOR, blocks=blocks), region)
+    return Obstacle(ObstacleType(f"lost_{robot.name}", OPERATOR_ACTION, blocks=blocks), region)

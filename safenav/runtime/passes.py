@@ -22,7 +22,7 @@ from safenav.runtime.termination import Conclusion, RunEnded
 from safenav.scenario.settings import switching
 from safenav.trace import records
 from safenav.trace.vocabulary import OperatorCause, PlanEndReason, Reason
-from safenav.trace.words import seconds_words
+from safenav.trace.words import listed, obstacle_words, seconds_words
 
 WAITS = (Outcome.OPERATOR_NEEDED, Outcome.ASSUMPTION_VIOLATED, Outcome.SEARCH_LIMIT)
 """The ends after which an operator can help."""
@@ -315,6 +315,7 @@ class Passes(Algorithm):
 
     def _what_is_left(self) -> str:
         """Return the reasons why the run is not completed yet."""
+        word = self.team.scenario.map.word
         wanted = self.team.scenario.until.rounds
         left = [
             f"{robot.name} has done {robot.own.rounds} of {wanted} rounds"
@@ -324,10 +325,12 @@ class Passes(Algorithm):
         away = [name for name, robot in self.team.robots.items() if robot.base is not None]
         left += [f"an input keeps {name} from its own objective" for name in away]
         left += [
-            f"{' and '.join(request.requesters)} wait for "
-            f"{' and '.join(request.helpers) or 'help'} to resolve {request.obstacle.name}"
+            f"{listed(request.requesters)} "
+            f"{'waits' if len(request.requesters) == 1 else 'wait'} for "
+            f"{listed(request.helpers) if request.helpers else 'help'} to resolve "
+            f"{obstacle_words(request.obstacle.name, word)}"
             if request.requesters
-            else f"{request.obstacle.name} is not done"
+            else f"{obstacle_words(request.obstacle.name, word)} is not done"
             for request in self.team.requests
         ]
         after = f"{self.team.tick} ticks"

@@ -35,6 +35,11 @@ Place = tuple[Region, Heading | None]
 """A region, and the heading of a robot that has one."""
 
 
+OPERATOR_ACTION = "operator"
+"""The action of an obstacle that stands for a failure (``unknown_ground``, ``lost_digit``). No
+robot has it."""
+
+
 class Verified(StrEnum):
     """The checks of a strategy on demand: each of its moves, when it was made."""
 

@@ -127,6 +127,10 @@ class Wording(Struct, frozen=True):
                 kind = self.strong(with_article(line.obstacle.partition("@")[0]))
                 found = f"finds {kind} at {self._at(line.proposed)} and keeps out"
                 who = f"{self.robot(line.robot)} at {self._at(line.at)}"
+                if line.action == vocabulary.OPERATOR_ACTION:
+                    if line.obstacle.startswith(f"lost_{line.robot}@"):
+                        return f"{who} is lost: it may also be at {self._at(line.proposed)}"
+                    return f"{who} {found}: only an operator can resolve it"
                 if line.action in self.skills.get(line.robot, ()):
                     return f"{who} {found} until '{line.action}' is done"
                 return f"{who} {found}: it cannot {line.action}"

@@ -2,7 +2,9 @@
 
 import click
 import pytest
+from msgspec.structs import replace
 
+from safenav.outcome import Outcome
 from safenav.report.terminal.story import Story
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace import records, setting, vocabulary
@@ -57,6 +59,27 @@ def test_events_of_one_tick_stand_below_one_another() -> None:
         "           quad requests help with door@gate: digit needs 3 ticks; digit helps",
         "tick 5     digit at gate 9 [1, 3] resolves door@gate",
     ]
+
+
+@pytest.mark.parametrize(
+    ("obstacle", "said"),
+    [
+        (
+            "unknown_air@9",
+            "quad at 8 [1, 2] finds an unknown_air at gate 9 [1, 3] and keeps out: only an "
+            "operator can resolve it",
+        ),
+        ("lost_quad@9", "quad at 8 [1, 2] is lost: it may also be at gate 9 [1, 3]"),
+    ],
+)
+def test_what_stands_for_a_failure_is_no_capability(obstacle: str, said: str) -> None:
+    line = records.Violation(2, "quad", 8, 9, obstacle, vocabulary.OPERATOR_ACTION)
+    assert [line[11:] for line in told(line)] == [said]
+
+
+def test_a_run_that_waited_has_ended_when_it_ended() -> None:
+    ended = records.End(9, Outcome.TIME_LIMIT, "not completed", {}, 9, 0.1, 2, 0.1, makespan=16.4)
+    assert told(replace(ended, t=400.0))[1].strip().startswith("6 min 40 s on the clock of the run")
 
 
 def test_what_comes_and_goes_and_joint_plans_are_told() -> None:

@@ -243,6 +243,7 @@ def test_a_region_that_fails_again_and_again_is_an_obstacle() -> None:
     assert len(run.all("arrive", result="failed")) == 3
     assert run.one("violation", obstacle="unknown_ground@10")["action"] == "operator"
     assert run.all("blocked", obstacle="unknown_ground@10", reason="no_capable_robot")
+    assert run.one("request")["because"] == "it needs an operator"
 
 
 @pytest.mark.parametrize(

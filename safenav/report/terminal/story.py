@@ -155,7 +155,8 @@ class Story:
         spent = seconds_words(event.synthesis_seconds)
         took = counted(event.ticks, "tick")
         if event.makespan is not None:
-            took = f"{seconds_words(event.makespan)} on the clock of the run"
+            over = max(event.makespan, event.t or 0.0)  # it may have waited since the last command
+            took = f"{seconds_words(over)} on the clock of the run"
         self._echo(
             f"           {took}, "
             f"{counted(event.syntheses, 'synthesis', 'syntheses')} "

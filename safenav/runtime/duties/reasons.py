@@ -11,7 +11,7 @@ from safenav.runtime.duties.settlement import Settlement
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.resolution.proofs import TeamClosure
 from safenav.scenario.objective import Word
-from safenav.trace.vocabulary import OperatorCause
+from safenav.trace.vocabulary import OPERATOR_ACTION, OperatorCause
 from safenav.trace.words import listed, obstacle_words
 from safenav.world.poses import bits
 
@@ -148,6 +148,8 @@ def shortfall_words(found: Shortfall, word: Word, it: str | None = None) -> str:
     takes = need_words(found.action, found.robots, together=found.together)
     said = [f"{it or obstacle_words(found.obstacle, word)} needs {takes}{met}"]
     names = [*found.done, *(helper.name for helper in found.helpers)]
+    if not names and found.action == OPERATOR_ACTION:
+        return f"{it or obstacle_words(found.obstacle, word)} needs an operator"
     if not names:
         return f"{said[0]}, and no robot of this team has it"
     if found.too_few:
