@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable
 
+from safenav.audit.kinds import shape_of
 from safenav.audit.lines import Line, Objective, Obstacle
 from safenav.audit.members import Need
 from safenav.audit.progress import Progress, goals_before
@@ -44,7 +45,8 @@ class State:
             else Progress.at_start(r.objective, r.start)
             for n, r in robots.items()
         }
-        self.ahead = {name: self.turn_of(name) for name in robots}
+        over = {n for n, d in self.done.items() if shape_of(self.own[n].kind).ends and d.rounds}
+        self.ahead = {name: self.turn_of(name) + (name in over) for name in robots}
         """Number of targets that each robot has met of an objective that ends, whatever it did
         meanwhile."""
         self.goals: dict[str, list[Line]] = {
@@ -92,6 +94,10 @@ class State:
         self.introduced = {obstacle.name for obstacle in self.header.obstacles}
         """Obstacles that the scenario lists, or that a line has described."""
         self.discovered: set[str] = set()
+        for name in () if begun is None else begun.closed or ():
+            if name in self.status:
+                self.status[name] = Status.UNTRAVERSABLE
+                self.discovered.add(name)
         self.out: set[str] = set()
         """The robots that are out of service."""
         self.waits: Line | None = None

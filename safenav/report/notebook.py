@@ -58,7 +58,10 @@ class ProgressBar:
     def __init__(self, scenario: Scenario, display: Any = None) -> None:
         self._wanted = scenario.until.rounds * len(scenario.robots)
         self._each = scenario.until.rounds
-        self._rounds = {robot.name: 0 for robot in scenario.robots}
+        begun = {} if scenario.begun is None else scenario.begun.robots
+        self._rounds = {
+            r.name: begun[r.name].rounds if r.name in begun else 0 for r in scenario.robots
+        }
         self._syntheses = 0
         self._shown_at = 0.0
         self._display = _display() if display is None else display

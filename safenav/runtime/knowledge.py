@@ -47,8 +47,11 @@ class Knowledge:
         self._unmet = Works(scenario)
         self._known = Works(scenario, others=self._unmet.open)
         self._finished: dict[str, Work] = {}
+        closed = () if scenario.begun is None else scenario.begun.closed
         for obstacle in scenario.obstacles:
-            if obstacle.appears is None and _takes_more(obstacle):
+            if obstacle.appears is None and obstacle.name in closed:
+                self.join(obstacle, UNTRAVERSABLE)
+            elif obstacle.appears is None and _takes_more(obstacle):
                 self._unmet.open[obstacle.name] = Work(obstacle)
 
     def copy(self) -> Knowledge:

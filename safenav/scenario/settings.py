@@ -156,12 +156,14 @@ class Begun(Struct, frozen=True):
     """The run that this one continues, whose promises and objectives were accepted: what cannot be
     kept from here is judged, and not refused. ``trace``: the sha256 of its trace, if it is a file;
     ``robots``: those that had begun; ``due``: the ticks left for the requests that were open;
-    ``late``: the obstacles whose promise is broken."""
+    ``late``: the obstacles whose promise is broken; ``closed``: those that were found
+    untraversable."""
 
     trace: str | None = None
     robots: Mapping[str, Done] = {}
     due: Mapping[str, int] = {}
     late: tuple[str, ...] = ()
+    closed: tuple[str, ...] = ()
 
 
 class Limits(Struct, frozen=True):

@@ -193,12 +193,14 @@ class DoneHeader(Struct, frozen=True):
 class BegunHeader(Struct, frozen=True):
     """The run that this one continues. ``trace``: the sha256 of its file; ``robots``: their
     progress, of those that had begun; ``due``: the ticks left for the requests that were open;
-    ``late``: the obstacles whose deadline had passed."""
+    ``late``: the obstacles whose deadline had passed; ``closed``: those that were found
+    untraversable."""
 
     trace: Sha256 | None = None
     robots: Mapping[str, DoneHeader] = {}
     due: Mapping[str, Count] = {}
     late: tuple[str, ...] = ()
+    closed: tuple[str, ...] = ()
 
 
 class LimitsHeader(Struct, frozen=True):

@@ -20,6 +20,8 @@ from safenav.audit.turn import (
 _ROUNDED = 1e-6
 """Seconds by which sums of written times may differ."""
 _INTERVENTION = "intervention"
+_WHILE_WAITING = ("interrupted", "error", "time_limit", "tick_limit", "late")
+"""Ends that a run may have while it waits."""
 _LIVE = ("depart", "arrive", "act", "acted", "hold", "late", "operator")
 
 
@@ -263,7 +265,7 @@ class WaitingRule(Rule):
             case "blocked" if record.reason not in ("untraversable", "operator"):
                 self._hope = False
             case "outcome" if self._waiting is not None:
-                told = ("interrupted", "error", "time_limit", "tick_limit", self._waiting.outcome)
+                told = *_WHILE_WAITING, self._waiting.outcome
                 if record.outcome not in told:
                     yield f"the run ends as {record.outcome} while it waits"
 

@@ -95,6 +95,7 @@ class ReplayBuilder:
         self.statuses: dict[str, list[tuple[int, ObstacleStatus]]] = {n: [] for n in self.hidden}
         self.objectives = {n: [(-1, objective_of(r.objective))] for n, r in robots.items()}
         self.progress: dict[str, list[tuple[int, RobotProgress]]] = {name: [] for name in robots}
+        self._begin(header.begun)
         self.charges = TracedCharges(trace.header)
         self.percent: dict[str, list[tuple[int, int]]] = {name: [] for name in self.charges.charge}
         """The level of each robot with a battery, as [from tick, level]."""
@@ -113,6 +114,19 @@ class ReplayBuilder:
         self.loads: dict[str, list[tuple[int, tuple[str, ...]]]] = {}
         self.violation: records.Violation | None = None
         self.ending: records.End | None = None
+
+    def _begin(self, begun: setting.BegunHeader | None) -> None:
+        """Take over what the run continues."""
+        if begun is None:
+            return
+        for name in begun.closed:
+            if name in self.statuses:
+                self.statuses[name].append((-1, ObstacleStatus.BLOCKED))
+        for name, done in begun.robots.items():
+            told = objective_of(self.header.robots[name].objective)
+            settles = isinstance(told, TargetObjective) and told.settles
+            if not settles:
+                self.progress[name].append((-1, RobotProgress(done.rounds)))
 
     def _track(self, name: str, robot: setting.RobotHeader) -> RobotTrack:
         heading = HEADINGS[robot.heading] if robot.heading is not None else None

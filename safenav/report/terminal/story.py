@@ -49,9 +49,13 @@ class Story:
             {robot.name: robot.capabilities for robot in scenario.robots},
         )
         self._closed: dict[Region, str] = {}
-        self._barred: dict[Region, str] = {}
+        closed = () if scenario.begun is None else scenario.begun.closed
+        self._barred = {
+            o.region: self._wording.obstacle(o.name) for o in scenario.obstacles if o.name in closed
+        }
         self._syntheses: list[records.Synthesis] = []
-        self._rounds: dict[str, int] = {}
+        begun = {} if scenario.begun is None else scenario.begun.robots
+        self._rounds = {name: done.rounds for name, done in begun.items()}
         self._doing = {r.name: describe(r.objective, scenario.map.word) for r in scenario.robots}
         self._own = {r.name: r.objective for r in scenario.robots}
         self._stops: set[str] = set()

@@ -74,7 +74,8 @@ class Pursued(Struct):
 class TraceEnd(Struct):
     """The end of a trace. ``in_force``: the objective that each robot pursues; ``chosen``: the
     inputs that a user has set; ``due``: the ticks in which open requests are due, ``late``: those
-    that were; ``moved``: the robot whose turn it is, and where it is, until its goal is counted."""
+    that were; ``closed``: the obstacles that were found untraversable;
+    ``moved``: the robot whose turn it is, and where it is, until its goal is counted."""
 
     poses: dict[str, Pose]
     own: dict[str, Pursued]
@@ -87,6 +88,7 @@ class TraceEnd(Struct):
     chosen: dict[str, bool] = field(default_factory=dict)
     due: dict[str, int] = field(default_factory=dict)
     late: set[str] = field(default_factory=set)
+    closed: set[str] = field(default_factory=set)
     moved: tuple[str, int] | None = None
     time: float = 0.0
 
@@ -101,6 +103,7 @@ class TraceEnd(Struct):
         )
         if header.begun is not None:
             end.due, end.late = dict(header.begun.due), {*header.begun.late}
+            end.closed = {*header.begun.closed}
         for record in trace.records:
             end.take(record)
         end.look()
@@ -140,6 +143,8 @@ class TraceEnd(Struct):
             case records.Resolved():
                 if record.traversable is not False:
                     self.gone.add(record.obstacle)
+                else:
+                    self.closed.add(record.obstacle)
                 for pursued in self.own.values():
                     pursued.recount(record.tick)
                 self._over(record.obstacle)
@@ -147,11 +152,13 @@ class TraceEnd(Struct):
                 self.truths[record.obstacle] = record.traversable
             case records.Gone():
                 self.gone.add(record.obstacle)
+                self.closed.discard(record.obstacle)
                 self._over(record.obstacle)
             case records.KnownObstacle():
                 self._over(record.obstacle)
             case records.Appeared():
                 self.gone.discard(record.obstacle)
+                self.closed.discard(record.obstacle)
                 self.appeared.add(record.obstacle)
                 self.met.pop(record.obstacle, None)
             case records.Met():
@@ -197,7 +204,7 @@ class TraceEnd(Struct):
         }
         due = {of: max(0, at - tick) for of, at in self.due.items()} if timed else {}
         late = tuple(sorted(self.late)) if timed else ()
-        return Begun(trace.digest or None, robots, due, late)
+        return Begun(trace.digest or None, robots, due, late, tuple(sorted(self.closed)))
 
     def _given(self, record: records.NewObjective) -> None:
         robot, own = record.robot, self.own[record.robot]

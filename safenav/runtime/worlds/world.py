@@ -225,8 +225,9 @@ class SimulatedWorld:
             (o for o in scenario.obstacles if o.appears is not None),
             key=lambda obstacle: obstacle.appears or 0,
         )
+        closed = () if scenario.begun is None else scenario.begun.closed
         for obstacle in scenario.obstacles:
-            if obstacle.appears is None:
+            if obstacle.appears is None and obstacle.name not in closed:
                 self.works.open[obstacle.name] = Work(obstacle)
         self._drawn = draw_truths(scenario)
         self.truths: dict[str, bool | None] = {}
