@@ -239,6 +239,12 @@ class TeamState(Struct):
             robot.assignment = Assignment(Role.OWN, objective, safe_poses=safe)
             robot.progress, robot.begun = own, False
 
+    def has_had_turn(self, robot: RobotState) -> bool:
+        """Whether a robot has had its turn of tick 1 before the run was continued: until that tick
+        is over it stays, and what it meets counts then."""
+        begun = self.scenario.begun
+        return begun is not None and self.tick <= 1 and robot.name in begun.had
+
     @property
     def waits_for_operator(self) -> bool:
         return self.waiting is not None and self.waits_until is None

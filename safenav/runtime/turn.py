@@ -67,8 +67,8 @@ class Turns:
             yield from self._stand_still(robot, HoldReason.SERVICE)
         elif self.state.waiting is not None and not self.goes_on(robot):
             yield from self._stand_still(robot, HoldReason.OPERATOR)
-        elif robot.held is not None:
-            yield from self._stand_still(robot, robot.held)
+        elif robot.held is not None or self.state.has_had_turn(robot):
+            yield from self._stand_still(robot, robot.held or HoldReason.HELD)
         elif robot.too_flat and not self._charges(robot):
             yield from self._stand_still(robot, HoldReason.HELD)  # brought back with no charge
         elif not self.state.live and self.actions.acts_first(robot):
@@ -405,7 +405,7 @@ class Turns:
         done = min(robot.own.rounds, wanted)
         if not robot.begun:
             self.strategies.begin(robot)
-        elif robot.progress is progress and not strayed:
+        elif robot.progress is progress and not (strayed or self.state.has_had_turn(robot)):
             self.state.tell_goals(robot, progress.arrive(robot.pose.region, *around))
         self.state.changes += min(robot.own.rounds, wanted) != done
 

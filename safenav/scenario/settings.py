@@ -131,8 +131,9 @@ class Until(Struct, frozen=True):
 
 
 class RoundClock(Struct, frozen=True):
-    """A round that was begun ``since`` so many ticks. ``disturbed``: the robot has done something
-    else in it, ``before``: in the one before it; ``over``: it is judged already."""
+    """A round that was begun ``since`` so many ticks (-1: in tick 1). ``disturbed``: the
+    robot has done something else in it, ``before``: in the one before it; ``over``: it is judged
+    already."""
 
     since: int
     disturbed: bool = False
@@ -157,13 +158,14 @@ class Begun(Struct, frozen=True):
     kept from here is judged, and not refused. ``trace``: the sha256 of its trace, if it is a file;
     ``robots``: those that had begun; ``due``: the ticks left for the requests that were open;
     ``late``: the obstacles whose promise is broken; ``closed``: those that were found
-    untraversable."""
+    untraversable; ``had``: the robots that have had their turn of tick 1 before."""
 
     trace: str | None = None
     robots: Mapping[str, Done] = {}
     due: Mapping[str, int] = {}
     late: tuple[str, ...] = ()
     closed: tuple[str, ...] = ()
+    had: tuple[str, ...] = ()
 
 
 class Limits(Struct, frozen=True):

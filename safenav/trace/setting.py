@@ -168,10 +168,11 @@ class PromisesHeader(Struct, frozen=True):
 
 
 class ClockHeader(Struct, frozen=True):
-    """A round that was begun ``since`` so many ticks. ``disturbed``: the robot has done something
-    else in it, ``before``: in the one before it; ``over``: it is judged already."""
+    """A round that was begun ``since`` so many ticks (-1: in tick 1). ``disturbed``: the
+    robot has done something else in it, ``before``: in the one before it; ``over``: it is judged
+    already."""
 
-    since: Count
+    since: int
     disturbed: bool = False
     before: bool = False
     over: bool = False
@@ -194,13 +195,14 @@ class BegunHeader(Struct, frozen=True):
     """The run that this one continues. ``trace``: the sha256 of its file; ``robots``: their
     progress, of those that had begun; ``due``: the ticks left for the requests that were open;
     ``late``: the obstacles whose deadline had passed; ``closed``: those that were found
-    untraversable."""
+    untraversable; ``had``: the robots that have had their turn of tick 1 before."""
 
     trace: Sha256 | None = None
     robots: Mapping[str, DoneHeader] = {}
     due: Mapping[str, Count] = {}
     late: tuple[str, ...] = ()
     closed: tuple[str, ...] = ()
+    had: tuple[str, ...] = ()
 
 
 class LimitsHeader(Struct, frozen=True):

@@ -171,7 +171,7 @@ def test_what_an_input_has_changed_is_as_it_was(tmp_path: Path) -> None:
     rest = resumed(read_trace(cut), scenario)
     (robot,), (alarm,) = rest.robots, rest.inputs
     assert {*targets_of(robot.objective)} == {*targets_of(scenario.robots[0].objective)}
-    assert alarm.spans == ((1, 2),)
+    assert alarm.spans == ((1, 3),)  # its first tick is the one in which the trace ends
     assert play(rest).outcome["outcome"] == "completed"
 
 
@@ -192,6 +192,12 @@ def test_what_turned_out_untraversable_stays(tmp_path: Path) -> None:
     for given in (None, scenario):
         left = {o.name: o.traversable for o in resumed(read_trace(cut), given).obstacles}
         assert left == {"uncertainty@2": False, "uncertainty@7": True}
+    rest = play(resumed(read_trace(cut), scenario))
+    assert rest.outcome["outcome"] == "completed"
+    assert "uncertainty@2" not in [line["obstacle"] for line in rest.all("resolved")]
+    assert {tuple(shut) for shut in rest.all("synthesis", robot="r")[0]["closed"]} == {
+        (2, "obstacles.uncertainty@2")
+    }
 
 
 def test_the_same_robot_begins_a_load_anew(tmp_path: Path) -> None:
@@ -408,6 +414,32 @@ def test_deadlines_keep_their_ages() -> None:
         assert judged, tick
         assert judged <= due, tick
         assert tick + rest.outcome["ticks"] <= whole.outcome["ticks"]
+
+
+TIGHT = """
+safenav: 1
+map: {grid: ["#....#", "######", "......", "######", "......"]}
+robots:
+  a: {model: husky, start: 1, objective: {visit: [4, 1], within: 6}}
+  b: {model: husky, start: 12, objective: {visit: [17, 12], within: 10}}
+  c: {model: husky, start: 24, objective: {cover: [29, 24]}}
+until: {rounds: 2, by: %d}
+late: stop
+"""
+
+
+@pytest.mark.parametrize("by", [20, 19], ids=["in time", "late"])
+def test_the_rest_is_late_where_the_run_is(by: int) -> None:
+    """Though the tick in which the trace ends may not be over."""
+    scenario = load_scenario_text(TIGHT % 20)
+    scenario = replace(scenario, until=replace(scenario.until, by=by), begun=Begun())
+    whole = play(scenario)
+    lines = whole.text.splitlines(keepends=True)
+    assert whole.outcome["outcome"] == ("completed" if by == 20 else "late")
+    for end in range(2, len(lines) - 1):
+        if json.loads(lines[end])["type"] != "deadline":
+            rest = continued(lines, end, scenario)
+            assert rest.outcome["outcome"] == whole.outcome["outcome"], end
 
 
 @pytest.mark.parametrize(

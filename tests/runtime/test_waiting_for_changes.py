@@ -108,6 +108,21 @@ until: {rounds: 1}
 """
 
 
+LATE = """
+safenav: 1
+map: {grid: ["....."]}
+robots: {a: {model: husky, start: 0, objective: {visit: [4, 0]}}}
+obstacles: [{type: door, region: 2}]
+changes: [{at: 20, robot: a, objective: {visit: [1, 0]}}]
+until: {rounds: 1, by: 12}
+late: stop
+"""
+
+
+def test_a_run_that_waits_ends_late_when_its_deadline_passes() -> None:
+    assert (play(LATE).outcome["outcome"], play(LATE).outcome["tick"]) == ("late", 13)
+
+
 def test_the_stack_stays_while_the_team_waits() -> None:
     """The helper cannot arrive: its request is over, and what follows is decided after the wait."""
     played = play(HOPELESS_HELP)

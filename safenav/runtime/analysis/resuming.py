@@ -69,7 +69,7 @@ def resumed(trace: Trace, scenario: Scenario | None = None) -> Scenario:
         charges.take(record)
     by = base.until.by
     if by is not None:  # one that has passed is due at the beginning, so that the rest is also late
-        by = None if ended_late(trace) else max(0, floor(by - state.time))
+        by = None if ended_late(trace) else max(0, floor(by - state.begins))
     timed = base.deadlines and clock is settings.Clock.LOCKSTEP
     return replace(
         base,
@@ -130,7 +130,7 @@ def _left(kind: ObstacleType, met: int) -> ObstacleType:
 
 def _later(time: int | None, state: TraceEnd) -> int | None:
     """A tick of the run in those of the rest."""
-    return None if time is None else max(1, round(time - state.time))
+    return None if time is None else max(1, round(time - state.begins))
 
 
 def _input(
@@ -138,7 +138,7 @@ def _input(
 ) -> settings.Input:
     """An input in the time of the rest, which begins at tick 1, or live at 0. One that a user has
     set stays so until the end."""
-    begin, time = 0 if clock is settings.Clock.LIVE else 1, state.time
+    begin, time = 0 if clock is settings.Clock.LIVE else 1, state.begins
     if each.name in state.chosen:
         last = limits.ticks if clock is settings.Clock.LOCKSTEP else limits.seconds
         end = ceil(limits.ticks * SLOWEST if last is None else last)

@@ -75,6 +75,7 @@ class TraceEnd(Struct):
     """The end of a trace. ``in_force``: the objective that each robot pursues; ``chosen``: the
     inputs that a user has set; ``due``: the ticks in which open requests are due, ``late``: those
     that were; ``closed``: the obstacles that were found untraversable;
+    ``had``: the robots that have had their turn in the last tick;
     ``moved``: the robot whose turn it is, and where it is, until its goal is counted."""
 
     poses: dict[str, Pose]
@@ -90,7 +91,24 @@ class TraceEnd(Struct):
     late: set[str] = field(default_factory=set)
     closed: set[str] = field(default_factory=set)
     moved: tuple[str, int] | None = None
+    had: set[str] = field(default_factory=set)
+    live: bool = False
     time: float = 0.0
+
+    @property
+    def begins(self) -> float:
+        """The time before the first tick of the rest: a tick in which some robots have had no turn
+        yet, or a goal is not counted yet, is not over."""
+        over = len(self.had) == len(self.poses) and not self._is_owed_goal()
+        return self.time if over or self.live or not self.time else self.time - 1
+
+    def _is_owed_goal(self) -> bool:
+        """Whether the robot that has moved last has met a target that is not counted yet."""
+        if self.moved is None or not self.pursues(self.moved[0]):
+            return False
+        own, region = self.own[self.moved[0]], self.moved[1]
+        known = own.pursuit
+        return not isinstance(known, Ltl) and bool({*known.met(own.turn, region)} - own.seen)
 
     @classmethod
     def of(cls, trace: Trace) -> TraceEnd:
@@ -111,11 +129,15 @@ class TraceEnd(Struct):
 
     def take(self, record: records.Record) -> None:
         """Follow a line."""
+        if record.t is None and record.tick != self.time:
+            self.had.clear()
+        self.live = record.t is not None
         self.time = record.t if record.t is not None else record.tick
         match record:
             case records.Move():
                 self.look()
                 self._turn_over()
+                self.had.add(record.robot)
                 if record.toward is None:
                     self.poses[record.robot] = pose_of(record.to, record.heading)
                     self.moved = record.robot, record.to
@@ -190,7 +212,7 @@ class TraceEnd(Struct):
 
     def begun(self, trace: Trace, *, timed: bool) -> Begun:
         """Return what the rest of the run continues. ``timed``: it has deadlines."""
-        tick = round(self.time) if timed else 0
+        tick = round(self.begins) if timed else 0
         robots = {
             name: Done(
                 own.rounds,
@@ -204,7 +226,8 @@ class TraceEnd(Struct):
         }
         due = {of: max(0, at - tick) for of, at in self.due.items()} if timed else {}
         late = tuple(sorted(self.late)) if timed else ()
-        return Begun(trace.digest or None, robots, due, late, tuple(sorted(self.closed)))
+        had = tuple(sorted(self.had)) if self.begins < self.time else ()
+        return Begun(trace.digest or None, robots, due, late, tuple(sorted(self.closed)), had)
 
     def _given(self, record: records.NewObjective) -> None:
         robot, own = record.robot, self.own[record.robot]

@@ -39,7 +39,7 @@ class Strategies(Struct, frozen=True):
         for result in results.values():
             self._install(result, reason)
         for robot in robots.values():
-            if not robot.begun and robot.transit is None:
+            if not (robot.begun or self._state.has_had_turn(robot)) and robot.transit is None:
                 self.begin(robot)
 
     def _install(self, found: TaskResult, reason: vocabulary.Reason) -> None:
