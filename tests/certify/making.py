@@ -13,6 +13,7 @@ import yaml
 
 from fuzz.missions import random_mission
 from once import SCENARIOS, made_once
+from runtime.played import whole
 from safenav.certify.evidence import RulesEvidence
 from safenav.certify.record import bundle_of_run
 
@@ -28,7 +29,7 @@ def bundle_at(name: str, text: str) -> Path:
 
     def make(folder: Path) -> None:
         scenario = folder / f"{name}.yaml"
-        scenario.write_text(text)
+        scenario.write_text(whole(text))
         bundle_of_run(scenario, folder / name)
 
     return (
@@ -54,7 +55,6 @@ map: {grid: ["######", "#....#", "######"]}
 """Missions that nobody can complete."""
 
 ALTERNATION = """
-safenav: 1
 name: across a target
 map: {grid: ["#######", "#.....#", "#######"]}
 robots:
@@ -80,7 +80,7 @@ def negative(name: str) -> Path:
     """The bundle of a mission that nobody can complete."""
     if name in NEGATIVES:
         limits = "until: {rounds: 1}\nlimits: {ticks: 40}\n"
-        text = f"safenav: 1\nname: {name}\n{limits}{NEGATIVES[name]}"
+        text = f"name: {name}\n{limits}{NEGATIVES[name]}"
     else:
         text = yaml.safe_dump(random_mission(Random(ONE_WAY)), sort_keys=False)
     return bundle_at(name.replace(" ", "_"), text)

@@ -6,13 +6,12 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
-from runtime.played import Run
+from runtime.played import Run, loaded
 from safenav.errors import ExitCode
 from safenav.outcome import Outcome
 from safenav.runtime.mission import Mission
 from safenav.runtime.monitor import PATIENCE, GuaranteeError
 from safenav.scenario.model import Scenario
-from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.specification import Specification
 from safenav.synthesis.request import Listener, SynthesisResult
 from safenav.synthesis.slugs import Synthesizer
@@ -31,7 +30,6 @@ ROVERS = "catalogue: {robots: {r: {mobility: free, layer: ground, capabilities: 
 HALL = (
     ROVERS
     + """
-safenav: 1
 map: {grid: ["#######", "#.....#", "#.....#", "#.....#", "#######"]}
 robots:
   walker: {model: r, start: 8, tracking: exact, objective: {visit: [12, 8]}}
@@ -45,7 +43,7 @@ def _mission(
     text: str, synthesizer: Synthesizer | None = None
 ) -> tuple[Mission, list[records.Record]]:
     events: list[records.Record] = []
-    scenario: Scenario = load_scenario_text(text)
+    scenario: Scenario = loaded(text)
     return Mission(scenario, synthesizer, listeners=[events.append]), events
 
 
@@ -84,7 +82,6 @@ def test_nothing_is_told_of_a_run_in_which_everybody_keeps_the_rules() -> None:
 CORNER = (
     ROVERS
     + """
-safenav: 1
 map: {grid: ["########", "####...#", "#......#", "####...#", "########"]}
 robots:
   walker:
@@ -135,7 +132,6 @@ class _BlindToWalls(Synthesizer):
 
 def test_a_strategy_through_a_wall_is_stopped_before_the_wall() -> None:
     text = """
-safenav: 1
 map: {grid: ["#######", "#..#..#", "#.....#", "#######"]}
 robots: {walker: {model: r, start: 8, objective: {visit: [12, 8]}}}
 """
@@ -153,7 +149,6 @@ robots: {walker: {model: r, start: 8, objective: {visit: [12, 8]}}}
 def test_fairness_that_did_not_hold_for_long_is_told_at_the_end() -> None:
     """Nobody tells the guard to make way, so the walker waits for it until the limit."""
     text = """
-safenav: 1
 map: {grid: ["#########", "#.......#", "#########"]}
 deadlock: false
 robots:

@@ -76,12 +76,22 @@ class Run:
         return {finding.rule for finding in self.audit}
 
 
+def whole(text: str) -> str:
+    """A scenario in YAML that may be indented and leave out the version of the format."""
+    return ("" if "safenav" in text else "safenav: 1\n") + textwrap.dedent(text)
+
+
+def loaded(text: str) -> Scenario:
+    """The scenario in such a text."""
+    return load_scenario_text(whole(text), "scenario.yaml")
+
+
 def play(scenario: str | Mapping[str, Any] | Scenario, *, world: Any = None) -> Run:
     """Run a scenario, given as YAML text or as data; its trace must pass the audit."""
     if isinstance(scenario, Mapping):
         scenario = json.dumps(scenario)
     if isinstance(scenario, str):
-        scenario = load_scenario_text(textwrap.dedent(scenario), "scenario.yaml")
+        scenario = loaded(scenario)
     run = Run()
     Mission(scenario, world=world, listeners=[run]).run()
     assert not run.findings, run.findings

@@ -33,7 +33,6 @@ def test_requester_waits_and_helper_goes_while_signalled() -> None:
 
 
 BESIDE = """\
-safenav: 1
 name: {name}
 map: {{grid: {grid}}}
 catalogue:

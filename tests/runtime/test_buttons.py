@@ -4,17 +4,15 @@ that is done, and goes there itself if it is the best helper."""
 import click
 import pytest
 
-from runtime.played import Run, play
+from runtime.played import Run, loaded, play
 from safenav.errors import InputError
 from safenav.report.terminal.story import Story
 from safenav.runtime.mission import Mission
 from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.model import Obstacle, Robot
-from safenav.scenario.reading.loader import load_scenario_text
 
 DOOR, BUTTON = 22, 10
 PIA = """
-safenav: 1
 name: a door with a button elsewhere
 map:
   grid: |
@@ -65,7 +63,7 @@ def test_a_robot_that_can_press_a_button_elsewhere_presses_it_before_it_passes()
 
 def test_the_story_says_that_it_goes_itself() -> None:
     lines: list[str] = []
-    scenario = load_scenario_text(PIA)
+    scenario = loaded(PIA)
     Mission(scenario, listeners=[Story(scenario, lines.append, maps=False)]).run()
     told = click.unstyle("\n".join(lines))
     assert "pia goes to press it itself" in told and "requests help" not in told
@@ -92,7 +90,6 @@ def test_a_button_inside_the_room_behind_the_door_needs_an_operator() -> None:
 def test_two_lifters_keep_out_of_a_crate_that_takes_two() -> None:
     trace = play(
         """
-        safenav: 1
         map: {grid: ["#########", "#.......#", "###.#####", "#########"]}
         catalogue:
           robots:
@@ -115,7 +112,6 @@ def test_two_lifters_keep_out_of_a_crate_that_takes_two() -> None:
 def test_the_last_need_may_be_met_by_entering_the_others_not() -> None:
     trace = play(
         """
-        safenav: 1
         map: {grid: ["########", "#......#", "########"]}
         catalogue:
           robots: {smith: {mobility: free, layer: ground, capabilities: [unlock, push]}}
@@ -135,7 +131,6 @@ def test_what_turns_out_untraversable_from_inside_is_left_and_not_entered_again(
     """A robot that can tell only by entering; it is inside when it learns, and goes back."""
     trace = play(
         """
-        safenav: 1
         map: {grid: ["#######", "#.....#", "#.###.#", "#.....#", "#######"]}
         catalogue:
           robots: {tester: {mobility: free, layer: ground, capabilities: [test]}}
@@ -164,13 +159,12 @@ class Flickering(SimulatedWorld):
 
 
 def test_what_is_known_stays_closed_whatever_a_sensor_finds_now() -> None:
-    scenario = load_scenario_text(PIA.replace("visit: [[2, 2], [2, 6]]", "visit: [[2, 6], [2, 2]]"))
+    scenario = loaded(PIA.replace("visit: [[2, 2], [2, 6]]", "visit: [[2, 6], [2, 2]]"))
     run = play(scenario, world=Flickering(scenario))
     assert run.outcome["outcome"] == "completed"
 
 
 STARTS = """
-safenav: 1
 map: {grid: ["#######", "#.....#", "#######"]}
 catalogue:
   robots: {presser: {mobility: free, layer: ground, capabilities: [press]}}
@@ -212,4 +206,4 @@ def test_who_may_start_where(text: str, found: str | None) -> None:
         assert play(text).outcome["outcome"] == "completed"
         return
     with pytest.raises(InputError, match=found):
-        load_scenario_text(text)
+        loaded(text)

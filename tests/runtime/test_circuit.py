@@ -14,7 +14,6 @@ from runtime.played import Line, Run, play
 from safenav.audit.check import check_trace
 
 SHARED = """
-safenav: 1
 map: {grid: ["########", "#......#", "#......#", "#......#", "########"]}
 catalogue: {robots: {cart: {mobility: free, layer: ground, capabilities: []}}}
 robots:
@@ -23,7 +22,6 @@ robots:
 until: {rounds: 3}
 """
 ALONE = """
-safenav: 1
 map: {grid: ["########", "#......#", "#......#", "#......#", "########"]}
 catalogue:
   robots:
@@ -36,7 +34,6 @@ chargers: [[2, 1]]
 until: {rounds: 2}
 """
 CHARGES = """
-safenav: 1
 map:
   grid: |
     ########
@@ -105,7 +102,6 @@ def test_a_robot_that_charges_at_a_target_does_not_begin_again_with_it() -> None
 
 
 HALL = """
-safenav: 1
 map: {{grid: ["######", "#...##", "#....#", "#....#", "#..###", "#..#.#", "#....#", "######"]}}
 robots:
   r:
@@ -134,7 +130,6 @@ def test_rounds_in_strict_order_are_promised_or_refused(
 
 
 BEYOND = """
-safenav: 1
 map: {grid: ["########", "#......#", "########"]}
 catalogue:
   robots:
@@ -222,7 +217,6 @@ def test_a_bundle_is_refused_whose_strategies_keep_less(
 @pytest.mark.parametrize("clock", ["lockstep", "live"])
 def test_a_literal_objective_lost_among_others_is_noted_and_certified(clock: str) -> None:
     text = f"""
-        safenav: 1
         clock: {clock}
         map: {{grid: ["######", "#....#", "#....#", "######"], resolution: 1}}
         robots:

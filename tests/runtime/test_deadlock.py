@@ -12,7 +12,6 @@ ROVER = "catalogue: {robots: {rover: {mobility: free, layer: ground, capabilitie
 CASES = {
     "corridor swap": (SCENARIOS / "corridor_swap.yaml").read_text(),
     "parked in a doorway": f"""
-        safenav: 1
         map:
           grid: |
             #########
@@ -28,7 +27,6 @@ CASES = {
         limits: {{ticks: 120}}
         """,
     "three in a T junction": f"""
-        safenav: 1
         map:
           grid: |
             #########
@@ -45,7 +43,6 @@ CASES = {
         limits: {{ticks: 300}}
         """,
     "a goal about a step": f"""
-        safenav: 1
         map: {{grid: ["......"]}}
         {ROVER}
         robots:
@@ -87,7 +84,6 @@ def test_requester_waits_where_it_does_not_block_its_helper() -> None:
     # The only way to the lever is past the region from which the walker has met the debris.
     trace = play(
         """
-        safenav: 1
         map:
           grid: |
             ########
@@ -117,7 +113,6 @@ def test_robots_that_cannot_back_out_need_an_operator() -> None:
     # Both start inside the corridor, face to face: neither can turn on the spot.
     trace = play(
         """
-        safenav: 1
         map:
           grid: |
             ###########
@@ -140,7 +135,6 @@ def test_corridor_is_used_in_one_direction_at_a_time() -> None:
     # Robots with heading mobility could not back out of it.
     trace = play(
         """
-        safenav: 1
         map:
           grid: |
             #############
@@ -173,7 +167,6 @@ def test_formulas_that_remember_get_what_they_wait_for() -> None:
     that is met, so a plan takes the robot where its strategy is going."""
     trace = play(
         """
-        safenav: 1
         map: {grid: ["#########", "#.......#", "####.####", "#########"]}
         robots:
           a:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from runtime.played import Run, play
+from runtime.played import Run, loaded, play
 from safenav import Mission
 from safenav.errors import InputError
 from safenav.report.replay.reading import read_replay
@@ -14,11 +14,9 @@ from safenav.report.terminal.story import Story
 from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.reading.catalogue import built_in
-from safenav.scenario.reading.loader import load_scenario_text
 from safenav.world.moves import Pose
 
 BUILDING = """
-safenav: 1
 name: building
 map:
   grid: |
@@ -70,7 +68,7 @@ class Building:
 
 def built(text: str = BUILDING, **options: int) -> Run:
     """A run in the building, which is completed and told as a story."""
-    scenario, run, told = load_scenario_text(text), Run(), list[str]()
+    scenario, run, told = loaded(text), Run(), list[str]()
     story = Story(scenario, lambda line: told.append(str(line)))
     Mission(scenario, world=Building(scenario, **options), listeners=[run, story]).run()
     assert run.outcome["outcome"] == "completed", run.outcome
@@ -118,14 +116,14 @@ def test_what_is_only_suspected_may_not_be_there() -> None:
 
 def test_the_scenarios_own_world_is_simulated() -> None:
     """Then the audit is as strict as ever."""
-    scenario = load_scenario_text(BUILDING + SUSPECTED % "traversable: false")
+    scenario = loaded(BUILDING + SUSPECTED % "traversable: false")
     told = play(scenario, world=SimulatedWorld(scenario)).records[0]["scenario"]
     assert told["world"] == "simulated"
     assert [o["traversable"] for o in told["obstacles"]] == [None, False]
 
 
 def test_a_program_that_steps_itself_can_give_up() -> None:
-    scenario, run = load_scenario_text(BUILDING), Run()
+    scenario, run = loaded(BUILDING), Run()
     mission = Mission(scenario, world=Building(scenario), listeners=[run])
     mission.start()
     for _ in range(12):

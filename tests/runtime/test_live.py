@@ -14,7 +14,7 @@ import pytest
 from msgspec.structs import replace
 
 from once import SCENARIOS
-from runtime.played import Run, play
+from runtime.played import Run, loaded, play
 from safenav import Mission
 from safenav.errors import UsageError
 from safenav.outcome import Outcome
@@ -37,12 +37,11 @@ from safenav.runtime.worlds.protocol import (
 from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.reading.catalogue import built_in
-from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.settings import Clock, FailedMoves, Failures
 from safenav.world.moves import Pose
 
 RING = """
-safenav: 1
 name: ring
 map: {grid: ["#######", "#.....#", "#.###.#", "#.....#", "#######"]}
 catalogue: {robots: {cart: {mobility: free, layer: ground, capabilities: [push]}}}
@@ -112,7 +111,7 @@ def fails(world: Faulty, event: Arrived, *, fatal: bool = False) -> Sequence[Wor
 
 def play_faulty(change: Change, text: str = RING, **options: Any) -> Run:
     """A run in which somebody changes the events; its trace may pass the audit or not."""
-    scenario, run = replace(load_scenario_text(text), **options), Run()
+    scenario, run = replace(loaded(text), **options), Run()
     Mission(scenario, world=Faulty(scenario, change), listeners=[run]).run()
     return run
 
@@ -334,7 +333,7 @@ def test_a_command_that_does_not_end_is_cancelled_and_its_robot_lost() -> None:
         def cancel(self, robot: Robot) -> None:
             self.cancelled += robot.name == "a"
 
-    scenario = replace(load_scenario_text(RING), failures=Failures(timeout=30.0))
+    scenario = replace(loaded(RING), failures=Failures(timeout=30.0))
     world = Silent(scenario, nth(2, lambda *_: []))
     run = Run()
     Mission(scenario, world=world, listeners=[run]).run()
@@ -361,7 +360,7 @@ def test_a_live_run_waits_for_an_operator() -> None:
 
 def test_strategies_that_rely_on_the_speed_of_others_are_refused() -> None:
     text = (SCENARIOS / "case_study_1_beliefs.yaml").read_text()
-    scenario = load_scenario_text(text.replace("tracks:", "avoids:"))
+    scenario = loaded(text.replace("tracks:", "avoids:"))
     with pytest.raises(UsageError, match="digit has 'tracking: belief': its strategy assumes"):
         Mission(replace(scenario, clock=Clock.LIVE))
 
@@ -427,7 +426,7 @@ def test_no_need_is_met_by_robots_that_were_not_asked() -> None:
     text = RING.replace("[push]}}}", f"[push]}}}}, obstacles: {{pile: {pile}}}}}")
     text = text.replace("type: door, region: [3, 3]", "type: pile, region: [1, 4]")
     text = text.replace("[[1, 5], [1, 1]]", "[[1, 3], [1, 1]]")
-    scenario, run = load_scenario_text(text), Run()
+    scenario, run = loaded(text), Run()
     Mission(scenario, world=Distant(scenario), listeners=[run]).run()
     assert run.outcome["outcome"] == "completed"
     assert not run.all("met") and not run.all("act")

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
-from runtime.played import Run, play
+from runtime.played import Run, loaded, play
 from runtime.test_live import RING
 from safenav import Mission
 from safenav.report.terminal.story import Story
@@ -19,7 +19,6 @@ from safenav.runtime.worlds.protocol import (
 from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
-from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.settings import Clock
 from safenav.trace.vocabulary import ActResult
 from safenav.world.moves import Pose
@@ -38,14 +37,13 @@ def test_after_two_failed_actions_another_robot_helps() -> None:
             found = tuple((obstacle, ActResult.FAILED) for obstacle in obstacles)
             return Acted(self.now(), "b", found, command=command)
 
-    scenario, run = load_scenario_text(DEBRIS), Run()
+    scenario, run = loaded(DEBRIS), Run()
     assert Mission(scenario, world=Jammed(scenario), listeners=[run]).run().outcome == "completed"
     assert len(run.all("acted", robot="b")) == 2
     assert run.one("resolved")["robot"] == "a"
 
 
 STARTS = """
-safenav: 1
 name: starts where it can act
 map: {grid: ["#########", "#.......#", "#.......#", "#########"]}
 catalogue:
@@ -93,7 +91,7 @@ def test_robots_act_where_they_start_before_they_leave(
     obstacle: str, clock: Clock, world: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """On both clocks; in lockstep the tick is used up by that, and the audit asks for it."""
-    scenario = replace(load_scenario_text(STARTS % obstacle), clock=clock)
+    scenario = replace(loaded(STARTS % obstacle), clock=clock)
     run = play(scenario, world=world and world(scenario))
     assert run.outcome["outcome"] == "completed"
     resolved = run.one("resolved")
@@ -109,7 +107,6 @@ def test_robots_act_where_they_start_before_they_leave(
 
 
 PASSING = """
-safenav: 1
 name: one leaves where the other arrives
 map: {grid: ["##########", "#........#", "##########"]}
 catalogue:
@@ -139,7 +136,7 @@ class AtOnce(LiveSimulation):
 @pytest.mark.parametrize("speed", [7.0, 14.0], ids=["apart", "together"])
 def test_a_robot_on_its_way_takes_part_in_nothing(speed: float, world: Any) -> None:
     """What takes two that stand there is not met by one that arrives when the other has left."""
-    scenario = load_scenario_text(PASSING)
+    scenario = loaded(PASSING)
     run = play(scenario, world=world(scenario, speeds={"b": speed}))
     assert run.outcome["outcome"] == "completed"
     for kind in ("met", *(["act"] if world is LiveSimulation else [])):
@@ -149,7 +146,7 @@ def test_a_robot_on_its_way_takes_part_in_nothing(speed: float, world: Any) -> N
 @pytest.mark.parametrize("place", ["[1, 5]", "[2, 5]", "[1, 6]"])
 def test_blocking_calls_resolve_what_the_simulation_does(place: str) -> None:
     """Where a robot starts, by its first step, or later: in the same ticks."""
-    scenario = load_scenario_text(STARTS % SUSPECT.replace("[1, 5]", place))
+    scenario = loaded(STARTS % SUSPECT.replace("[1, 5]", place))
     runs = [play(scenario, world=world(scenario)) for world in (SimulatedWorld, Calls)]
     one, other = ([(x["tick"], x["at"]) for x in run.all("resolved")] for run in runs)
     assert one == other != []
@@ -185,7 +182,7 @@ def test_the_trace_says_why_an_action_has_failed(
                 raise first
             return first and replace(first, at=self.now(), command=command)
 
-    scenario = load_scenario_text(DEBRIS + "failures: {timeout: 5}\n")
+    scenario = loaded(DEBRIS + "failures: {timeout: 5}\n")
     run, story = Run(), list[str]()
     listeners = [run, Story(scenario, story.append)]
     result = Mission(scenario, world=Wrong(scenario), listeners=listeners).run()
@@ -206,14 +203,13 @@ def test_an_action_that_finds_nothing_is_not_repeated() -> None:
             if found is not None:
                 self._push(0.5, found, robot)
 
-    scenario = load_scenario_text(RING)
+    scenario = loaded(RING)
     run = play(scenario, world=Slow(scenario))
     assert run.outcome["outcome"] == "completed"
     assert len(run.all("act")) <= len(run.all("arrive")) + len(scenario.robots) + 1
 
 
 ONE_LOAD = """
-safenav: 1
 name: two robots where a parcel is ordered
 map: {grid: ["##########", "#........#", "##########"]}
 catalogue:
@@ -255,7 +251,7 @@ def test_no_robot_is_sent_for_what_others_do_already(
                 return super()._happens(event, robot, missing)
             return replace(event, at=self._now, found=((parcel, ActResult.FAILED),))
 
-    scenario = load_scenario_text(ONE_LOAD % robots + "failures: {actions: 1}\n")
+    scenario = loaded(ONE_LOAD % robots + "failures: {actions: 1}\n")
     (parcel,) = scenario.obstacles
     run = play(scenario, world=Weak(scenario))
     assert run.outcome["outcome"] == "completed"

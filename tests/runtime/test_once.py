@@ -7,15 +7,13 @@ import pytest
 
 from certify.making import certified
 from once import SCENARIOS
-from runtime.played import Line, play
+from runtime.played import Line, loaded, play
 from safenav.errors import InputError
 from safenav.runtime.traffic import budgets
-from safenav.scenario.reading.loader import load_scenario_text
 
 CASE_STUDY_1 = (SCENARIOS / "case_study_1.yaml").read_text().split("expect:")[0]
 ROOMS = CASE_STUDY_1.replace("patrol: [54, 49]", "once: [54, 49, 37]").replace("patrol", "once")
 DEAD_END = """
-safenav: 1
 map: {grid: ["#########", "#.......#", "#.#####.#", "#.#####.#", "#########"]}
 robots:
   digit: {model: digit, start: [1, 3], heading: east, objective: {once: [[1, 5], [3, 7]]}}
@@ -43,7 +41,7 @@ def test_a_robot_may_end_where_it_cannot_turn_round() -> None:
     assert ended["outcome"] == "unrealizable"
     assert "must be able to leave 34 [3, 7] again; with 'resynthesis' it" in ended["explanation"]
     with pytest.raises(InputError, match="cannot visit all targets infinitely often"):
-        load_scenario_text(DEAD_END.replace("once", "visit"))
+        loaded(DEAD_END.replace("once", "visit"))
 
 
 @pytest.mark.parametrize(
@@ -56,12 +54,11 @@ def test_a_robot_may_end_where_it_cannot_turn_round() -> None:
 )
 def test_what_cannot_be_done_once_is_refused(targets: str, says: str) -> None:
     with pytest.raises(InputError, match=says):
-        load_scenario_text(DEAD_END.replace("[[1, 5], [3, 7]]", targets))
+        loaded(DEAD_END.replace("[[1, 5], [3, 7]]", targets))
 
 
 def test_robots_in_each_other_s_way_give_way_or_prove_that_nobody_can() -> None:
     narrow = """
-        safenav: 1
         map: {grid: ["######", "#....#", "##.###", "######"]}
         robots:
           a: {model: quadcopter, start: 7, objective: {once: [8, 10]}}
@@ -105,7 +102,6 @@ def test_a_bundle_proves_it(text: str) -> None:
 
 TRAPPED_HELPER = """
 # r1 could enter the bar and look, but would then be unable to turn back to its own target.
-safenav: 1
 map: {grid: ["#######", "#.....#", "#######"], resolution: 1}
 catalogue:
   robots:
@@ -120,7 +116,6 @@ until: {rounds: 1}
 """
 TWO_TO_LIFT = """
 # r1 could lift with r0 only beyond r0, which it cannot pass
-safenav: 1
 map: {grid: ["######", "#....#", "######"], resolution: 1}
 catalogue:
   robots: {m: {mobility: free, layer: ground, capabilities: [lift], motion: disc, speed: 1}}
@@ -134,7 +129,6 @@ until: {rounds: 1}
 """
 NO_RETURN = """
 # with assignable goals it must be able to leave 6 again
-safenav: 1
 coordination: assignable
 map: {grid: ["#####", "#...#", "#...#", "#...#", "#####"], resolution: 1}
 catalogue:

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 import warm
-from runtime.played import Run
+from runtime.played import Run, loaded, whole
 from safenav.errors import UsageError
 from safenav.outcome import Outcome
 from safenav.runtime.intervening import line_read
@@ -19,10 +19,8 @@ from safenav.runtime.traffic.joint_plan import Search
 from safenav.runtime.worlds.protocol import Lost
 from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Scenario
-from safenav.scenario.reading.loader import load_scenario_text
 
 GATE = """
-safenav: 1
 name: nobody can push this gate
 map:
   grid: |
@@ -55,7 +53,7 @@ PUSHER_OUT = GATE.replace("layer: air, capabilities: []", "layer: air, capabilit
 def attended(text: str, *waits: list[str]) -> Run:
     """Play a scenario with the interventions of each wait; its trace must pass the audit."""
     left, run = list(waits), Run()
-    mission = Mission(load_scenario_text(text), listeners=[run], attended=True)
+    mission = Mission(loaded(text), listeners=[run], attended=True)
     mission.start()
     while mission.result is None:
         if mission.waiting is not None and mission.still:
@@ -116,7 +114,6 @@ def test_what_is_given_up_is_requested_again() -> None:
 
 
 CORRIDOR = """
-safenav: 1
 name: one breaks down in the corridor between two rooms
 map: {grid: ["###########", "#...###...#", "#.........#", "#...###...#", "###########"]}
 catalogue: {robots: {cart: {mobility: free, layer: ground, capabilities: []}}}
@@ -157,12 +154,11 @@ def test_plans_are_for_the_rounds_that_one_out_of_service_leaves_possible(
         return answer
 
     monkeypatch.setattr(Search, "run", run)
-    result = Mission(load_scenario_text(text)).run()
+    result = Mission(loaded(text)).run()
     assert (result.outcome, result.cause) == (Outcome.OPERATOR_NEEDED, "out_of_service")
 
 
 HEMMED_IN = """
-safenav: 1
 name: b and c keep each other out of a zone, and a stands where one of them would give way
 map: {grid: ["#####", "#...#", "#...#", "#####"]}
 catalogue:
@@ -181,13 +177,13 @@ changes: [{at: 1, robot: a, service: out}]
 
 def test_robots_that_no_order_of_moves_brings_past_one_out_of_service_need_an_operator() -> None:
     """Each alone has a way; together they have none, and the plan for the rest moves no robot."""
-    result = Mission(load_scenario_text(HEMMED_IN)).run()
+    result = Mission(loaded(HEMMED_IN)).run()
     assert (result.outcome, result.cause) == (Outcome.OPERATOR_NEEDED, "out_of_service")
     assert result.ticks < 50
 
 
 def test_an_unattended_run_ends_instead() -> None:
-    result = Mission(load_scenario_text(GATE)).run()
+    result = Mission(loaded(GATE)).run()
     assert result.outcome is Outcome.OPERATOR_NEEDED
 
 
@@ -211,7 +207,7 @@ def test_an_unattended_run_ends_instead() -> None:
     ],
 )
 def test_an_impossible_intervention_is_refused(line: str, message: str) -> None:
-    mission = Mission(load_scenario_text(GATE), attended=True)
+    mission = Mission(loaded(GATE), attended=True)
     mission.start()
     while mission.waiting is None:
         mission.step()
@@ -258,7 +254,7 @@ def test_a_broken_trace_is_found(
 
 def test_a_file_gives_the_interventions(tmp_path: Path) -> None:
     scenario, fixes, bundle = (tmp_path / name for name in ("gate.yaml", "fixes.txt", "bundle"))
-    scenario.write_text(GATE)
+    scenario.write_text(whole(GATE))
     fixes.write_text("# the caretaker opens it\nresolved gate@27\n")
     run = ("run", scenario, "--operator", fixes, "--trace", tmp_path / "t.jsonl")
     assert warm.safenav(*run).returncode == 0
@@ -280,7 +276,7 @@ def test_a_file_gives_the_interventions(tmp_path: Path) -> None:
 def test_a_file_that_names_what_is_not_there_ends_the_run(tmp_path: Path) -> None:
     """``#2`` is no comment; the trace has an end."""
     scenario, fixes, trace = (tmp_path / name for name in ("gate.yaml", "fixes.txt", "t.jsonl"))
-    scenario.write_text(NAMED)
+    scenario.write_text(whole(NAMED))
     fixes.write_text("resolved gate@doorway#2 # the second\n")
     done = warm.safenav("run", scenario, "--operator", fixes, "--trace", trace)
     known = "the team knows of no obstacle 'gate@doorway#2'; known: gate@doorway"
@@ -292,7 +288,7 @@ def test_a_file_that_names_what_is_not_there_ends_the_run(tmp_path: Path) -> Non
 
 def test_the_terminal_tells_what_would_help(tmp_path: Path) -> None:
     scenario = tmp_path / "gate.yaml"
-    scenario.write_text(GATE)
+    scenario.write_text(whole(GATE))
     typed = "open it\nresolved gate@27\n\n"
     done = warm.safenav("run", scenario, "--operator", "-", "--no-map", text=typed)
     assert done.returncode == 0
@@ -314,7 +310,7 @@ class Remote:
 def test_a_lost_robot_is_put_back() -> None:
     """Where it may be, nobody goes; once an operator has put it down, that is over."""
     text = GATE.replace("obstacles: [{type: gate, region: [2, 5]}]\n", "")
-    scenario = load_scenario_text(text.replace("layer: air", "layer: ground"))
+    scenario = loaded(text.replace("layer: air", "layer: ground"))
     world, run = Remote(scenario), Run()
     mission = Mission(scenario, world=world, listeners=[run], attended=True)
     mission.start()
@@ -347,7 +343,7 @@ def test_what_the_scenario_changes_ends_a_wait_for_an_operator() -> None:
     """The cart has nothing to do behind the gate any more."""
     change = "changes: [{at: 8, robot: cart, objective: {visit: [[1, 1], [2, 1]]}}]\n"
     near = GATE.replace("[[1, 9], [1, 1]]", "[[1, 2], [1, 1]]")
-    scenario, run = load_scenario_text(near + change), Run()
+    scenario, run = loaded(near + change), Run()
     mission = Mission(scenario, world=Clocked(scenario), listeners=[run], attended=True)
     mission.start()
     for _ in range(5000):

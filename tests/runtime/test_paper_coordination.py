@@ -18,7 +18,6 @@ from safenav.certify.record import bundle_of_trace
 from safenav.cli.check_trace import command
 
 DOORS = """
-safenav: 1
 name: two doors and one robot that opens them
 map:
   grid: |
@@ -43,7 +42,6 @@ limits: {ticks: 100}
 """
 
 WAITING = """
-safenav: 1
 name: the cart stands in the corridor through which help comes
 map:
   grid: |
@@ -63,7 +61,6 @@ limits: {ticks: 200}
 """
 
 BEAM = """
-safenav: 1
 name: the one who asks stands in the way of two who lift together
 map:
   grid: |
@@ -166,7 +163,6 @@ def test_a_robot_does_something_else_while_it_waits() -> None:
 
 
 CORRIDOR = """
-safenav: 1
 name: the one who asks cannot be passed
 map:
   grid: |

@@ -10,7 +10,6 @@ from safenav.scenario.settings import Clock
 
 TRAP = """\
 # b has been at 17 and is to visit 7 before a, which never leaves it again.
-safenav: 1
 map: {grid: ["#####", "##.##", "#...#", "##..#", "#####"]}
 catalogue:
   robots:
@@ -27,7 +26,6 @@ limits: {ticks: 60}
 
 ONE_WAY = """\
 # The regions are in a line: r1 cannot pass r0 to 11, and has a rule that makes moves irreversible.
-safenav: 1
 map: {grid: ["#####", "#...#", "#.#.#", "#####"]}
 catalogue:
   robots:
@@ -46,7 +44,6 @@ limits: {ticks: 100}
 
 WALLED = """\
 # r1 cannot turn in the corridor: one of the two cannot deliver past it and come back.
-safenav: 1
 map: {grid: ["#######", "#.....#", "#######"]}
 catalogue:
   robots:
@@ -64,7 +61,6 @@ limits: {ticks: 60}
 
 KEEPS_ROOM = """\
 # The robot that is sent for one load keeps room for it: it does not take what it passes.
-safenav: 1
 map: {grid: ["#######", "#.....#", "#######"]}
 catalogue:
   robots:
@@ -92,7 +88,6 @@ order: oldest
 
 TWO_LOADS = """\
 # The proof is about what the robots carry, not about what they could take where they stand.
-safenav: 1
 map: {grid: ["######", "#....#", "######"]}
 catalogue:
   robots:
@@ -111,7 +106,6 @@ limits: {ticks: 60}
 
 EXCLUSION = """\
 # Only one of them may be in 6, 12 and 13, so r1 never gets past r0 to where it would deliver.
-safenav: 1
 map: {grid: ["#####", "#.#.#", "#...#", "#####"]}
 catalogue:
   robots:
@@ -132,7 +126,6 @@ limits: {ticks: 60}
 
 ONE_OF_TWO = """\
 # r1 cannot pass r0 to 11, for which it is sent and keeps room; then it takes the load at 12.
-safenav: 1
 map: {grid: ["#####", "###.#", "#...#", "#####"]}
 catalogue:
   robots:
@@ -153,7 +146,6 @@ order: oldest
 
 OTHER_RULES = """\
 # r0 must not go to 12 for its load before it gets an objective without that rule.
-safenav: 1
 map: {grid: ["#####", "#..##", "#...#", "#.#.#", "#####"]}
 catalogue:
   robots: {m0: {mobility: free, layer: ground, capabilities: [lift]}}
@@ -196,7 +188,6 @@ def test_what_can_be_done_is_done(text: str, outcome: str, done: list[str]) -> N
 def test_a_trap_is_explained_by_what_would_be_lost() -> None:
     """The robot could still meet its objective from where it is: nothing else conflicts."""
     ended = play("""
-        safenav: 1
         map: {grid: [".......", "###.###", "......."]}
         catalogue: {robots: {cart: {mobility: free, layer: ground}}}
         robots:
@@ -213,7 +204,6 @@ def test_a_trap_is_explained_by_what_would_be_lost() -> None:
 def test_a_lack_of_room_that_shows_after_an_action_is_no_trap() -> None:
     """Two must clear it together, from the one region beside it that they reach."""
     ended = play("""
-        safenav: 1
         map: {grid: ["...#...", "......."]}
         catalogue:
           obstacles:
@@ -237,7 +227,6 @@ def test_a_lack_of_room_that_shows_after_an_action_is_no_trap() -> None:
 
 RULES = """\
 # While the alarm is on r0 has no rules; the duty that it has then is under its rules afterwards.
-safenav: 1
 map: {grid: ["######", "#....#", "#...##", "#....#", "######"]}
 catalogue:
   robots:
@@ -264,7 +253,6 @@ limits: {ticks: 60}
 ALARM_WITHOUT_WAY = """\
 # During the alarm r0 has no way to 13, so the team waits; the input is told once. Meanwhile r1 does
 # an order at its target, which counts.
-safenav: 1
 map: {grid: ["#####", "#...#", "#...#", "#####"]}
 catalogue:
   robots:
@@ -285,7 +273,6 @@ limits: {ticks: 60}
 
 EQUAL = """\
 # The objective during an alarm is that without one: the run is not completed while it is on.
-safenav: 1
 map: {grid: ["######", "#....#", "######"]}
 inputs: {alarm: {at: [2-9]}}
 robots:
@@ -296,7 +283,6 @@ limits: {ticks: 60}
 
 OWN_CHANGED = """\
 # An alarm changes what r0 does beside its duty, while the entry of an order is on the stack.
-safenav: 1
 map: {grid: ["#####", "#...#", "#...#", "#####"]}
 catalogue:
   robots: {m0: {mobility: free, layer: air, capabilities: [lift]}}
@@ -317,7 +303,6 @@ limits: {ticks: 60}
 
 OUT = """\
 # r1 is out of service where the order is done: it does it in its next turn, and no robot helps.
-safenav: 1
 map: {grid: ["######", "#....#", "######"]}
 catalogue:
   robots:
@@ -355,7 +340,6 @@ def test_one_out_of_service_acts_where_it_stands() -> None:
 
 OWN_AS_DUTY = """\
 # r0 gets an objective of its own that reads as its duty.
-safenav: 1
 map: {grid: ["#####", "##.##", "#...#", "#####"], resolution: 1}
 catalogue:
   robots:
@@ -391,7 +375,6 @@ def test_an_own_objective_may_read_as_a_duty(clock: Clock) -> None:
 
 # A joint plan exists only if r0 begins its patrol with the target whose turn it is not.
 ACROSS = """\
-safenav: 1
 map: {grid: ["#####", "#...#", "#.#.#", "#...#", "#####"], resolution: 1}
 catalogue:
   robots:
@@ -404,7 +387,6 @@ robots:
 until: {rounds: 1}
 """
 RESOLVED_BEFORE = """\
-safenav: 1
 map: {grid: ["#####", "#...#", "#.#.#", "#####"], resolution: 1}
 catalogue:
   robots:

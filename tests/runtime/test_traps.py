@@ -9,7 +9,6 @@ from safenav.errors import InputError
 def test_resolving_what_nobody_asked_for_pops_nothing() -> None:
     trace = play(
         """
-        safenav: 1
         map:
           grid: |
             ########
@@ -31,7 +30,6 @@ def test_unasked_resolution_while_a_request_is_open_leaves_the_stack_alone() -> 
     # The flyer waits for door 12; on its way there the opener opens door 16, too.
     trace = play(
         """
-        safenav: 1
         map:
           grid: |
             ##########
@@ -57,7 +55,6 @@ def test_unasked_resolution_while_a_request_is_open_leaves_the_stack_alone() -> 
 def test_helper_that_stands_on_its_own_target_still_goes() -> None:
     trace = play(
         """
-        safenav: 1
         map:
           grid: |
             #########
@@ -82,7 +79,6 @@ def test_robot_that_faces_the_obstacle_can_wait_and_turn() -> None:
     # waits, and when the region proves untraversable it turns off to the right.
     trace = play(
         """
-        safenav: 1
         map:
           grid: |
             ########
@@ -110,7 +106,6 @@ def test_robot_that_faces_the_obstacle_can_wait_and_turn() -> None:
 def test_robot_between_walls_in_front_of_an_untraversable_region_needs_an_operator() -> None:
     trace = play(
         """
-        safenav: 1
         map:
           grid: |
             #######
@@ -134,7 +129,6 @@ def test_robot_between_walls_in_front_of_an_untraversable_region_needs_an_operat
 def test_second_request_while_the_first_is_pending() -> None:
     trace = play(
         """
-        safenav: 1
         map:
           grid: |
             ###########
@@ -160,7 +154,6 @@ def test_second_request_while_the_first_is_pending() -> None:
 def test_two_robots_meet_the_same_obstacle() -> None:
     trace = play(
         """
-        safenav: 1
         map:
           grid: |
             ###########
@@ -193,7 +186,6 @@ def test_a_resolved_request_leaves_the_stack_wherever_it_stands_in_it() -> None:
     # before 'far' gets there.
     trace = play(
         """
-        safenav: 1
         map:
           grid: |
             ###############
@@ -232,7 +224,6 @@ def test_a_resolved_request_leaves_the_stack_wherever_it_stands_in_it() -> None:
 def test_untraversable_region_blocks_only_whom_it_blocks() -> None:
     trace = play(
         """
-        safenav: 1
         map:
           grid: |
             #######
@@ -258,7 +249,6 @@ def test_helper_leaves_the_doorway_on_the_far_side_and_comes_back() -> None:
     # formula would forbid it to come back through it.
     trace = play(
         """
-        safenav: 1
         map:
           grid: |
             #########
@@ -285,7 +275,6 @@ def test_patrol_with_both_targets_equal_is_told_to_hold() -> None:
     with pytest.raises(InputError, match="hold"):
         play(
             """
-            safenav: 1
             map: {grid: "####\\n#..#\\n####\\n"}
             robots: {a: {model: quadcopter, start: 5, objective: {patrol: [6, 6]}}}
             """
@@ -296,7 +285,6 @@ def test_patrol_with_both_targets_equal_is_told_to_hold() -> None:
 def test_patrol_may_start_on_either_target(start: int, first: int) -> None:
     trace = play(
         f"""
-        safenav: 1
         map:
           grid: |
             ######
@@ -315,7 +303,6 @@ def test_patrol_may_start_on_either_target(start: int, first: int) -> None:
 def test_detour_around_what_nobody_can_resolve() -> None:
     trace = play(
         """
-        safenav: 1
         map:
           grid: |
             #######
@@ -337,7 +324,6 @@ def test_detour_around_what_nobody_can_resolve() -> None:
 def test_operator_is_needed_where_there_is_no_detour() -> None:
     trace = play(
         """
-        safenav: 1
         map:
           grid: |
             #######
@@ -357,7 +343,6 @@ def test_robots_that_wait_for_each_other_need_an_operator() -> None:
     # quadcopter to the uncertain region through the door only.
     trace = play(
         """
-        safenav: 1
         map:
           grid: |
             ###########

@@ -9,7 +9,6 @@ from runtime.played import Run, play
 from safenav.scenario.settings import Clock
 
 CART = """
-safenav: 1
 map: {grid: ["########", "#......#", "###.####", "########"]}
 catalogue:
   robots:
@@ -66,7 +65,6 @@ def test_another_robot_continues_while_the_team_waits() -> None:
 
 # What was to come at tick 30 never comes: the scout finds what lies there, while the team waits.
 LEARNT_MEANWHILE = """
-safenav: 1
 map: {grid: ["#######", "#.....#", "#######"]}
 catalogue:
   robots:
@@ -90,7 +88,6 @@ def test_what_a_robot_learns_does_not_end_a_wait() -> None:
 
 
 HOPELESS_HELP = """
-safenav: 1
 map: {grid: ["############", "#..........#", "############"]}
 catalogue:
   robots:
@@ -155,7 +152,6 @@ def test_a_bundle_of_a_run_that_waited() -> None:
 
 ORDERS = """\
 # two orders of one tick
-safenav: 1
 map: {grid: ["#####", "#...#", "#####"]}
 catalogue:
   obstacles:
@@ -169,7 +165,6 @@ until: {rounds: 1}
 
 INPUT = """\
 # an input of a robot without a strategy
-safenav: 1
 map: {grid: ["######", "#....#", "######"]}
 inputs: {alarm: {at: [5]}}
 robots:
@@ -180,7 +175,6 @@ until: {rounds: 1}
 
 BEYOND = """\
 # an order beyond what is given up
-safenav: 1
 map: {grid: ["######", "#....#", "######"]}
 catalogue:
   robots: {m0: {mobility: free, layer: ground, capabilities: [lift]}}
@@ -194,7 +188,6 @@ until: {rounds: 1}
 
 ONCE = """\
 # a robot without a strategy
-safenav: 1
 map: {grid: ["######", "#....#", "######"]}
 catalogue: {obstacles: {p0: {action: lift, resolve_at: [10], blocks: []}}}
 robots:
@@ -207,7 +200,6 @@ until: {rounds: 1}
 
 OCCUPIED = """
 # an obstacle is to appear where a robot stands
-safenav: 1
 map: {grid: ["#######", "#...#.#", "#######"]}
 robots:
   r0: {model: quadcopter, start: 8, objective: {visit: [10, 8]}}
@@ -219,7 +211,6 @@ until: {rounds: 1}
 
 PASSES = """
 # the passes of a live run are more than the seconds until the change
-safenav: 1
 clock: live
 map: {grid: ["########", "#......#", "########"], resolution: 1}
 robots:
@@ -244,7 +235,6 @@ def test_the_audit_follows_what_a_wait_leaves_undone(text: str) -> None:
 
 
 BOTH = """
-safenav: 1
 map: {grid: ["#######", "#...#.#", "#######"]}
 inputs: {alarm: {at: [5]}}
 robots:
@@ -268,7 +258,6 @@ def test_all_changes_of_a_tick_hold_though_one_ends_in_a_wait() -> None:
 
 
 UNDONE = """
-safenav: 1
 map: {grid: ["########", "#......#", "########"], resolution: 1}
 catalogue:
   robots:
@@ -330,7 +319,6 @@ def test_the_audit_judges_when_orders_are_left_undone(clock: Clock) -> None:
 
 
 LAST = """
-safenav: 1
 map: {grid: ["#####", "#...#", "#####"], resolution: 1}
 catalogue: {obstacles: {p0: {action: lift, blocks: []}}}
 robots: {r0: {model: quadcopter, start: 6, objective: {hold: 6}}}
@@ -351,7 +339,6 @@ def test_the_last_order_may_come_a_little_later_on_a_real_clock() -> None:
 
 
 AFTER = """
-safenav: 1
 map: {grid: ["#####", "#...#", "#..##", "#...#", "#####"], resolution: 1}
 catalogue:
   robots: {m0: {mobility: free, layer: ground, capabilities: [clear], motion: disc, speed: 1}}
@@ -377,7 +364,6 @@ def test_an_order_is_requested_again_after_the_wait(clock: Clock) -> None:
 @pytest.mark.parametrize("clock", Clock)
 def test_a_strategy_suffices_again_when_the_obstacle_is_away(clock: Clock) -> None:
     run = play(f"""
-        safenav: 1
         clock: {clock.value}
         map: {{grid: ["######", "#....#", "######"], resolution: 1}}
         robots:

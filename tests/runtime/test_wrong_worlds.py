@@ -6,19 +6,17 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
-from runtime.played import Run
+from runtime.played import Run, loaded
 from safenav import Mission
 from safenav.errors import ExitCode
 from safenav.runtime.worlds.adapter import WorldError
 from safenav.runtime.worlds.world import Change, SimulatedWorld
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.reading.catalogue import built_in
-from safenav.scenario.reading.loader import load_scenario_text
 from safenav.world.map import Heading
 from safenav.world.moves import Pose
 
 SCENARIO = """
-safenav: 1
 map: {grid: ["#######", "#.....#", "#######"]}
 robots:
   drone: {model: quadcopter, start: 8, objective: {visit: [12, 8]}}
@@ -74,7 +72,7 @@ def says(value: Any) -> Callable[..., Any]:
     ],
 )
 def test_a_world_that_cannot_be(call: str, answer: Callable[..., Any], told: str) -> None:
-    scenario = load_scenario_text(SCENARIO)
+    scenario = loaded(SCENARIO)
     world = SimulatedWorld(scenario)
     setattr(world, call, answer)
     run = Run()
@@ -110,7 +108,7 @@ class Slippery(SimulatedWorld):
 def test_a_robot_that_does_not_get_there_goes_on_from_where_it_is(
     poses: dict[int, Pose], coordination: str
 ) -> None:
-    scenario = load_scenario_text(SCENARIO + f"coordination: {coordination}\n")
+    scenario = loaded(SCENARIO + f"coordination: {coordination}\n")
     scenario = replace(scenario, obstacles=(Obstacle(FOG, 11, True),))
     run = Run()
     Mission(scenario, world=Slippery(scenario, poses), listeners=[run]).run()

@@ -10,7 +10,6 @@ from runtime.played import Line, Run, play
 from safenav.runtime.deadlines import schedule
 
 PARCELS = """
-safenav: 1
 map:
   grid: ["##############", "#............#", "##############"]
 catalogue:
@@ -67,7 +66,6 @@ def test_a_spent_search_leaves_the_choice_as_it_was(monkeypatch: pytest.MonkeyPa
 
 
 LOADS = """
-safenav: 1
 map:
   grid: ["##############", "#............#", "##############"]
 catalogue:
@@ -161,7 +159,6 @@ def test_no_act_is_later_than_what_is_due() -> None:
 
 
 SUSPECT = """
-safenav: 1
 map:
   grid: ["###########", "#.........#", "#.#######.#", "#.........#", "###########"]
 catalogue:

@@ -16,7 +16,6 @@ from safenav.world.moves import Mobility
 from safenav.world.poses import PoseGraph, region_mask
 
 HALL = """
-safenav: 1
 map:
   grid: ["###########", "#.........#", "#.#######.#", "#.........#", "###########"]
 catalogue:
@@ -126,7 +125,6 @@ class Floor:
 
 
 ALONE = """
-safenav: 1
 map: {{grid: {grid}}}
 catalogue:
   robots: {{walker: {{mobility: {mobility}, layer: ground, capabilities: [fetch]}}}}

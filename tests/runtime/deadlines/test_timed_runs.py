@@ -11,9 +11,8 @@ import pytest
 
 from certify.making import bundle_at, certified, files_of, rewrite, run_checker
 from runtime.deadlines.timed import busy_scenario, timed_scenario
-from runtime.played import Run, play
+from runtime.played import Run, loaded, play
 from safenav.errors import InputError
-from safenav.scenario.reading.loader import load_scenario_text
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) // 4 or 30
 """``SAFENAV_FUZZ=5000`` runs 1,875 scenarios and damages each trace four times."""
@@ -55,7 +54,7 @@ SCENARIOS += [busy_scenario(seed) for seed in range(max(COUNT // 2, 1))]
 @pytest.mark.parametrize("seed", range(len(SCENARIOS)))
 def test_the_audit_follows(seed: int) -> None:
     try:
-        scenario = load_scenario_text(SCENARIOS[seed])
+        scenario = loaded(SCENARIOS[seed])
     except InputError:
         return
     played = play(SCENARIOS[seed])
@@ -93,7 +92,6 @@ def test_a_deadlock_after_the_last_turn_excuses_no_line() -> None:
 
 
 LATE = """
-safenav: 1
 map:
   grid: ["#######", "#.....#", "#.....#", "#######"]
 robots:
@@ -129,11 +127,10 @@ def test_what_cannot_be_is_refused_before_the_start() -> None:
 )
 def test_errors(text: str, found: str) -> None:
     with pytest.raises(InputError, match=found):
-        load_scenario_text(text)
+        loaded(text)
 
 
 LOST = """
-safenav: 1
 map:
   grid: ["#########", "#.......#", "#########"]
 catalogue:
@@ -151,7 +148,6 @@ until: {rounds: 1}
 
 
 LEAVING = """
-safenav: 1
 map:
   grid: ["#######", "#.....#", "#######"]
 catalogue:
@@ -201,7 +197,6 @@ def test_the_earliest_tick_of_a_patrol_is_that_of_the_target_it_begins_with() ->
 
 def test_acts_are_judged_where_an_obstacle_would_go_later() -> None:
     run = play("""
-        safenav: 1
         map: {grid: ["######", "#....#", "######"]}
         catalogue: {robots: {m: {mobility: free, layer: air, capabilities: [push]}}}
         robots:
@@ -218,7 +213,6 @@ def test_acts_are_judged_where_an_obstacle_would_go_later() -> None:
 
 
 BOTH_DUE = """
-safenav: 1
 map:
   grid: |
     #############
@@ -239,7 +233,7 @@ until: {rounds: 2, by: 120}
 @pytest.mark.parametrize("again", ["uncertainty@30", "door@47"], ids=["resolved", "twice"])
 def test_an_act_on_what_is_not_open_is_found(again: str) -> None:
     """It leaves the helpers to be judged by the acts before it."""
-    run = play(load_scenario_text(BOTH_DUE))
+    run = play(loaded(BOTH_DUE))
     assert not run.findings
     line = run.all("acts")[-1]
     assert [act["obstacle"] for act in line["acts"]] == ["door@47"]

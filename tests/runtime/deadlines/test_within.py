@@ -188,7 +188,6 @@ def test_a_target_is_met_where_it_is_entered_first() -> None:
 
 
 NO_FIXED_CYCLE = """
-safenav: 1
 map:
   grid: ["######", "#....#", "#....#", "######"]
 robots:
@@ -216,7 +215,6 @@ def test_the_tick_before_the_first_move_may_complete_a_round() -> None:
 
 
 AVOIDING = """
-safenav: 1
 map:
   grid: {grid}
 catalogue: {{robots: {{cart: {{mobility: {mobility}, layer: ground, capabilities: []}}}}}}

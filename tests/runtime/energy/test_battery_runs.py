@@ -9,16 +9,14 @@ import pytest
 
 from certify.making import certified
 from once import SCENARIOS
-from runtime.played import play
+from runtime.played import loaded, play
 from safenav.errors import InputError
 from safenav.report.terminal.story import Story
 from safenav.runtime.mission import Mission
-from safenav.scenario.reading.loader import load_scenario_text
 
 COUNT = (int(os.environ.get("SAFENAV_FUZZ", "0")) or 24) // 3
 
 CORRIDOR = """
-safenav: 1
 map:
   grid: |
     #############
@@ -55,7 +53,6 @@ def test_it_goes_by_the_second_charger() -> None:
 
 
 LAST = """
-safenav: 1
 map: {grid: ["#########", "#.......#", "#########"]}
 catalogue:
   robots:
@@ -86,7 +83,7 @@ def test_no_robot_is_sent_to_charge_when_the_mission_is_complete(clock: str) -> 
 @pytest.mark.parametrize("text", [CORRIDOR, STOPS])
 def test_the_story_tells_charging_from_rounds(text: str) -> None:
     said: list[str] = []
-    scenario = load_scenario_text(text)
+    scenario = loaded(text)
     story = Story(scenario, lambda line: said.append(click.unstyle(str(line))), maps=False)
     Mission(scenario, listeners=[story]).run()
     assert any(line.endswith("cart: hold 20, to charge") for line in said)
@@ -166,14 +163,13 @@ def stop(seed: int, *, once: bool = False) -> str:
 def test_a_lone_robot_always_gets_there(seed: int) -> None:
     text = stop(seed, once=seed % 3 == 0)
     try:
-        load_scenario_text(text)
+        loaded(text)
     except InputError:
         return
     assert play(text).outcome["outcome"] in ("completed", "unrealizable")
 
 
 BACK = """
-safenav: 1
 map: {grid: ["#########", "#......##", "##..#...#", "#.......#", "#.#.....#", "#########"]}
 catalogue:
   robots:
@@ -211,11 +207,10 @@ def test_a_robot_that_no_charge_suffices_for_charges_to_the_full_before_it_runs_
 )
 def test_errors(text: str, found: str) -> None:
     with pytest.raises(InputError, match=found):
-        load_scenario_text(text)
+        loaded(text)
 
 
 CUT_OFF = """
-safenav: 1
 map: {grid: ["##############", "#............#", "##############"]}
 catalogue:
   robots:
@@ -253,7 +248,6 @@ def test_a_charger_that_is_cut_off_is_a_deadline(start: int, due: int, end: str)
 LIVE = CORRIDOR + "clock: live\n"
 
 PARCELS = """
-safenav: 1
 map: {grid: [".......", ".......", "......."]}
 catalogue:
   robots: {cart: {mobility: free, layer: ground, capabilities: [carry], speed: 0.5,
@@ -268,7 +262,6 @@ clock: CLOCK
 
 
 FAR_DUTY = """
-safenav: 1
 map:
   grid: |
     #############
@@ -341,7 +334,6 @@ def test_live_a_battery_is_brought() -> None:
 def test_a_lone_robot_that_nothing_charges_ends_the_run(clock: str) -> None:
     """It waits for what the scenario removes, until its charge is used up."""
     outcome = play(f"""
-        safenav: 1
         map: {{grid: ["########", "#......#", "###.####", "########"]}}
         catalogue:
           robots:
@@ -376,7 +368,6 @@ def test_live_the_audit_refuses_other_charges(key: str) -> None:
 def test_a_battery_that_is_brought_at_once_brings_its_robot_back() -> None:
     """The robot is in service in the tick after: until then the run does not end without it."""
     trace = play("""
-        safenav: 1
         map: {grid: ["#########", "#.......#", "#########"]}
         catalogue:
           robots:
@@ -396,7 +387,6 @@ def test_a_battery_that_is_brought_at_once_brings_its_robot_back() -> None:
 
 
 CHARGES_AT_THE_END = """
-safenav: 1
 map: {grid: ["#######", "##..###", "#...#.#", "#######"]}
 catalogue:
   robots:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
-from runtime.played import Run
+from runtime.played import Run, loaded
 from safenav.outcome import Outcome
 from safenav.runtime.mission import Mission
 from safenav.runtime.termination import RunEnded, Stop
@@ -16,7 +16,7 @@ from safenav.runtime.traffic.plan_search import PlanSearch
 from safenav.runtime.traffic.thinking import Thinking, Unknown
 from safenav.runtime.worlds.protocol import Acted, Arrived, WorldEvent
 from safenav.scenario.model import Obstacle, Robot
-from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.settings import Clock
 from safenav.spec.specification import Specification
 from safenav.synthesis.slugs import Synthesizer
@@ -28,7 +28,6 @@ SCENARIO = Path(__file__).parents[3] / "scenarios" / "corridor_swap.yaml"
 
 
 BESIDE = """
-safenav: 1
 name: two in a corridor, a third one in the room beside it
 map: {grid: ["#########", "#.......#", "#.#####.#", "#...#...#", "#...#...#", "#########"]}
 catalogue: {robots: {cart: {mobility: free, layer: ground, capabilities: []}}}
@@ -42,7 +41,6 @@ clock: live
 
 
 CROWDED = """
-safenav: 1
 name: five on a narrow floor, who get new strategies after plans
 map: {grid: ["###########", "#....#....#", "#.........#", "###########"]}
 catalogue: {robots: {cart: {mobility: free, layer: ground, capabilities: []}}}
@@ -139,7 +137,7 @@ def test_robots_that_can_undo_their_steps_go_on_while_a_plan_is_searched(
     are."""
     over, trace, meanwhile = threading.Event(), Run(), list[str]()
     searched = slow(monkeypatch, over)
-    run = Mission(load_scenario_text(BESIDE), world=Wall(), listeners=[trace])
+    run = Mission(loaded(BESIDE), world=Wall(), listeners=[trace])
 
     def note(record: records.Record) -> None:
         if isinstance(record, records.Depart) and run._traffic.wanted is not None:
@@ -177,7 +175,7 @@ def test_robots_off_their_strategies_get_those_that_come_later(
 
     monkeypatch.setattr(Synthesizer, "synthesize_all", late)
     trace = Run()
-    run = Mission(load_scenario_text(CROWDED), world=Wall(), listeners=[trace])
+    run = Mission(loaded(CROWDED), world=Wall(), listeners=[trace])
     run.start()
     while run.result is None and len(asked) < 100:
         run.step()
