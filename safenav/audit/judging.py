@@ -57,8 +57,11 @@ def findings(header: Line, records: Sequence[Line], rules: Iterable[Rule]) -> It
     now = Situation(header, records)
     opening, rules = now.turn, list(rules)
     announced = {obstacle.name for obstacle in now.header.obstacles}
+    ends = [rule for rule in rules if _judges(rule, "turn")]
+    judges: dict[str, list[Rule]] = {}  # of the lines of each type
     for rule in rules:
-        yield from rule.findings(rule.opening(now), opening, None)
+        for said in rule.opening(now):
+            yield rule.finding(said, opening, None)
     moves = Passes(now)
     for record in moves.expand(records) if now.live else records:
         if record.type == "discovered":
@@ -76,27 +79,40 @@ def findings(header: Line, records: Sequence[Line], rules: Iterable[Rule]) -> It
             problem = f"a {record.type} line after the outcome, which is the last line"
             yield Finding("order", record.tick, None, record.line, problem)
             continue
+        kind = record.type
+        if kind not in judges:
+            about = [rule for rule in rules if not rule.kinds or kind in rule.kinds]
+            judges[kind] = [rule for rule in about if _judges(rule, "line")]
         robot = getattr(record, "robot", None)
-        for rule in rules:
-            if not rule.kinds or record.type in rule.kinds:
-                yield from rule.findings(rule.line(record, now), record, robot)
+        for rule in judges[kind]:
+            for said in rule.line(record, now):
+                yield rule.finding(said, record, robot)
         if now.starts_turn(record):
-            yield from _turn_over(rules, now, last=False)
+            yield from _turn_over(ends, now, last=False)
             now.begin_turn(record)
         now.apply(record)
-    yield from _turn_over(rules, now, last=True)
+    yield from _turn_over(ends, now, last=True)
     for rule in rules:
-        yield from rule.findings(rule.ending(now), now.outcome or opening, None)
+        for said in rule.ending(now):
+            yield rule.finding(said, now.outcome or opening, None)
+
+
+def _judges(rule: Rule, moment: str) -> bool:
+    """Whether a rule judges lines, or turns: most judge one of them only, and a run has many."""
+    return getattr(type(rule), moment) is not getattr(Rule, moment)
 
 
 def _turn_over(rules: Iterable[Rule], now: Situation, *, last: bool) -> Iterator[Finding]:
     now.finish_turn(last)
     for rule in rules:
-        yield from rule.findings(rule.turn(now), now.turn, now.turn.robot)
+        for said in rule.turn(now):
+            yield rule.finding(said, now.turn, now.turn.robot)
 
 
 def _stranger(record: Line, team: Collection[str], announced: Collection[str]) -> str | None:
     """Return a robot or obstacle that the line refers to and that no earlier line has announced."""
+    if record.type == "move":
+        return None if record.robot in team else str(record.robot)
     obstacle = getattr(record, "obstacle", None)
     roles = () if record.type == "deadline" else _ROLES
     robots = [robot for role in roles for robot in _listed(getattr(record, role, None))]

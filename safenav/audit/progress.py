@@ -6,7 +6,7 @@ memory survives a resynthesis. So after each the next goal is unknown until one 
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from safenav.audit.kinds import shape_of
 from safenav.audit.lines import Line, Made, Objective
@@ -76,7 +76,8 @@ class Progress:
         self.last_round = goal.round
 
     def copy(self) -> Progress:
-        return replace(self, covered=set(self.covered))
+        counted = self.fresh, self.reset_line, self.last_round
+        return Progress(self.objective, self.awaited, set(self.covered), *counted)
 
 
 def goals_before(objective: Objective, done: Line) -> list[Line]:

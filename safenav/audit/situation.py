@@ -48,9 +48,9 @@ class Situation(State):
         return again and self.obstacles[violation.obstacle].type == f"lost_{robot}"
 
     def begin_turn(self, record: Line) -> None:
-        robot, before = record.robot, dict(self.objectives)
+        robot = record.robot
         origin = self.region[robot], self.toward[robot] is not None, self.progress[robot].copy()
-        self.turn = Turn(record.tick, robot, record.line, before, *origin)
+        self.turn = Turn(record.tick, robot, record.line, self.objectives, *origin)
 
     def ends_wait(self, record: Line) -> bool:
         """Return whether a line ends a wait: one for a change of the scenario ends at its time."""
@@ -65,7 +65,7 @@ class Situation(State):
         if record.type == "outcome":
             self.outcome = record
             return
-        self.turn.records.append(record)
+        self.turn.add(record)
         if record.type in _CHANGES and not self.repeats_inputs(record):
             self.aside.clear()
         if self.ends_wait(record):
@@ -176,7 +176,7 @@ class Situation(State):
                 if not record.at_once:  # it may go where it has gone for its charge before
                     self.stop[robot] = self.objectives[robot].targets
                 if record.at_once:
-                    self.objectives[robot] = record.objective
+                    self.objectives = {**self.objectives, robot: record.objective}
                     self.progress[robot].reset(record.objective, record.line)
             case "inputs":
                 self.inputs = dict(record.values)
@@ -353,7 +353,7 @@ class Situation(State):
     def _put_in_force(self, objectives: Mapping[str, Objective], line: int) -> None:
         for robot, objective in objectives.items():
             if self.objectives[robot] != objective:
-                self.objectives[robot] = objective
+                self.objectives = {**self.objectives, robot: objective}
                 self.progress[robot].reset(objective, line)
 
     def _perhaps_changed(self, helpers: Iterable[str], line: int) -> None:

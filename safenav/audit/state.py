@@ -35,7 +35,8 @@ class State:
         self.heading: dict[str, str | None] = {n: r.heading for n, r in robots.items()}
         self.own: dict[str, Objective] = {n: r.objective for n, r in robots.items()}
         self.objectives = dict(self.own)
-        """The objectives in force; ``own``: those that the robots have for themselves."""
+        """The objectives in force; ``own``: those that the robots have for themselves. Turns keep
+        it, so it is replaced, never changed."""
         begun = self.header.begun
         self.done: dict[str, Line] = {} if begun is None else dict(begun.robots or {})
         """Progress of robots with their objectives, where this run continues another."""
@@ -126,6 +127,21 @@ class State:
         force instead."""
         self.has_plan = False
         self.outcome: Line | None = None
+        self._rivals = {n: [o for o in robots if o != n and self.conflict(n, o)] for n in robots}
+        self._zones = {
+            (one, other): [
+                frozenset(zone.regions)
+                for zone in self.header.never_together or ()
+                if {one, other} <= {*zone.robots}
+            ]
+            for one in robots
+            for other in (robots if self.header.never_together else ())
+        }
+        self._at: dict[int, list[Obstacle]] = {}
+        for obstacle in self.obstacles.values():
+            self._at.setdefault(obstacle.region, []).append(obstacle)
+        self.sweeping = [name for name, obstacle in self.obstacles.items() if obstacle.sweeps]
+        """The obstacles that sweep regions."""
         self.turn = Turn(0, None, self.header_line, dict(self.objectives))
 
     def turn_of(self, robot: str) -> int:
@@ -142,7 +158,8 @@ class State:
 
     def may_have(self, robot: str) -> set[int]:
         """Return the regions that a robot occupies, or of which it may occupy one."""
-        return self.taken_by(robot) | self.lost.get(robot, set())
+        taken, lost = self.taken_by(robot), self.lost.get(robot)
+        return taken | lost if lost else taken
 
     def entered(self, move: Line) -> set[int]:
         """Return the regions that a robot occupies after a move, and did not before."""
@@ -178,11 +195,15 @@ class State:
 
     def zones(self, one: str, other: str) -> list[frozenset[int]]:
         """Return the sets of regions in which two robots are never together."""
-        return [
-            frozenset(zone.regions)
-            for zone in self.header.never_together or ()
-            if {one, other} <= {*zone.robots}
-        ]
+        return self._zones.get((one, other), [])
+
+    def rivals(self, robot: str) -> list[str]:
+        """Return the robots with which one must never share a region."""
+        return self._rivals[robot]
+
+    def obstacles_at(self, region: int) -> list[Obstacle]:
+        """Return the obstacles of a region, there or not."""
+        return self._at.get(region, [])
 
     def conflict(self, one: str, other: str) -> bool:
         """Return whether two robots must never share a region."""

@@ -61,11 +61,24 @@ class Turn:
     """The needs of obstacles that were met in this turn, with the robots that met them; for the
     last need of each, the robots that could have met it."""
 
+    _kinds: dict[str, list[Line]] = field(default_factory=dict)
+
+    def add(self, record: Line) -> None:
+        """Take the next line of the turn."""
+        self.records.append(record)
+        self._kinds.setdefault(record.type, []).append(record)
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether the robot has made a move, and nothing else has happened."""
+        return len(self.records) == 1 and self.records[0].type == "move"
+
     def all(self, kind: str) -> list[Line]:
-        return [record for record in self.records if record.type == kind]
+        return [*self._kinds.get(kind, ())]
 
     def first(self, kind: str) -> Line | None:
-        return next((record for record in self.records if record.type == kind), None)
+        found = self._kinds.get(kind)
+        return found[0] if found else None
 
 
 def helpers_of(record: Line) -> tuple[str, ...]:

@@ -39,6 +39,8 @@ class World:
         self.names |= {frozenset(regions): name for name, regions in (areas or {}).items()}
         many = {"north": rows, "south": rows, "east": cols, "west": cols}
         self.sides = [heading for heading in HEADINGS if many[heading] > 1]
+        self._sides_of: dict[int, dict[str, int | None]] = {}  # a run asks for the same ones
+        self._steps: dict[tuple[bool, Pose], tuple[Pose, ...]] = {}
 
     @classmethod
     def of(cls, data: Mapping[str, Any], *, live: bool = False) -> World:
@@ -68,8 +70,10 @@ class World:
     def direction(self, origin: int, to: int) -> str | None:
         """Return the heading of a single step between two regions, or None if they are not
         4-neighbours (the east end of a row is not a neighbour of the next row's west end)."""
-        ways = (heading for heading in HEADINGS if self._beside(origin, heading) == to)
-        return next(ways, None) if self.on_map(origin) else None
+        if origin == to or not self.on_map(origin):
+            return None
+        ways = self._beside(origin).items()
+        return next((way for way, there in ways if there == to), None)
 
     def neighbours(self, region: int) -> list[int]:
         """Return the free regions that one step leads to."""
@@ -83,10 +87,18 @@ class World:
 
     def step(self, region: int, heading: str) -> int | None:
         """Return the free region on that side, or None."""
-        beyond = self._beside(region, heading)
+        beyond = self._beside(region)[heading]
         return beyond if beyond in self.free else None
 
-    def _beside(self, region: int, heading: str) -> int | None:
+    def _beside(self, region: int) -> dict[str, int | None]:
+        """The region on each side, None off the map."""
+        found = self._sides_of.get(region)
+        if found is None:
+            found = {heading: self._region_beside(region, heading) for heading in HEADINGS}
+            self._sides_of[region] = found
+        return found
+
+    def _region_beside(self, region: int, heading: str) -> int | None:
         row, col = divmod(region, self.cols)
         row += (heading == "south") - (heading == "north")
         col += (heading == "east") - (heading == "west")
@@ -109,12 +121,17 @@ class World:
         backwards, faces the direction of its step, and keeps its heading while it stays."""
         return {pose, *self.steps(mobility, pose)}
 
-    def steps(self, mobility: str, pose: Pose) -> list[Pose]:
+    def steps(self, mobility: str, pose: Pose) -> tuple[Pose, ...]:
         """Return the poses after one step."""
-        free = mobility == "free"
+        key = mobility == "free", pose
+        if key not in self._steps:
+            self._steps[key] = self._steps_of(*key)
+        return self._steps[key]
+
+    def _steps_of(self, free: bool, pose: Pose) -> tuple[Pose, ...]:
         back = None if free or pose[1] is None else opposite(pose[1])
         steps = ((self.step(pose[0], h), None if free else h) for h in HEADINGS if h != back)
-        return [(region, heading) for region, heading in steps if region is not None]
+        return tuple((region, heading) for region, heading in steps if region is not None)
 
     def sees(self, a: int, b: int, radius: float | None, closed: Collection[int]) -> bool:
         """Return whether region b is in sight from a. The distance of the centres is at most the

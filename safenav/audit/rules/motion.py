@@ -142,16 +142,17 @@ def collision(record: Line, now: Situation) -> Iterator[Said]:
     a lost one all that it may be in. Robots that would change places do share one, as they move one
     after the other (D 4, Layers)."""
     robot, regions = record.robot, taken(record) | now.lost.get(record.robot, set())
-    for other in now.region:
-        if other != robot and now.conflict(robot, other):
-            for region in sorted(regions & now.may_have(other)):
-                yield f"{robot} and {other} are both at {now.show(region)}"
+    for other in now.rivals(robot):
+        for region in sorted(regions & now.may_have(other)):
+            yield f"{robot} and {other} are both at {now.show(region)}"
 
 
 @judges("line", "move")
 def never_together(record: Line, now: Situation) -> Iterator[Said]:
     """At most one robot of an exclusion is in its regions, from its departure
     for the first to its arrival outside (D 4)."""
+    if not now.header.never_together:
+        return
     robot, regions = record.robot, taken(record) | now.lost.get(record.robot, set())
     for other in now.region.keys() - {robot}:
         for zone in now.zones(robot, other):
@@ -167,8 +168,7 @@ _IS = {
 
 
 def _entered(robot: str, regions: set[int], now: Situation, status: Status) -> Iterator[str]:
-    for obstacle in now.obstacles.values():
-        here = obstacle.region in regions and now.status[obstacle.name] is status
-        if here and robot in now.blocked_by(obstacle.name):
+    for obstacle in (each for region in regions for each in now.obstacles_at(region)):
+        if now.status[obstacle.name] is status and robot in now.blocked_by(obstacle.name):
             place = now.show(obstacle.region)
             yield f"{robot} is at {place} with {obstacle.name}, which is {_IS[status]}"

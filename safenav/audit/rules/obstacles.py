@@ -50,6 +50,8 @@ def backtrack(now: Situation) -> Iterator[Said]:
     """A violation is followed by a backtrack, and by nothing else; the move of that turn goes where
     the backtrack states (T Time; D 5.3)."""
     turn = now.turn
+    if turn.is_plain:
+        return
     violations, backtracks = turn.all("violation"), turn.all("backtrack")
     for violation in () if turn.torn else violations[len(backtracks) :]:
         obstacle = violation.obstacle
@@ -119,7 +121,7 @@ class NeedRule(Rule):
 
     def turn(self, now: Situation) -> Iterator[Said]:
         move = now.turn.first("move")
-        if now.turn.torn or now.external or move is None:
+        if not now.turn.met or now.turn.torn or now.external or move is None:
             return
         told = {(record.obstacle, record.need) for record in now.turn.all("met")}
         resolved = {record.obstacle for record in now.turn.all("resolved")}
@@ -180,7 +182,9 @@ class MissedResolutionRule(Rule):
             self._came[robot] = record.line
             self._tried = {tried for tried in self._tried if tried[0] != robot}
         elif _departs(record, now) and not now.external and not now.has_act(robot):
-            for name in now.obstacles:
+            for name, status in now.status.items():
+                if status is not Status.UNRESOLVED:
+                    continue
                 need, standing, done = now.need(name), now.standing(name), now.open[name].done
                 acts = {one for one, act in now.acting.items() if name in act.obstacles}
                 lacks = len(standing) < need.robots if need.together else robot in done
@@ -241,10 +245,10 @@ def swept(record: Line, now: Situation) -> Iterator[Said]:
             ended = now.ended.get(record.robot)
             if ended is not None and ended.result == "elsewhere":
                 return
-            for name, obstacle in now.obstacles.items():
+            for name in now.sweeping:
                 known = name in now.discovered or not now.external
-                if obstacle.sweeps and known and now.status[name] is Status.UNRESOLVED:
-                    yield from _moved(record, obstacle, now)
+                if known and now.status[name] is Status.UNRESOLVED:
+                    yield from _moved(record, now.obstacles[name], now)
 
 
 def _moved(move: Line, obstacle: Line, now: Situation) -> Iterator[Said]:
@@ -283,6 +287,8 @@ class BlockedRule(Rule):
             self._blocked.discard(record.obstacle)
 
     def turn(self, now: Situation) -> Iterator[Said]:
+        if now.turn.is_plain:
+            return
         joined = {record.obstacle for record in now.turn.all("blocked")}
         for record in now.turn.all("resolved"):
             joins = record.traversable is not False or record.obstacle in joined

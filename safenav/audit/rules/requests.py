@@ -63,6 +63,8 @@ class RequestRule(Rule):
                 self._asked.discard(record.obstacle)
 
     def turn(self, now: Situation) -> Iterator[Said]:
+        if now.turn.is_plain and self._owed.is_empty and not self._again:
+            return
         turn, violations = now.turn, now.turn.all("violation")
         given_up = {record.obstacle for record in turn.all("blocked")}
         for request in self._again:
@@ -165,7 +167,7 @@ class HelperRule(Rule):
         again = record.type == "request" and any(
             line.type == "request" and line.obstacle == record.obstacle for line in self._lines
         )
-        if not settles or again:
+        if self._lines and (not settles or again):
             yield from self._judged(now)
         if settles:
             if not self._lines:
@@ -174,7 +176,8 @@ class HelperRule(Rule):
             self._lines.append(record)
 
     def turn(self, now: Situation) -> Iterator[Said]:
-        yield from self._judged(now)
+        if self._lines:
+            yield from self._judged(now)
 
     def ending(self, now: Situation) -> Iterator[Said]:
         yield from self._judged(now)

@@ -43,6 +43,11 @@ class Postponed:
     def __init__(self) -> None:
         self._open: list[tuple[Wrong, Callable[[], bool]]] = []
 
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing is missing of the turns before."""
+        return not self._open
+
     def judge(
         self, found: Iterable[tuple[Wrong, Callable[[], bool]]], now: Situation
     ) -> Iterator[Wrong]:
@@ -88,15 +93,13 @@ class Rule:
     def not_judged(self, record: Line, robot: str | None, what: str) -> Finding:
         return Finding(self.name, record.tick, robot, record.line, f"not judged: {what}", note=True)
 
-    def findings(self, found: Iterable[Said], about: Line, robot: str | None) -> Iterator[Finding]:
-        """Yield what was said of a line or turn, and of a robot, unless others are named."""
-        for said in found:
-            if isinstance(said, Finding):
-                yield said
-                continue
-            whom, text, *other = (robot, said) if isinstance(said, str) else said
-            at = other[0] if other else about
-            yield Finding(self.name, at.tick, whom, at.line, text)
+    def finding(self, said: Said, about: Line, robot: str | None) -> Finding:
+        """Words of a rule about a line or turn, and a robot, unless others are named."""
+        if isinstance(said, Finding):
+            return said
+        whom, text, *other = (robot, said) if isinstance(said, str) else said
+        at = other[0] if other else about
+        return Finding(self.name, at.tick, whom, at.line, text)
 
 
 def judges(moment: str, *kinds: str) -> Callable[[Callable[..., Iterable[Said]]], type[Rule]]:
