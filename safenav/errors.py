@@ -6,6 +6,7 @@ travels as data. This module has bad input, exhausted resources, and broken tool
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Sequence
 from enum import IntEnum
 
@@ -38,6 +39,17 @@ _OF_OUTCOMES = {
 def exit_code_of(outcome: Outcome) -> ExitCode:
     """Return the exit code of a run that ends so, if nothing else was expected."""
     return _OF_OUTCOMES.get(outcome, ExitCode.NEGATIVE)
+
+
+WRONG_NAMES = (errno.ENAMETOOLONG, errno.ELOOP)
+"""Errors that the name of a file causes, wherever it comes from and whatever it is used for."""
+
+
+def file_words(error: OSError) -> str:
+    """A file that cannot be used, and why; of a long name only the beginning."""
+    name, why = str(error.filename or ""), error.strerror or str(error)
+    shown = name if len(name) <= _WIDTH else f"{name[: _WIDTH - 3]}..."
+    return f"{shown}: {why}" if shown else why
 
 
 _WIDTH = 96

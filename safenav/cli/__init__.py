@@ -16,7 +16,7 @@ import click
 
 import safenav
 from safenav import extras
-from safenav.errors import ExitCode, SafenavError, UsageError
+from safenav.errors import WRONG_NAMES, ExitCode, SafenavError, UsageError, file_words
 
 COMMANDS = {
     "run": "Run a scenario and print what happens.",
@@ -166,6 +166,8 @@ def main() -> None:
     except Exception as error:
         if os.environ.get("SAFENAV_DEBUG"):
             raise
+        if isinstance(error, OSError) and error.errno in WRONG_NAMES:
+            _fail(f"{file_words(error)}\n    choose another name", ExitCode.BAD_INPUT)
         missing = (getattr(error, "name", None) or "").partition(".")[0]
         if isinstance(error, ImportError) and missing in EXTRAS:
             _fail(str(extras.missing("this", missing, EXTRAS[missing])), ExitCode.BAD_INPUT)

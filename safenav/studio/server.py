@@ -26,7 +26,7 @@ from typing import Any
 from aiohttp import WSMsgType, web
 from msgspec import Struct
 
-from safenav.errors import SafenavError, UsageError
+from safenav.errors import SafenavError, UsageError, file_words
 from safenav.report.page.html import framed
 from safenav.studio.session import Studio
 from safenav.studio.shelf import ReplaceError
@@ -240,6 +240,8 @@ class Server:
             _put(queue, {"is": "exists", "name": data.get("name"), "message": str(error)})
         except (SafenavError, ValueError, RecursionError) as error:
             _put(queue, {"is": "refused", "message": str(error)})
+        except OSError as error:  # a name that is too long, say
+            _put(queue, {"is": "refused", "message": file_words(error)})
 
 
 async def _write(page_: web.WebSocketResponse, queue: asyncio.Queue[str | None]) -> None:

@@ -9,6 +9,7 @@ from cli.conftest import Command
 from once import SCENARIOS
 
 HELLO = SCENARIOS / "hello.yaml"
+LONG = "n" * 5000
 
 FAKES = {
     "crashes": ("kill -SEGV $$", 4, "SIGSEGV"),
@@ -56,8 +57,13 @@ def test_broken_scenario_is_told_with_its_place(
         ("fly", HELLO),
         ("synth", HELLO, "--robot", "nobody"),
         ("synth", HELLO, "-o", "/dev/null/out"),
+        ("new", "s.yaml", "--map", LONG),
+        ("run", HELLO, "-o", LONG),
+        ("synth", HELLO, "-o", LONG),
+        ("batch", HELLO, "-o", LONG),
+        ("studio", f"{LONG}.yaml", "--no-browser"),
     ],
-    ids=lambda arguments: " ".join(Path(str(a)).name for a in arguments),
+    ids=lambda arguments: " ".join(Path(str(a)).name[:12] for a in arguments),
 )
 def test_bad_usage_is_exit_2_without_traceback(
     safenav: Command, arguments: tuple[object, ...]

@@ -96,7 +96,12 @@ def test_a_link_that_swells_beyond_bounds_is_refused(served: Served) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["../out.yaml", "/tmp/out.yaml", "sub/out.yaml", ".hidden.yaml", "out.py", "link.yaml"]
+    "name",
+    [
+        *("../out.yaml", "/tmp/out.yaml", "sub/out.yaml", ".hidden.yaml", "out.py", "link.yaml"),
+        f"{'n' * 5000}.yaml",
+    ],
+    ids=lambda name: name[:12],
 )
 def test_nothing_is_written_outside_the_folder(served: Served, home: Path, name: str) -> None:
     before = (home / "secret.yaml").read_text()
@@ -104,8 +109,10 @@ def test_nothing_is_written_outside_the_folder(served: Served, home: Path, name:
         (home / "lab" / "link.yaml").symlink_to(home / "secret.yaml")
 
     async def story(page: Page) -> None:
-        await page.say("save", name=name)
-        await page.hear(lambda m: m["is"] == "refused")
+        for kind, what in (("save", {}), ("open", {"kind": "file"})):
+            await page.say(kind, name=name, **what)
+            refused = await page.hear(lambda m: m["is"] == "refused")
+            assert len(name) < 50 or "too long" in refused["message"]
 
     visit(served.address, story)
     assert not (home / "out.yaml").exists()
