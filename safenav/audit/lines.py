@@ -15,7 +15,18 @@ Line = Any
 """``type`` is its type; a field that is absent is None, or what the page names as its default."""
 
 _NAMED = (
-    *("again", "beliefs", "bids", "due", "inputs", "knowledge", "memory", "nodes", "objectives"),
+    *(
+        "again",
+        "beliefs",
+        "bids",
+        "due",
+        "inputs",
+        "knowledge",
+        "memory",
+        "met",
+        "nodes",
+        "objectives",
+    ),
     *("others_targets", "refused", "results", "robots", "rounds", "unrealizable", "values"),
     *("within",),
 )

@@ -257,7 +257,7 @@ class Situation(State):
     def _begin(self, obstacle: str) -> None:
         """Let an obstacle be there with no need met."""
         self.status[obstacle] = Status.UNRESOLVED
-        self.open[obstacle] = self.obstacles[obstacle].opened()
+        self.open[obstacle] = self.opened(obstacle)
 
     def finish_turn(self, last: bool) -> None:
         """Note of the turn that is over whether it was the last of the trace."""

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable
 
 from safenav.audit.kinds import shape_of
 from safenav.audit.lines import Line, Objective, Obstacle
-from safenav.audit.members import Need
+from safenav.audit.members import Need, OpenObstacle
 from safenav.audit.progress import Progress, goals_before
 from safenav.audit.turn import StackEntry, Status, Turn, helpers_of, taken
 from safenav.audit.world import World
@@ -90,7 +90,15 @@ class State:
             name: Status.ABSENT if all(o.from_ is not None for o in listed) else Status.UNRESOLVED
             for name, listed in self.listed.items()
         }
-        self.open = {name: obstacle.opened() for name, obstacle in self.obstacles.items()}
+        met = {} if begun is None else begun.met or {}
+        self.met_before: dict[str, list[frozenset[str]]] = {
+            name: [frozenset(group) for group in groups] for name, groups in met.items()
+        }
+        """The groups that met needs of obstacles before, as long as these have not appeared."""
+        self.open = {
+            name: self.opened(name) if self.status[name] is Status.UNRESOLVED else obstacle.opened()
+            for name, obstacle in self.obstacles.items()
+        }
         """Each obstacle with its needs as far as they are not met; its last need stays."""
         self.introduced = {obstacle.name for obstacle in self.header.obstacles}
         """Obstacles that the scenario lists, or that a line has described."""
@@ -147,6 +155,13 @@ class State:
     def turn_of(self, robot: str) -> int:
         """Return the target with which a robot continues its objective."""
         return (self.done[robot].turn or 0) if robot in self.done else 0
+
+    def opened(self, obstacle: str) -> OpenObstacle:
+        """Return an obstacle that is there from now on, as far as it was resolved before."""
+        found = self.obstacles[obstacle].opened()
+        for group in self.met_before.pop(obstacle, ()):
+            found = found.advanced(group)
+        return found
 
     def has_heading(self, robot: str) -> bool:
         return self.header.robots[robot].mobility == "heading"

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from msgspec import Struct, field
 
 from safenav.fleet.fleet_file import Station
-from safenav.runtime.worlds.world import Work, Works
+from safenav.runtime.worlds.world import Work, Works, work_on
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
@@ -29,7 +29,7 @@ class FleetProgress:
         self._works: dict[str, Work] = {}
 
     def work(self, obstacle: Obstacle) -> Work:
-        return self._works.setdefault(obstacle.name, Work(obstacle))
+        return self._works.setdefault(obstacle.name, work_on(obstacle, self.scenario))
 
     def forget(self, obstacle: Obstacle) -> None:
         """The obstacle is resolved, or gone. Other work in its region, such as a second parcel, is

@@ -13,7 +13,7 @@ from copy import copy
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.runtime.worlds.world import NO_TAKERS, Takers, Work, Works, taking
+from safenav.runtime.worlds.world import NO_TAKERS, Takers, Work, Works, taking, work_on
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.objective import avoided
 from safenav.spec.task import Known
@@ -52,7 +52,7 @@ class Knowledge:
             if obstacle.appears is None and obstacle.name in closed:
                 self.join(obstacle, UNTRAVERSABLE)
             elif obstacle.appears is None and _takes_more(obstacle):
-                self._unmet.open[obstacle.name] = Work(obstacle)
+                self._unmet.open[obstacle.name] = work_on(obstacle, scenario)
 
     def copy(self) -> Knowledge:
         """The same knowledge, to be changed apart from this one."""
@@ -208,7 +208,7 @@ class Knowledge:
         """Note that an obstacle has appeared; no robot has encountered it."""
         self.forget(obstacle)
         if _takes_more(obstacle):
-            self._unmet.open[obstacle.name] = Work(obstacle)
+            self._unmet.open[obstacle.name] = work_on(obstacle, self._unmet.scenario)
 
     def knows(self, obstacle: Obstacle) -> bool:
         """Whether the team has met an obstacle, or has it in O."""

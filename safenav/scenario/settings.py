@@ -158,7 +158,8 @@ class Begun(Struct, frozen=True):
     kept from here is judged, and not refused. ``trace``: the sha256 of its trace, if it is a file;
     ``robots``: those that had begun; ``due``: the ticks left for the requests that were open;
     ``late``: the obstacles whose promise is broken; ``closed``: those that were found
-    untraversable; ``had``: the robots that have had their turn of tick 1 before."""
+    untraversable; ``had``: the robots that have had their turn of tick 1 before; ``met``: the
+    robots that met the first needs of obstacles, where the same robots must meet the next."""
 
     trace: str | None = None
     robots: Mapping[str, Done] = {}
@@ -166,6 +167,7 @@ class Begun(Struct, frozen=True):
     late: tuple[str, ...] = ()
     closed: tuple[str, ...] = ()
     had: tuple[str, ...] = ()
+    met: Mapping[str, tuple[tuple[str, ...], ...]] = {}
 
 
 class Limits(Struct, frozen=True):

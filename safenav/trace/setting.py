@@ -195,7 +195,8 @@ class BegunHeader(Struct, frozen=True):
     """The run that this one continues. ``trace``: the sha256 of its file; ``robots``: their
     progress, of those that had begun; ``due``: the ticks left for the requests that were open;
     ``late``: the obstacles whose deadline had passed; ``closed``: those that were found
-    untraversable; ``had``: the robots that have had their turn of tick 1 before."""
+    untraversable; ``had``: the robots that have had their turn of tick 1 before; ``met``: the
+    robots that met the first needs of obstacles, where the same robots must meet the next."""
 
     trace: Sha256 | None = None
     robots: Mapping[str, DoneHeader] = {}
@@ -203,6 +204,7 @@ class BegunHeader(Struct, frozen=True):
     late: tuple[str, ...] = ()
     closed: tuple[str, ...] = ()
     had: tuple[str, ...] = ()
+    met: Mapping[str, tuple[tuple[str, ...], ...]] = {}
 
 
 class LimitsHeader(Struct, frozen=True):

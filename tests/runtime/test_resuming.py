@@ -200,13 +200,57 @@ def test_what_turned_out_untraversable_stays(tmp_path: Path) -> None:
     }
 
 
-def test_the_same_robot_begins_a_load_anew(tmp_path: Path) -> None:
+TWO_CARRY = """
+safenav: 1
+map: {grid: [".......", "......."]}
+catalogue:
+  robots: {arm: {mobility: free, layer: ground, capabilities: [take, put]}}
+  obstacles:
+    beam:
+      needs:
+        - {action: take, at: [7, 1], robots: 2, together: true}
+        - {action: put, at: [13, 6], robots: 2, together: true, same: true}
+      blocks: []
+robots:
+  a: {model: arm, start: 2, objective: {visit: [4, 5]}}
+  b: {model: arm, start: 9, objective: {visit: [12, 11]}}
+  c: {model: arm, start: 10, objective: {hold: 10}}
+orders: [{at: 2, type: beam, region: 13}]
+until: {rounds: 1}
+"""
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+@pytest.mark.parametrize("text", [ORDERS, TWO_CARRY], ids=["one", "two"])
+def test_a_load_is_taken_once(text: str, clock: str) -> None:
+    """Robots that carry it when the run is cut off put it down."""
+    scenario = load_scenario_text(f"{text}\nclock: {clock}\n")
+    lines = play(scenario).text.splitlines(keepends=True)
+    told = [json.loads(line) for line in lines]
+    met = [n for n, line in enumerate(told) if line["type"] == "met"]
+    for end in range(met[0] + 1, met[-1], max(1, (met[-1] - met[0]) // 5)):
+        rest = continued(lines, end, scenario)
+        taken = [
+            (one["obstacle"], one["need"])
+            for one in (*told[:end], *rest.all("met"))
+            if one["type"] == "met"
+        ]
+        assert sorted(taken) == sorted({*taken}), end
+        assert rest.outcome["outcome"] == "completed", end
+        again = play(resumed(read_lines(rest.text.splitlines()[:12])))  # and once more
+        assert again.outcome["outcome"] == "completed", end
+
+
+def test_the_same_robot_keeps_a_load(tmp_path: Path) -> None:
     cut, _ = cut_after("met", ORDERS, tmp_path)
     left = resumed(read_trace(cut)).obstacles
     assert [(o.name, len(o.needs), o.ordered) for o in left] == [
         ("load@13", 2, True),
         ("load@13#2", 2, True),
     ]
+    begun = resumed(read_trace(cut)).begun
+    assert begun is not None
+    assert begun.met == {"load@13#2": (("a",),)}
 
 
 def test_a_robot_keeps_its_charge(tmp_path: Path) -> None:

@@ -95,7 +95,6 @@ class ReplayBuilder:
         self.statuses: dict[str, list[tuple[int, ObstacleStatus]]] = {n: [] for n in self.hidden}
         self.objectives = {n: [(-1, objective_of(r.objective))] for n, r in robots.items()}
         self.progress: dict[str, list[tuple[int, RobotProgress]]] = {name: [] for name in robots}
-        self._begin(header.begun)
         self.charges = TracedCharges(trace.header)
         self.percent: dict[str, list[tuple[int, int]]] = {name: [] for name in self.charges.charge}
         """The level of each robot with a battery, as [from tick, level]."""
@@ -112,6 +111,7 @@ class ReplayBuilder:
         self.plans: list[tuple[int, Mapping[str, tuple[Region, ...]]]] = []
         self.deadlines: list[Slack] = []
         self.loads: dict[str, list[tuple[int, tuple[str, ...]]]] = {}
+        self._begin(header.begun)
         self.violation: records.Violation | None = None
         self.ending: records.End | None = None
 
@@ -122,6 +122,9 @@ class ReplayBuilder:
         for name in begun.closed:
             if name in self.statuses:
                 self.statuses[name].append((-1, ObstacleStatus.BLOCKED))
+        for name, groups in begun.met.items():
+            if name in self.hidden and self.hidden[name].carried[len(groups) - 1]:
+                self.loads[name] = [(-1, groups[-1])]
         for name, done in begun.robots.items():
             told = objective_of(self.header.robots[name].objective)
             settles = isinstance(told, TargetObjective) and told.settles

@@ -3,14 +3,14 @@
 Robots begin where the trace leaves them (one that was under way: where it set out), with what they
 have done of their objectives (``trace_end``). Obstacles that were resolved or disappeared are left
 out, as are the met needs of others; robots out of service stay so. The team encounters again what
-it had met, and what turned out untraversable still is. Needs that the same robots were to meet
-start over: the rest does not know who those were. The memory of formulas also starts over. A robot
-begins with the charge that it has; one whose battery is empty asks for help again.
+it had met, and what turned out untraversable still is. Robots carry the loads that they had taken.
+The memory of formulas starts over. A robot begins with the charge that it has; one whose battery is
+empty asks for help again.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from math import ceil, floor
 from typing import Any
 
@@ -71,14 +71,20 @@ def resumed(trace: Trace, scenario: Scenario | None = None) -> Scenario:
     if by is not None:  # one that has passed is due at the beginning, so that the rest is also late
         by = None if ended_late(trace) else max(0, floor(by - state.begins))
     timed = base.deadlines and clock is settings.Clock.LOCKSTEP
+    listed = _listed(base.obstacles, trace)
+    obstacles = [*_obstacles(listed, trace, state, {*charges.flat})]
+    left = {obstacle.name for obstacle in obstacles}
+    met = _met(listed, state)
     return replace(
         base,
         robots=tuple(_robot(robot, state, charges) for robot in base.robots),
-        obstacles=tuple(_obstacles(base.obstacles, trace, state, {*charges.flat})),
+        obstacles=tuple(obstacles),
         until=replace(base.until, by=by),
         changes=tuple(_changes(base, state)),
         inputs=tuple(_input(each, state, clock, base.limits) for each in base.inputs),
-        begun=state.begun(trace, timed=timed),
+        begun=replace(
+            state.begun(trace, timed=timed), met={n: g for n, g in met.items() if n in left}
+        ),
     )
 
 
@@ -94,14 +100,18 @@ def _robot(robot: Robot, state: TraceEnd, charges: TracedCharges) -> Robot:
     return replace(robot, model=model, start=start, objective=objective, within=within)
 
 
+def _listed(obstacles: Collection[Obstacle], trace: Trace) -> tuple[Obstacle, ...]:
+    """The obstacles of a run: those of its scenario, and those that were discovered."""
+    found = {r.obstacle.name for r in trace.records if isinstance(r, records.Discovered)}
+    later = sorted(found - {obstacle.name for obstacle in obstacles})
+    return (*obstacles, *(_made_obstacle(trace.obstacles[name]) for name in later))
+
+
 def _obstacles(
     listed: Iterable[Obstacle], trace: Trace, state: TraceEnd, flat: set[str]
 ) -> Iterable[Obstacle]:
-    found = {r.obstacle.name for r in trace.records if isinstance(r, records.Discovered)}
-    known = {o.name for o in listed}
-    later = [_made_obstacle(trace.obstacles[name]) for name in sorted(found - known)]
     truths = {(o.name, o.from_): o.traversable for o in trace.header.scenario.obstacles}
-    for obstacle in (*listed, *later):
+    for obstacle in listed:
         to_come = obstacle.appears is not None and (
             obstacle.appears > state.time or obstacle.name not in state.appeared
         )
@@ -110,7 +120,9 @@ def _obstacles(
         if obstacle.goes is not None and obstacle.goes <= state.time:
             continue
         truth = truths.get((obstacle.name, obstacle.appears), obstacle.traversable)
-        met = 0 if to_come else state.met.get(obstacle.name, 0)
+        met = 0 if to_come else len(state.met.get(obstacle.name, ()))
+        if met == len(obstacle.needs) and truth is None:
+            continue  # the trace has lost its resolution
         yield replace(
             obstacle,
             type=_left(obstacle.type, met),
@@ -122,10 +134,26 @@ def _obstacles(
 
 
 def _left(kind: ObstacleType, met: int) -> ObstacleType:
-    """A type without the needs that were met."""
-    while 0 < met < len(kind.needs) and kind.needs[met].same:
+    """A type without the needs that were met, but those of the robots that must meet the next."""
+    first = _first_left(kind.needs, met)
+    return replace(kind, listed=kind.needs[first:]) if 0 < first < len(kind.needs) else kind
+
+
+def _first_left(needs: Sequence[Need], met: int) -> int:
+    while 0 < met < len(needs) and needs[met].same:
         met -= 1
-    return replace(kind, listed=kind.needs[met:]) if 0 < met < len(kind.needs) else kind
+    return met
+
+
+def _met(listed: Iterable[Obstacle], state: TraceEnd) -> dict[str, tuple[tuple[str, ...], ...]]:
+    """The robots that met the needs of obstacles whose next need the same robots must meet."""
+    found = {}
+    for obstacle in listed:
+        groups = state.met.get(obstacle.name, [])
+        first = _first_left(obstacle.needs, len(groups))
+        if first < len(groups) < len(obstacle.needs):
+            found[obstacle.name] = tuple(groups[first:])
+    return found
 
 
 def _later(time: int | None, state: TraceEnd) -> int | None:

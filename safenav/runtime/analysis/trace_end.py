@@ -85,7 +85,7 @@ class TraceEnd(Struct):
     gone: set[str] = field(default_factory=set)
     appeared: set[str] = field(default_factory=set)
     truths: dict[str, bool | None] = field(default_factory=dict)
-    met: dict[str, int] = field(default_factory=dict)
+    met: dict[str, list[tuple[str, ...]]] = field(default_factory=dict)
     chosen: dict[str, bool] = field(default_factory=dict)
     due: dict[str, int] = field(default_factory=dict)
     late: set[str] = field(default_factory=set)
@@ -93,6 +93,7 @@ class TraceEnd(Struct):
     moved: tuple[str, int] | None = None
     had: set[str] = field(default_factory=set)
     live: bool = False
+    continues: bool = False
     time: float = 0.0
 
     @property
@@ -120,8 +121,10 @@ class TraceEnd(Struct):
             {name: robot.objective for name, robot in robots.items()},
         )
         if header.begun is not None:
+            end.continues = True
             end.due, end.late = dict(header.begun.due), {*header.begun.late}
             end.closed = {*header.begun.closed}
+            end.met = {name: [*groups] for name, groups in header.begun.met.items()}
         for record in trace.records:
             end.take(record)
         end.look()
@@ -179,12 +182,14 @@ class TraceEnd(Struct):
             case records.KnownObstacle():
                 self._over(record.obstacle)
             case records.Appeared():
+                if record.tick > 1 or not self.continues:  # else it has appeared before
+                    self.met.pop(record.obstacle, None)
                 self.gone.discard(record.obstacle)
                 self.closed.discard(record.obstacle)
                 self.appeared.add(record.obstacle)
-                self.met.pop(record.obstacle, None)
             case records.Met():
-                self.met[record.obstacle] = record.need + 1
+                groups = self.met.setdefault(record.obstacle, [])
+                groups.append(record.robots or (record.robot,))
             case records.Service():
                 if record.active:
                     self.own[record.robot].restart(record.tick)

@@ -100,6 +100,8 @@ class Deadlines(Struct):
             robot = self.team.robots[record.robot]
             if robot.progress is robot.own:
                 self._turn.append(record)
+        elif isinstance(record, records.NewObjective):
+            self._rounds[record.robot] = Round(self.team.tick)  # before its next turn
         elif isinstance(record, records.Acts) and record.spent:
             said = Wording(self.team.scenario.map.word).sentence(record)
             self.reasons.append(f"tick {record.tick}: {said}")
@@ -224,8 +226,6 @@ class Deadlines(Struct):
             case records.Gone() | records.KnownObstacle():
                 self._refuted.add(record.obstacle)
                 self._ended(record.obstacle, DeadlineVerdict.EXCUSED)
-            case records.NewObjective():
-                self._rounds[record.robot] = Round(tick)
             case records.Service(active=True):
                 _restart(self._rounds[record.robot], tick)
             case records.Goal():

@@ -208,6 +208,15 @@ class Works(Struct):
         return True
 
 
+def work_on(obstacle: Obstacle, scenario: Scenario) -> Work:
+    """Return the work on an obstacle, as far as the run has it done that this one continues. An
+    order that was given in it comes again in tick 1."""
+    before = obstacle.appears is None or (obstacle.ordered and obstacle.appears == 1)
+    begun = scenario.begun if before else None
+    groups = () if begun is None else begun.met.get(obstacle.name, ())
+    return Work(obstacle, len(groups), groups=groups)
+
+
 def taking(works: Iterable[Work]) -> list[Work]:
     """The loads that are to be taken next, in the order in which a robot takes them: by type,
     region and number."""
@@ -228,7 +237,7 @@ class SimulatedWorld:
         closed = () if scenario.begun is None else scenario.begun.closed
         for obstacle in scenario.obstacles:
             if obstacle.appears is None and obstacle.name not in closed:
-                self.works.open[obstacle.name] = Work(obstacle)
+                self.works.open[obstacle.name] = work_on(obstacle, scenario)
         self._drawn = draw_truths(scenario)
         self.truths: dict[str, bool | None] = {}
         for obstacle, truth in self._drawn.items():
@@ -330,7 +339,7 @@ class SimulatedWorld:
                 self._coming.remove(obstacle)
             elif self._fits(obstacle, occupied):
                 self._coming.remove(obstacle)
-                self.works.open[obstacle.name] = Work(obstacle)
+                self.works.open[obstacle.name] = work_on(obstacle, self._scenario)
                 before = self.truths[obstacle.name]
                 truth = self._drawn.get(obstacle, before)
                 self.truths[obstacle.name] = truth

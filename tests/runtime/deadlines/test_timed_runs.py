@@ -239,3 +239,22 @@ def test_an_act_on_what_is_not_open_is_found(again: str) -> None:
     assert [act["obstacle"] for act in line["acts"]] == ["door@47"]
     line["acts"].append({**line["acts"][0], "obstacle": again})
     assert f"need 0 of {again} is not the next one" in run.findings
+
+
+BUSY = """
+safenav: 1
+map: {grid: [".........."]}
+catalogue:
+  robots: {arm: {mobility: free, layer: ground, capabilities: [take]}}
+  obstacles: {crate: {action: take, blocks: []}}
+robots: {r: {model: arm, start: 0, objective: {visit: [0, 1]}}}
+orders: [{at: 1, type: crate, region: 3}]
+changes: [{at: 3, robot: r, objective: {visit: [0, 9], within: 4}}]
+until: {rounds: 1}
+"""
+
+
+def test_a_round_is_excused_that_begins_while_the_robot_helps() -> None:
+    """Although its help ends in that tick."""
+    told = play(BUSY).all("deadline", due=7)
+    assert [(line["of"], line["verdict"]) for line in told] == [("r", "excused")]
