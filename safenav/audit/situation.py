@@ -282,9 +282,12 @@ class Situation(State):
 
     def _asks_for(self, robot: str) -> None:
         """Note that a robot whose charge is used up asks for the obstacle that appeared there."""
-        for flat in self.turn.all("appeared")[-1:]:
-            self.discovered.add(flat.obstacle)
-            self.requests[flat.obstacle] = {robot: self.region[robot]}
+        here = self.region[robot]
+        for record in self.turn.all("appeared")[-1:]:
+            flat = self.obstacles[record.obstacle]
+            if (flat.type, flat.region) == (self.header.flat, here):
+                self.discovered.add(flat.name)
+                self.requests[flat.name] = {robot: here}
 
     def _wait_here(self, robot: str) -> None:
         """Note that a robot that encounters an obstacle waits where it has backed up to."""

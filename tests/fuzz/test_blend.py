@@ -68,6 +68,8 @@ BOTH = {
     "an obstacle is said to stay before it is requested": 56470,
     "an obstacle that was given up is said to stay": 56496,
     "one is back before a request is set aside": 60790,
+    "a need is met before the obstacle is known": 90059,
+    "an order comes in the moment in which a robot's charge is used up": 90085,
 }
 LOCKSTEP = {
     "back in service, as it was": 7452,

@@ -70,13 +70,17 @@ def resolution(record: Line, now: Situation) -> Iterator[Said]:
     """An obstacle is resolved once, when its last need is met: by as many distinct robots as it
     takes, which have its action and stand, simultaneously if required, where it is performed. It
     reveals the truth of the header, if the world is simulated. The line states correctly whether a
-    request was open (D 3, 5.1 and 5.2, T)."""
+    request was open (D 3, 5.1 and 5.2, T). Nobody tells in another world which needs of an obstacle
+    were met before it was discovered."""
     robot, name, at = record.robot, record.obstacle, now.show(record.at)
     obstacle, need = now.obstacles[name], now.need(name)
-    if robot not in now.capable(name):
+    untold = now.external and name not in now.discovered
+    if untold:
+        need = obstacle.all_needs[-1]
+    if robot not in need.able:
         yield f"{robot} cannot {need.action}, which {name} needs"
     left = len(obstacle.all_needs) - 1 - now.open[name].stage
-    if left > 0:
+    if left > 0 and not untold:
         yield f"{name} has {left} more open needs"
     if record.at != now.region[robot]:
         yield f"{robot} resolves {name} from {at}, but is at {now.show(now.region[robot])}"
@@ -89,7 +93,8 @@ def resolution(record: Line, now: Situation) -> Iterator[Said]:
     if again or now.status[name] is Status.UNTRAVERSABLE:
         yield f"{name} was resolved before"
         return
-    yield from _group_problems(record, now)
+    if not untold:
+        yield from _group_problems(record, now)
     if record.traversable is not now.truth[name] and not now.external:
         found, truth = _truth(record.traversable), _truth(now.truth[name])
         yield f"{name} is {truth}, but {robot} finds it {found}"
