@@ -503,3 +503,30 @@ def test_a_header_that_tells_otherwise_breaks_a_rule(
     run = continued(play(scenario).text.splitlines(keepends=True), end, scenario)
     run.records[0]["scenario"]["begun"]["robots"][robot] |= other
     assert rule in run.broken
+
+
+TWICE = """
+safenav: 1
+map: {grid: ["..........", "##########"]}
+robots:
+  r: {model: digit, start: 0, heading: east, objective: {once: [3, 9]}, when: {alarm: {hold: 9}}}
+  q: {model: quadcopter, start: 9, objective: {hold: 9}}
+obstacles: [{type: door, region: 2}, {type: door, region: 6}]
+inputs: {alarm: {at: ["30"]}}
+changes: [{at: 14, robot: q, objective: {hold: 8}}]
+until: {rounds: 1, by: 22}
+"""
+
+
+def test_the_rest_of_a_rest_begins_where_that_ends() -> None:
+    """Also with the scenario of the whole run, whose doors are open and whose times are past."""
+    scenario = load_scenario_text(TWICE)
+    lines = play(scenario).text.splitlines(keepends=True)
+    ticks = [json.loads(line).get("tick", 0) for line in lines]
+    first = play(resumed(read_lines(lines[: ticks.index(5)]), scenario)).text.splitlines()
+    later = [json.loads(line).get("tick", 0) for line in first]
+    rest = resumed(read_lines(first[: later.index(2)]), scenario)
+    assert [obstacle.name for obstacle in rest.obstacles] == ["door@6"]
+    assert (rest.until.by, [change.at for change in rest.changes]) == (17, [9])
+    assert rest.inputs[0].spans == ((25, 25),)
+    assert play(rest).outcome["outcome"] == "completed"

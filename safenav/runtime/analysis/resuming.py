@@ -64,6 +64,8 @@ def resumed(trace: Trace, scenario: Scenario | None = None) -> Scenario:
     robots = header.robots
     if {robot.name for robot in base.robots} != {*robots}:
         raise UsageError("the scenario is another one: it has other robots than the trace")
+    if scenario is not None and header.begun is not None:
+        base = _since_then(base, header)
     state, charges = TraceEnd.of(trace), TracedCharges(trace.header)
     for record in trace.records:
         charges.take(record)
@@ -84,6 +86,30 @@ def resumed(trace: Trace, scenario: Scenario | None = None) -> Scenario:
         inputs=tuple(_input(each, state, clock, base.limits) for each in base.inputs),
         begun=replace(
             state.begun(trace, timed=timed), met={n: g for n, g in met.items() if n in left}
+        ),
+    )
+
+
+def _since_then(base: Scenario, header: setting.ScenarioHeader) -> Scenario:
+    """A scenario with what its run had left where the one with this header continued it."""
+    changes = tuple(
+        settings.RobotChange(
+            change.at,
+            change.robot,
+            None if change.objective is None else objective_of(change.objective),
+            change.active,
+            change.within,
+        )
+        for change in header.changes or ()
+    )
+    return replace(
+        base,
+        obstacles=tuple(map(_made_obstacle, header.obstacles)),
+        until=replace(base.until, by=None if header.promises is None else header.promises.by),
+        changes=changes,
+        inputs=tuple(
+            settings.Input(each.name, each.spans, each.probability, each.again)
+            for each in header.inputs or ()
         ),
     )
 
