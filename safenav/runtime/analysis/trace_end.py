@@ -109,7 +109,9 @@ class TraceEnd(Struct):
             return False
         own, region = self.own[self.moved[0]], self.moved[1]
         known = own.pursuit
-        return not isinstance(known, Ltl) and bool({*known.met(own.turn, region)} - own.seen)
+        if isinstance(known, Ltl) or (known.stays(own.turn, region) and own.rounds):
+            return False  # its next ticks have no lines
+        return bool({*known.met(own.turn, region)} - own.seen)
 
     @classmethod
     def of(cls, trace: Trace) -> TraceEnd:
