@@ -71,7 +71,9 @@ def driven_motion(
         if step:
             steps.append(step)
         if action:
-            lines += _actions(*action, actions.get(action[1].command, ()))
+            follower = followers.get(action[0].robot) if len(action[0].robots) == 1 else None
+            acts = [(t0 - begun, t1 - begun) for t0, t1 in follower.acts] if follower else []
+            lines += _actions(*action, actions.get(action[1].command, ()), acts)
     steps += [(depart, None) for depart in ledger.departs.values()]
     over = max((record.t or 0.0 for record in trace.records), default=0.0)
     for name, body in movers.items():
@@ -151,12 +153,21 @@ class _Turns:
         return found
 
 
-def _actions(act: records.Act, acted: records.ActionEnd, deeds: Sequence[Deed]) -> Iterator[Line]:
-    """The lines of the robots of an action, one after the other."""
+def _actions(
+    act: records.Act,
+    acted: records.ActionEnd,
+    deeds: Sequence[Deed],
+    acts: Sequence[tuple[float, float]],
+) -> Iterator[Line]:
+    """The lines of the robots of an action, one after the other. ``acts``: when a follower that
+    acts alone acted: it moves before and after that."""
     begin, end = act.t or 0.0, acted.t or 0.0
     span = (end - begin) / max(1, len(deeds))
+    own = [times for times in acts if begin <= times[0] + ROUNDING and times[1] <= end + ROUNDING]
     for number, deed in enumerate(deeds):
         times = (begin + number * span, begin + (number + 1) * span)
+        if len(own) == len(deeds):
+            times = own[number]
         for robot in act.robots:
             if robot in deed.robots:
                 what = (deed.action, deed.obstacle, deed.region)

@@ -60,19 +60,22 @@ class Doing(Enum):
 
 
 class FollowerOrder(Struct):
-    """The goal or the action of this number; ``result``: of an action that is over."""
+    """The goal or the action of this number; ``begun``: when an action began, ``result``: of one
+    that is over."""
 
     doing: Doing
     number: int
     action: str = ""
     obstacle: str = ""
+    begun: float = 0.0
     result: Performed | None = None
 
 
 class Follower(Struct):
     """A robot that follows references. ``plan``: all pieces that were sent and not cut off, on the
     clock of the world and in the frame of the map, without gaps from the first one on; ``resets``:
-    where the plan jumps to what was measured, or ends there (``gone``): nothing more was sent."""
+    where the plan jumps to what was measured, or ends there (``gone``): nothing more was sent;
+    ``acts``: when its actions began and ended, without the ways to them and from them."""
 
     name: str
     mover: Mover
@@ -83,6 +86,7 @@ class Follower(Struct):
     order: FollowerOrder | None = None
     gone: bool = False
     place: Located | None = None
+    acts: list[tuple[float, float]] = field(default_factory=list)
 
     @property
     def walks(self) -> bool:
@@ -310,7 +314,7 @@ class Following:
         order, name = follower.order, follower.name
         assert order is not None
         if order.doing is Doing.FACING:
-            order.doing = Doing.ACTING
+            order.doing, order.begun = Doing.ACTING, self._clock()
             self._inner.perform(name, order.action, order.obstacle, order.number)
             return
         follower.order = None
@@ -325,6 +329,7 @@ class Following:
         if order is None or order.doing is not Doing.ACTING or order.number != message.number:
             self._post(message)
             return
+        follower.acts.append((order.begun, self._clock()))
         self._rest(follower)
         pieces = follower.mover.resume(0)
         order.doing, order.result = Doing.RESUMING, message

@@ -186,12 +186,12 @@ class Physics(Dynamics):
         return beside
 
     def _busy(self, region: Region) -> bool:
-        """Whether a robot is in a region, or on its way there."""
+        """Whether a robot reaches into a region, or is on its way there."""
         for body in self._bodies.values():
             ways = [self._at(body)[:2], *((x, y) for x, y, _ in body.way)]
             if body.reference is not None:
                 ways.append((float(body.reference.rows[-1, 0]), float(body.reference.rows[-1, 1])))
-            if any(self._places.region(x, y) == region for x, y in ways):
+            if any(self._places.outside(region, x, y) <= body.radius for x, y in ways):
                 return True
         return False
 

@@ -6,7 +6,7 @@ bring it back: stamps of one robot are compared with each other only.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from enum import Enum, auto
 from math import cos, inf, isfinite, pi, sin
 
@@ -77,6 +77,10 @@ class Sensing:
 
     def at(self, region: Region) -> Obstacle | None:
         return self._seen.get(region)
+
+    def seen(self) -> Iterable[Obstacle]:
+        """The obstacles that are known to stand somewhere."""
+        return self._seen.values()
 
     def forget(self, region: Region, stamps: Mapping[str, float], now: float) -> None:
         """An obstacle is resolved. ``stamps``: of each robot's newest odometry."""

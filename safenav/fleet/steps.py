@@ -65,7 +65,8 @@ class FleetTask(Struct):
     back to where it set out; ``there``: odometry has confirmed that it is where it was sent,
     ``since`` when;
     ``over``: the end of an action, to be told when odometry has the robot back in its region;
-    ``known``: the obstacle that the team knows where the robot goes."""
+    ``known``: the obstacle that the team knows where the robot goes; ``asked``: those on which it
+    is to act; it may find others there."""
 
     command: int
     start: Pose
@@ -81,6 +82,7 @@ class FleetTask(Struct):
     since: float = -inf
     over: Acted | None = None
     known: Obstacle | None = None
+    asked: tuple[Obstacle, ...] = ()
 
 
 class TrailPoint(Struct, frozen=True):
@@ -103,7 +105,8 @@ class DrivenRobot(Struct):
     ``looked``: the stamp of its newest reading; ``arrived``: the stamp of its odometry at its
     newest arrival, since when it stands still; ``view``: its reading of the regions beside it since
     then, ``viewed`` when that was heard; ``trail``: its last seconds, the oldest first;
-    ``unread``: scans that are younger than its odometry; ``lost``: the regions in one of which it
+    ``unread``: scans that are younger than its odometry, ``newest`` the stamp of its newest scan,
+    ``deaf`` until when its scans are not read; ``lost``: the regions in one of which it
     is, until it is put somewhere."""
 
     robot: Robot
@@ -117,6 +120,8 @@ class DrivenRobot(Struct):
     viewed: float = -inf
     trail: deque[TrailPoint] = field(default_factory=deque)
     unread: deque[HeardScan] = field(default_factory=lambda: deque(maxlen=UNREAD))
+    newest: float = -inf
+    deaf: float = -inf
     lost: frozenset[Region] = frozenset()
     task: FleetTask | None = None
 

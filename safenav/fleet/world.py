@@ -165,15 +165,29 @@ class FleetWorld(FleetSteps):
 
     def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> WorldEvent | None:
         body = self._bodies[robot.name]
-        team_action = TeamAction(robot, tuple(obstacles), self._progress)
-        task = FleetTask(command, body.pose, body.pose, 0, Phase.ACTING, team_action=team_action)
-        body.task, body.view = task, {}
-        self._sensing.acted_on |= {obstacle.region for obstacle in obstacles}
-        if not obstacles:
-            body.task = None
+        every = (*obstacles, *self._passed(robot, obstacles))
+        if not every:
             return Acted(self.now(), robot.name, (), command=command)
+        team_action = TeamAction(robot, every, self._progress)
+        task = FleetTask(command, body.pose, body.pose, 0, Phase.ACTING, team_action=team_action)
+        task.asked = tuple(obstacles)
+        body.task, body.view = task, {}
+        self._sensing.acted_on |= {obstacle.region for obstacle in every}
         self._act_on_next(body, task, team_action)
         return None
+
+    def _passed(self, robot: Robot, known: Sequence[Obstacle]) -> list[Obstacle]:
+        """The obstacles that the team does not know and that a robot resolves alone, by one action
+        where it stands: a door that it has found itself and entered."""
+        idle, world = self._idle(None), self._scenario.map
+        return [
+            one
+            for one in self._sensing.seen()
+            if one not in known
+            and len(one.needs) == 1
+            and not one.swept(world)
+            and self._progress.group(one, robot, idle) == (robot.name,)
+        ]
 
     def placed(self, robot: Robot, pose: Pose) -> None:
         """An operator has put a robot somewhere; ``start`` compares that with its odometry."""
@@ -294,7 +308,8 @@ class FleetWorld(FleetSteps):
         if newest is not None and place.stamp < newest.stamp:
             if newest.stamp - place.stamp < SET_BACK:
                 return
-            body.looked, body.arrived = -inf, place.stamp
+            body.looked, body.newest, body.arrived = -inf, -inf, place.stamp
+            body.deaf = heard + STALE  # scans on their way may be from before that
             body.unread.clear()
             self._sensing.clock_was_set(body.robot.name, place.stamp)
         body.place, body.heard = place, heard
@@ -363,7 +378,11 @@ class FleetWorld(FleetSteps):
         stations = {name: other.station for name, other in self._bodies.items()}
         services = team_action.next(self._idle(task), stations)
         if not services:
-            found = team_action.found
+            found = [
+                (one, result)
+                for one, result in team_action.found
+                if one in task.asked or result is not ActResult.FAILED
+            ]
             failed = any(result is ActResult.FAILED for _, result in found)
             why = "; ".join(team_action.reasons) if failed else ""
             ended = Acted(self.now(), body.robot.name, found, why, command=task.command)
@@ -391,7 +410,7 @@ class FleetWorld(FleetSteps):
             body.arrived = body.place.stamp
         self._end(body, body.pose, replace(event, at=self.now()))
 
-    def _idle(self, task: FleetTask) -> dict[str, Region]:
+    def _idle(self, task: FleetTask | None) -> dict[str, Region]:
         """Regions of robots that can take part in an action: those without another command."""
         bodies = self._bodies.values()
         return {b.robot.name: b.pose.region for b in bodies if b.task in (None, task)}
@@ -427,9 +446,11 @@ class FleetWorld(FleetSteps):
 
     def _scanned(self, body: DrivenRobot, scan: transport.Scanned, heard: float) -> None:
         """Keep a scan until odometry tells where it was taken: either may be late."""
-        if body.station.scan is not None:
-            body.unread.append(HeardScan(heard, scan))
-            self._read(body, heard)
+        if body.station.scan is None or heard < body.deaf or scan.stamp <= body.newest:
+            return  # also from a clock that was set, until odometry is
+        body.newest = scan.stamp
+        body.unread.append(HeardScan(heard, scan))
+        self._read(body, heard)
 
     def _read(self, body: DrivenRobot, now: float) -> None:
         """Read the scans of which odometry has told by now where they were taken."""

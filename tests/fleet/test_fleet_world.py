@@ -426,13 +426,17 @@ def test_a_robot_whose_clock_is_set_is_heard(jump: float) -> None:
     robots.script = [("succeeded", 2.5)]
     world.start(scenario.robots[0], EAST, 1)
     old = robots.stamp + 0.5
-    robots.post(Scanned("digit", old, 0.0, math.pi / 2, rays(0.6, 1)))
+    robots.post(Scanned("digit", old, 0.0, math.pi / 2, rays(9.0, 1)))
     robots.stamp += jump
     assert world.wait(0.02) == []
     robots.locate("digit")
+    scanned(robots, "digit", 9.0)  # may still be from before that
+    events = [told(event) for event in world.wait(5.0)]
+    robots.now += 2.5
+    robots.locate("digit")
     scanned(robots, "digit", 0.6)
-    events = world.wait(5.0)
-    assert [told(event)[0] for event in events] == ["Sensed", "Arrived"]
+    events += [told(event) for event in world.wait(0.02)]
+    assert sorted(event[0] for event in events) == ["Arrived", "Sensed"]
     assert world.sense(scenario.robots[0], 10) is not None
 
 
@@ -629,6 +633,23 @@ def test_an_action_is_always_answered(result: ActResult) -> None:
     assert event.reason == ("so it is" if result is ActResult.FAILED else "")
     assert told(event) == ("Acted", [(door, result)]) and event.command == 9
     assert (world.sense(scenario.robots[0], 9) is None) == (result is not ActResult.FAILED)
+
+
+@pytest.mark.parametrize("result", [ActResult.DONE, ActResult.FAILED], ids=str)
+def test_a_robot_acts_on_what_only_the_fleet_knows(result: ActResult) -> None:
+    """It entered the door that it had found: the team has not heard of that."""
+    world, robots, scenario = started()
+    door = seen(world, robots, scenario)
+    robots.x["digit"] = 2.5
+    robots.locate("digit")
+    world.placed(scenario.robots[0], EAST)
+    robots.results = [(result, "so it is")]
+    assert world.act(scenario.robots[0], [], 9) is None
+    (event,) = world.wait(5.0)
+    done = result is ActResult.DONE
+    assert told(event) == ("Acted", [(door, result)] * done) and robots.results == []
+    world.act(scenario.robots[1], [], 10)  # it cannot push there
+    assert (world.sense(scenario.robots[0], 9) is None) == done
 
 
 def test_a_reading_from_before_a_resolution_is_of_the_past() -> None:

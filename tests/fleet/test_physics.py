@@ -204,7 +204,13 @@ def test_obstacles_come_and_go_at_their_times() -> None:
     assert ended(physics, "left", "end") == "succeeded" and physics.now > 4.0
     physics.step(1.0)
     assert ahead(physics) > 1.0  # the other robot
-    physics.send("left", *physics._places.centre(9), None)
+    x, y = physics._places.centre(9)
+    physics.send("left", x + 0.95, y, None)  # it still reaches into region 10
+    assert ended(physics, "left", "end") == "succeeded"
+    assert physics.log()["regions"]["left"] == 9
+    physics.step(0.5)
+    assert not [*physics._obstacles]
+    physics.send("left", x, y, None)
     assert ended(physics, "left", "end") == "succeeded"
     assert ahead(physics) < 1.5
 

@@ -1,4 +1,4 @@
-"""A drive whose crate two robots lift together, in the simulation."""
+"""Drives in the simulation of robots that resolve what they find: together, or alone."""
 
 import pytest
 
@@ -36,3 +36,35 @@ def test_two_robots_lift_a_crate_that_one_of_them_found(goals: tuple[str, ...]) 
     assert not [line for line in drive.motion.lines if isinstance(line, Reset)]
     assert len({(line.t0, line.t1) for line in lifts}) == 1
     assert check_trace(drive.lines).findings == () and drive.judged() == []
+
+
+CORRIDOR = """\
+safenav: 1
+name: corridor
+map: {resolution: 2.0, grid: ["########", "#......#", "########"]}
+robots: {one: {model: spot, start: [1, 1], objective: {visit: [[1, 6]]}}}
+until: {rounds: 1}
+"""
+CLOSED = """\
+safenav-fleet: 1
+transport: simulation
+simulation: {pace: 1000, obstacles: [{type: door, region: [1, 4]}]}
+defaults: {speed: 1.0, scan: {obstacle: door}, act: {push: push}, follow: {}}
+"""
+
+
+@pytest.mark.parametrize("goals", [(), ("one",)], ids=["reference", "goals"])
+def test_a_robot_opens_the_door_that_it_found_alone(goals: tuple[str, ...]) -> None:
+    """It enters without a request, since it can open it, and then has to."""
+    drive = driven(CORRIDOR, CLOSED, goals)
+    outcome = drive.trace.outcome
+    assert outcome is not None and outcome.outcome == "completed"
+    (push,) = [line for line in drive.motion.lines if isinstance(line, Action)]
+    assert (push.action, push.obstacle) == ("push", "door@12")
+    assert check_trace(drive.lines).findings == () and drive.judged() == []
+
+
+def test_the_motion_of_a_drive_that_is_over_at_once_is_clean() -> None:
+    drive = driven(CORRIDOR.replace("[[1, 6]]", "[[1, 1]]"), CLOSED)
+    assert drive.trace.outcome is not None and drive.trace.outcome.outcome == "completed"
+    assert drive.judged() == []
