@@ -21,6 +21,7 @@ from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Scenario
 
 GATE = """
+safenav: 1
 name: nobody can push this gate
 map:
   grid: |
@@ -254,7 +255,7 @@ def test_a_broken_trace_is_found(
 
 def test_a_file_gives_the_interventions(tmp_path: Path) -> None:
     scenario, fixes, bundle = (tmp_path / name for name in ("gate.yaml", "fixes.txt", "bundle"))
-    scenario.write_text(whole(GATE))
+    scenario.write_text(GATE)
     fixes.write_text("# the caretaker opens it\nresolved gate@27\n")
     run = ("run", scenario, "--operator", fixes, "--trace", tmp_path / "t.jsonl")
     assert warm.safenav(*run).returncode == 0
@@ -288,7 +289,7 @@ def test_a_file_that_names_what_is_not_there_ends_the_run(tmp_path: Path) -> Non
 
 def test_the_terminal_tells_what_would_help(tmp_path: Path) -> None:
     scenario = tmp_path / "gate.yaml"
-    scenario.write_text(whole(GATE))
+    scenario.write_text(GATE)
     typed = "open it\nresolved gate@27\n\n"
     done = warm.safenav("run", scenario, "--operator", "-", "--no-map", text=typed)
     assert done.returncode == 0
