@@ -62,7 +62,7 @@ def judged(text: str, cache: str) -> tuple[str, float, float]:
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     begun = time.perf_counter()
     process = subprocess.Popen(
-        [sys.executable, "-m", "safenav.studio.editing.realizability_check"],
+        [sys.executable, "-m", "safenav.studio.editing.realizability"],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,

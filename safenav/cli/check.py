@@ -14,7 +14,7 @@ from safenav.cli import options, warn
 from safenav.errors import ExitCode
 from safenav.explain.summary import explain_unrealizable
 from safenav.explain.vacuity import vacuous_wins
-from safenav.report.terminal.line_explanation import vacuity_data, vacuity_lines
+from safenav.report.terminal.specification_text import vacuity_data, vacuity_lines
 from safenav.report.terminal.synthesis_progress import WaitingLine
 from safenav.report.terminal.worst_cases import promise_data, promise_lines, worst_data, worst_lines
 from safenav.runtime.analysis.ahead import run_ahead

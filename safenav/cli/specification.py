@@ -18,12 +18,13 @@ from safenav.explain.lines import explain_lines
 from safenav.explain.vacuity import Way, vacuous_wins
 from safenav.outcome import Verdict
 from safenav.outfile import write_out
-from safenav.report.terminal.line_explanation import (
+from safenav.report.terminal.specification_text import (
+    failure_lines,
     line_explanation_data,
     line_explanation_lines,
+    verification_data,
     win_lines,
 )
-from safenav.report.terminal.strategy_failure import failure_lines, verification_data
 from safenav.report.terminal.table import table
 from safenav.scenario.yaml import source
 from safenav.spec.parsing import check_formulas, read_specification

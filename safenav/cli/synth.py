@@ -13,7 +13,7 @@ from safenav.explain.summary import explain_unrealizable
 from safenav.explain.vacuity import vacuous_wins
 from safenav.outfile import write_out
 from safenav.report.picture.automaton import svg_of_strategy
-from safenav.report.terminal.line_explanation import vacuity_lines
+from safenav.report.terminal.specification_text import vacuity_lines
 from safenav.report.terminal.synthesis_progress import WaitingLine
 from safenav.runtime.coordination.strategy_search import TaskResult
 from safenav.runtime.mission import default_synthesizer, first_results

@@ -18,7 +18,7 @@ from safenav.motion.mover import Mover, mover
 from safenav.motion.timing import schedule
 from safenav.motion.timing.given import carried_out, when
 from safenav.motion.walker.mover import RECOVERING, WalkerMover
-from safenav.motion.walker.pushes import pushed
+from safenav.motion.walker.recovery import pushed
 from safenav.pace.robot import SIDE as SIDE
 from safenav.scenario.model import Scenario
 from safenav.scenario.motion import resolved

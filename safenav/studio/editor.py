@@ -29,7 +29,7 @@ from safenav.studio.editing.document import OpenDocument, TextOrigin
 from safenav.studio.editing.drawing import drawing_of, palette
 from safenav.studio.editing.operations import edited
 from safenav.studio.editing.played import played
-from safenav.studio.editing.realizability_queue import RealizabilityQueue
+from safenav.studio.editing.realizability import RealizabilityQueue
 from safenav.studio.editing.round_trip import changed
 from safenav.studio.editing.walls import embed
 from safenav.studio.run.orders import RunOrder

@@ -16,7 +16,7 @@ from safenav.cli import explain, specification, synth
 from safenav.explain.explanation import with_guarantees
 from safenav.explain.lines import explain_lines
 from safenav.outcome import Verdict
-from safenav.report.terminal.line_explanation import line_explanation_lines
+from safenav.report.terminal.specification_text import line_explanation_lines
 from safenav.synthesis.binary import find_binary
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.specification_file import load_specification

@@ -22,8 +22,7 @@ from safenav.motion.file.records import BodyPush, Segment
 from safenav.motion.geometry import Box
 from safenav.motion.making import Disturbances, motion_of
 from safenav.motion.walker.courses import Actual, PendingMove
-from safenav.motion.walker.pushes import struck
-from safenav.motion.walker.recovery import recovered
+from safenav.motion.walker.recovery import recovered, struck
 
 PUSHES = int(os.environ.get("SAFENAV_FUZZ", "500"))
 FIRST = int(os.environ.get("SAFENAV_FUZZ_FIRST", "0"))

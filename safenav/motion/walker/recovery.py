@@ -1,4 +1,5 @@
-"""Recovery after a push: a walker replans its remaining footsteps, and leans on its foot.
+"""Pushes of a walker, one in each walking move at a random instant, and recovery: it replans its
+remaining footsteps, and leans on its foot.
 
 The rest of a move is the same linear problem as a whole one (safenav.motion.pendulum), from the
 state after the push to the same goal, now with bounds: the centre of pressure stays within the
@@ -12,8 +13,9 @@ can, and the next move sets out from there.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from itertools import pairwise, product
+import random
+from collections.abc import Iterator, Sequence
+from itertools import pairwise, product, zip_longest
 from math import cos, hypot, pi, sin
 
 import numpy as np
@@ -22,11 +24,71 @@ from numpy.typing import NDArray
 
 from safenav.errors import UsageError
 from safenav.extras import missing
-from safenav.motion.file.records import Foothold, PressurePhase, Segment, Swing
+from safenav.motion.file.records import BodyPush, Foothold, Line, PressurePhase, Segment, Swing
+from safenav.motion.geometry import MetricFloor
 from safenav.motion.pendulum import Array, advanced, miss, state_of
 from safenav.motion.polynomial import between, derivative, values
 from safenav.motion.walker.courses import Actual, PendingMove, WalkPlan, plan_of
+from safenav.motion.walker.cutting import split
 from safenav.motion.walker.mover import LIMITS
+
+EXACT = 1e-9
+"""Metres and metres per second off the plan that are none."""
+FIRST = 0.02
+"""Seconds from either end of a move without a push."""
+
+
+def pushed(
+    segments: Sequence[Segment], floor: MetricFloor, omega: float, push: float, seed: str
+) -> list[Line]:
+    """The segments of one walker with a push of up to ``push`` m/s in each walking move, and the
+    pushes. Raises FallenError if it cannot keep itself up."""
+    chance = random.Random(seed)
+    found: list[Line] = []
+    actual: Actual | None = None
+    courses = [PendingMove(s, floor.corridor(s.origin, s.to)) for s in segments]
+    for course, following in zip_longest(courses, courses[1:]):
+        planned = segment = course.segment
+        if planned.primitive in ("stop", "stand"):
+            following = None
+        if actual is not None:
+            segment = recovered(course, actual, following, omega)
+        if planned.primitive.startswith("walk"):
+            instant = chance.uniform(FIRST, segment.t1 - segment.t0 - FIRST)
+            way, size = chance.uniform(0, 2 * pi), push * chance.uniform(0, 1) ** 0.5
+            blow = (size * cos(way), size * sin(way))
+            here = PendingMove(segment, course.box)
+            first, hit, segment = struck(here, following, instant, blow, omega)
+            found += [first, hit]
+        found.append(segment)
+        actual = _left(segment, planned)
+    return found
+
+
+def struck(
+    course: PendingMove,
+    following: PendingMove | None,
+    instant: float,
+    blow: tuple[float, float],
+    omega: float,
+) -> tuple[Segment, BodyPush, Segment]:
+    """A move until a push that changes the velocity (m/s), the push, and the move from there."""
+    first, second = split(course.segment, instant, omega)
+    state = np.array(first.goal) + np.array([0.0, 0.0, *blow])
+    foot = next(foot for foot in second.feet if foot.down <= 0.0)
+    actual = Actual(state, (foot.x, foot.y))
+    second = recovered(PendingMove(second, course.box), actual, following, omega)
+    return first, BodyPush(second.robot, second.tick, second.t0, *blow), second
+
+
+def _left(segment: Segment, planned: Segment) -> Actual | None:
+    """Return the walker's position after a move, if it differs from the plan."""
+    foot, wanted = segment.feet[-1], planned.feet[-1]
+    off = np.abs(np.subtract(segment.goal, planned.goal)).max()
+    if max(float(off), abs(foot.x - wanted.x), abs(foot.y - wanted.y)) < EXACT:
+        return None
+    return Actual(np.array(segment.goal), (foot.x, foot.y))
+
 
 AHEAD, ASIDE = 0.0599, 0.0299
 """Metres by which the centre of pressure may leave the middle of a foot, along it and across."""

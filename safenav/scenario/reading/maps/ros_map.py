@@ -1,10 +1,18 @@
-"""``ros: map.yaml`` in the map of a scenario: an occupancy map as ROS map_server saves it."""
+"""``ros: map.yaml`` in the map of a scenario: an occupancy map as ROS map_server saves it.
+
+What map_server calls unknown is a wall here: a controller must not rely on it. So a pixel is
+free only if map_server says free: occupancy (how dark it is, or how bright if ``negate``) below
+``free_thresh`` and not above ``occupied_thresh``. The modes trinary and scale agree on that.
+"""
 
 from __future__ import annotations
 
 from enum import StrEnum
 from fractions import Fraction
 from math import ceil
+
+import numpy as np
+from msgspec import Struct
 
 from safenav.scenario.reading.maps.grid import too_large
 from safenav.scenario.reading.maps.keys import MapKeys, read_origin
@@ -16,9 +24,29 @@ from safenav.scenario.yaml.findings import Findings
 from safenav.scenario.yaml.source import parsed, read_source
 from safenav.world.files.image import Image
 from safenav.world.files.pixels import Blocked, Layout
-from safenav.world.files.ros import RosMap, occupied
 from safenav.world.frame import Frame
 from safenav.world.map import MAX_REGIONS, RegionMap
+
+
+class RosMap(Struct, frozen=True):
+    """The YAML file of a map. ``resolution``: metres per pixel; ``origin``: x, y and yaw of its
+    lower left corner."""
+
+    resolution: float
+    origin: tuple[float, float, float]
+    negate: bool
+    occupied_thresh: float
+    free_thresh: float
+
+
+def occupied(image: Image, settings: RosMap) -> Blocked:
+    """The pixels that are occupied or unknown; transparent ones are unknown."""
+    values = np.arange(image.white + 1)
+    occupancy = (values if settings.negate else image.white - values) / image.white
+    free = (occupancy < settings.free_thresh) & ~(occupancy > settings.occupied_thresh)
+    found = image.where(~free)
+    return found if image.transparent is None else found | image.transparent
+
 
 REQUIRED = {
     "image": "the path of the image, relative to this file",
