@@ -142,7 +142,7 @@ def main() -> None:
     # Strategies and searches are millions of objects and hardly a cycle: look for cycles seldom.
     gc.set_threshold(100_000, 20, 100)
     try:
-        status = group.main(prog_name="safenav", standalone_mode=False)
+        status = group.main(prog_name="safenav", standalone_mode=False, color=_coloured())
         sys.exit(status if isinstance(status, int) else ExitCode.OK)
     except SafenavError as error:
         _fail(str(error), error.exit_code)
@@ -178,6 +178,11 @@ def main() -> None:
         )
 
 
+def _coloured() -> bool | None:
+    """False if the user wants no colours; None: a terminal has them, a file has not."""
+    return False if os.environ.get("NO_COLOR") else None
+
+
 def warn(message: Warning | str, *more: str) -> None:
     """Print a warning, and lines that belong to it."""
     click.echo(f"{click.style('warning:', fg='yellow', bold=True)} {message}", err=True)
@@ -188,5 +193,6 @@ def warn(message: Warning | str, *more: str) -> None:
 def _fail(message: str, code: ExitCode) -> None:
     # A message quotes its input, which must not give orders to the terminal.
     shown = "".join(char if char.isprintable() or char == "\n" else "?" for char in message)
-    click.echo(f"{click.style('error:', fg='red', bold=True)} {shown}", err=True)
+    told = f"{click.style('error:', fg='red', bold=True)} {shown}"
+    click.echo(told, err=True, color=_coloured())
     sys.exit(code)

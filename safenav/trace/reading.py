@@ -16,12 +16,17 @@ from typing import Any
 from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError
+from safenav.lines import shown
 from safenav.trace.fields import WrongError, convert
 from safenav.trace.records import KINDS, VERSION, Discovered, Header, Record
 from safenav.trace.trace import Trace
 
 _DIAGNOSTIC_LIMIT = 20
 _SCENARIO = re.compile(rb"^safenav[ \t]*:", re.MULTILINE)
+_PERHAPS_CONTROL = re.compile(rb"\\[bfnrtu]|[\x7f-\xff]")
+"""Bytes of JSON whose strings may hold control characters."""
+_TEXTS = ("explanation", "because", "reason")
+"""Fields whose text may have several lines."""
 
 
 def read_trace(path: str | Path) -> Trace:
@@ -58,6 +63,19 @@ def read_bytes(content: bytes, source: str = "<trace>") -> Trace:
     return replace(reader.trace(cut_off), digest=sha256(content).hexdigest())
 
 
+def _shown(value: Any, *, lines: bool = False) -> Any:
+    """A value with all its names fit for a terminal; ``lines``: it is a text of several lines."""
+    match value:
+        case str():
+            return "\n".join(map(shown, value.split("\n"))) if lines else shown(value)
+        case list():
+            return [_shown(item) for item in value]
+        case dict():
+            items = value.items()
+            return {shown(k): _shown(item, lines=k in _TEXTS) for k, item in items}
+    return value
+
+
 class _Reader:
     def __init__(self, source: str) -> None:
         self._source = source
@@ -79,6 +97,8 @@ class _Reader:
         if not isinstance(data, dict):
             self._report(number, "a line of a trace is a JSON object")
             return
+        if _PERHAPS_CONTROL.search(content):
+            data = _shown(data)
         kind = data.get("type")
         if not isinstance(kind, str):
             self._report(number, "`type` must be a string that says what kind of line this is")

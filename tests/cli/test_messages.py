@@ -1,6 +1,7 @@
 """What a mistake looks like: its line with a caret, the right kind of file, the right command."""
 
 import os
+import pty
 import subprocess
 import sys
 from pathlib import Path
@@ -9,6 +10,7 @@ import pytest
 
 import warm
 from cli.conftest import MAIN, Command
+from once import SCENARIOS
 from safenav.cli import COMMANDS
 from safenav.errors import Diagnostic, InputError
 
@@ -143,3 +145,21 @@ def test_every_command_is_documented_with_its_exit_codes(command: str, safenav: 
     help_text = safenav(command, "--help").stdout
     assert "Exit codes:" in help_text
     assert "Example" in help_text
+
+
+@pytest.mark.parametrize("wanted", [True, False])
+def test_colours_are_for_terminals_and_can_be_switched_off(wanted: bool, tmp_path: Path) -> None:
+    (tmp_path / "s.yaml").write_text("safenav: 2\n")
+    environment = {**os.environ, "NO_COLOR": "" if wanted else "1", "TERM": "xterm"}
+    for scenario, told in (
+        (SCENARIOS / "hello.yaml", "realizable"),
+        (tmp_path / "s.yaml", "error"),
+    ):
+        near, far = pty.openpty()
+        command = [sys.executable, "-c", MAIN, "check", str(scenario)]
+        subprocess.run(command, stdout=far, stderr=far, env=environment, check=False)
+        os.close(far)
+        said = os.read(near, 10_000).decode()
+        os.close(near)
+        assert told in said
+        assert ("\x1b[" in said) == wanted

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
+from safenav.audit.check import audit
 from safenav.trace.reading import read_lines, read_trace
 from safenav.trace.records import (
     KINDS,
@@ -68,3 +69,24 @@ def test_a_real_trace_is_written_as_it_was_read(name: str) -> None:
     written = [json.dumps(as_data(record)) for record in (trace.header, *trace.records)]
     again = read_lines(written)
     assert (again.header, again.records) == (trace.header, trace.records)
+
+
+HOSTILE = "\x1b[2J\x07\x9b\u2028\u202e\nx"
+
+
+def test_names_of_a_trace_give_no_orders_to_the_terminal() -> None:
+    """Also as keys, and unescaped, as another program may write them. Explanations have lines."""
+    lines = real_trace("case_study_1_beliefs").splitlines()
+    hostile = json.dumps(HOSTILE, ensure_ascii=False)[1:-1]
+    renamed = [line.replace("door", f"door{hostile}").replace("quad", hostile) for line in lines]
+    end = '"explanation":"'
+    renamed[-1] = renamed[-1].replace(end, rf"{end}one\ntwo\u001b")
+    trace = read_lines(renamed)
+    shown = r"\x1b[2J\x07\x9b\u2028\u202e\nx"
+    assert {shown, "digit"} == {*trace.header.scenario.robots}
+    assert trace.header.scenario.obstacles[0].type == f"door{shown}"
+    assert trace.outcome is not None
+    assert trace.outcome.explanation.startswith("one\ntwo\\x1b")
+    assert audit(trace).ok
+    said = json.dumps([as_data(record) for record in trace.records], ensure_ascii=False)
+    assert said.isprintable()

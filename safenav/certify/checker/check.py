@@ -147,7 +147,8 @@ def main() -> int:
         print(json.dumps({"verdict": verdict, "reason": reason, "claims": claims}))
     else:
         said = [f"  {claim['id']}: {claim['text']}" for claim in claims]
-        print("\n".join([*said, f"{verdict}: {reason}" if reason else verdict]))
+        for line in (*said, f"{verdict}: {reason}" if reason else verdict):  # fit for a terminal
+            print("".join(c if c.isprintable() else ascii(c)[1:-1] for c in line))
     return {"accepted": 0, "refused": 1, "too large": 3}[verdict]
 
 
