@@ -97,6 +97,7 @@ def _server() -> socket.socket:
             check=False,
         )
     assert starter.returncode == 0
+    atexit.register(ours.close)  # which ends the program
     return ours
 
 
