@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from safenav.scenario.model import Robot
-from safenav.scenario.objective import Ltl, Objective, avoided, kinds_that, one_of, targets_of
-from safenav.scenario.reachability import Reachability
+from msgspec.structs import replace
+
+from safenav.scenario.objective import Ltl, Objective, kinds_that, one_of
 from safenav.scenario.reading.objective import ObjectiveKeys, read_objective, read_within
 from safenav.scenario.reading.obstacles import TICK
 from safenav.scenario.reading.regions import Reading
+from safenav.scenario.reading.robots import misses_targets
 from safenav.scenario.settings import RobotChange
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Node, clipped
@@ -79,21 +80,5 @@ def _objective(node: Node | None, name: str | None, reading: Reading) -> Objecti
         said = f"{name} has a battery, and gets an objective without an order of its targets"
         reading.add(node, said, f"use {kinds}")
     if found is not None and robot is not None:
-        _check_reachable(robot, found, node, reading)
+        misses_targets(replace(robot, objective=found), node, reading)
     return found
-
-
-def _check_reachable(robot: Robot, objective: Objective, node: Node, reading: Reading) -> None:
-    """Its start reaches everything that it reaches later."""
-    world = reading.world
-    if world is None or not reading.reachable:
-        return
-    avoid = avoided(objective)
-    reach = Reachability(robot.model.mobility, robot.start, world, avoid)
-    for target in targets_of(objective):
-        if not reach.reaches(target):
-            where = world.labels(target)
-            start = world.label(robot.start.region)
-            found = f"objective of {robot.name}: {clipped(where, 80)} cannot be reached"
-            between = "what it avoids is" if avoid else "walls are"
-            reading.add(node, found, f"it starts at {start}, and {between} between them")

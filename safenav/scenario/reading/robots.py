@@ -263,20 +263,12 @@ def _check_reachable(robot: Robot, node: Node | None, reading: Reading) -> None:
         return
     avoid = avoided(robot.objective)
     reach = Reachability(robot.model.mobility, robot.start, world, avoid)
-    places = stated(node)[1]
-    start = world.label(robot.start.region)
     if robot.start.region in avoid:
+        start = world.label(robot.start.region)
         found = f"'avoid' of {robot.name}: it starts in {start}, which it must avoid"
         place = node.get("avoid") if isinstance(node, Mapping) else node
         reading.add(place, found, "let it start elsewhere")
-    missed = False
-    for target, place in zip(targets, places, strict=True):
-        if reach.reaches(target):
-            continue
-        missed = True
-        regions = world.labels(target)
-        found = f"objective of {robot.name}: {clipped(regions, 80)} cannot be reached from {start}"
-        reading.add(place, found, _why(robot, target, world))
+    missed = misses_targets(robot, node, reading)
     settles = not isinstance(robot.objective, Ltl) and robot.objective.settles
     if not missed and settles and not reach.follows(targets):
         found = f"objective of {robot.name}: it cannot get from target to target in this order"
@@ -284,6 +276,22 @@ def _check_reachable(robot: Robot, node: Node | None, reading: Reading) -> None:
     elif not missed and not settles and not reach.recurs(targets):
         found = f"objective of {robot.name}: it cannot visit all targets infinitely often"
         reading.add(node, found, "with heading mobility it cannot turn at its target")
+
+
+def misses_targets(robot: Robot, node: Node | None, reading: Reading) -> bool:
+    """Whether a robot cannot get from its start to each target of its objective; reports those
+    that it misses."""
+    world, before = reading.world, len(reading)
+    if world is None or not reading.reachable:
+        return False
+    avoid, start = avoided(robot.objective), world.label(robot.start.region)
+    reach = Reachability(robot.model.mobility, robot.start, world, avoid)
+    for target, place in zip(targets_of(robot.objective), stated(node)[1], strict=True):
+        if not reach.reaches(target):
+            regions = clipped(world.labels(target), 80)
+            found = f"objective of {robot.name}: {regions} cannot be reached from {start}"
+            reading.add(place, found, _why(robot, target, world))
+    return len(reading) > before
 
 
 def _why(robot: Robot, target: frozenset[int], world: RegionMap) -> str:
