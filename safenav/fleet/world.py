@@ -67,13 +67,13 @@ class FleetWorld(FleetSteps):
         return self._stray(robot, region) if seen is None else seen
 
     def start(self, robot: Robot, pose: Pose, command: int) -> WorldEvent | None:
-        known = self._sensing.at(pose.region)
+        known = self._sensing.at(pose.region)  # what the team knows, which sense has told
         self._take_all()
         body = self._bodies[robot.name]
         found = self._pose_now(body)
         if found is not None and found.region != body.pose.region:  # moved by something else
-            regions = frozenset((body.pose.region, found.region))
-            return Lost(self.now(), robot.name, regions, command=command)
+            body.lost = frozenset((body.pose.region, found.region))
+            return Lost(self.now(), robot.name, body.lost, command=command)
         task = FleetTask(command, body.pose, pose, body.station.retries, Phase.PEERING)
         task.known = known
         body.task = task
@@ -126,15 +126,19 @@ class FleetWorld(FleetSteps):
         lidar cannot look there; one that has just found an obstacle does not set out."""
         if body.robot.name in self._untold:
             return
-        region = task.to.region
+        region, pose = task.to.region, self._pose_now(body)
         known, view = self._sensing.at(region), body.view.get(region)
-        if body.station.scan is None:
+        if body.station.scan is None or region == task.start.region:
             view = View.UNSEEN
         elif self.now() - body.viewed > STALE:
             view = None
-        if self._pose_now(body) is None or view in (None, View.DOUBT, View.BEFORE):
+        if pose is not None and pose.region != task.start.region:  # moved by something else
+            self._lose(body, task)
             return
-        if view is View.ROBOT and not self._is_shared(body, region):
+        if pose is None or view in (None, View.DOUBT, View.BEFORE):
+            return
+        known = known or self._stray(body.robot, region)
+        if known is None and view is View.ROBOT and not self._is_shared(body, region):
             return
         if known is not None and known is not task.known:
             found = Blocked(self.now(), body.robot.name, task.start, known, command=task.command)

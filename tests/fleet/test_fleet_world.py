@@ -586,6 +586,32 @@ def test_who_goes_to_a_region_into_which_a_person_moves_another_robot_stops() ->
     assert found == ["Failed"] * conflicts and robots.cancelled == ["digit"] * conflicts
 
 
+@pytest.mark.parametrize("carried", ["digit", "cart"])
+def test_a_robot_does_not_set_out_if_a_person_has_moved_one(carried: str) -> None:
+    """It waits for its lidar meanwhile: it is lost, or the other one blocks its way."""
+    scenario = load_scenario_text(CORRIDOR, "corridor.yaml")
+    robots = Robots()
+    robots.x, robots.y = {"digit": 1.5, "cart": 3.5}, {"digit": 2.5, "cart": 1.5}
+    given = GIVEN | {"scan": ScanUse("scan", "door")}
+    stations = {name: Station(f"/{name}", **given) for name in robots.x}
+    world = FleetWorld(scenario, stations, robots, robots.clock)  # type: ignore[arg-type]
+    world.open()
+    world.start(scenario.robots[0], EAST, 1)
+    assert world.wait(0.0) == []
+    robots.x[carried], robots.y[carried] = 2.5, 2.5
+    robots.locate(carried)
+    robots.locate("digit")
+    if carried == "cart":
+        scanned(robots, "digit", 0.6)
+    (event,) = world.wait(0.02)
+    assert robots.goals == []
+    if carried == "digit":
+        assert told(event) == ("Lost", frozenset({8, 9}))
+    else:
+        assert told(event) == ("Blocked", HOME)
+        assert event.obstacle.name == "lost_cart@9"  # type: ignore[attr-defined]
+
+
 def test_who_is_cancelled_before_it_sets_out_does_not_move() -> None:
     world, robots, scenario = started()
     world.start(scenario.robots[0], EAST, 1)

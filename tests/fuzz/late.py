@@ -11,7 +11,7 @@ import heapq
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import count
-from math import tau
+from math import hypot, tau
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -95,6 +95,14 @@ class RobotClock(Struct):
         return self.offset + self.speed * now - self.back * (now >= self.set_at)
 
 
+class Hand(Struct):
+    """A person who carries a robot that stands to a region beside it, ``at`` some time."""
+
+    robot: str
+    at: float
+    to: tuple[float, float] | None = None
+
+
 class LateTransport(SimulationTransport):
     """The simulation, heard late. Lidars also look while their robot moves."""
 
@@ -106,8 +114,10 @@ class LateTransport(SimulationTransport):
         random: Random,
         channels: Mapping[tuple[str, str], Channel],
         clocks: Mapping[str, RobotClock],
+        hand: Hand | None = None,
     ) -> None:
         super().__init__(scenario, stations, use)
+        self._hand, self._world = hand, scenario.map
         self._random, self._channels, self._clocks = random, channels, clocks
         self._sent: list[tuple[float, int, transport.Message]] = []
         self._numbers = count()
@@ -116,9 +126,33 @@ class LateTransport(SimulationTransport):
     def step(self) -> None:
         self._due = 0.0
         super().step()
+        if self._hand is not None and self.physics.now >= self._hand.at:
+            self._carry(self._hand)
         self.watch()
         while self._sent and self._sent[0][0] <= self.physics.now:
             self._post(heapq.heappop(self._sent)[2])
+
+    def _carry(self, hand: Hand) -> None:
+        physics, places = self.physics, self.physics._places
+        body = physics._bodies[hand.robot]
+        x, y, _ = physics._at(body)
+        if hand.to is None:
+            here = places.region(x, y)
+            free = (
+                [] if here is None or physics._moves(hand.robot) else self._world.neighbours(here)
+            )
+            free = [r for r in free if not physics._busy(r)]
+            free = [r for r in free if all(o.region != r for o in physics._obstacles)]
+            if body.acts is not None or not free:
+                return
+            hand.to = places.centre(self._random.choice(free))
+        far = hypot(hand.to[0] - x, hand.to[1] - y)
+        if far < 0.05:
+            self._hand = None
+        share = min(1.0, 0.02 / max(far, 1e-9))
+        body.stay = x + share * (hand.to[0] - x), y + share * (hand.to[1] - y)
+        for dof, value in zip(body.dofs[:2], body.stay, strict=True):
+            physics._data.qpos[dof] = value
 
     def _send(self, name: str, message: transport.Message) -> None:
         now = self.physics.now
@@ -246,6 +280,8 @@ class Judge:
             if name.startswith(("lost_", "unknown_")):
                 continue
             stood = [bool(one.stands.get(name)) for one in self._around(t, 3.0)]
+            if event.there and any(self._carried(one, event, t) for one in self._moved):
+                continue
             if event.there and not any(stood):
                 self._wrong(t, f"{event.by} has not seen {name}")
             elif (
@@ -270,6 +306,8 @@ class Judge:
         for line in self._lines:
             if not isinstance(line, records.Arrive) or self._by_hand(line.robot, line.t or 0.0):
                 continue
+            if self._bumped(line.robot, line.t or 0.0):
+                continue
             t, name = line.t or 0.0, line.robot
             now = [*self._around(t, 0.05)][-1].at[name]
             here = self._places.region(now[0], now[1])
@@ -290,6 +328,14 @@ class Judge:
         if station.follow is None:
             return station.tolerance + 0.05
         return float(max(self._places.frame.resolution)) / 2 + 0.05
+
+    def _carried(self, robot: str, event: Sensed, t: float) -> bool:
+        """Whether a robot that somebody carries may have been taken for an obstacle."""
+        region, reach = event.obstacle.region, max(self._places.frame.resolution) / 2
+        ats = (one.at[robot] for one in self._around(t, 3.0))
+        return self._by_hand(robot, t) and any(
+            self._places.outside(region, x, y) < reach for x, y, _ in ats
+        )
 
     def _by_hand(self, name: str, t: float) -> bool:
         return self._moved.get(name, 1e9) <= t
@@ -323,13 +369,18 @@ class Judge:
                 continue
             for name, held in spans.items():
                 regions = next((r for a, b, r in held if a <= t < b), frozenset())
-                if not regions or self._by_hand(name, t):
+                if not regions or self._by_hand(name, t) or self._bumped(name, t):
                     continue
                 x, y, _ = one.at[name]
                 off = min(self._places.outside(region, x, y) for region in regions)
                 if off > max(0.02, beyond.get(name, 0.0)) and name not in one.acting:
                     beyond[name] = off
                     self._wrong(t, f"{name} is {off:.2f} m outside of {sorted(regions)}")
+
+    def _bumped(self, name: str, t: float) -> bool:
+        """Whether a robot touches another one, which the scenario lets share its regions."""
+        pairs = (pair for one in self._around(t, 0.5) for pair in one.touches)
+        return any(name in pair and all(one in self._log[0].at for one in pair) for pair in pairs)
 
     def _spans(self) -> dict[str, list[tuple[float, float, frozenset[int]]]]:
         found: dict[str, list[tuple[float, float, frozenset[int]]]] = {}
@@ -369,6 +420,7 @@ def late_mission(seed: int) -> Data:
         data.pop(key, None)
     for robot in data["robots"].values():
         robot["objective"].pop("within", None)
+        robot.pop("avoids", None)  # bodies do not share a region
     types, solid = data["catalogue"]["obstacles"], None
     for made in types.values():  # a door is in a passage
         for need in (made, *made.get("needs", ())):
@@ -506,7 +558,10 @@ def late_drive(seed: int, *, late: bool = True) -> LateDrive | None:
             ways[name, "odometry"] = Channel((0.0, 0.05))
     if not late:
         ways, watches = {key: Channel() for key in ways}, {name: RobotClock() for name in names}
-    given = (scenario, fleet.stations, fleet.simulation, random, ways, watches)
+    hand = None
+    if late and random.random() < 0.25:
+        hand = Hand(random.choice(names), random.uniform(2, 30))
+    given = (scenario, fleet.stations, fleet.simulation, random, ways, watches, hand)
     try:
         robots = LateTransport(*given)
     except UsageError:
@@ -535,7 +590,8 @@ def late_drive(seed: int, *, late: bool = True) -> LateDrive | None:
     finally:
         world.close()
     text_lines = content.decode().splitlines()
-    judge = Judge(scenario, fleet.stations, world.places, log, lines, sensed, mission.began, {})
+    moved = {} if hand is None or hand.to is None else {hand.robot: hand.at - mission.began}
+    judge = Judge(scenario, fleet.stations, world.places, log, lines, sensed, mission.began, moved)
     defects = judge.defects
     defects += [f"check-trace: {finding}" for finding in check_trace(text_lines).findings]
     trace = read_bytes(content, "late.jsonl")
@@ -549,7 +605,7 @@ def late_drive(seed: int, *, late: bool = True) -> LateDrive | None:
     excused = {*TOLD_OF_TRANSPORT, *(["tracking"] if follow else [])}
     for one in found:
         acts = one.rule == "measured room" and _acts(lines, one.robot, one.t)
-        if one.rule not in excused and not acts:
+        if one.rule not in excused and not acts and moved.get(one.robot, 1e9) > one.t:
             defects.append(f"check-motion: {one}")
     said = str(result.explanation or "")
     return LateDrive(result.outcome.value, said, lines[-1].t or 0.0, text_lines, defects)
