@@ -128,9 +128,10 @@ class Situation(State):
                 self.beliefs[robot, record.of] = record
             case "violation":
                 self.discovered.add(name)
-                requesters = self.requests.setdefault(name, {})
-                requesters.pop(robot, None)
-                requesters[robot] = self.region[robot]
+                if self.status[name] not in (Status.UNTRAVERSABLE, Status.GIVEN_UP):
+                    requesters = self.requests.setdefault(name, {})
+                    requesters.pop(robot, None)
+                    requesters[robot] = self.region[robot]
                 closed = self.status[name] in (Status.RESOLVED, Status.ABSENT)
                 if self.external and closed:  # a door has fallen shut again
                     self._begin(name)

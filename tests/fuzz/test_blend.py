@@ -69,6 +69,7 @@ BOTH = {
     "an obstacle that was given up is said to stay": 56496,
     "one is back before a request is set aside": 60790,
     "a need is met before the obstacle is known": 90059,
+    "what a robot is on its way into is found untraversable by another": 90532,
     "an order comes in the moment in which a robot's charge is used up": 90085,
 }
 LOCKSTEP = {

@@ -41,7 +41,7 @@ def violation(record: Line, now: Situation) -> Iterator[Said]:
     if status is Status.RESOLVED or (status is Status.ABSENT and now.external):
         if not now.external:  # where doors fall shut again
             yield f"{obstacle.name} was resolved before"
-    elif status is not Status.UNRESOLVED:
+    elif status is not Status.UNRESOLVED and now.toward[robot] != record.proposed:  # on its way
         yield f"{obstacle.name} is known; {robot} should not have proposed to enter it"
 
 
