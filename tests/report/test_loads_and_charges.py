@@ -86,10 +86,15 @@ def test_the_page_shows_loads_and_follows_them_live(
     whole = encoded(replay, "x")
     live = LiveRun(trace.header, "x")
     carried: dict[str, list[object]] = {}
+    met: dict[str, list[object]] = {}
     for record in trace.records:
         live.tell(record)
-        for name, changes in live.news()["carried"].items():
+        news = live.news()
+        for name, changes in news["carried"].items():
             carried.setdefault(name, []).extend(list(change) for change in changes)
+        for name, changes in news["met"].items():
+            met.setdefault(name, []).extend(list(change) for change in changes)
+    assert met == {o["name"]: o["met"][1:] for o in whole["obstacles"] if o["met"][1:]}
     assert carried == {o["name"]: o["carried"][1:] for o in whole["obstacles"] if o["carried"][1:]}
     page = tmp_path / "page.html"
     page.write_text(page_of(replay, "x.jsonl"), encoding="utf-8")

@@ -93,6 +93,50 @@ def test_a_request_leaves_the_stack_wherever_it_stands_in_it(tmp_path: Path) -> 
     assert replay.stack.at(pops[1]["tick"]) == ()
 
 
+def test_helpers_objectives_and_needs_follow_an_obstacle_with_two_needs(tmp_path: Path) -> None:
+    """The second need has a request without a push: other robots help, the first is free again."""
+    run = play("""
+        safenav: 1
+        map: {grid: ["...#...", ".......", "...#..."]}
+        catalogue:
+          obstacles:
+            rubble:
+              needs: [{action: sense, at: neighbours}, {action: clear, at: neighbours}]
+              blocks: [ground]
+        inputs: {fog: {at: 2}}
+        robots:
+          eye: {model: quadcopter, start: 0, objective: {hold: 0}}
+          cart: {model: turtlebot4, start: 7, objective: {visit: [13, 7]}}
+          doz: {model: husky, start: 14, objective: {hold: 14}}
+        obstacles: [{type: rubble, region: 10}]
+        until: {rounds: 1}
+        """)
+    replay = read_replay(made_traces.write(run.records, tmp_path / "t.jsonl"))
+    sensed, cleared = (line["tick"] for line in run.all("met"))
+    first, second = (row for row in replay.stack.values if row)
+    assert (first[0].helpers, second[0].helpers) == (("eye",), ("doz",))
+    assert replay.stack.at(sensed) == second
+    assert replay.objectives["eye"].at(sensed - 1) != Hold((frozenset({0}),))
+    assert replay.objectives["eye"].at(sensed) == Hold((frozenset({0}),))
+    assert replay.objectives["doz"].at(sensed) != Hold((frozenset({14}),))
+    needs = [replay.met["rubble@10"].at(tick) for tick in range(cleared + 1)]
+    assert [needs.index(n) for n in (0, 1, 2)] == [0, sensed, cleared]
+    inputs = [(e.tick, e.text) for e in replay.events if e.kind is StoryKind.INPUTS]
+    assert inputs == [(2, "inputs: fog on"), (3, "inputs: none on")]
+
+
+def test_what_stands_for_a_failure_was_not_there_before(tmp_path: Path) -> None:
+    lines = made_traces.door()
+    before = lines.index(_first(lines, "violation"))
+    kind = {"type": "unknown_air", "name": "unknown_air@20", "region": 20, "action": "operator"}
+    more = {"resolution_regions": [20], "blocks": ["quad"], "traversable": None}
+    tick = lines[before]["tick"]
+    lines.insert(before, {"type": "discovered", "tick": tick, "obstacle": {**kind, **more}})
+    replay = read_replay(made_traces.write(lines, tmp_path / "t.jsonl"))
+    (unknown,) = (hidden for hidden in replay.hidden if hidden.name == "unknown_air@20")
+    assert unknown.since == tick
+
+
 def test_each_round_is_told_once(replays: dict[str, Replay]) -> None:
     """With the target that ends it, not with those of the next round."""
     goals = [event for event in replays["door"].events if event.kind is StoryKind.GOAL]

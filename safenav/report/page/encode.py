@@ -32,6 +32,7 @@ from safenav.report.replay.timeline import (
 )
 from safenav.scenario.objective import Objective, target_regions
 from safenav.trace.looks import looks
+from safenav.trace.vocabulary import OPERATOR_ACTION
 from safenav.trace.wording import objective_words
 from safenav.trace.words import seconds_words
 from safenav.world.map import Region, RegionMap
@@ -95,6 +96,7 @@ def encoded(replay: Replay, source: str) -> dict[str, Any]:
             {
                 **obstacle_data(hidden, replay.map),
                 "status": _changes(replay.statuses[hidden.name], status_data),
+                "met": _changes(replay.met.get(hidden.name, Changes.of(0, ())), met_data),
                 "carried": _changes(
                     replay.loads.get(hidden.name, Changes.of((), ())),
                     lambda robots: carriers_data(robots, index),
@@ -133,9 +135,15 @@ def obstacle_data(hidden: Hidden, world: RegionMap) -> dict[str, Any]:
         "shape": obstacle_pictogram(hidden.type),
         "region": hidden.region,
         "action": hidden.actions[0],
+        "needs": [open_need(action) for action in hidden.actions],
         "blocks": hidden.blocks,
         "since": hidden.since,
     }
+
+
+def open_need(action: str) -> str:
+    """A need of an obstacle in words."""
+    return "an operator" if action == OPERATOR_ACTION else f"'{action}'"
 
 
 def event_data(event: Event, index: dict[str, int]) -> list[Any]:
@@ -202,6 +210,10 @@ def belief_data(
 ) -> list[Any]:
     """Return a belief; ``placed``: how a set of regions is written."""
     return [0, -1] if belief is None else [int(belief.seen), placed(sorted(belief.regions))]
+
+
+def met_data(needs: int) -> list[Any]:
+    return [needs]
 
 
 def status_data(status: ObstacleStatus) -> list[Any]:

@@ -70,6 +70,11 @@ class LiveRun:
                 name: encode.changed(self._new(told, "s", name), encode.status_data)
                 for name, told in telling.statuses.items()
             },
+            "met": {
+                name: encode.changed(new, encode.met_data)
+                for name, told in telling.met.items()
+                if (new := self._new(told, "met", name))
+            },
             "carried": {
                 name: encode.changed(new, lambda who: encode.carriers_data(who, self._index))
                 for name, told in telling.loads.items()

@@ -74,6 +74,10 @@ EVENT_MARKS = {
     ),
     StoryKind.GONE: Mark("M-0.9,-0.2H0.9V0.2H-0.9Z", GREEN),
     StoryKind.TRUTH: Mark("M0,-0.95A0.95,0.95 0 0 1 0,0.95ZM-0.25,-0.8V0.8H-0.6V-0.8Z", VERMILLION),
+    StoryKind.INPUTS: Mark(  # a bell
+        "M-0.6,0.3V-0.35A0.6,0.6 0 0 1 0.6,-0.35V0.3L0.9,0.6H-0.9ZM-0.25,0.72H0.25L0,0.97Z",
+        VERMILLION,
+    ),
     StoryKind.OBJECTIVE: Mark(
         "M-0.9,-0.25H0.2V-0.7L0.95,0L0.2,0.7V0.25H-0.9ZM-0.9,-0.95H-0.55V-0.4H-0.9Z", VERMILLION
     ),

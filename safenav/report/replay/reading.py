@@ -14,6 +14,7 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError
+from safenav.outcome import Verdict
 from safenav.report.replay.timeline import (
     Changes,
     Event,
@@ -34,7 +35,7 @@ from safenav.trace import records, setting
 from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.reading import read_trace
 from safenav.trace.trace import Trace
-from safenav.trace.vocabulary import ActResult, DeadlineVerdict, MoveEnd, Reason
+from safenav.trace.vocabulary import OPERATOR_ACTION, ActResult, DeadlineVerdict, MoveEnd
 from safenav.trace.wording import Wording, objective_of
 from safenav.world.map import HEADINGS, Region, RegionMap
 
@@ -111,6 +112,8 @@ class ReplayBuilder:
         self.plans: list[tuple[int, Mapping[str, tuple[Region, ...]]]] = []
         self.deadlines: list[Slack] = []
         self.loads: dict[str, list[tuple[int, tuple[str, ...]]]] = {}
+        self.met: dict[str, list[tuple[int, int]]] = {}
+        """How many needs of an obstacle with several are met."""
         self._begin(header.begun)
         self.violation: records.Violation | None = None
         self.ending: records.End | None = None
@@ -122,7 +125,9 @@ class ReplayBuilder:
         for name in begun.closed:
             if name in self.statuses:
                 self.statuses[name].append((-1, ObstacleStatus.BLOCKED))
+                self.met[name] = [(-1, len(self.hidden[name].actions))]
         for name, groups in begun.met.items():
+            self.met[name] = [(-1, len(groups))]
             if name in self.hidden and self.hidden[name].carried[len(groups) - 1]:
                 self.loads[name] = [(-1, groups[-1])]
         for name, done in begun.robots.items():
@@ -182,15 +187,19 @@ class ReplayBuilder:
                 self._event(line, StoryKind.FAILURE)
             case records.Reopened():
                 self._status(line, ObstacleStatus.FOUND)
-            case records.Discovered() if line.obstacle.name not in self.hidden:
-                self.hidden[line.obstacle.name] = self._hidden(line.obstacle)
-                self.statuses[line.obstacle.name] = []
+            case records.Discovered():
+                found = self._hidden(line.obstacle)
+                if OPERATOR_ACTION in found.actions:  # it stands for a failure: it was not there
+                    self.hidden[found.name] = replace(found, since=line.tick)
+                self.hidden.setdefault(found.name, found)
+                self.statuses.setdefault(found.name, [])
             case records.Violation():
                 self.violation = line
                 self._status(line, ObstacleStatus.FOUND)
             case records.Backtrack() if self.violation is not None:
                 self._reword(self.wording.backing_up(self.violation, line))
             case records.Request():
+                self._requested(line)
                 known_as = self.statuses.get(line.obstacle, ())
                 if line.helper is not None:
                     self._status(line, ObstacleStatus.REQUESTED)
@@ -198,9 +207,12 @@ class ReplayBuilder:
                     self._status(line, ObstacleStatus.FOUND)  # an order that has to wait
             case records.Met():
                 self._carried(line)
+                self._met(line, line.need + 1)
                 self._event(line, StoryKind.RESOLVED)
             case records.Resolved():
                 self._put_down(line)
+                known = self.hidden.get(line.obstacle)
+                self._met(line, 0 if known is None else len(known.actions))
                 untraversable = line.traversable is False
                 status = ObstacleStatus.BLOCKED if untraversable else ObstacleStatus.RESOLVED
                 self._status(line, status)
@@ -210,7 +222,7 @@ class ReplayBuilder:
                 self._told(line.tick, line.robot, line.objective)
             case records.Belief():
                 self._believe(line)
-            case records.Synthesis() if line.reason is Reason.CHARGE:
+            case records.Synthesis() if line.verdict is Verdict.REALIZABLE and line.tick:
                 self._told(line.tick, line.robot, line.objective)
             case records.Appeared():
                 self._appear(line)
@@ -300,6 +312,17 @@ class ReplayBuilder:
             parts = dict.fromkeys(n for n in (line.requester, *helpers) if n is not None)
             self._reword(self.wording.sentence(line) + self.wording.objectives(line, parts))
 
+    def _requested(self, line: records.Request) -> None:
+        """Other robots may help with an entry of the stack: another need is next, say."""
+        helpers = line.helpers or ((line.helper,) if line.helper else ())
+        frames = [
+            replace(row, helpers=helpers) if row.obstacle == line.obstacle else row
+            for row in self.frames
+        ]
+        if frames != self.frames:
+            self.frames = frames
+            self.stack.append((line.tick, tuple(frames)))
+
     def _pop(self, line: records.Pop) -> None:
         own = [n for n, row in enumerate(self.frames) if row.obstacle == line.obstacle]
         mine = [n for n in own if self.frames[n].requester == line.requester] or own
@@ -362,6 +385,11 @@ class ReplayBuilder:
         else:
             self._put_down(line)
 
+    def _met(self, line: ObstacleLine | records.Met, needs: int) -> None:
+        told = self.met.setdefault(line.obstacle, [])
+        if not told or told[-1][1] != needs:
+            told.append((line.tick, needs))
+
     def _put_down(self, line: records.Met | records.Resolved | records.Gone) -> None:
         told = self.loads.get(line.obstacle, [])
         if told and told[-1][1]:
@@ -369,6 +397,8 @@ class ReplayBuilder:
 
     def _appear(self, line: records.Appeared) -> None:
         self._status(line, ObstacleStatus.HIDDEN)
+        if line.obstacle in self.met:  # it is back
+            self._met(line, 0)
         known = self.hidden[line.obstacle]
         if known.since > 0 and len(self.statuses[line.obstacle]) == 1:
             self.hidden[line.obstacle] = replace(known, since=line.tick)
@@ -488,6 +518,7 @@ class ReplayBuilder:
             beliefs={pair: Changes.of(None, told) for pair, told in self.beliefs.items()},
             deadlines=tuple(self.deadlines),
             loads={name: Changes.of((), told) for name, told in self.loads.items()},
+            met={name: Changes.of(0, told) for name, told in self.met.items()},
             chargers=tuple(self._on_map(one) for one in self.header.chargers or ()),
             charges={name: Changes.of(100, told) for name, told in self.percent.items()},
         )

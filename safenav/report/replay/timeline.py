@@ -73,6 +73,7 @@ class StoryKind(StrEnum):
     WAITING = "waiting"
     OPERATOR = "operator"
     FAILURE = "failure"
+    INPUTS = "inputs"
     OBJECTIVE = "objective"
     SERVICE = "service"
     PLAN = "plan"
@@ -284,6 +285,8 @@ class Replay(Struct, frozen=True):
     deadlines: tuple[Slack, ...] = ()
     loads: Mapping[str, Changes[tuple[str, ...]]] = field(default_factory=dict)
     """The robots that carry an obstacle; only of obstacles that are ever carried."""
+    met: Mapping[str, Changes[int]] = field(default_factory=dict)
+    """How many needs of an obstacle with several are met; only of those of which one ever is."""
     charges: Mapping[str, Changes[int]] = field(default_factory=dict)
     """The charge of each robot with a battery, in percent of its capacity."""
     chargers: tuple[Region, ...] = ()

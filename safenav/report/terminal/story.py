@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import click
 
-from safenav.outcome import Outcome
+from safenav.outcome import Outcome, Verdict
 from safenav.report.terminal.map import MapPicture, Marker, draw
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Ltl, describe, station, target_regions
@@ -111,6 +111,10 @@ class Story:
             case records.Reopened():
                 self._barred.pop(self._obstacles[event.obstacle], None)
                 self._say(event)
+            case records.NewObjective() | records.Told():
+                if not isinstance(event, records.NewObjective) or event.at_once:
+                    self._doing[event.robot] = self._wording.objective(event.objective)
+                self._say(event)
             case records.Goal():
                 self._goal(event)
             case records.End():
@@ -190,7 +194,12 @@ class Story:
                 if place is not None and place <= {*self._scenario.chargers}:
                     words += ", to charge"
             allows = f" ({event.allows})" if event.allows else ""
-            if charges or allows:
+            another = not first and self._doing.get(event.robot) != words
+            if event.verdict is not Verdict.REALIZABLE or charges:
+                another = False
+            else:
+                self._doing[event.robot] = words
+            if charges or allows or another:
                 self._echo(f"             {self._name(event.robot)}: {words}{allows}")
             for assumption in event.assumptions:
                 self._echo(f"             {self._name(event.robot)} assumes: {assumption}")

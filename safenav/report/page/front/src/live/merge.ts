@@ -17,8 +17,9 @@ export interface News {
   last: number;
   times: number[];
   robots: RobotNews[];
-  obstacles: Omit<Obstacle, "status" | "carried">[];
+  obstacles: Omit<Obstacle, "status" | "met" | "carried">[];
   status: Record<string, [number, Status][]>;
+  met: Record<string, [number, number][]>;
   carried: Record<string, [number, number[]][]>;
   stack: [number, Frame[]][];
   events: RunEvent[];
@@ -34,9 +35,10 @@ export function merged(run: Run, news: News): Run {
     fresh.delete(old.name);
     return told ? { ...old, ...told } : old;
   });
-  const added = [...fresh.values()].map((told): Obstacle => ({ ...told, status: [[0, "hidden"]], carried: [[0, []]] }));
+  const added = [...fresh.values()].map((told): Obstacle => ({ ...told, status: [[0, "hidden"]], met: [[0, 0]], carried: [[0, []]] }));
   for (const obstacle of [...known, ...added]) {
     append(obstacle.status, news.status[obstacle.name] ?? []);
+    append(obstacle.met, news.met[obstacle.name] ?? []);
     append(obstacle.carried, news.carried[obstacle.name] ?? []);
   }
   append(run.times ?? [], news.times);

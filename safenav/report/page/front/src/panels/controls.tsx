@@ -151,6 +151,7 @@ const REST: EventKind[] = [
   "appeared",
   "gone",
   "truth",
+  "inputs",
   "objective",
   "service",
   "yield",

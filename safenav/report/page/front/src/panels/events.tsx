@@ -11,7 +11,7 @@ const GROUPS: [name: string, kinds: EventKind[]][] = [
     "coordination",
     [
       ...(["violation", "request", "yield", "push", "pop", "resolved", "blocked"] as const),
-      ...(["appeared", "gone", "truth", "objective", "service", "plan", "plan_end", "assumption", "outcome"] as const),
+      ...(["appeared", "gone", "truth", "inputs", "objective", "service", "plan", "plan_end", "assumption", "outcome"] as const),
       ...(["reopened", "waiting", "operator", "failure"] as const),
     ],
   ],

@@ -182,13 +182,14 @@ export function Obstacles({ run, tick }: PanelProps) {
         {run.obstacles.map((obstacle) => {
           if (tick < obstacle.since) return null;
           const status = at(obstacle.status, tick)[1];
+          const need = status === "resolved" ? undefined : obstacle.needs[at(obstacle.met, tick)[1]];
           return (
             <li key={obstacle.name} data-obstacle={obstacle.name} data-status={status}>
               <StatusSign run={run} status={status} />
               <b>{obstacle.label}</b>
               <span class="quiet">
                 {run.marks.status[status].meaning}
-                {status !== "resolved" && `, needs '${obstacle.action}'`}
+                {need && `, needs ${need}`}
               </span>
             </li>
           );
@@ -209,6 +210,7 @@ const MEANINGS: Record<Exclude<EventKind, "violation" | "request" | "resolved" |
   waiting: "waits for an operator",
   operator: "operator intervenes",
   failure: "failure",
+  inputs: "inputs changed",
   objective: "objective changed",
   service: "in or out of service",
   synthesis: "synthesis",

@@ -25,6 +25,7 @@ export type EventKind =
   | "operator"
   | "failure"
   | "objective"
+  | "inputs"
   | "service"
   | "plan"
   | "plan_end"
@@ -100,10 +101,14 @@ export interface Obstacle {
   shape: string;
   region: number;
   action: string;
+  /** What each of its needs takes, in words. */
+  needs: string[];
   blocks: string[];
   /** The tick from which on it stands there. */
   since: number;
   status: [tick: number, status: Status][];
+  /** How many of its needs are met. */
+  met: [tick: number, needs: number][];
   /** The robots that carry it. */
   carried: [tick: number, robots: number[]][];
 }
