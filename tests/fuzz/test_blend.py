@@ -126,7 +126,8 @@ CUT = [*((seed, live) for seed in (10049, *range(FIRST, FIRST + COUNT)) for live
 
 
 # 22145: where it was cut off, the robot no longer had a strategy, and an order was to come
-@pytest.mark.parametrize(("seed", "live"), [*CUT, (22145, True)])
+# 92279: it had had its turn in the tick in which the run was cut off, and stays on a target
+@pytest.mark.parametrize(("seed", "live"), [*CUT, (22145, True), (92279, False)])
 def test_a_run_that_was_killed_continues(seed: int, live: bool) -> None:
     try:
         one = continued(mixed_mission(seed, live=live), seed)

@@ -79,6 +79,9 @@ def missed_goal(now: Situation) -> Iterator[Said]:
     if progress is None or turn.robot is None or now.is_cut_short():
         return
     robot, move = turn.robot, turn.first("move")
+    begun = now.header.begun
+    if begun is not None and turn.tick <= 1 and robot in (begun.had or ()):
+        return  # it had its turn in that tick before the run was continued
     here = now.region[robot] if move is None else move.to  # an operator may have moved it since
     if now.toward[robot] is not None:
         return  # it is leaving: only a robot that ends a step, or stays, meets a target
