@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from safenav.audit.continuation import NAME, continuation_problems
 from safenav.audit.judging import RULES, findings
 from safenav.audit.rules.rule import Finding
 from safenav.trace.fields import plain
@@ -60,11 +61,16 @@ def check_trace(trace: str | Path | Iterable[str]) -> Audit:
     return audit(read_lines(trace))
 
 
-def audit(trace: Trace) -> Audit:
-    """Check a trace that was read. Findings come in the order of the lines they concern."""
+def audit(trace: Trace, after: Trace | None = None) -> Audit:
+    """Check a trace that was read. Findings come in the order of the lines they concern.
+    ``after``: the trace that it continues, with whose end its header is compared."""
     rank = {rule.name: position for position, rule in enumerate(RULES, start=1)}
     records = [_plain_proof(record) for record in trace.records]
     found = [*findings(trace.header, records, [rule() for rule in RULES])]
+    if after is not None:
+        before = [_plain_proof(record) for record in after.records]
+        said = continuation_problems(after.header, before, after.digest, trace.header)
+        found += [Finding(NAME, 0, None, 1, problem) for problem in said]
     found.sort(key=lambda f: (f.line, rank.get(f.rule, 0)))
     outcome = trace.outcome
     return Audit(

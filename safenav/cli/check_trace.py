@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from pathlib import Path
 
 import click
 from msgspec import to_builtins
@@ -18,13 +19,17 @@ from safenav.trace.words import counted
 @click.command(name="check-trace")
 @click.argument("trace", type=click.Path())
 @options.show_all
+@click.option(
+    "--after", type=options.INPUT, metavar="FIRST", help="Trace of the run that TRACE continues."
+)
 @click.option("--partial", is_flag=True, help="Accept a trace that ends before its outcome.")
 @click.option("--json", "as_json", is_flag=True, help="Print the whole result as JSON.")
-def command(trace: str, show_all: bool, partial: bool, as_json: bool) -> int:
+def command(trace: str, show_all: bool, after: Path | None, partial: bool, as_json: bool) -> int:
     """Check a trace (`-`: standard input) against the rules of the design.
 
     Walls, mobility, obstacles, collisions, requests, the objective stack, goals and the outcome
-    are recomputed from the trace alone.
+    are recomputed from the trace alone. With --after, the header of a run that was resumed is
+    compared with the end of the run before.
 
     \b
     Examples:
@@ -32,6 +37,8 @@ def command(trace: str, show_all: bool, partial: bool, as_json: bool) -> int:
       safenav check-trace lab.jsonl
       safenav check-trace --json lab.jsonl
       head -5 lab.jsonl > part.jsonl && safenav check-trace --partial part.jsonl
+      safenav resume part.jsonl --trace rest.jsonl
+      safenav check-trace rest.jsonl --after part.jsonl
 
     \b
     Exit codes:
@@ -39,10 +46,11 @@ def command(trace: str, show_all: bool, partial: bool, as_json: bool) -> int:
       1  a rule is broken, or the trace ends before its outcome and --partial is not given
       2  not a trace, or it cannot be read
     """
+    first = None if after is None else read_trace(after)
     if trace == "-":
-        found = audit(read_bytes(sys.stdin.buffer.read(), "<stdin>"))
+        found = audit(read_bytes(sys.stdin.buffer.read(), "<stdin>"), first)
     else:
-        found = audit(read_trace(trace))
+        found = audit(read_trace(trace), first)
     if as_json:
         click.echo(json.dumps({"ok": found.ok, **to_builtins(found)}, indent=2))
     else:

@@ -2,6 +2,7 @@
 
 import json
 import random
+import re
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from once import SCENARIOS
 from runtime.counting import COUNTING
 from runtime.played import Run, play
 from safenav import Mission
+from safenav.audit.check import audit
 from safenav.errors import UsageError
 from safenav.runtime.analysis.resuming import resumed
 from safenav.runtime.user_changes import SetInput
@@ -480,7 +482,7 @@ def test_the_rest_is_late_where_the_run_is(by: int) -> None:
     whole = play(scenario)
     lines = whole.text.splitlines(keepends=True)
     assert whole.outcome["outcome"] == ("completed" if by == 20 else "late")
-    for end in range(2, len(lines) - 1):
+    for end in range(2, len(lines) - 1, 3):
         if json.loads(lines[end])["type"] != "deadline":
             rest = continued(lines, end, scenario)
             assert rest.outcome["outcome"] == whole.outcome["outcome"], end
@@ -530,3 +532,73 @@ def test_the_rest_of_a_rest_begins_where_that_ends() -> None:
     assert (rest.until.by, [change.at for change in rest.changes]) == (17, [9])
     assert rest.inputs[0].spans == ((25, 25),)
     assert play(rest).outcome["outcome"] == "completed"
+
+
+CONTINUED = {
+    "door": DOOR,
+    "orders": ORDERS,
+    "closed": CLOSED,
+    "alarm": ALARM,
+    "back": COMES_BACK,
+    "tight": TIGHT % 30,
+    "cover": ONE % KINDS["cover"],
+    "once": ONE % KINDS["once"],
+}
+
+
+@pytest.mark.parametrize("name", CONTINUED)
+def test_the_audit_derives_what_the_header_tells(name: str) -> None:
+    """By its own replay of the run before."""
+    scenario = load_scenario_text(CONTINUED[name])
+    lines = play(scenario).text.splitlines(keepends=True)
+    for end in range(2, len(lines) - 1, 3):
+        first, begins = read_lines(lines[:end]), Run()
+        Mission(resumed(first, scenario), listeners=[begins]).start()
+        assert audit(read_lines(begins.text.splitlines()), first).findings == (), end
+
+
+@pytest.mark.parametrize(
+    ("end", "where", "other", "said"),
+    [
+        (40, ("begun", "robots", "q", "rounds"), 2, "q begins with 2 rounds, but had 0"),
+        (40, ("begun", "robots", "q", "seen"), [], r"targets \[\], but had \[0\]"),
+        (40, ("begun", "robots", "q", "turn"), 0, "target 0, but 1 was next"),
+        (40, ("begun", "robots", "q", "clock", "since"), 2, "began 3 ticks before, not 2"),
+        (24, ("begun", "due"), {}, "is due, but the first run leaves {'door@2'"),
+        (24, ("begun", "due", "door@2"), 9, "is due, but the first run leaves"),
+        (40, ("begun", "had"), ["d", "q"], "d, q has had a turn of tick 1"),
+        (40, ("begun", "closed"), ["door@2"], "door@2 is untraversable, but found was none"),
+        (40, ("begun", "trace"), "0" * 64, "continues another trace"),
+        (40, ("begun",), None, "does not record that it continues"),
+        (40, ("robots", "q", "start"), 0, "q begins at 0"),
+        (40, ("robots", "q", "objective"), {"visit": [0, 4]}, "q is to visit 0, 4, but was to"),
+    ],
+)
+def test_a_header_that_tells_otherwise_is_found(
+    end: int, where: tuple[str, ...], other: object, said: str
+) -> None:
+    scenario = load_scenario_text(DOOR)
+    lines = play(scenario).text.splitlines(keepends=True)
+    first = read_lines(lines[:end])
+    run = play(resumed(first, scenario))
+    place = run.records[0]["scenario"]
+    for key in where[:-1]:
+        place = place[key]
+    place[where[-1]] = other
+    found = audit(read_lines(run.text.splitlines()), first).findings
+    told = [one.explanation for one in found if one.rule == "continuation"]
+    assert any(re.search(said, one) for one in told), told
+
+
+def test_check_trace_compares_a_rest_with_the_run_before(tmp_path: Path) -> None:
+    first, rest = tmp_path / "first.jsonl", tmp_path / "rest.jsonl"
+    source = tmp_path / "s.yaml"
+    source.write_text(DOOR)
+    lines = play(DOOR).text.splitlines(keepends=True)
+    first.write_text("".join(lines[:40]))
+    assert warm.safenav("resume", first, source, "--trace", rest, "--no-map").returncode == 0
+    assert warm.safenav("check-trace", rest, "--after", first).returncode == 0
+    first.write_text("".join(lines[:30]))
+    done = warm.safenav("check-trace", rest, "--after", first)
+    assert done.returncode == 1
+    assert "continuation" in done.stdout

@@ -102,6 +102,18 @@ class DeadlineRule(Rule):
                 self._past |= {*(now.header.begun.late or ())}
         return ()
 
+    def open(self) -> dict[str, int]:
+        """Return what is due, with the tick, without what a charge makes due."""
+        return {of: due for of, due in self._open.items() if of not in self._by_charge}
+
+    def begun(self, robot: str) -> int:
+        """Return the tick in which a robot's present round began."""
+        return self._clocks[robot].begun
+
+    def within(self, robot: str) -> int | None:
+        """Return the most ticks of a robot's round."""
+        return self._within.get(robot)
+
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
         if record.type not in SETTLES or record.type == "acts":
             yield from self._chosen(now)

@@ -1,0 +1,159 @@
+"""The header of a run that continues another, against the trace of that one.
+
+Replays the first trace by the rules' own state, and compares where it ends with where the other
+begins. Robots that have joined are new; a robot that an input keeps from its objective may begin
+with either."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from safenav.audit.judging import findings
+from safenav.audit.kinds import shape_of
+from safenav.audit.lines import Line
+from safenav.audit.rules.deadlines import MISSION, DeadlineRule
+from safenav.audit.rules.rule import Rule
+from safenav.audit.situation import Situation
+from safenav.audit.turn import Status
+
+NAME = "continuation"
+"""The name of this rule."""
+
+
+class _End(Rule):
+    """Holds the situation at the end of a trace."""
+
+    name = NAME
+    now: Situation
+
+    def opening(self, now: Situation) -> tuple[()]:
+        self.now = now
+        return ()
+
+
+def continuation_problems(
+    first: Line, records: Sequence[Line], digest: str, rest: Line
+) -> Iterator[str]:
+    """Yield what the header ``rest`` tells otherwise than the trace with the header ``first``, of
+    which ``digest`` is the sha256."""
+    begun, robots = rest.scenario.begun, rest.scenario.robots
+    if begun is None:
+        yield "its header does not record that it continues another run"
+        return
+    if begun.trace is not None and begun.trace != digest:
+        yield "it continues another trace than this one"
+        return
+    end, deadlines = _End(), DeadlineRule()
+    for _ in findings(first, records, [end, deadlines]):
+        pass
+    now = end.now
+    tick, had = _last_tick(now, records)
+    if {*(begun.had or ())} != had:
+        said = ", ".join(begun.had or ()) or "no robot"
+        yield f"{said} has had a turn of tick 1; it was {', '.join(sorted(had)) or 'none'}"
+    for name in now.header.robots:
+        if name not in robots:
+            yield f"{name} is missing"
+        else:
+            yield from _robot_problems(name, robots[name], now, (begun.robots or {}).get(name))
+            done = (begun.robots or {}).get(name)
+            if done is not None and done.clock is not None and not now.is_away(name):
+                since = tick - deadlines.begun(name)
+                within = deadlines.within(name)
+                if done.clock.since not in (since, since if within is None else min(since, within)):
+                    yield f"the round of {name} began {since} ticks before, not {done.clock.since}"
+    yield from _obstacle_problems(rest, now)
+    due = {of: max(0, at - tick) for of, at in deadlines.open().items() if of != MISSION}
+    told = dict(begun.due or {})
+    if not now.live and told != due:
+        yield f"{told or 'nothing'} is due, but the first run leaves {due or 'nothing'}"
+
+
+def _last_tick(now: Situation, records: Sequence[Line]) -> tuple[int, set[str]]:
+    """Return the last tick that is over, and the robots that have had a turn in the next one."""
+    last = max((record.tick for record in records), default=0)
+    moved = {r.robot for r in records if r.type == "move" and r.tick == last}
+    if now.live or not last:
+        return last, set()
+    robot = now.turn.robot
+    owes = robot is not None and now.turn.first("goal") is None and _may_owe_goal(robot, now)
+    over = moved == {*now.header.robots} and not owes
+    return (last, set()) if over else (last - 1, moved)
+
+
+def _may_owe_goal(robot: str, now: Situation) -> bool:
+    """Return whether a robot is in a target that it may have met last, and has no line for it."""
+    own, here = now.own[robot], now.region[robot]
+    if now.is_away(robot) or now.objectives[robot] != own or now.toward[robot] is not None:
+        return False
+    shape, rounds, seen = shape_of(own.kind), _rounds(robot, now), _seen(robot, now)
+    if shape.settles and rounds and here in own.targets[-1]:
+        return False
+    turn = _turn(robot, now)
+    return any(
+        here in target and index not in seen and (not shape.in_turn or index in turn)
+        for index, target in enumerate(own.targets)
+    )
+
+
+def _robot_problems(name: str, begins: Line, now: Situation, done: Line | None) -> Iterator[str]:
+    at, way = now.region[name], now.heading[name]
+    if (begins.start, begins.heading) != (at, way):
+        yield f"{name} begins at {now.show(begins.start)}, but was at {now.show(at)}"
+    if begins.objective not in (now.own[name], now.base[name]):
+        yield f"{name} is to {begins.objective}, but was to {now.own[name]}"
+        return
+    if now.is_away(name) or begins.objective != now.own[name]:
+        return  # its rounds restart when it has its own objective again
+    shape, rounds = shape_of(now.own[name].kind), _rounds(name, now)
+    told = 0 if done is None else done.rounds or 0
+    if told < rounds or (told > rounds and shape.recurs):
+        yield f"{name} begins with {told} rounds, but had {rounds}"
+    seen = set() if done is None else {*(done.seen or ())}
+    if seen != _seen(name, now):
+        yield f"{name} begins with the targets {sorted(seen)}, but had {sorted(_seen(name, now))}"
+    turn = 0 if done is None else done.turn or 0
+    if shape.in_turn and turn not in _turn(name, now):
+        yield f"{name} begins with target {turn}, but {_turn(name, now)[0]} was next"
+
+
+def _rounds(robot: str, now: Situation) -> int:
+    goals = now.goals[robot]
+    return goals[-1].round if goals else 0
+
+
+def _seen(robot: str, now: Situation) -> set[int]:
+    """Return the targets that a robot has met in its present round."""
+    if shape_of(now.own[robot].kind).settles and _rounds(robot, now):
+        return set()
+    goals = [goal.goal for goal in now.goals[robot] if goal.round == _rounds(robot, now)]
+    return {*(goals[1:] if _rounds(robot, now) else goals)}
+
+
+def _turn(robot: str, now: Situation) -> Sequence[int]:
+    """Return the targets of which one is next: a strict objective may begin with any."""
+    own, goals = now.own[robot], now.goals[robot]
+    count = max(len(own.targets), 1)
+    if shape_of(own.kind).ends:
+        return [min(now.ahead[robot], count - 1)]
+    if shape_of(own.kind).strict:
+        return range(count)
+    return [(goals[-1].goal + 1) % count if goals else now.next[robot]]
+
+
+def _obstacle_problems(rest: Line, now: Situation) -> Iterator[str]:
+    begun, listed = rest.scenario.begun, rest.scenario.obstacles
+    closed = {name for name, is_ in now.status.items() if is_ is Status.UNTRAVERSABLE}
+    closed &= {obstacle.name for obstacle in listed}
+    if {*(begun.closed or ())} != closed:
+        said = ", ".join(begun.closed or ()) or "no obstacle"
+        yield f"{said} is untraversable, but found was {', '.join(sorted(closed)) or 'none'}"
+    for obstacle in listed:
+        gone = now.status.get(obstacle.name) is Status.RESOLVED
+        if gone and obstacle.from_ is None:
+            yield f"{obstacle.name} is there, but was resolved"
+    for name, groups in (begun.met or {}).items():
+        carriers = now.open[name].carriers() if name in now.open else frozenset()
+        if {*groups[-1]} != carriers:
+            robots = ", ".join(sorted(carriers)) or "no robot"
+            yield f"{', '.join(groups[-1])} carries {name}, but it was {robots}"
