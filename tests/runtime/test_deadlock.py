@@ -109,28 +109,6 @@ def test_requester_waits_where_it_does_not_block_its_helper() -> None:
     assert trace.outcome["outcome"] == "completed"
 
 
-def test_robots_that_cannot_back_out_need_an_operator() -> None:
-    # Both start inside the corridor, face to face: neither can turn on the spot.
-    trace = play(
-        """
-        map:
-          grid: |
-            ###########
-            #..#####..#
-            #.........#
-            #..#####..#
-            ###########
-        robots:
-          a: {model: digit, start: [2, 4], heading: east, objective: {visit: [[2, 9], [2, 1]]}}
-          b: {model: digit, start: [2, 6], heading: west, objective: {visit: [[2, 1], [2, 9]]}}
-        limits: {ticks: 100}
-        """
-    )
-    assert trace.outcome["outcome"] == "operator_needed"
-    assert trace.outcome["cause"] == "deadlock"
-    assert "deadlock; none of the" in trace.outcome["explanation"]
-
-
 def test_corridor_is_used_in_one_direction_at_a_time() -> None:
     # Robots with heading mobility could not back out of it.
     trace = play(

@@ -103,29 +103,6 @@ def test_robot_that_faces_the_obstacle_can_wait_and_turn() -> None:
     assert trace.outcome["outcome"] == "completed"
 
 
-def test_robot_between_walls_in_front_of_an_untraversable_region_needs_an_operator() -> None:
-    trace = play(
-        """
-        map:
-          grid: |
-            #######
-            #.....#
-            #.###.#
-            #.....#
-            #######
-        robots:
-          quad: {model: quadcopter, start: 26, objective: {hold: 26}}
-          digit: {model: digit, start: 8, heading: east, objective: {visit: [12, 8]}}
-        obstacles: [{type: uncertainty, region: 10, traversable: false}]
-        limits: {ticks: 80}
-        """
-    )
-    # It stands at 9 between walls, faces 10, and cannot go back: no strategy is left.
-    assert trace.outcome["outcome"] == "operator_needed"
-    assert trace.outcome["cause"] == "unrealizable"
-    assert "digit" in trace.outcome["explanation"]
-
-
 def test_second_request_while_the_first_is_pending() -> None:
     trace = play(
         """
@@ -321,40 +298,74 @@ def test_detour_around_what_nobody_can_resolve() -> None:
     assert trace.outcome["outcome"] == "completed"
 
 
-def test_operator_is_needed_where_there_is_no_detour() -> None:
-    trace = play(
-        """
-        map:
-          grid: |
-            #######
-            #.....#
-            #######
-        robots: {flyer: {model: quadcopter, start: 8, objective: {visit: [12, 8]}}}
-        obstacles: [{type: door, region: 10}]
-        """
-    )
-    assert trace.outcome["outcome"] == "operator_needed"
-    assert trace.outcome["cause"] == "no_capable_robot"
-    assert "push" in trace.outcome["explanation"]
+BETWEEN_WALLS = """\
+# Digit stands at 9 between walls, faces 10, and cannot go back: no strategy is left.
+map:
+  grid: |
+    #######
+    #.....#
+    #.###.#
+    #.....#
+    #######
+robots:
+  quad: {model: quadcopter, start: 26, objective: {hold: 26}}
+  digit: {model: digit, start: 8, heading: east, objective: {visit: [12, 8]}}
+obstacles: [{type: uncertainty, region: 10, traversable: false}]
+limits: {ticks: 80}
+"""
+
+NO_DETOUR = """
+map:
+  grid: |
+    #######
+    #.....#
+    #######
+robots: {flyer: {model: quadcopter, start: 8, objective: {visit: [12, 8]}}}
+obstacles: [{type: door, region: 10}]
+"""
+
+WAIT_FOR_EACH_OTHER = """\
+# The rover can get to the quadcopter's door through the uncertain region only, and the
+# quadcopter to the uncertain region through the door only.
+map:
+  grid: |
+    ###########
+    #.........#
+    ###########
+catalogue: {robots: {rover: {mobility: free, layer: ground, capabilities: [push]}}}
+robots:
+  rover: {model: rover, start: 12, objective: {visit: [19, 12]}}
+  quad: {model: quadcopter, start: 20, objective: {visit: [12, 20]}}
+obstacles: [{type: uncertainty, region: 14}, {type: door, region: 17}]
+limits: {ticks: 60}
+"""
+
+FACE_TO_FACE = """\
+# Both start inside the corridor, face to face: neither can turn on the spot.
+map:
+  grid: |
+    ###########
+    #..#####..#
+    #.........#
+    #..#####..#
+    ###########
+robots:
+  a: {model: digit, start: [2, 4], heading: east, objective: {visit: [[2, 9], [2, 1]]}}
+  b: {model: digit, start: [2, 6], heading: west, objective: {visit: [[2, 1], [2, 9]]}}
+limits: {ticks: 100}
+"""
 
 
-def test_robots_that_wait_for_each_other_need_an_operator() -> None:
-    # The rover can get to the quadcopter's door through the uncertain region only, and the
-    # quadcopter to the uncertain region through the door only.
-    trace = play(
-        """
-        map:
-          grid: |
-            ###########
-            #.........#
-            ###########
-        catalogue: {robots: {rover: {mobility: free, layer: ground, capabilities: [push]}}}
-        robots:
-          rover: {model: rover, start: 12, objective: {visit: [19, 12]}}
-          quad: {model: quadcopter, start: 20, objective: {visit: [12, 20]}}
-        obstacles: [{type: uncertainty, region: 14}, {type: door, region: 17}]
-        limits: {ticks: 60}
-        """
-    )
-    assert trace.outcome["outcome"] == "operator_needed"
-    assert trace.outcome["cause"] == "cyclic_requests", trace.outcome
+@pytest.mark.parametrize(
+    ("text", "cause", "said"),
+    [
+        pytest.param(BETWEEN_WALLS, "unrealizable", "digit", id="between walls"),
+        pytest.param(NO_DETOUR, "no_capable_robot", "push", id="no detour"),
+        pytest.param(WAIT_FOR_EACH_OTHER, "cyclic_requests", "", id="waiting for each other"),
+        pytest.param(FACE_TO_FACE, "deadlock", "deadlock; none of the", id="face to face"),
+    ],
+)
+def test_an_operator_is_needed_where_no_way_is_left(text: str, cause: str, said: str) -> None:
+    outcome = play(text).outcome
+    assert (outcome["outcome"], outcome["cause"]) == ("operator_needed", cause)
+    assert said in outcome["explanation"]
