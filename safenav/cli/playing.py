@@ -20,7 +20,7 @@ from safenav.errors import ExitCode, UsageError, exit_code_of
 from safenav.outcome import Outcome
 from safenav.report.terminal.story import Story
 from safenav.runtime.analysis.expectation import Ledger, differences
-from safenav.runtime.mission import Mission
+from safenav.runtime.mission import Mission, RunResult
 from safenav.scenario.model import Scenario
 from safenav.scenario.settings import Clock
 from safenav.trace.records import Record
@@ -102,6 +102,9 @@ class Performance:
             click.echo(json.dumps(self._record(wrong), indent=2))
         for difference in wrong:
             click.echo(f"{click.style('not as expected:', fg='red')} {difference}", err=True)
+        if outcome is Outcome.COMPLETED and not self._as_json:
+            for line in _not_reached(plan, self.mission.result):
+                click.echo(f"note: {line}", err=True)
         status = exit_code_of(outcome)
         if outcome is not Outcome.INTERRUPTED and wrong:
             status = status or ExitCode.NEGATIVE
@@ -204,3 +207,13 @@ def _while_heard(listener: Listener) -> Listener:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
     return hear
+
+
+def _not_reached(plan: Scenario, result: RunResult) -> Iterator[str]:
+    """The changes of a scenario that a run was completed before."""
+    live = plan.clock is Clock.LIVE
+    end = (result.makespan or 0.0) if live else result.ticks
+    for change in plan.changes:
+        if change.at > end:
+            when = f"at {change.at} s" if live else f"at tick {change.at}"
+            yield f"completed before the change of {change.robot} {when}"

@@ -76,6 +76,24 @@ def test_operator_needed(safenav: Command, tmp_path: Path, expect: str, code: in
         assert f"explain: safenav explain {scenario}" in done.stderr
 
 
+@pytest.mark.parametrize(
+    ("clock", "at", "note"),
+    [("lockstep", 2, ""), ("lockstep", 9, "tick 9"), ("live", 2, ""), ("live", 90, "90 s")],
+)
+def test_changes_that_a_run_did_not_reach_are_noted(
+    safenav: Command, tmp_path: Path, clock: str, at: int, note: str
+) -> None:
+    scenario = tmp_path / "s.yaml"
+    scenario.write_text(
+        'safenav: 1\nmap: {grid: ["....."]}\nuntil: {rounds: 1}\n'
+        "robots: {q: {model: quadcopter, start: 0, objective: {visit: [4, 0]}}}\n"
+        f"changes: [{{at: {at}, robot: q, objective: {{hold: 1}}}}]\n"
+    )
+    done = safenav("run", scenario, "--clock", clock)
+    assert done.returncode == 0
+    assert done.stderr == (f"note: completed before the change of q at {note}\n" if note else "")
+
+
 def test_tick_limit_is_a_resource_limit(safenav: Command) -> None:
     done = safenav("run", SCENARIOS / "case_study_1.yaml", "--max-ticks", 5)
     assert done.returncode == 3
