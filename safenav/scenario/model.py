@@ -304,6 +304,11 @@ class Scenario(Struct, frozen=True):
         return hash((self.name, self.map, self.robots, self.obstacles))
 
     @property
+    def continues(self) -> bool:
+        """Whether robots have begun their objectives in a run that this one continues."""
+        return self.begun is not None and bool(self.begun.robots)
+
+    @property
     def promises(self) -> bool:
         """Whether anything is promised in ticks."""
         timed = any(robot.within is not None for robot in self.robots)

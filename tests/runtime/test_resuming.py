@@ -21,7 +21,7 @@ from safenav.runtime.user_changes import SetInput
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import targets_of
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
-from safenav.scenario.settings import Begun
+from safenav.scenario.settings import Begun, Done
 from safenav.trace.header import scenario_header
 from safenav.trace.reading import read_lines, read_trace
 
@@ -85,6 +85,13 @@ def test_what_a_trace_does_not_describe_is_named(tmp_path: Path) -> None:
     said = "does not fully describe batteries: also name the scenario"
     with pytest.raises(UsageError, match=said):
         resumed(read_trace(path))
+
+
+def test_a_run_that_never_began_is_refused_again() -> None:
+    scenario = load_scenario_text(DUE % (10, "stop"))
+    lines = play(scenario).text.splitlines(keepends=True)
+    assert json.loads(lines[-1])["outcome"] == "unrealizable"
+    assert continued(lines, 1, scenario).outcome["outcome"] == "unrealizable"
 
 
 def test_a_finished_run_is_not_resumed(tmp_path: Path) -> None:
@@ -328,7 +335,7 @@ def test_a_deadline_is_due_at_the_same_time(
 def test_a_run_that_its_deadline_has_ended_goes_on_without_it(tmp_path: Path) -> None:
     scenario, path = load_scenario_text(DUE % (18, "stop")), tmp_path / "trace.jsonl"
     until = replace(scenario.until, by=12)
-    slow = replace(scenario, until=until, begun=Begun())
+    slow = replace(scenario, until=until, begun=Begun(robots={"r": Done()}))
     assert written(slow, path) == "late"
     rest = resumed(read_trace(path), scenario)
     assert rest.until.by is None
@@ -477,8 +484,8 @@ late: stop
 @pytest.mark.parametrize("by", [20, 19], ids=["in time", "late"])
 def test_the_rest_is_late_where_the_run_is(by: int) -> None:
     """Though the tick in which the trace ends may not be over."""
-    scenario = load_scenario_text(TIGHT % 20)
-    scenario = replace(scenario, until=replace(scenario.until, by=by), begun=Begun())
+    scenario, begun = load_scenario_text(TIGHT % 20), Begun(robots={"a": Done()})
+    scenario = replace(scenario, until=replace(scenario.until, by=by), begun=begun)
     whole = play(scenario)
     lines = whole.text.splitlines(keepends=True)
     assert whole.outcome["outcome"] == ("completed" if by == 20 else "late")

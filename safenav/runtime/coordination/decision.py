@@ -120,7 +120,7 @@ def reconsider(team: TeamState, decision: Decision, results: Mapping[str, TaskRe
     """Decide what follows if some robots have no strategy for their tasks: another robot helps; or
     a robot waits while anything may change; or the run ends."""
     names, event = failed(results), decision.event
-    begun = team.scenario.begun is not None  # the robots have got here by themselves
+    begun = team.scenario.continues  # the robots have got here by themselves
     outcome = Outcome.OPERATOR_NEEDED if begun else Outcome.UNREALIZABLE
     said = Reason.INITIAL
     match event:
@@ -148,7 +148,7 @@ def reconsider(team: TeamState, decision: Decision, results: Mapping[str, TaskRe
 
 def _begun(team: TeamState, event: Event, settled: Settled) -> Decision:
     """The first tasks. In the rest of a run that began before, an impasse is one of that run."""
-    if team.scenario.begun is not None and settled.found.proof is not None:
+    if team.scenario.continues and settled.found.proof is not None:
         end = infeasibility.nobody_goes_on(team, settled.floor, settled.found.proof, {}, {})
         return Decision(event, settled=settled, end=end)
     return _assigned(team, event, settled)

@@ -23,7 +23,7 @@ def refusal_of(team: TeamState, batteries: Batteries) -> Conclusion | None:
     """The end of a run before its first tick, unrealizable: a promise is below what the robots
     could do alone, or a charge does not last. None if all can be kept, or if the run began before
     and this is its rest."""
-    if team.scenario.begun is not None:
+    if team.scenario.continues:
         return None
     refused: dict[str, int | None] = {}
     said = []
