@@ -101,6 +101,7 @@ def test_what_was_found_is_mended(seed: int, live: bool, faults: bool, operator:
 FORMULAS = {
     "left by a plan where its formulas forbid it to stay": (70200, False),
     "out of service, it is given an objective without formulas": (70212, True),
+    "it waits for help where its formulas forbid it to stay": (92689, False),
 }
 
 

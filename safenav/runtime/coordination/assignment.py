@@ -12,6 +12,7 @@ from safenav.runtime.coordination.waiting import clear_region, in_the_way
 from safenav.runtime.duties.settlement import Duty, Settlement
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
+from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import (
     ALTERNATING,
     Ltl,
@@ -19,6 +20,7 @@ from safenav.scenario.objective import (
     Target,
     TargetObjective,
     alternation,
+    formulas_in,
     ruled,
     station,
     staying,
@@ -187,7 +189,18 @@ class Assigner(Struct, frozen=True):
             again = Assignment(Role.WAITS, objective, safe_poses=safe)
             return TaskDraft(again, objective, pending, pending, forbidden)
         objective = holding(robot.robot.objective, here)
+        if not self._may_stay(robot):  # it leaves, and comes back
+            objective = helping(robot.robot.objective, frozenset({here}), None, stays=False)
+            forbidden = self._forbidden(robot, index, (self._mask(index, {here}),))
+            again = Assignment(Role.WAITS, objective, safe_poses=safe)
+            return TaskDraft(again, objective, pending, pending, forbidden)
         return TaskDraft(Assignment(Role.WAITS, objective, safe_poses=safe), objective)
+
+    def _may_stay(self, robot: RobotState) -> bool:
+        """Whether its formulas allow a robot to stay where it is."""
+        formulas = formulas_in(robot.robot.objective)
+        pose = robot.next_pose
+        return formulas is None or guarantees_of(formulas).allows(pose, pose)
 
     def _waiting_place(self, robot: RobotState, index: int) -> Region:
         """Return where a robot waits, as far as it gets there."""
