@@ -355,7 +355,8 @@ class FleetSteps:
         if pose is None:
             self._lose(body, task)
         elif pose == task.to and self._near(body, pose.region):
-            self._end(body, pose, Arrived(self.now(), body.robot.name, command=task.command))
+            told = body.robot.name, task.reason
+            self._end(body, pose, Arrived(self.now(), *told, command=task.command))
         elif pose.region == task.to.region and pose != task.to and self._amid(body, pose.region):
             moved = Elsewhere(self.now(), body.robot.name, pose, command=task.command)
             self._end(body, pose, moved)

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from safenav.runtime.characterization import ForbiddenMove
 from safenav.runtime.knowledge import NeedMet
 from safenav.runtime.team import RobotState, TeamState
-from safenav.runtime.worlds.protocol import Blocked, Elsewhere, Ended, Failed, Lost
+from safenav.runtime.worlds.protocol import Arrived, Blocked, Elsewhere, Ended, Failed, Lost
 from safenav.scenario.model import Obstacle
 from safenav.spec.other_robots.belief import watch_for
 from safenav.spec.other_robots.knowledge import Knowledge
@@ -73,6 +73,8 @@ class MoveRecorder:
             return
         result, reason, regions = vocabulary.MoveEnd.ARRIVED, None, None
         match event:
+            case Arrived():
+                reason = event.reason or None
             case Elsewhere():
                 result = vocabulary.MoveEnd.ELSEWHERE
             case Blocked():

@@ -194,7 +194,8 @@ class Depart(Record, frozen=True, tag="depart"):
 
 class Arrive(Record, frozen=True, tag="arrive"):
     """Live: the step of a robot has ended, and it occupies the region ``at`` only (``regions`` if
-    it is lost: it is somewhere in these). ``reason``: why it is not where it was to go."""
+    it is lost: it is somewhere in these). ``reason``: why it is not where it was to go, or took
+    more than one attempt."""
 
     command: Count
     robot: str

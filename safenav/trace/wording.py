@@ -196,7 +196,8 @@ class Wording(Struct, frozen=True):
             case records.Arrive():
                 where = f"{self.robot(line.robot)} is at {self._at(line.at)}"
                 if line.result is vocabulary.MoveEnd.ARRIVED:
-                    return where
+                    again = f", after another attempt ({line.reason})" if line.reason else ""
+                    return where + again
                 why = f" ({line.reason})" if line.reason else ""
                 return f"{where}, its step ended: {line.result.value}{why}"
             case records.Act():

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from math import cos, sin
+from typing import Any
 
 import numpy as np
 import pytest
@@ -24,8 +25,9 @@ from safenav.motion.file.records import (
     Segment,
 )
 from safenav.motion.timed import timed_waypoints
-from safenav.trace.records import Depart, Discovered
+from safenav.trace.records import Arrive, Depart, Discovered
 from safenav.trace.setting import ObstacleHeader
+from safenav.trace.vocabulary import MoveEnd
 
 ALL = frozenset({"digit", "quad", "jackal", "spot"})
 Change = Callable[[Measurement], Measurement | None]
@@ -75,21 +77,36 @@ def test_a_robot_that_lags_is_found(drive: Drive) -> None:
     )
 
 
-@pytest.mark.parametrize(("many", "wrong"), [(1, False), (60, True)])
-def test_a_robot_that_is_held_as_soon_as_it_lags_breaks_no_rule(
-    drive: Drive, many: int, wrong: bool
+@pytest.mark.parametrize(
+    ("many", "told", "wrong"),
+    [
+        (1, {"reason": "0.30 m off"}, False),
+        (1, {"result": MoveEnd.FAILED}, False),
+        (1, {}, True),
+        (60, {"reason": "0.30 m off"}, True),
+    ],
+    ids=["another attempt", "failed", "untold", "late"],
+)
+def test_a_robot_that_is_held_as_soon_as_it_lags_breaks_no_rule_if_the_trace_tells_why(
+    drive: Drive, many: int, told: dict[str, Any], wrong: bool
 ) -> None:
     """A drive holds it at the first measurement beyond the tolerance, never much later."""
     at = _rows(drive.motion, "jackal")[100 : 100 + many]
     change = measured(
         drive.motion, "jackal", lambda row: replace(row, x=row.x + 0.3) if row in at else row
     )
+    ends = [r for r in drive.trace.records if isinstance(r, Arrive) and r.robot == "jackal"]
+    end = next(r for r in ends if (r.t or 0.0) >= at[0].t)
+    records = [replace(r, **told) if r is end else r for r in drive.trace.records]
+    trace = replace(drive.trace, records=tuple(records))
     held = Reset("jackal", 1, at[0].t, at[0].x + 0.3, at[0].y, at[0].yaw, "0.30 m off")
     motion = replace(change, lines=(*change.lines, held))
     assert "tracking" in rules(drive, change)
-    assert ("tracking" in rules(drive, motion)) is wrong
-    (found,) = [one for one in trackings(motion, drive.trace) if one.robot == "jackal"]
-    assert found.held == 1 and "; held 1 time" in str(found)
+    found = [one.found for one in check_motion(motion, trace) if one.rule == "tracking"]
+    assert bool(found) is wrong
+    assert bool(told) or found == ["held (0.30 m off), but the trace reports no failure then"]
+    (tracked,) = [one for one in trackings(motion, drive.trace) if one.robot == "jackal"]
+    assert tracked.held == 1 and "; held 1 time" in str(tracked)
 
 
 def test_a_robot_that_cuts_a_corner_into_a_neighbours_region_is_found(drive: Drive) -> None:
@@ -191,8 +208,10 @@ def test_a_plan_that_goes_on_elsewhere_than_its_robot_is_found(drive: Drive) -> 
     reset = Reset("jackal", 1, row.t, row.x + 0.4, row.y, row.yaw, "told so")
     lines = replace(drive.motion, lines=(*drive.motion.lines, reset))
     found = drive.judged(lines)
-    assert [finding.rule for finding in found] == ["tracking"]
-    assert "its plan continues 0.400 m from where it was measured" in found[0].found
+    assert [finding.rule for finding in found] == ["tracking", "tracking"]
+    said = " ".join(finding.found for finding in found)
+    assert "its plan continues 0.400 m from where it was measured" in said
+    assert "held (told so), but the trace reports no failure then" in said
 
 
 def test_plan_and_execution_have_rules_of_their_own(drive: Drive) -> None:

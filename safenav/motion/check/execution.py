@@ -16,9 +16,9 @@ from safenav.motion.check.examination import NEAR, Examination, Holding
 from safenav.motion.check.paths import Array
 from safenav.motion.check.room import MEASURED_TOUCH, check_distances, outside
 from safenav.motion.file.records import GoalLine, Measured, Motion, Reset
-from safenav.trace.records import Act, ActionEnd, Arrive, Depart
+from safenav.trace.records import Act, ActionEnd, Arrive, Depart, Operator
 from safenav.trace.trace import Trace
-from safenav.trace.vocabulary import MoveEnd
+from safenav.trace.vocabulary import ActResult, MoveEnd
 from safenav.trace.words import counted
 
 SETPOINTS, GOALS = "setpoints", "goals"
@@ -184,15 +184,46 @@ def _holds(case: Examination, name: str) -> list[Reset]:
     return [reset for reset in case.motion.of(Reset, name) if reset.t < last - NEAR]
 
 
+def _failures(trace: Trace, name: str) -> Iterator[tuple[float, float]]:
+    """When a robot may have been held, as the trace has it: from the beginning of a command that
+    has failed, or took more than one attempt, or after which a person has moved the robot, to that
+    of the next one, where its plan continues."""
+    open_: dict[int, float] = {}
+    begun, failed = 0.0, False
+    for record in trace.records:
+        t = record.t or 0.0
+        if (isinstance(record, Depart) and record.robot == name) or (
+            isinstance(record, Act) and name in record.robots
+        ):
+            if failed:
+                yield begun, t
+            begun, failed, open_[record.command] = t, False, t
+        elif isinstance(record, Arrive | ActionEnd) and record.command in open_:
+            del open_[record.command]
+            result = record.result is not MoveEnd.ARRIVED if isinstance(record, Arrive) else False
+            if isinstance(record, ActionEnd):
+                result = ActResult.FAILED in record.results.values()
+            failed = failed or result or bool(record.reason)
+        elif isinstance(record, Operator) and record.robot == name:
+            failed = True
+    if failed or open_:
+        yield begun, inf
+
+
 def _tracking(case: Examination, name: str, way: MeasuredWay) -> None:
     """A robot is where its plan has it, up to the tolerance that the header states, or is held as
-    soon as it is not: its plan then continues from where it was."""
+    soon as it is not: its plan then continues from where it was, and the trace tells that its step
+    or action has failed, or what another attempt was for."""
     if not case.pieces[name]:
         return  # the rule of continuity tells it
     tolerance = case.numbers[name].get("tolerance", 0.0)
     off = _errors(case, name, way)
     held = np.zeros(len(way.times), dtype=bool)
+    told = [*_failures(case.trace, name)]
     for reset in _holds(case, name):
+        if not any(begin - HELD <= reset.t <= end + HELD for begin, end in told):
+            what = f"held ({reset.reason}), but the trace reports no failure then"
+            case.wrong(reset.t, name, "tracking", what)
         held |= (way.times >= reset.t - HELD) & (way.times <= reset.t + NEAR)
     beyond = np.flatnonzero((off > tolerance) & ~held)
     if len(beyond):

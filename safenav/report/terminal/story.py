@@ -78,7 +78,7 @@ class Story:
                 self._moved(event, event.to)
             case records.Arrive():
                 self._moved(event, event.at)
-                if event.result is not vocabulary.MoveEnd.ARRIVED:
+                if event.result is not vocabulary.MoveEnd.ARRIVED or event.reason:
                     self._say(event)
             case records.Discovered():
                 self._obstacles[event.obstacle.name] = event.obstacle.region

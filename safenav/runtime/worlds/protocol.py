@@ -33,9 +33,11 @@ class WorldEvent(DatedEvent, frozen=True, kw_only=True):
 
 
 class Arrived(WorldEvent, frozen=True):
-    """The robot is in the pose that it was sent to, and in no other region."""
+    """The robot is in the pose that it was sent to, and in no other region. ``reason``: why it took
+    more than one attempt."""
 
     robot: str
+    reason: str = ""
 
 
 class Elsewhere(WorldEvent, frozen=True):
