@@ -25,7 +25,8 @@ PASSED = 2.0
 """Seconds for which a ray may have hit a robot that has left since, or an obstacle that has been
 resolved: a scan may be as late as odometry may be old."""
 BEFORE = 0.1
-"""Share of a region's side by which the end of a ray is before the region, not in it."""
+"""Share of a region's side by which the end of a ray is before the region, not in it, or behind its
+middle."""
 
 NARROW, WIDE = 0.1, 0.3
 """Shares of a region's side on both sides of the way to its middle: of what stands there, and that
@@ -144,10 +145,13 @@ class Sensing:
                 continue
             bearing = self._places.bearing(region, at.x, at.y)
             x, y = at.x + hit * cos(bearing), at.y + hit * sin(bearing)
-            before = self._places.outside(region, x, y) > BEFORE * min(
-                self._places.frame.resolution
-            )
+            margin = BEFORE * min(self._places.frame.resolution)
+            behind = hit - (far - use.beyond)
+            before = behind < 0 and self._places.outside(region, x, y) > margin
             robot = whose(region, x, y)
+            if robot is View.ROBOT and behind > margin:
+                view[region] = View.FREE  # the ray has passed the middle before it hit the robot
+                continue
             if robot is not None or before or self._is_past(region, now):
                 view[region] = robot or (View.BEFORE if before else View.DOUBT)
                 continue

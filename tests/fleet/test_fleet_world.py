@@ -490,6 +490,18 @@ def test_a_robot_beside_a_region_does_not_hide_a_door_there() -> None:
     assert told(found) == ("Sensed", "digit", True)
 
 
+def test_a_robot_sets_out_towards_one_that_stands_behind_the_region() -> None:
+    """In small regions a lidar reaches beyond the one before it."""
+    world, robots, scenario = started(scan=ScanUse("scan", "door"))
+    robots.x["quad"], robots.y["quad"] = 3.2, 2.5
+    world.placed(scenario.robots[1], Pose(10))
+    robots.locate("quad")
+    scanned(robots, "digit", 1.25)
+    robots.script = [("succeeded", 2.5)]
+    world.start(scenario.robots[0], EAST, 1)
+    assert world.wait(0.02) == [] and len(robots.goals) == 1
+
+
 def test_a_leaf_before_a_region_is_not_an_obstacle_in_it() -> None:
     """A robot in the region of an open door is near to its leaves."""
     world, robots, scenario = started(side=2.0, scan=ScanUse("scan", "door"))
@@ -775,15 +787,21 @@ clock: live
 
 class Obedient:
     """A transport whose robots are at once where they are sent. Somebody moves the cart into the
-    corridor when digit sets out first, and back when digit has been sent ``patience`` times."""
+    corridor when digit sets out first, and back when digit has been sent ``patience`` times. Time
+    passes while somebody waits, with odometry."""
 
     def __init__(self, places: Places, scenario: Scenario) -> None:
-        self.places, self.stamp = places, 0.0
+        self.places, self.stamp, self.now = places, 0.0, 0.0
+        self.clock = FleetClock(lambda: self.now, self.step)
         self.at = {r.name: places.centre(r.start.region) for r in scenario.robots}
         self.entered: list[int | None] = []
 
     def open(self, post: Callable[[Message], None]) -> None:
         self.post = post
+        self.step()
+
+    def step(self) -> None:
+        self.now += 0.01
         for name, (x, y) in self.at.items():
             self.locate(name, x, y)
 
@@ -812,7 +830,7 @@ def test_nobody_enters_a_region_into_which_somebody_has_moved_a_robot() -> None:
     scenario = load_scenario_text(CORRIDOR, "corridor.yaml")
     robots = Obedient(Places(scenario.map, scenario.map.frame), scenario)  # type: ignore[arg-type]
     stations = {name: Station(f"/{name}") for name in ("digit", "cart")}
-    world = FleetWorld(scenario, stations, robots)  # type: ignore[arg-type]
+    world = FleetWorld(scenario, stations, robots, robots.clock)  # type: ignore[arg-type]
     world.open()
     run = Run()
     mission = Mission(scenario, world=world, listeners=[run, world.told], attended=True)
