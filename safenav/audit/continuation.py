@@ -47,7 +47,7 @@ def continuation_problems(
     for _ in findings(first, records, [end, deadlines]):
         pass
     now = end.now
-    tick, had = _last_tick(now, records)
+    tick, had = _last_tick(now, records, {*(begun.had or ())})
     if {*(begun.had or ())} != had:
         said = ", ".join(begun.had or ()) or "no robot"
         yield f"{said} has had a turn of tick 1; it was {', '.join(sorted(had)) or 'none'}"
@@ -69,14 +69,17 @@ def continuation_problems(
         yield f"{told or 'nothing'} is due, but the first run leaves {due or 'nothing'}"
 
 
-def _last_tick(now: Situation, records: Sequence[Line]) -> tuple[int, set[str]]:
-    """Return the last tick that is over, and the robots that have had a turn in the next one."""
+def _last_tick(now: Situation, records: Sequence[Line], told: set[str]) -> tuple[int, set[str]]:
+    """Return the last tick that is over, and the robots that have had a turn in the next one.
+    ``told``: those of the header, which decides whether a strict robot has met its target."""
     last = max((record.tick for record in records), default=0)
     moved = {r.robot for r in records if r.type == "move" and r.tick == last}
     if now.live or not last:
         return last, set()
     robot = now.turn.robot
     owes = robot is not None and now.turn.first("goal") is None and _may_owe_goal(robot, now)
+    if owes and shape_of(now.own[str(robot)].kind).strict:
+        owes = bool(told)
     over = moved == {*now.header.robots} and not owes
     return (last, set()) if over else (last - 1, moved)
 

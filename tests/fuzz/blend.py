@@ -23,7 +23,7 @@ from fuzz.troubles import Troubled, faults_of
 from fuzz.watch import Watch
 from live.campaign import SlowError, limited
 from safenav import Mission
-from safenav.audit.check import check_trace
+from safenav.audit.check import audit, check_trace
 from safenav.certify.bundle import make_bundle
 from safenav.certify.record import syntheses_of
 from safenav.certify.run import Kept
@@ -140,12 +140,13 @@ def continued(data: Mapping[str, Any], seed: int, *, patience: int = 60) -> Play
     end = Random(f"cut of {seed}").randrange(1, len(whole) - 1)
     if findings := check_trace(whole[:end]).findings:
         played.found.append(f"audit of the first {end} lines: {findings[0]}")
+    first = read_lines(whole[:end])
     try:
-        played.lines = _told(resumed(read_lines(whole[:end]), scenario), patience)
+        played.lines = _told(resumed(first, scenario), patience)
     except SlowError:
         played.found.append(f"slow: no end after {patience} s from line {end}")
         return played
-    if findings := check_trace(played.lines).findings:
+    if findings := audit(read_lines(played.lines), first).findings:
         played.found.append(f"audit of the rest from line {end}: {findings[0]}")
     outcomes = [json.loads(lines[-1])["outcome"] for lines in (whole, played.lines)]
     played.outcome = outcomes[1]

@@ -422,6 +422,8 @@ KINDS = {
     "cover": "cover: [2, 8, 5]",
     "once": "once: [8, 1, 5]",
     "hold": "hold: 7",
+    "shared": "visit: [{any: [2, 3]}, {any: [3, 7]}, 5]",
+    "shared once": "once: [{any: [2, 3]}, {any: [3, 7]}, 5]",
 }
 
 
@@ -446,7 +448,7 @@ def test_no_part_of_a_round_is_done_twice(kind: str) -> None:
         assert rest.outcome["outcome"] == "completed", end
         assert rest.outcome["rounds"] == whole.outcome["rounds"], end
         before, after = goals(lines[:end]), goals(told)
-        if kind in ("once", "hold") and before and before[-1] == goals(lines)[-1]:
+        if kind in ("once", "hold", "shared once") and before and before[-1] == goals(lines)[-1]:
             assert {goal for _, goal, _ in after} == {before[-1][1]}  # it stays there
         else:
             assert before + after == goals(lines), end

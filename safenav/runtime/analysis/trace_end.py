@@ -225,7 +225,7 @@ class TraceEnd(Struct):
                 own.rounds,
                 tuple(sorted(own.seen)),
                 own.turn,
-                not self.pursues(name) or (self.moved is not None and self.moved[0] == name),
+                self._is_uncounted(name),
                 _clock(own, tick) if timed else None,
             )
             for name, own in self.own.items()
@@ -235,6 +235,17 @@ class TraceEnd(Struct):
         late = tuple(sorted(self.late)) if timed else ()
         had = tuple(sorted(self.had)) if self.begins < self.time else ()
         return Begun(trace.digest or None, robots, due, late, tuple(sorted(self.closed)), had)
+
+    def _is_uncounted(self, robot: str) -> bool:
+        """Whether what a robot meets where it stands is not counted yet: its turn was not over, it
+        did something else, or its next target is there, too, which its strategy takes as met."""
+        if not self.pursues(robot) or (self.moved is not None and self.moved[0] == robot):
+            return True
+        own, region = self.own[robot], self.poses[robot].region
+        known = own.pursuit
+        if isinstance(known, Ltl) or not known.in_turn or known.stays(own.turn, region):
+            return False
+        return bool(known.met(own.turn, region))
 
     def _given(self, record: records.NewObjective) -> None:
         robot, own = record.robot, self.own[record.robot]
