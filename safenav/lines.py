@@ -17,20 +17,12 @@ from typing import Any
 
 _FOREIGN = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028\u2029]|\r(?!\n|\Z)")
 
-_CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
-
 HINT = "remove it: programs do not agree on whether a line ends there"
 
 
 def json_line(data: Any) -> str:
     """A line of a JSON Lines file or protocol: compact and in ASCII."""
     return json.dumps(data, separators=(",", ":")) + "\n"
-
-
-def shown(text: str) -> str:
-    """The text with each control character as its escape, such as ``\\x1b``: a terminal would obey
-    it, a line end would begin a line of its own, and no SVG can hold it."""
-    return _CONTROL.sub(lambda found: found.group().encode("unicode_escape").decode(), text)
 
 
 def csv_text(headings: Iterable[object], rows: Iterable[Iterable[object]]) -> str:

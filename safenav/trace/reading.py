@@ -16,7 +16,6 @@ from typing import Any
 from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError
-from safenav.lines import shown
 from safenav.trace.fields import WrongError, convert
 from safenav.trace.records import KINDS, VERSION, Discovered, Header, Record
 from safenav.trace.trace import Trace
@@ -25,6 +24,7 @@ _DIAGNOSTIC_LIMIT = 20
 _SCENARIO = re.compile(rb"^safenav[ \t]*:", re.MULTILINE)
 _PERHAPS_CONTROL = re.compile(rb"\\[bfnrtu]|[\x7f-\xff]")
 """Bytes of JSON whose strings may hold control characters."""
+_CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
 _TEXTS = ("explanation", "because", "reason")
 """Fields whose text may have several lines."""
 
@@ -67,13 +67,19 @@ def _shown(value: Any, *, lines: bool = False) -> Any:
     """A value with all its names fit for a terminal; ``lines``: it is a text of several lines."""
     match value:
         case str():
-            return "\n".join(map(shown, value.split("\n"))) if lines else shown(value)
+            return "\n".join(map(_escaped, value.split("\n"))) if lines else _escaped(value)
         case list():
             return [_shown(item) for item in value]
         case dict():
             items = value.items()
-            return {shown(k): _shown(item, lines=k in _TEXTS) for k, item in items}
+            return {_escaped(k): _shown(item, lines=k in _TEXTS) for k, item in items}
     return value
+
+
+def _escaped(text: str) -> str:
+    """The text with each control character as its escape, such as ``\\x1b``: a terminal would obey
+    it, a line end would begin a line of its own, and no SVG can hold it."""
+    return _CONTROL.sub(lambda found: found.group().encode("unicode_escape").decode(), text)
 
 
 class _Reader:
