@@ -24,7 +24,7 @@ _DIAGNOSTIC_LIMIT = 20
 _SCENARIO = re.compile(rb"^safenav[ \t]*:", re.MULTILINE)
 _PERHAPS_CONTROL = re.compile(rb"\\[bfnrtu]|[\x7f-\xff]")
 """Bytes of JSON whose strings may hold control characters."""
-_CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
+_CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
 _TEXTS = ("explanation", "because", "reason")
 """Fields whose text may have several lines."""
 

@@ -71,7 +71,7 @@ def test_a_real_trace_is_written_as_it_was_read(name: str) -> None:
     assert (again.header, again.records) == (trace.header, trace.records)
 
 
-HOSTILE = "\x1b[2J\x07\x9b\u202e\nx"
+HOSTILE = "\x1b[2J\x07\x9b\u2028\u202e\nx"
 
 
 def test_names_of_a_trace_give_no_orders_to_the_terminal() -> None:
@@ -82,7 +82,7 @@ def test_names_of_a_trace_give_no_orders_to_the_terminal() -> None:
     end = '"explanation":"'
     renamed[-1] = renamed[-1].replace(end, rf"{end}one\ntwo\u001b")
     trace = read_lines(renamed)
-    shown = r"\x1b[2J\x07\x9b\u202e\nx"
+    shown = r"\x1b[2J\x07\x9b\u2028\u202e\nx"
     assert {shown, "digit"} == {*trace.header.scenario.robots}
     assert trace.header.scenario.obstacles[0].type == f"door{shown}"
     assert trace.outcome is not None
