@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from math import atan2, cos, inf, sin
+from math import atan2, cos, inf, isnan, nan, sin
 from threading import Event, Lock, Thread
 from typing import TYPE_CHECKING, Any
 
@@ -113,9 +113,16 @@ def located(robot: str, stamp: float, odometry: Any) -> Located:
 
 
 def scanned(robot: str, stamp: float, scan: Any) -> Scanned:
-    """A ``sensor_msgs/LaserScan``; a range outside its limits is one that hit nothing."""
+    """A ``sensor_msgs/LaserScan``. As in REP 117, ``-inf`` is a hit nearer than ``range_min``, and
+    a range above ``range_max`` hit nothing; one below ``range_min`` says nothing, nor does NaN."""
     least, most = float(scan.range_min), float(scan.range_max)
-    ranges = [float(r) if least <= r <= most else inf for r in scan.ranges]
+
+    def metres(told: float) -> float:
+        if told == -inf:
+            return least
+        return nan if isnan(told) or told < least else told if told <= most else inf
+
+    ranges = [metres(float(told)) for told in scan.ranges]
     return Scanned(robot, stamp, float(scan.angle_min), float(scan.angle_increment), ranges)
 
 

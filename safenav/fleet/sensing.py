@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from enum import Enum, auto
-from math import cos, inf, isfinite, pi, sin
+from math import cos, inf, isfinite, isnan, pi, sin
 
 from msgspec import Struct
 
@@ -204,6 +204,8 @@ class Sensing:
         metres_to = self._places.distance(region, at.x, at.y)
         found: float | None = None
         for index, metres in enumerate(scan.ranges):
+            if isnan(metres):
+                continue
             off = turned(scan.first + index * scan.step - bearing)
             far = metres if isfinite(metres) else metres_to
             if abs(off) < pi / 2 and abs(far * sin(off)) <= width:

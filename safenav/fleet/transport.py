@@ -69,7 +69,7 @@ class Located(Struct, frozen=True):
 
 class Scanned(Struct, frozen=True):
     """A lidar's rays, ``ranges[i]`` metres at angle ``first + i * step`` from the robot's front.
-    A ray that hits nothing is infinite."""
+    A ray that hits nothing is infinite, one without a reading NaN."""
 
     robot: str
     stamp: float

@@ -11,6 +11,7 @@ import math
 import sys
 import threading
 import time
+from collections import deque
 from typing import Any
 
 from fleet.lab import SILENT, ends, follow, lab_at
@@ -29,6 +30,7 @@ class Server:
         self.waiting: dict[bytes, tuple[int, int]] = {}
         self.ended: dict[bytes, int] = {}
         self.acting: list[tuple[Any, int, int]] = []
+        self.late: deque[tuple[float, Any]] = deque()
         self.lock = threading.RLock()
         space = f"/{name}"
         action = f"{space}/navigate_to_pose/_action"
@@ -141,10 +143,9 @@ class Server:
             _, ranges = self.lab.scan(self.name)
             step = 2 * math.pi / len(ranges)
             laser = ros.LaserScan(header, 0.0, 2 * math.pi, step, 0.0, 0.0, 0.05, 7.5, ranges, [])
-            if "lag" in self.faults:
-                threading.Timer(0.3, self.scans.write, [laser]).start()
-            else:
-                self.scans.write(laser)
+            self.late.append((time.monotonic() + (0.3 if "lag" in self.faults else 0.0), laser))
+        while self.late and self.late[0][0] <= time.monotonic():
+            self.scans.write(self.late.popleft()[1])
 
 
 def main(port: int, domain: int, robots: list[str]) -> None:

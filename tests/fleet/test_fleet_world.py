@@ -277,6 +277,19 @@ def test_a_door_is_not_gone_while_another_lidar_hits_it(later: str) -> None:
     assert told(gone)[2] is False and world.sense(scenario.robots[1], 10) is None
 
 
+def test_a_ray_without_a_reading_says_nothing() -> None:
+    world, robots, scenario = started(scan=ScanUse("scan", "door"))
+    scanned(robots, "digit", 0.6)
+    world.wait(0.05)
+    robots.now += 5.0
+    robots.locate("digit")
+    scanned(robots, "digit", math.nan)
+    assert world.wait(0.05) == [] and world.sense(scenario.robots[0], 9) is not None
+    scanned(robots, "digit", 9.0)
+    (gone,) = world.wait(0.05)
+    assert told(gone)[2] is False
+
+
 def test_another_robot_is_no_obstacle() -> None:
     world, robots, scenario = started(scan=ScanUse("scan", "door"))
     scanned(robots, "digit", 0.6, ahead=3)  # to the south stands the quadcopter, in 15

@@ -1,7 +1,7 @@
 """What ROS messages mean, whichever of both ROS sends them."""
 
 import logging
-from math import cos, inf, pi, sin
+from math import cos, inf, nan, pi, sin
 from types import SimpleNamespace as Message
 
 import pytest
@@ -29,11 +29,16 @@ def test_a_tilted_robot_has_the_yaw_of_its_heading() -> None:
     assert ros.located("quad", 0.0, odometry(w, x, y, z)).yaw == pytest.approx(1.1)
 
 
-def test_a_range_outside_the_limits_of_a_lidar_hit_nothing() -> None:
-    scan = Message(
-        range_min=0.1, range_max=5.0, angle_min=-1.0, angle_increment=0.5, ranges=[0.05, 2.0, 9.0]
-    )
-    assert ros.scanned("quad", 3.0, scan) == Scanned("quad", 3.0, -1.0, 0.5, [inf, 2.0, inf])
+@pytest.mark.parametrize(
+    ("told", "metres"),
+    [(2.0, 2.0), (9.0, inf), (inf, inf), (0.05, nan), (0.0, nan), (nan, nan), (-inf, 0.1)],
+)
+def test_a_range_outside_the_limits_of_a_lidar_has_its_meaning(told: float, metres: float) -> None:
+    """As in REP 117: what is too near to be measured is no free way."""
+    limits = {"range_min": 0.1, "range_max": 5.0, "angle_min": -1.0, "angle_increment": 0.5}
+    found = ros.scanned("quad", 3.0, Message(**limits, ranges=[told, 1.0]))
+    assert found.ranges == pytest.approx([metres, 1.0], nan_ok=True)
+    assert found == Scanned("quad", 3.0, -1.0, 0.5, found.ranges)
 
 
 def test_a_stream_is_the_reference_sample_by_sample() -> None:
