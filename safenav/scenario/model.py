@@ -305,8 +305,8 @@ class Scenario(Struct, frozen=True):
 
     @property
     def continues(self) -> bool:
-        """Whether robots have begun their objectives in a run that this one continues."""
-        return self.begun is not None and bool(self.begun.robots)
+        """Whether this run continues another one that was not refused before its first tick."""
+        return self.begun is not None and self.begun.ran
 
     @property
     def promises(self) -> bool:

@@ -159,7 +159,8 @@ class Begun(Struct, frozen=True):
     ``robots``: those that had begun; ``due``: the ticks left for the requests that were open;
     ``late``: the obstacles whose promise is broken; ``closed``: those that were found
     untraversable; ``had``: the robots that have had their turn of tick 1 before; ``met``: the
-    robots that met the first needs of obstacles, where the same robots must meet the next."""
+    robots that met the first needs of obstacles, where the same robots must meet the next;
+    ``ran``: it was not refused before its first tick."""
 
     trace: str | None = None
     robots: Mapping[str, Done] = {}
@@ -168,6 +169,7 @@ class Begun(Struct, frozen=True):
     closed: tuple[str, ...] = ()
     had: tuple[str, ...] = ()
     met: Mapping[str, tuple[tuple[str, ...], ...]] = {}
+    ran: bool = False
 
 
 class Limits(Struct, frozen=True):

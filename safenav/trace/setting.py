@@ -196,7 +196,8 @@ class BegunHeader(Struct, frozen=True):
     progress, of those that had begun; ``due``: the ticks left for the requests that were open;
     ``late``: the obstacles whose deadline had passed; ``closed``: those that were found
     untraversable; ``had``: the robots that have had their turn of tick 1 before; ``met``: the
-    robots that met the first needs of obstacles, where the same robots must meet the next."""
+    robots that met the first needs of obstacles, where the same robots must meet the next;
+    ``ran``: it was not refused before its first tick."""
 
     trace: Sha256 | None = None
     robots: Mapping[str, DoneHeader] = {}
@@ -205,6 +206,7 @@ class BegunHeader(Struct, frozen=True):
     closed: tuple[str, ...] = ()
     had: tuple[str, ...] = ()
     met: Mapping[str, tuple[tuple[str, ...], ...]] = {}
+    ran: bool = False
 
 
 class LimitsHeader(Struct, frozen=True):

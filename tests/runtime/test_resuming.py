@@ -335,7 +335,7 @@ def test_a_deadline_is_due_at_the_same_time(
 def test_a_run_that_its_deadline_has_ended_goes_on_without_it(tmp_path: Path) -> None:
     scenario, path = load_scenario_text(DUE % (18, "stop")), tmp_path / "trace.jsonl"
     until = replace(scenario.until, by=12)
-    slow = replace(scenario, until=until, begun=Begun(robots={"r": Done()}))
+    slow = replace(scenario, until=until, begun=Begun(robots={"r": Done()}, ran=True))
     assert written(slow, path) == "late"
     rest = resumed(read_trace(path), scenario)
     assert rest.until.by is None
@@ -486,7 +486,7 @@ late: stop
 @pytest.mark.parametrize("by", [20, 19], ids=["in time", "late"])
 def test_the_rest_is_late_where_the_run_is(by: int) -> None:
     """Though the tick in which the trace ends may not be over."""
-    scenario, begun = load_scenario_text(TIGHT % 20), Begun(robots={"a": Done()})
+    scenario, begun = load_scenario_text(TIGHT % 20), Begun(robots={"a": Done()}, ran=True)
     scenario = replace(scenario, until=replace(scenario.until, by=by), begun=begun)
     whole = play(scenario)
     lines = whole.text.splitlines(keepends=True)

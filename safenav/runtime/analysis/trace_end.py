@@ -92,6 +92,7 @@ class TraceEnd(Struct):
     closed: set[str] = field(default_factory=set)
     moved: tuple[str, int] | None = None
     had: set[str] = field(default_factory=set)
+    ran: bool = False
     live: bool = False
     continues: bool = False
     time: float = 0.0
@@ -123,7 +124,7 @@ class TraceEnd(Struct):
             {name: robot.objective for name, robot in robots.items()},
         )
         if header.begun is not None:
-            end.continues = True
+            end.continues, end.ran = True, header.begun.ran
             end.due, end.late = dict(header.begun.due), {*header.begun.late}
             end.closed = {*header.begun.closed}
             end.met = {name: [*groups] for name, groups in header.begun.met.items()}
@@ -137,6 +138,7 @@ class TraceEnd(Struct):
         if record.t is None and record.tick != self.time:
             self.had.clear()
         self.live = record.t is not None
+        self.ran |= record.tick > 0 and not isinstance(record, records.End)
         self.time = record.t if record.t is not None else record.tick
         match record:
             case records.Move():
@@ -234,7 +236,8 @@ class TraceEnd(Struct):
         due = {of: max(0, at - tick) for of, at in self.due.items()} if timed else {}
         late = tuple(sorted(self.late)) if timed else ()
         had = tuple(sorted(self.had)) if self.begins < self.time else ()
-        return Begun(trace.digest or None, robots, due, late, tuple(sorted(self.closed)), had)
+        closed = tuple(sorted(self.closed))
+        return Begun(trace.digest or None, robots, due, late, closed, had, ran=self.ran)
 
     def _is_uncounted(self, robot: str) -> bool:
         """Whether what a robot meets where it stands is not counted yet: its turn was not over, it
