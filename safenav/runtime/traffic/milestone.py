@@ -21,19 +21,22 @@ from safenav.world.map import Heading
 from safenav.world.moves import Pose
 
 Row = tuple[int, ...]
-"""The part of a node that formulas refer to: region, heading if there is one, memory."""
+"""The part of a node that formulas refer to: region, heading if there is one, memory, inputs."""
 
 
 class Aims:
-    """Milestones of a robot with formulas by one strategy of its own. Results are kept."""
+    """Milestones of a robot with formulas by one strategy of its own. Results are kept. ``inputs``:
+    of the environment, whichever of them the formulas name."""
 
-    def __init__(self, strategy: Strategy, objective: Ltl) -> None:
+    def __init__(self, strategy: Strategy, objective: Ltl, inputs: Collection[str]) -> None:
         self.strategy = strategy
         self._objective = objective
         self._goals = tuple(map(holds, objective.liveness))
-        self._names = tuple(
-            name for name in ("region", "heading", *objective.memory) if name in strategy.values(0)
-        )
+        known = strategy.values(0)
+        pose = [name for name in ("region", "heading") if name in known]
+        memory = [name for name in objective.memory if name in known]
+        self._memory = slice(len(pose), len(pose) + len(memory))
+        self._names = (*pose, *memory, *(name for name in inputs if name in known))
         self._met: dict[tuple[Row, Row], frozenset[int]] = {}
         self._found: dict[tuple[int, frozenset[int]], Pose | None] = {}
 
@@ -77,10 +80,9 @@ class Aims:
         """The first pose of a way that is not the present one and where something is remembered,
         or the goal is met."""
         rows = [self._rows[node] for node in way]
-        memory = sum(name in ("region", "heading") for name in self._names)
         here = self._pose(rows[0])
         for step, (before, after) in enumerate(pairwise(rows)):
-            if step == len(rows) - 2 or before[memory:] != after[memory:]:
+            if step == len(rows) - 2 or before[self._memory] != after[self._memory]:
                 for pose in (self._pose(before), self._pose(after)):
                     if pose != here:
                         return pose

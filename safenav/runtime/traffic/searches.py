@@ -103,7 +103,8 @@ class Searches:
             return None
         aims = self._aims.get(robot.name)
         if aims is None or aims.strategy is not planner.strategy:
-            aims = self._aims[robot.name] = Aims(planner.strategy, objective)
+            inputs = [each.name for each in self._state.scenario.inputs]
+            aims = self._aims[robot.name] = Aims(planner.strategy, objective, inputs)
         return aims.aim(planner.node, robot.own.seen)
 
     def _has_done_all(self, robot: RobotState) -> bool:
