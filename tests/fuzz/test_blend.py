@@ -124,7 +124,7 @@ def test_a_run_with_all_at_once_is_true(
 
 
 def test_plans_for_formulas_that_remember_may_name_an_input() -> None:
-    assert not continued(formula_mission(95826), 95826).found
+    assert not continued(formula_mission(95826, live=True), 95826).found
 
 
 CUT = [*((seed, live) for seed in (10049, *range(FIRST, FIRST + COUNT)) for live in (True, False))]
