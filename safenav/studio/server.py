@@ -88,6 +88,8 @@ class Guard(Struct, frozen=True):
 PORT = 7246
 PORTS = 20
 """Ports that are tried, from the first on."""
+BACKLOG = 2048
+"""Connections that wait to be accepted."""
 
 PAGES = 64
 """Pages that may be open simultaneously."""
@@ -110,7 +112,7 @@ class Server:
         self.studio = studio
         self._keep = keep
         self._abandoned = abandoned
-        self._socket = _listening(port)
+        self._socket = listening(port)
         self.guard = Guard(secrets.token_urlsafe(24), self._socket.getsockname()[1])
         self._over = asyncio.Event()
         self._had_pages = False
@@ -127,7 +129,7 @@ class Server:
         app.router.add_get(f"{base}/{{name}}", self._file)
         runner = web.AppRunner(app, access_log=None, handle_signals=False, shutdown_timeout=1.0)
         await runner.setup()
-        await web.SockSite(runner, self._socket, backlog=2048).start()
+        await web.SockSite(runner, self._socket, backlog=BACKLOG).start()
         ready(self.guard.address)
         if browser:
             with suppress(Exception):
@@ -257,7 +259,7 @@ def _put(queue: asyncio.Queue[str | None], data: dict[str, Any]) -> None:
         queue.put_nowait(json.dumps(data))
 
 
-def _listening(port: int | None) -> socket.socket:
+def listening(port: int | None) -> socket.socket:
     """Return a socket on the loopback interface; on another port if the port is taken and the user
     does not insist on it. Raises UsageError."""
     wanted = [port] if port is not None else [*range(PORT, PORT + PORTS), 0]
@@ -266,6 +268,7 @@ def _listening(port: int | None) -> socket.socket:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             listener.bind(("127.0.0.1", number))
+            listener.listen(BACKLOG)  # until then another process may be bound to it, too
         except OSError as error:
             listener.close()
             failure = error

@@ -11,7 +11,8 @@ from pathlib import Path
 import aiohttp
 import pytest
 
-from safenav.studio.server import Server
+from safenav.errors import UsageError
+from safenav.studio.server import Server, listening
 from safenav.studio.session import Studio
 from studio.serving import MINUTES, ROOT, SCENARIOS, Page, Served, opened, visit
 
@@ -141,6 +142,15 @@ def test_standard_input_cannot_be_watched() -> None:
 def test_a_second_studio_takes_another_port(served: Served) -> None:
     with Served("run", HELLO, "--live") as other:
         assert other.port != served.port
+
+
+def test_a_port_is_taken_before_it_is_served() -> None:
+    """Two studios that start at the same moment were bound to one port, and one of them failed."""
+    with listening(None) as first, listening(None) as second:
+        taken = first.getsockname()[1]
+        assert taken != second.getsockname()[1]
+        with pytest.raises(UsageError, match="cannot be listened on"):
+            listening(taken)
 
 
 def test_it_ends_when_the_last_page_has_been_closed_for_a_while() -> None:
