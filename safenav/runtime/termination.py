@@ -30,8 +30,9 @@ class Conclusion(Struct, frozen=True):
     refused: Mapping[str, int | None] | None = None
 
 
-class RunEnded(Exception):  # noqa: N818 - it is not an error
-    """The run ends with ``conclusion``."""
+class RunEnded(BaseException):
+    """The run ends with ``conclusion``. No Exception: like KeyboardInterrupt, a signal may raise it
+    anywhere, and a library that is at work there must not handle it as an error of its own."""
 
     def __init__(self, conclusion: Conclusion) -> None:
         self.conclusion = conclusion

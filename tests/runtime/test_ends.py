@@ -36,6 +36,20 @@ safenav.runtime.mission.first_failure = lambda *_: time.sleep(900)
 """
 """A verification that never ends."""
 
+AT_ONCE = """
+import os, signal, threading
+start = threading._start_new_thread
+def pressed(*given):
+    number = start(*given)
+    if getattr(given[0], "__self__", None).name.startswith("ThreadPool"):
+        given[0].__self__._started.wait()
+        os.kill(os.getpid(), signal.SIGINT)
+        sum(range(100))
+    return number
+threading._start_new_thread = pressed
+"""
+"""Ctrl-C while the thread of a synthesis is started."""
+
 
 PRESSED = """
 import sys
@@ -93,6 +107,13 @@ def test_a_signal_ends_a_run_with_its_outcome(number: signal.Signals, tmp_path: 
     run.communicate(timeout=300)
     assert run.returncode == 130
     assert outcome(trace) == "interrupted"
+
+
+def test_a_signal_that_comes_within_a_library_is_no_error(tmp_path: Path) -> None:
+    trace = tmp_path / "t.jsonl"
+    run = safenav("run", HELLO, "--no-map", "--trace", trace, before=AT_ONCE)
+    run.communicate(timeout=300)
+    assert (run.returncode, outcome(trace)) == (130, "interrupted")
 
 
 def test_a_run_that_is_interrupted_is_not_certified(tmp_path: Path) -> None:
