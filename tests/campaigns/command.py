@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -93,8 +94,11 @@ class Forked(Command):
     def _start(self, words: list[str], out: int, err: int) -> int:
         sys.stdout.flush()
         sys.stderr.flush()
+        # Python forgets signals that come while it forks: an interrupt waits for its handler.
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         child = os.fork()
         if child:
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
             return child
         status = 4
         try:
@@ -102,6 +106,10 @@ class Forked(Command):
             os.dup2(out, 1)
             os.dup2(err, 2)
             signal.signal(signal.SIGINT, signal.default_int_handler)
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+            # As Python does by default: an interrupt may come between a file's opening and the
+            # `with` that would close it.
+            warnings.simplefilter("ignore", ResourceWarning)
             sys.argv = ["safenav", *words]
             from safenav.cli import main
 

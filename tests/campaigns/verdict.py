@@ -74,7 +74,7 @@ def judge_interrupted(
     data: Mapping[str, Any], command: Command, after: float, patience: float = 300.0
 ) -> Judgement:
     """Interrupt the mission after so many seconds: it ends by itself, as ``interrupted`` if it
-    had not ended before, and leaves a trace that is right as far as it goes."""
+    had not ended before or in that turn, and leaves a trace that is right as far as it goes."""
     with tempfile.TemporaryDirectory() as folder:
         file, trace = Path(folder) / "mission.yaml", Path(folder) / "mission.jsonl"
         file.write_text(yaml.safe_dump(dict(data), sort_keys=False), encoding="utf-8")
@@ -90,14 +90,22 @@ def judge_interrupted(
         if not run.interrupted or not lines or b'"type":"outcome"' in run.seen:
             return Judgement("completed", "it ended, or was ended, before it began", run.deaf)
         told = (run.output[-300:] + run.errors[-900:]).strip()
-        if run.exit != 130 or "Traceback" in run.errors:
+        ended = lines[-1].get("outcome")
+        in_its_turn = run.exit in (0, 1) and lines[-1]["tick"] <= _last_tick(run.seen) + 1
+        if not (run.exit == 130 or in_its_turn) or "Traceback" in run.errors:
             return Judgement("exit status", f"{run.exit} after SIGINT: {told}", run.deaf)
-        if lines[-1].get("outcome") != "interrupted":
+        if (ended == "interrupted") != (run.exit == 130) or ended is None:
             return Judgement("no outcome", f"the trace ends with {lines[-1]}", run.deaf)
         checked = command.call(["check-trace", trace], 60.0)
         if checked.exit != 0:
             return Judgement("refused by check-trace", checked.output[-600:], run.deaf)
         return Judgement("completed", "", run.deaf, lines)
+
+
+def _last_tick(seen: bytes) -> int:
+    """The tick of the last whole line that had been written."""
+    whole = seen[: seen.rfind(b"\n") + 1].splitlines()
+    return json.loads(whole[-1])["tick"] if whole else 0
 
 
 def read_lines(trace: Path) -> tuple[Mapping[str, Any], ...]:
