@@ -23,7 +23,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 from frames import described, gaps_of
 
-from report import made_traces, team_trace
+from report import made_traces
 from report.browser import Browser, Keys
 from runtime.played import play
 from safenav.report.page.html import page_of
@@ -48,7 +48,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         lines = play(made_traces.crowded(chosen.robots, chosen.ticks)).records
         if chosen.vision is not None:
-            lines = team_trace.watched(lines, chosen.vision)
+            lines = made_traces.watched(lines, chosen.vision)
         trace = made_traces.write(lines, Path(folder) / "crowd.jsonl")
         page = Path(folder) / "crowd.html"
         before = time.process_time()

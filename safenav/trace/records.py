@@ -385,7 +385,7 @@ class StackEntry(Record, frozen=True):
 
     depth: Count
     objectives: Mapping[str, Objective]
-    obstacle: str | None
+    obstacle: str
     requester: str | None
     helper: str | None
     reason: StackReason = StackReason.REQUEST
@@ -394,8 +394,7 @@ class StackEntry(Record, frozen=True):
 
 
 class Push(StackEntry, frozen=True, tag="push"):
-    """Objectives changed for a request, or so that ``helper`` gives way to ``requester`` (then
-    ``obstacle`` is None). ``objectives``: those in force after it."""
+    """Objectives changed for a request. ``objectives``: those in force after it."""
 
 
 class Pop(StackEntry, frozen=True, tag="pop"):

@@ -53,8 +53,6 @@ class Reason(StrEnum):
     REQUEST = "request"
     RESOLVED = "resolved"
     BLOCKED = "blocked"
-    YIELD = "yield"
-    APPEARED = "appeared"
     GONE = "gone"
     PLAN = "plan"
     """After a joint plan, from a pose that the strategy before did not know."""
@@ -77,10 +75,9 @@ class Form(StrEnum):
 
 
 class StackReason(StrEnum):
-    """Reason for a push: a request, or giving way."""
+    """Reason for a push."""
 
     REQUEST = "request"
-    YIELD = "yield"
 
 
 class BlockReason(StrEnum):
@@ -88,7 +85,6 @@ class BlockReason(StrEnum):
 
     UNTRAVERSABLE = "untraversable"
     NO_CAPABLE_ROBOT = "no_capable_robot"
-    NO_HELPER = "no_helper"
     UNRESOLVABLE = "unresolvable"
     """The closure of all that the team can do never resolves it: see ``proof``."""
     OPERATOR = "operator"

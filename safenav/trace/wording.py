@@ -62,8 +62,6 @@ _WHY = {
     vocabulary.Reason.REQUEST: "for a request",
     vocabulary.Reason.RESOLVED: "after a resolution",
     vocabulary.Reason.BLOCKED: "around a blocked region",
-    vocabulary.Reason.YIELD: "to make way",
-    vocabulary.Reason.APPEARED: "around what has appeared",
     vocabulary.Reason.GONE: "after an obstacle went",
     vocabulary.Reason.OBJECTIVE: "for another objective",
     vocabulary.Reason.SERVICE: "back in service",
@@ -75,7 +73,6 @@ _WHY = {
 _BLOCKED = {
     vocabulary.BlockReason.UNTRAVERSABLE: "it is not traversable",
     vocabulary.BlockReason.NO_CAPABLE_ROBOT: "too few robots have the action it needs",
-    vocabulary.BlockReason.NO_HELPER: "no robot can help",
     vocabulary.BlockReason.UNRESOLVABLE: "no robot can ever resolve it",
     vocabulary.BlockReason.OPERATOR: "an operator reports that it is permanent",
 }
@@ -136,14 +133,10 @@ class Wording(Struct, frozen=True):
                 return f"{who} {found}: it cannot {line.action}"
             case records.Request():
                 return self._request(line)
-            case records.Push() if line.obstacle is None:
-                helpers = line.helpers or ((line.helper,) if line.helper else ())
-                return self.giving_way(helpers, line.requester)
             case records.Push():
                 return f"objectives pushed, depth {line.depth}"
             case records.Pop():
-                over = f" ({self.obstacle(line.obstacle)})" if line.obstacle else ""
-                return f"objectives restored, depth {line.depth}{over}"
+                return f"objectives restored, depth {line.depth} ({self.obstacle(line.obstacle)})"
             case records.Met():
                 return self._met(line)
             case records.Resolved():
@@ -295,18 +288,6 @@ class Wording(Struct, frozen=True):
     def obstacle(self, name: str) -> str:
         """``door@47``, or ``door@dock`` where the region has a name."""
         return obstacle_words(name, self.word)
-
-    def giving_way(self, helpers: Iterable[str], requester: str | None) -> str:
-        """Return which robots give way to which robot."""
-        names = list(helpers)
-        to = self.robot(requester) if requester else "the other robots"
-        return f"{self._all(names)} {'gives' if len(names) == 1 else 'give'} way to {to}"
-
-    def given_way(self, line: records.Pop, helpers: Sequence[str]) -> str:
-        """The pop after robots have given way."""
-        verb = "has" if len(helpers) == 1 else "have"
-        to = self.robot(line.requester) if line.requester else "the other robots"
-        return f"{self._all(helpers)} {verb} given way to {to}: {self.sentence(line)}"
 
     def backing_up(self, violation: records.Violation, backtrack: records.Backtrack) -> str:
         """A violation and the safe action that was taken instead."""

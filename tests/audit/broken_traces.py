@@ -199,7 +199,7 @@ CASES: list[Case] = [
     ),
     ("blocked", "untraversable", drop("blocked"), 2, "quad"),
     ("blocked", "untraversable", edit("blocked", {}, robots=["digit", "quad"]), 2, "quad"),
-    ("blocked", "detour", edit("blocked", {}, reason="no_helper"), 1, "rover"),
+    ("blocked", "detour", edit("blocked", {}, reason="unresolvable"), 1, "rover"),
     ("blocked", "cycle", edit("blocked", {}, reason="no_capable_robot"), 1, "quad"),
     ("blocked", "detour", edit("blocked", {}, reason="untraversable"), 1, "rover"),
     ("request", "door", edit("request", {}, regions=[9, 10]), 2, "quad"),

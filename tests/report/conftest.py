@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from report import made_traces, team_trace
+from report import made_traces
 from safenav.report.page.html import page_of
 from safenav.report.replay.reading import read_replay
 from safenav.report.replay.timeline import Replay
@@ -12,14 +12,15 @@ from safenav.report.replay.timeline import Replay
 
 @pytest.fixture(scope="session")
 def traces(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """Trace files by name: door, chain, detour, meeting, and the long crowd."""
+    """Trace files by name: door, chain, detour, meeting, slow, and the long crowd."""
     folder = tmp_path_factory.mktemp("traces")
     makers = (
         made_traces.door,
         made_traces.chain,
         made_traces.detour,
+        made_traces.meeting,
+        made_traces.slow,
         made_traces.crowd,
-        team_trace.meeting,
     )
     return {
         maker.__name__: made_traces.write(maker(), folder / f"{maker.__name__}.jsonl")

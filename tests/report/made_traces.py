@@ -7,6 +7,8 @@ from typing import Any
 
 from once import made_once, trace_of_shipped
 from runtime.played import play
+from safenav.world.map import RegionMap
+from safenav.world.sight import visible_from
 
 DETOUR = """
 safenav: 1
@@ -27,6 +29,25 @@ obstacles: [{type: uncertainty, region: 34, traversable: false}]
 until: {rounds: 2}
 """
 
+MEETING = """
+safenav: 1
+name: meeting at a doorway
+map: {grid: ["#########", "#...#...#", "#.......#", "#...#...#", "#########"]}
+catalogue: {robots: {rover: {mobility: free, layer: ground, vision: 3}}}
+robots:
+  west: {model: rover, start: 19, objective: {visit: [25, 19]}, tracking: belief}
+  east: {model: rover, start: 25, objective: {visit: [19, 25]}, tracking: belief}
+until: {rounds: 1}
+"""
+
+SLOW = """
+safenav: 1
+map: {grid: ["#####", "#...#", "#####"]}
+catalogue: {robots: {rover: {mobility: free, layer: ground, timing: 3}}}
+robots: {slow: {model: rover, start: 8, objective: {visit: [6, 8]}}}
+until: {rounds: 1}
+"""
+
 Lines = list[dict[str, Any]]
 
 
@@ -43,6 +64,16 @@ def chain() -> Lines:
 def detour() -> Lines:
     """An uncertainty that turns out untraversable: its region is closed to Digit."""
     return _played("detour", DETOUR)
+
+
+def meeting() -> Lines:
+    """Two robots that see three regions far, and believe each other in a room until they meet."""
+    return _played("meeting", MEETING)
+
+
+def slow() -> Lines:
+    """A robot whose steps take three ticks."""
+    return _played("slow", SLOW)
 
 
 def crowd() -> Lines:
@@ -86,6 +117,38 @@ def _played(name: str, scenario: str | dict[str, Any]) -> Lines:
 
 def _read(trace: Path) -> Lines:
     return [json.loads(line) for line in trace.read_text().splitlines()]
+
+
+def watched(lines: Lines, vision: float, side: int = 5) -> Lines:
+    """Another trace as if its robots saw only so far, and kept track of all others by beliefs
+    about the square tiles of the map, ``side`` regions wide: the worst that a page can meet."""
+    scenario = lines[0]["scenario"]
+    world = RegionMap.from_grid(scenario["map"]["grid"])
+    robots = {name: {**robot, "vision": vision} for name, robot in scenario["robots"].items()}
+    tiles: dict[tuple[int, int], list[int]] = {}
+    for region in world.free:
+        row, col = world.position(region)
+        tiles.setdefault((row // side, col // side), []).append(region)
+    where = {name: robot["start"] for name, robot in robots.items()}
+    view, known = visible_from(world, vision), dict[tuple[str, str], tuple[bool, list[int]]]()
+    told = [{**lines[0], "scenario": {**scenario, "robots": robots}}]
+    for line in lines[1:]:
+        told.append(line)
+        if line["type"] != "move":
+            continue
+        robot, tick = line["robot"], line["tick"]
+        where[robot] = line["to"]
+        for other in robots:
+            seen = other != robot and view.sees(where[robot], where[other])
+            row, col = world.position(where[other])
+            near = [(row // side + d, col // side + e) for d in (-1, 0, 1) for e in (-1, 0, 1)]
+            around = sorted(region for tile in near for region in tiles.get(tile, []))
+            belief = (seen, [where[other]] if seen else around)
+            if other != robot and known.get((robot, other)) != belief:
+                known[robot, other] = belief
+                about = {"of": other, "seen": seen, "regions": belief[1]}
+                told.append({"type": "belief", "tick": tick, "robot": robot, **about})
+    return told
 
 
 def write(lines: Lines, path: Path) -> Path:

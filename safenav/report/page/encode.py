@@ -229,11 +229,10 @@ def progress_data(done: RobotProgress) -> list[Any]:
 
 
 def stack_data(frames: Sequence[StackRow], world: RegionMap) -> list[Any]:
-    kinds = ("yield" if frame.obstacle is None else "request" for frame in frames)
     return [
         [
-            [kind, frame.about(world.word), frame.roles, frame.requester, [*frame.helpers]]
-            for kind, frame in zip(kinds, frames, strict=True)
+            [frame.about(world.word), frame.roles, frame.requester, [*frame.helpers]]
+            for frame in frames
         ]
     ]
 

@@ -52,9 +52,6 @@ EVENT_MARKS = {
     StoryKind.PUSH: Mark(
         "M-0.8,-0.9H0.8V-0.6H-0.8ZM-0.25,-0.4H0.25V0.1H0.75L0,0.9L-0.75,0.1H-0.25Z", BLUE
     ),
-    StoryKind.YIELD: Mark(  # as on roads: a triangle on its tip
-        "M-1,-0.85H1L0,0.95ZM-0.48,-0.52L0,0.32L0.48,-0.52Z", BLUE
-    ),
     StoryKind.POP: Mark(
         "M-0.8,0.6H0.8V0.9H-0.8ZM-0.25,0.4H0.25V-0.1H0.75L0,-0.9L-0.75,-0.1H-0.25Z", BLUE
     ),

@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 _HALTS = {
     StoryKind.VIOLATION,
     StoryKind.REQUEST,
-    StoryKind.YIELD,
     StoryKind.RESOLVED,
     StoryKind.BLOCKED,
 }

@@ -299,18 +299,12 @@ class ReplayBuilder:
     def _push(self, line: records.Push) -> None:
         # The new entry of a replaced helper is pushed at the depth of the one before.
         del self.frames[max(0, line.depth - 1) :]
-        giving_way = line.obstacle is None
-        helpers = self._yielding(line) if giving_way else line.helpers
-        helpers = helpers or ((line.helper,) if line.helper else ())
+        helpers = line.helpers or ((line.helper,) if line.helper else ())
         self.frames.append(StackRow(line.obstacle, line.requester, helpers))
         self._objectives(line)
-        self._event(line, StoryKind.YIELD if giving_way else StoryKind.PUSH)
-        if giving_way:
-            about = self.wording.giving_way(helpers, line.requester)
-            self._reword(about + self.wording.objectives(line, helpers))
-        else:
-            parts = dict.fromkeys(n for n in (line.requester, *helpers) if n is not None)
-            self._reword(self.wording.sentence(line) + self.wording.objectives(line, parts))
+        self._event(line, StoryKind.PUSH)
+        parts = dict.fromkeys(n for n in (line.requester, *helpers) if n is not None)
+        self._reword(self.wording.sentence(line) + self.wording.objectives(line, parts))
 
     def _requested(self, line: records.Request) -> None:
         """Other robots may help with an entry of the stack: another need is next, say."""
@@ -326,29 +320,15 @@ class ReplayBuilder:
     def _pop(self, line: records.Pop) -> None:
         own = [n for n, row in enumerate(self.frames) if row.obstacle == line.obstacle]
         mine = [n for n in own if self.frames[n].requester == line.requester] or own
-        if line.obstacle is not None and mine:  # wherever it is in the stack
+        if mine:  # wherever it is in the stack
             del self.frames[mine[-1]]
-        dropped = self.frames[max(0, line.depth) :]
         del self.frames[max(0, line.depth) :]
         self._objectives(line)
         self._event(line, StoryKind.POP)
-        if line.obstacle is None and dropped:
-            self._reword(self.wording.given_way(line, dropped[0].helpers))
 
     def _reword(self, text: str) -> None:
         """Reword the last event with knowledge that only the lines before it have."""
         self.events[-1] = replace(self.events[-1], text=text)
-
-    def _yielding(self, line: records.Push) -> tuple[str, ...]:
-        """Return the robots that give way: the helper, and the others whose objective it
-        changes."""
-        now = {name: objective_of(told) for name, told in line.objectives.items()}
-        return tuple(
-            name
-            for name in self.tracks
-            if name == line.helper
-            or (name != line.requester and name in now and now[name] != self._objective(name))
-        )
 
     def _believe(self, line: records.Belief) -> None:
         self._known(line.robot)

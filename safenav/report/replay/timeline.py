@@ -16,7 +16,6 @@ from msgspec import Struct, field
 from safenav.outcome import Outcome
 from safenav.scenario.objective import Objective, Word, number_word
 from safenav.trace.records import End
-from safenav.trace.wording import Wording
 from safenav.trace.words import listed, obstacle_words
 from safenav.world.map import Heading, Region, RegionMap
 
@@ -59,7 +58,6 @@ class StoryKind(StrEnum):
     SYNTHESIS = "synthesis"
     VIOLATION = "violation"
     REQUEST = "request"
-    YIELD = "yield"
     PUSH = "push"
     RESOLVED = "resolved"
     BLOCKED = "blocked"
@@ -158,25 +156,19 @@ class Hidden(Struct, frozen=True):
 
 
 class StackRow(Struct, frozen=True):
-    """One entry of the objective stack: obstacle, requester and helpers.
+    """One entry of the objective stack: obstacle, requester and helpers."""
 
-    Without an obstacle the helpers give way to the requester."""
-
-    obstacle: str | None
+    obstacle: str
     requester: str | None
     helpers: tuple[str, ...]
 
     def about(self, word: Word = number_word) -> str:
-        """``door@47``, or ``east and digit give way to west``; ``word`` names regions."""
-        if self.obstacle is not None:
-            return obstacle_words(self.obstacle, word)
-        return Wording(word).giving_way(self.helpers, self.requester)
+        """``door@47``; ``word`` names regions."""
+        return obstacle_words(self.obstacle, word)
 
     @property
     def roles(self) -> str:
         """``quad waits, digit helps``"""
-        if self.obstacle is None:
-            return f"{self.requester} goes first" if self.requester is not None else ""
         if self.helpers == (self.requester,):
             return f"{self.requester} resolves it itself"
         told = [] if self.requester in (None, *self.helpers) else [f"{self.requester} waits"]

@@ -23,7 +23,6 @@ _BEGIN, _FRAME, _REST, _END = "\x1b[?25l\x1b[2J", "\x1b[H", "\x1b[J", "\x1b[?25h
 _COLOURS = {
     StoryKind.VIOLATION: "red",
     StoryKind.REQUEST: "yellow",
-    StoryKind.YIELD: "blue",
     StoryKind.RESOLVED: "green",
     StoryKind.BLOCKED: "magenta",
     StoryKind.OUTCOME: "cyan",

@@ -16,7 +16,6 @@ import type { Choice, Hand, Stage } from "./map/stage";
 const TOLD: ReadonlySet<EventKind> = new Set([
   "violation",
   "request",
-  "yield",
   "resolved",
   "blocked",
   "assumption",

@@ -154,7 +154,6 @@ const REST: EventKind[] = [
   "inputs",
   "objective",
   "service",
-  "yield",
   "push",
   "pop",
   "synthesis",

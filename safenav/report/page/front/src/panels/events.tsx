@@ -10,7 +10,7 @@ const GROUPS: [name: string, kinds: EventKind[]][] = [
   [
     "coordination",
     [
-      ...(["violation", "request", "yield", "push", "pop", "resolved", "blocked"] as const),
+      ...(["violation", "request", "push", "pop", "resolved", "blocked"] as const),
       ...(["appeared", "gone", "truth", "inputs", "objective", "service", "plan", "plan_end", "assumption", "outcome"] as const),
       ...(["reopened", "waiting", "operator", "failure"] as const),
     ],

@@ -5,22 +5,21 @@ import { useMemo } from "preact/hooks";
 import type { Player } from "../run/player";
 import { at, transitAt, type Robot, type Run } from "../run/run";
 
-export type Doing = "moving" | "waiting" | "helping" | "yielding" | "still";
+export type Doing = "moving" | "waiting" | "helping" | "still";
 
 export const DOINGS: [kind: Doing, meaning: string][] = [
   ["moving", "moves"],
   ["waiting", "waits for help"],
   ["helping", "helps"],
-  ["yielding", "gives way"],
 ];
 
 /** What a robot does in the tick that ends at `tick`. */
 export function doingAt(run: Run, robot: Robot, tick: number): Doing {
   const frames = at(run.stack, Math.max(0, tick - 1))[1];
   for (let i = frames.length - 1; i >= 0; i--) {
-    const [kind, , , requester, helpers] = frames[i]!;
-    if (helpers.includes(robot.name)) return kind === "yield" ? "yielding" : "helping";
-    if (requester === robot.name && kind === "request") return "waiting";
+    const [, , requester, helpers] = frames[i]!;
+    if (helpers.includes(robot.name)) return "helping";
+    if (requester === robot.name) return "waiting";
   }
   const under = transitAt(robot, run.times ? tick - 1 : tick) !== null;
   const moved = under || (!run.times && robot.path[tick] !== robot.path[tick - 1]);

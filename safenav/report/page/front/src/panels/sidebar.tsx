@@ -143,10 +143,9 @@ function fade(section: HTMLElement): void {
 /** What a robot does for the topmost frame that names it. */
 function roleOf(name: string, frames: readonly Frame[]): [kind: string, words: string] | null {
   for (let i = frames.length - 1; i >= 0; i--) {
-    const [kind, about, , requester, helpers] = frames[i]!;
-    const yields = kind === "yield";
-    if (helpers.includes(name)) return ["helps", yields ? `gives way to ${requester}` : `helps: ${about}`];
-    if (requester === name) return yields ? ["first", "goes first"] : ["waits", `waits: ${about}`];
+    const [about, , requester, helpers] = frames[i]!;
+    if (helpers.includes(name)) return ["helps", `helps: ${about}`];
+    if (requester === name) return ["waits", `waits: ${about}`];
   }
   return null;
 }
@@ -161,8 +160,8 @@ export function Stack({ run, tick }: PanelProps) {
       {frames.length === 0 && <p class="quiet">Empty: every robot follows its own objective.</p>}
       <ol reversed>
         {frames
-          .map(([kind, about, roles], i) => (
-            <li key={i} data-kind={kind}>
+          .map(([about, roles], i) => (
+            <li key={i}>
               <b>{about}</b>
               <span class="quiet">{roles}</span>
             </li>
@@ -214,7 +213,6 @@ const MEANINGS: Record<Exclude<EventKind, "violation" | "request" | "resolved" |
   objective: "objective changed",
   service: "in or out of service",
   synthesis: "synthesis",
-  yield: "giving way",
   push: "objectives pushed",
   pop: "objectives restored",
   plan: "joint plan begins",

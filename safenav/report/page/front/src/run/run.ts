@@ -10,7 +10,6 @@ export type EventKind =
   | "synthesis"
   | "violation"
   | "request"
-  | "yield"
   | "push"
   | "resolved"
   | "blocked"
@@ -113,14 +112,8 @@ export interface Obstacle {
   carried: [tick: number, robots: number[]][];
 }
 
-/** Helpers: who resolves the obstacle, or who gives way. */
-export type Frame = [
-  kind: "request" | "yield",
-  about: string,
-  roles: string,
-  requester: string | null,
-  helpers: string[],
-];
+/** Helpers: who resolves the obstacle. */
+export type Frame = [about: string, roles: string, requester: string | null, helpers: string[]];
 
 /** [tick, kind, text, index of the robot or -1, region or -1] */
 export type RunEvent = [tick: number, kind: EventKind, text: string, robot: number, region: number];

@@ -272,15 +272,14 @@ export class RunScene implements Lens {
     }
   }
 
-  /** Who asks for help, helps or gives way right now; and who pushes or senses. */
+  /** Who asks for help or helps right now; and who pushes or senses. */
   private showNotices(tick: number, seconds: number): void {
     const words = this.run.robots.map(() => "");
-    for (const [kind, about, , requester, helpers] of at(this.run.stack, tick)[1]) {
+    for (const [about, , requester, helpers] of at(this.run.stack, tick)[1]) {
       this.run.robots.forEach((robot, i) => {
-        if (kind === "request" && robot.name === requester) words[i] = `waits: ${about}`;
+        if (robot.name === requester) words[i] = `waits: ${about}`;
         if (!helpers.includes(robot.name)) return;
-        const help = robot.name === requester ? "resolves" : "helps";
-        words[i] = kind === "request" ? `${help}: ${about}` : "gives way";
+        words[i] = `${robot.name === requester ? "resolves" : "helps"}: ${about}`;
       });
     }
     for (const [robot, obstacle, action, from, to] of this.motion.actions) {

@@ -20,7 +20,7 @@ export function focusAt(run: Run, motion: Motion, seconds: number, robotAt: (rob
   if (last === undefined || last[1] === "outcome") return run.robots.map((_, i) => robotAt(i));
   const frames = at(run.stack, last[0])[1];
   const points: Point[] = [];
-  const involved = new Set<string>(frames.flatMap(([, , , requester, helpers]) => [requester ?? "", ...helpers]));
+  const involved = new Set<string>(frames.flatMap(([, , requester, helpers]) => [requester ?? "", ...helpers]));
   run.robots.forEach((robot, i) => {
     if (i === last[3] || involved.has(robot.name)) points.push(robotAt(i));
   });
