@@ -20,6 +20,11 @@ _FOREIGN = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028\u2029]|\r(?!\
 HINT = "remove it: programs do not agree on whether a line ends there"
 
 
+def printable(text: str) -> str:
+    """Text from a file or of a file's name, which must not give orders to the terminal."""
+    return "".join(char if char.isprintable() or char == "\n" else "?" for char in text)
+
+
 def json_line(data: Any) -> str:
     """A line of a JSON Lines file or protocol: compact and in ASCII."""
     return json.dumps(data, separators=(",", ":")) + "\n"

@@ -191,8 +191,8 @@ def warn(message: Warning | str, *more: str) -> None:
 
 
 def _fail(message: str, code: ExitCode) -> None:
-    # A message quotes its input, which must not give orders to the terminal.
-    shown = "".join(char if char.isprintable() or char == "\n" else "?" for char in message)
-    told = f"{click.style('error:', fg='red', bold=True)} {shown}"
+    from safenav.lines import printable
+
+    told = f"{click.style('error:', fg='red', bold=True)} {printable(message)}"
     click.echo(told, err=True, color=_coloured())
     sys.exit(code)

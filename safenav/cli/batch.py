@@ -13,6 +13,7 @@ import click
 
 from safenav.cli import options
 from safenav.errors import ExitCode, UsageError
+from safenav.lines import printable
 from safenav.outfile import write_out
 
 if TYPE_CHECKING:
@@ -233,10 +234,11 @@ def _report_skipped(found: FoundCases) -> None:
     count = len(found.passed_over)
     if count:
         files = "file that is not a scenario" if count == 1 else "files that are not scenarios"
-        names = ", ".join(found.passed_over[:3]) + (", ..." if count > 3 else "")
+        names = printable(", ".join(found.passed_over[:3])) + (", ..." if count > 3 else "")
         click.echo(f"skipped {count} YAML {files}: {names}", err=True)
     for matrix in found.matrices:
-        click.echo(f"skipped a matrix file: to run it, safenav batch {matrix}", err=True)
+        told = f"skipped a matrix file: to run it, safenav batch {printable(matrix)}"
+        click.echo(told, err=True)
 
 
 def _as_interrupt(number: int, frame: object) -> None:

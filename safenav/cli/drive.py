@@ -96,7 +96,12 @@ def command(
     }
     for warning in (*plan.map.notes, *oversized(plan), *imprecise(plan, tolerances)):
         warn(warning)
-    recording = None if motion is None else DriveRecording()
+    recording = None
+    if motion is not None:
+        from safenav.motion.making import check_movable
+
+        check_movable(plan)  # before a robot moves, not when the file is written
+        recording = DriveRecording()
     operator = attendant(operator, True, as_json)
     world = None
 

@@ -417,6 +417,10 @@ def to_data(objective: Objective) -> dict[str, object]:
     return told
 
 
+_SHOWN = 2
+"""The most formulas of ``always`` that a few words hold."""
+
+
 def describe(objective: Objective, word: Word = number_word) -> str:
     """The objective in a few words, for people: ``patrol 58 <-> 28``, or with ``RegionMap.word``
     ``patrol dock <-> ward_a``."""
@@ -426,6 +430,8 @@ def describe(objective: Objective, word: Word = number_word) -> str:
     said = objective.words(word)
     if objective.avoid:
         said += f", never in {word(objective.avoid).replace('|', ', ')}"
+    if len(objective.always) > _SHOWN:
+        return f"{said}, always its {len(objective.always)} formulas"
     return said + "".join(f", always {formula}" for formula in objective.always)
 
 

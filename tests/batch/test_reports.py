@@ -223,6 +223,13 @@ def test_failures_with_one_cause_are_one_block() -> None:
     assert text.count(": different") == 2
 
 
+def test_names_and_reasons_give_no_orders_to_the_terminal() -> None:
+    """A file may have any name; a reason may quote what a process has written."""
+    shown = summary(report(ran("a/\x1b[2J.yaml"), CRASH, replace(FLAKY, earlier=["\x1b[2J"])))
+    plain = re.sub("\x1b\\[[0-9]*m", "", "\n".join(shown))
+    assert "\x1b" not in plain and "a/?[2J.yaml" in plain and "killed by ? SIGSEGV <&>" in plain
+
+
 def test_a_variation_without_effect_is_said() -> None:
     """The mode changes the ticks for each seed, the seed changes nothing for either mode."""
     cases = [varied(s, m, ticks=t) for s in (1, 2) for m, t in (("one", 40), ("two", 50))]

@@ -69,6 +69,7 @@ def test_a_picture_names_robots_objectives_obstacles_and_stack(replays: dict[str
     words = " ".join(text for text, _ in _texts(svg_of(replays["chain"].scene(6))))
     for expected in (
         "tick 6 of 40",
+        "At this moment",
         "quad",
         "hold 48",
         "visit 47, 44 in turn",

@@ -41,6 +41,16 @@ def test_rectangles_hold_their_free_regions_and_lists_what_they_name() -> None:
         ("{patrol: [west, gate]}", Patrol((frozenset(WEST), frozenset({17}))), "west <-> gate"),
         ("{hold: east}", Hold((frozenset(EAST),)), "hold east"),
         (
+            "{hold: east, always: [region != 9, region != 17]}",
+            Hold((frozenset(EAST),), always=("region != 9", "region != 17")),
+            "hold east, always region != 9, always region != 17",
+        ),
+        (
+            "{hold: east, always: [region != 9, region != 17, region != 18]}",
+            Hold((frozenset(EAST),), always=("region != 9", "region != 17", "region != 18")),
+            "hold east, always its 3 formulas",
+        ),
+        (
             "{visit: [{any: [corner, dock]}, west]}",
             Visit((frozenset(CORNER | {9}), frozenset(WEST))),
             "visit corner|dock, west in turn",

@@ -262,7 +262,7 @@ def test_a_target_may_be_out_of_reach_if_another_of_its_set_is_not() -> None:
 def test_a_key_as_other_tools_name_it_is_told_in_our_words() -> None:
     """Nor is the key that was meant reported as missing."""
     text = "safenav: 1\nmap: {grid: ['..'], regions: {a: 1}}\n"
-    robots = "robots: {ann: {type: digit, position: 0, goal: {hold: 0}}}"
+    robots = "robots: {ann: {type: quadcopter, position: 0, goal: {hold: 0}}}"
     with pytest.raises(InputError) as raised:
         load_scenario_text(text + robots)
     meant = [re.findall("did you mean '(.*?)'", d.hint or "") for d in raised.value.diagnostics]
@@ -325,3 +325,38 @@ def test_a_thousand_mistakes_are_not_all_listed() -> None:
         load_scenario_text(f"safenav: 1\nmap:\n  grid: |\n{rows}\nrobots: {{}}\n")
     assert len(caught.value.diagnostics) == 101
     assert caught.value.diagnostics[-1].found == "and 901 more"
+
+
+MISSPELT = """
+safenav: 1
+map:
+  grid: ["...", "..."]
+  names: {home: 0, far: 5}
+areas: {south: {rows: 1}}
+inputs: {alarm: {at: 3}}
+catalogue:
+  robots: {cart: {mobility: heading, layer: ground, capabilities: [lift]}}
+  obstacles: {crate: {needs: [{action: lift, at: neighbours}]}}
+robots:
+  ann:
+    {model: cart, start: home, heading: east,
+     objective: {visit: [south, far]}, when: {alarm: {hold: far}}}
+obstacles: [{type: crate, region: 2}]
+expect: {resolved: [crate@2], helpers: {crate@2: ann}}
+"""
+
+
+@pytest.mark.parametrize(
+    "key",
+    "map grid names areas inputs catalogue robots obstacles cart mobility layer capabilities needs "
+    "action model start heading objective visit when type region expect resolved helpers".split(),
+)
+def test_a_misspelt_key_causes_no_other_error(key: str) -> None:
+    """A name that is declared misspelt is unknown where it is used."""
+    text = re.sub(rf"\b{key}:", f"{key[:-1]}{key[-1] * 2}:", MISSPELT)
+    assert len(text) > len(MISSPELT)
+    with pytest.raises(InputError) as raised:
+        load_scenario_text(text)
+    places = [(found.line, found.found) for found in raised.value.diagnostics]
+    written = text.count(f"{key}{key[-1]}:")
+    assert len(places) == written, places

@@ -11,6 +11,7 @@ import click
 
 from safenav.batch.cases.case import Result
 from safenav.batch.session import Report
+from safenav.lines import printable
 
 
 class ProgressLine:
@@ -33,7 +34,7 @@ class ProgressLine:
             self.clear()
             reason = result.reasons[0].removeprefix(f"{result.name}:") if result.reasons else ""
             verdict = click.style(result.verdict.value, fg="red")
-            click.echo(f"{verdict} {result.name}: {reason}", err=True)
+            click.echo(f"{verdict} {printable(f'{result.name}: {reason}')}", err=True)
         if self._live:
             self._show(_state(report, ()))
 
@@ -56,4 +57,4 @@ def _state(report: Report, running: Sequence[tuple[str, float]]) -> str:
     longest = sorted(running, key=lambda case: -case[1])[:2]
     if longest:
         text += "; running " + ", ".join(f"{name} ({s:.0f} s)" for name, s in longest)
-    return text
+    return printable(text)

@@ -10,6 +10,7 @@ from safenav.batch.baseline import BaselineComparison, without_effect
 from safenav.batch.cases.case import Result
 from safenav.batch.results_file import counts
 from safenav.batch.session import Report
+from safenav.lines import printable
 from safenav.report.terminal.table import table
 from safenav.trace.words import listed
 
@@ -31,19 +32,20 @@ def summary(
         live = any(result.makespan is not None for result in shown)
         times = ("ticks", "makespan") if live else ("ticks",)
         headings = ("case", "verdict", "outcome", *times, "syntheses", "seconds")
-        lines += _coloured(table(headings, [_row(result, live) for result in shown]), len(failed))
+        rows = table(headings, [_row(result, live) for result in shown])
+        lines += _coloured([printable(row) for row in rows], len(failed))
         more = len(passed) - slowest
         if more > 0:
             lines.append(f"... and {more} more passed")
     for group in _by_cause(failed):
         lines += ["", *_why(group)]
     for result in (result for result in passed if result.flaky):
-        lines += ["", f"{result.name}: passed only at attempt {result.attempts}"]
-        lines += [f"  {reason}" for reason in result.earlier]
+        lines += ["", printable(f"{result.name}: passed only at attempt {result.attempts}")]
+        lines += [printable(f"  {reason}") for reason in result.earlier]
     if comparison is not None:
-        lines += ["", *_compared(comparison)]
+        lines += ["", *map(printable, _compared(comparison))]
     idle = [
-        f"{file}: {key} was varied and changed nothing ({listed(values)})"
+        printable(f"{file}: {key} was varied and changed nothing ({listed(values)})")
         for file, key, values in without_effect(report.in_order)
     ]
     return [*lines, *([""] if idle else []), *idle, "", _sum(report)]
@@ -76,7 +78,7 @@ def _by_cause(failed: Sequence[Result]) -> list[list[Result]]:
 def _why(group: Sequence[Result]) -> list[str]:
     """Return the failure, for all cases with the same cause."""
     result, *others = group
-    lines = [click.style(f"{result.name}: {result.verdict.value}", bold=True)]
+    lines = [f"{result.name}: {result.verdict.value}"]
     if others:
         names = (other.name.removeprefix(result.file).strip() for other in others[:_NAMES])
         lines.append(f"  likewise: {listed(names)}")
@@ -90,7 +92,8 @@ def _why(group: Sequence[Result]) -> list[str]:
     for number, reason in enumerate(result.earlier, 1):
         lines.append(f"  attempt {number}: {reason}")
     lines += [f"  {artifact}" for artifact in result.artifacts]
-    return lines
+    head, *rest = map(printable, lines)
+    return [click.style(head, bold=True), *rest]
 
 
 def _compared(comparison: BaselineComparison) -> list[str]:

@@ -120,7 +120,7 @@ def legend_of(scene: Scene, hidden: bool, more: Sequence[Row] = ()) -> Legend:
     told = [event for event in scene.happened if event.kind not in _QUIET]
     if told:
         rows = tuple(Row(None, lines_of(event.text, 12, WIDTH)) for event in told[:6])
-        blocks.append(Block("At this tick", rows))
+        blocks.append(Block("At this moment", rows))
     blocks.append(_marks(scene, style, more))
     return Legend(tuple(blocks))
 

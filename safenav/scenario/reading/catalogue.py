@@ -282,10 +282,12 @@ def _type(key: Scalar, node: Node, known: Catalogue, reading: Reading) -> Obstac
     before = len(reading)
     well_named(key, "an obstacle type", reading)
     what = f"obstacle type {clipped(key.text)}"
-    listed = isinstance(node, MappingNode) and node.get("needs") is not None
-    item = TypeKeys.read(node, what, reading, needed=() if listed else (NeedKeys.action,))
+    item = TypeKeys.read(node, what, reading)
     if item is None:
         return None
+    listed = item.needs is not None
+    if not listed and item.where(TypeKeys.action) is None:
+        reading.add(node, f"{what}: the key 'action' is missing", NeedKeys.action.hint)
     needs = _needs(item.needs, what, reading) if listed else ()
     if listed:
         for word in ("action", "resolve_at"):

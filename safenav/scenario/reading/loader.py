@@ -12,6 +12,7 @@ from pathlib import Path
 from msgspec import Struct
 
 from safenav.errors import Diagnostic, InputError
+from safenav.lines import printable
 from safenav.scenario import settings
 from safenav.scenario.model import Catalogue, ObstacleType, Scenario
 from safenav.scenario.objective import Ltl
@@ -288,7 +289,7 @@ def _scenario(root: Node, reading: Reading) -> Scenario | None:
     until = UntilKeys.fill(item.until, "until", reading, settings.Until())
     limits = LimitKeys.fill(item.limits, "limits", reading, settings.Limits())
     failures = FailureKeys.fill(item.failures, "failures", reading, settings.Failures())
-    given = {"name": Path(reading.file).stem, **item.given(*AS_WRITTEN)}
+    given = {"name": printable(Path(reading.file).stem), **item.given(*AS_WRITTEN)}
     if reading.world is None:
         return None
     scenario = Scenario(

@@ -286,7 +286,9 @@ def misses_targets(robot: Robot, node: Node | None, reading: Reading) -> bool:
         return False
     avoid, start = avoided(robot.objective), world.label(robot.start.region)
     reach = Reachability(robot.model.mobility, robot.start, world, avoid)
-    for target, place in zip(targets_of(robot.objective), stated(node)[1], strict=True):
+    targets = targets_of(robot.objective)
+    places = stated(node)[1] or (node,) * len(targets)  # none if the kind is misspelt
+    for target, place in zip(targets, places, strict=True):
         if not reach.reaches(target):
             regions = clipped(world.labels(target), 80)
             found = f"objective of {robot.name}: {regions} cannot be reached from {start}"

@@ -16,7 +16,7 @@ import yaml
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from safenav.lines import HINT, foreign_character
+from safenav.lines import HINT, foreign_character, printable
 
 MAX_DEPTH = 50
 MAX_NODES = 100_000
@@ -292,7 +292,7 @@ def _build(events: Iterator[Any]) -> Document:
 
 def clipped(text: str, width: int = 40) -> str:
     """Text from a file, fit for a message: one line, printable, not too long."""
-    shown = "".join(char if char.isprintable() else "?" for char in text)
+    shown = printable(text).replace("\n", "?")
     return shown if len(shown) <= width else shown[: width - 3] + "..."
 
 

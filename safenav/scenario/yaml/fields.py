@@ -12,6 +12,8 @@ from collections.abc import Mapping as Wanted
 from enum import StrEnum
 from typing import TypeVar
 
+from msgspec.structs import replace
+
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped
 from safenav.scenario.yaml.findings import Findings, closest, listed, suggestion
 
@@ -63,30 +65,34 @@ def mapping(
         hint = f"for example {example}" if example else ""
         wrong_type(node, what, "a mapping (key: value)", findings, hint)
         return None
-    misspelt = set()
     if known is not None:
-        misspelt = _unknown_keys(node, what, known, elsewhere or {}, findings)
+        node = _as_meant(node, what, known, elsewhere or {}, findings)
     for key_word, hint in (required or {}).items():
-        if node.get(key_word) is None and key_word not in misspelt:
+        if node.get(key_word) is None:
             findings.add(node, f"{what}: the key '{key_word}' is missing", hint)
     return node
 
 
-def _unknown_keys(
+def _as_meant(
     node: Mapping, what: str, known: Iterable[str], elsewhere: Wanted[str, str], findings: Findings
-) -> set[str]:
-    """Report keys that are not known; returns the known ones that were probably meant."""
+) -> Mapping:
+    """Report unknown keys; return the mapping with the keys that were probably meant, so that a
+    misspelt key hides no other error and causes none."""
     words = set(known)
     free = words - {key.text for key, _ in node.entries}
-    meant = set()
-    for key, _ in node.entries:
+    entries = []
+    for key, value in node.entries:
+        meant = key
         if key.text not in words:
             also = [word for word in _ALSO_CALLED.get(key.text, ()) if word in free]
             hint = elsewhere.get(key.text) or suggestion(also[0] if also else key.text, free)
             findings.add(key, f"unknown key '{clipped(key.text)}' in {what}", hint)
-            if key.text not in elsewhere:
-                meant.update(also[:1] or closest(key.text, free))
-    return meant
+            probable = [] if key.text in elsewhere else also[:1] or closest(key.text, free)
+            for word in probable:
+                meant = replace(key, value=word, text=word)
+                free.discard(word)
+        entries.append((meant, value))
+    return Mapping(node.place, tuple(entries))
 
 
 _ALSO_CALLED = {

@@ -169,13 +169,11 @@ class Table:
         findings: Findings,
         of: str | None = None,
         elsewhere: Mapping[str, str] | None = None,
-        needed: Iterable[Key[Any]] | None = None,
     ) -> Self | None:
         """The item there; reports keys that are unknown or missing. ``of``: how messages about a
         key continue, such as ``of until``; ``elsewhere``: hints for keys that belong in something
-        else; ``needed``: in place of the keys that always are."""
-        keys = cls.needed if needed is None else needed
-        required = {key.name: key.hint for key in keys}
+        else."""
+        required = {key.name: key.hint for key in cls.needed}
         found = read.mapping(node, what, findings, cls.known, required, elsewhere, cls.example)
         return None if found is None else cls(found, f"of {what}" if of is None else of, findings)
 
