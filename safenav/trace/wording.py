@@ -127,6 +127,9 @@ class Wording(Struct, frozen=True):
                 if line.action == vocabulary.OPERATOR_ACTION:
                     if line.obstacle.startswith(f"lost_{line.robot}@"):
                         return f"{who} is lost: it may also be at {self._at(line.proposed)}"
+                    if line.obstacle.startswith("unknown_"):  # its steps failed, or it was stopped
+                        strange = self.strong(self.obstacle(line.obstacle))
+                        found = f"cannot enter {self._at(line.proposed)}, which counts as {strange}"
                     return f"{who} {found}: only an operator can resolve it"
                 if line.action in self.skills.get(line.robot, ()):
                     return f"{who} {found} until '{line.action}' is done"
@@ -173,7 +176,8 @@ class Wording(Struct, frozen=True):
                 return f"inputs: {' and '.join(on) or 'none'} on"
             case records.Service():
                 what = "is back in service" if line.active else "is out of service"
-                return f"{self.robot(line.robot)} {what}"
+                failed = not line.active and line.cause is vocabulary.ChangeCause.WORLD
+                return f"{self.robot(line.robot)} {what}{' after this failure' if failed else ''}"
             case records.Goal():
                 return self.goal(line)
             case records.Assumption():

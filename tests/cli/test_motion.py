@@ -60,8 +60,13 @@ def test_run_with_motion_says_before_it_begins_who_cannot_move(
     large = scenario(tmp_path, metres="resolution: 1", motion="speed: 1, size: 1.2")
     found = safenav("run", large, "--trace", "run.jsonl", "--motion", "run.motion.jsonl")
     assert (found.returncode, found.stdout) == (2, "")
-    assert "rover: a body of 1.2 m does not fit into regions of 1 m" in found.stderr
+    refused = "rover: a body of 1.2 m does not fit into regions of 1 m"
+    assert refused in found.stderr
     assert {file.name for file in tmp_path.iterdir()} == {"door.yaml"}
+    fleet = tmp_path / "fleet.yaml"
+    fleet.write_text("safenav-fleet: 1\ntransport: simulation\n")
+    found = safenav("drive", large, "--fleet", fleet, "--motion", "run.motion.jsonl")
+    assert (found.returncode, found.stdout) == (2, "") and refused in found.stderr
 
 
 def test_motion_is_accepted_by_its_checker(safenav: Command, moved: Path) -> None:

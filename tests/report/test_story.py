@@ -66,8 +66,8 @@ def test_events_of_one_tick_stand_below_one_another() -> None:
     [
         (
             "unknown_air@9",
-            "quad at 8 [1, 2] finds an unknown_air at gate 9 [1, 3] and keeps out: only an "
-            "operator can resolve it",
+            "quad at 8 [1, 2] cannot enter gate 9 [1, 3], which counts as unknown_air@gate: only "
+            "an operator can resolve it",
         ),
         ("lost_quad@9", "quad at 8 [1, 2] is lost: it may also be at gate 9 [1, 3]"),
     ],
@@ -88,12 +88,16 @@ def test_what_comes_and_goes_and_joint_plans_are_told() -> None:
         records.Plan(4, "both wait", {"quad": (), "digit": ()}, ()),
         records.PlanEnd(6, vocabulary.PlanEndReason.REACHED),
         records.Gone(7, "door@9", vocabulary.ChangeCause.SCENARIO),
+        records.Service(8, "quad", False, vocabulary.ChangeCause.SCENARIO),
+        records.Service(9, "digit", False, vocabulary.ChangeCause.WORLD),
     )
     assert [line[11:] for line in said] == [
         "door@gate appears",
         "quad and digit move by a joint plan (both wait)",
         "the joint plan is over: every robot has arrived",
         "door@gate disappears",
+        "quad is out of service",
+        "digit is out of service after this failure",
     ]
 
 

@@ -346,11 +346,10 @@ expect: {resolved: [crate@2], helpers: {crate@2: ann}}
 """
 
 
-@pytest.mark.parametrize(
-    "key",
-    "map grid names areas inputs catalogue robots obstacles cart mobility layer capabilities needs "
-    "action model start heading objective visit when type region expect resolved helpers".split(),
-)
+NAMES = {"home", "far", "south", "alarm", "cart", "crate", "ann"}
+
+
+@pytest.mark.parametrize("key", sorted({*re.findall(r"([a-z]{3,}):", MISSPELT)} - NAMES))
 def test_a_misspelt_key_causes_no_other_error(key: str) -> None:
     """A name that is declared misspelt is unknown where it is used."""
     text = re.sub(rf"\b{key}:", f"{key[:-1]}{key[-1] * 2}:", MISSPELT)
