@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterator
 from math import ceil
+
+from msgspec.structs import replace
 
 from safenav.runtime.coordination.events import Event, ServiceChanged, Unsettled
 from safenav.runtime.duties.settlement import Duty
@@ -19,6 +22,9 @@ from safenav.trace import records
 from safenav.trace.vocabulary import ChangeCause, Reason
 from safenav.world.moves import Pose
 from safenav.world.poses import Mask, region_mask
+
+_SEARCHED = 4_000
+"""The most poses of a floor on which a sufficient capacity is searched for: below a second."""
 
 
 class Batteries:
@@ -243,3 +249,22 @@ def least_charge(batteries: Batteries, robot: RobotState) -> int | None:
     turn = stops.turn(robot.own.memory.index)
     need = stops.need(stops.graph.number(robot.pose), turn)
     return None if need >= NEVER else need
+
+
+def least_capacity(batteries: Batteries, robot: RobotState) -> int | None:
+    """The capacity with which a robot could continue forever from where it is, fully charged; None
+    if none suffices, or if the floor is too large for a search."""
+    stops = batteries.stops(robot)
+    if stops is None or stops.allowed.bit_count() > _SEARCHED:
+        return None
+    pose, turn = stops.graph.number(robot.pose), stops.turn(robot.own.memory.index)
+
+    def suffices(capacity: int) -> bool:
+        larger = replace(stops.battery, capacity=capacity)
+        return replace(stops, battery=larger, _hops={}).need(pose, turn) <= capacity
+
+    ways = len(stops.targets) + 1  # each leg passes a pose at most once
+    most = stops.battery.capacity + ways * stops.allowed.bit_count() * stops.battery.move
+    tried = range(stops.battery.capacity, most)
+    found = bisect_left(tried, True, key=suffices)
+    return tried[found] if found < len(tried) else None

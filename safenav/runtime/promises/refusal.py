@@ -7,7 +7,7 @@ from msgspec.structs import replace
 from safenav.outcome import Outcome
 from safenav.runtime.deadlines.bound import earliest
 from safenav.runtime.deadlines.within import Walk, least_within
-from safenav.runtime.energy.batteries import Batteries, least_charge
+from safenav.runtime.energy.batteries import Batteries, least_capacity, least_charge
 from safenav.runtime.formulas import graph_of, permitted
 from safenav.runtime.promises.ledger import MISSION, mission_end
 from safenav.runtime.promises.moment import moment_of, objectives_change
@@ -49,7 +49,9 @@ def refusal_of(team: TeamState, batteries: Batteries) -> Conclusion | None:
         need = least_charge(batteries, robot)
         if need is None or need > robot.charge:
             refused[f"{robot.name}.battery"] = need
-            said.append(_charge_words(team, robot, need))
+            enough = least_capacity(batteries, robot) if need is None else None
+            words = _charge_words(team, robot, need)
+            said.append(words if enough is None else f"{words}; a capacity of {enough} suffices")
     if not refused:
         return None
     told = tuple(said)

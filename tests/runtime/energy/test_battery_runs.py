@@ -96,7 +96,12 @@ def test_a_charge_that_does_not_suffice_is_refused() -> None:
     outcome = run.outcome
     assert outcome["outcome"] == "unrealizable"
     assert outcome["refused"] == {"cart.battery": None}
-    assert "reaches no other stop from which it can continue" in outcome["explanation"]
+    said, _, enough = outcome["explanation"].partition("; a capacity of ")
+    assert said.endswith("reaches no other stop from which it can continue")
+    least = int(enough.removesuffix(" suffices"))
+    for capacity, ends in ((least - 1, "unrealizable"), (least, "completed")):
+        text = CORRIDOR.replace("capacity: 10", f"capacity: {capacity}")
+        assert play(text).outcome["outcome"] == ends
     outcome["refused"]["cart.battery"] = 4
     assert run.findings
 
