@@ -29,16 +29,9 @@ from safenav.fleet.transport import (
     Scanned,
     Transport,
 )
-from safenav.runtime.worlds.protocol import (
-    Acted,
-    Arrived,
-    Blocked,
-    Elsewhere,
-    Failed,
-    Lost,
-    WorldEvent,
-)
+from safenav.runtime.worlds.protocol import Arrived, Blocked, Elsewhere, Failed, Lost, WorldEvent
 from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.trace.vocabulary import ActResult
 from safenav.world.frame import Frame
 from safenav.world.map import Region
 from safenav.world.moves import Mobility, Pose
@@ -64,7 +57,8 @@ class FleetTask(Struct):
     present phase is to be over, on the world's clock; ``back``: it failed, and the robot was sent
     back to where it set out; ``there``: odometry has confirmed that it is where it was sent,
     ``since`` when;
-    ``over``: the end of an action, to be told when odometry has the robot back in its region;
+    ``over``: the results of an action with the reason of a failure, to be told when odometry has
+    the robot back in its region;
     ``known``: the obstacle that the team knows where the robot goes; ``asked``: those on which it
     is to act; it may find others there."""
 
@@ -80,7 +74,7 @@ class FleetTask(Struct):
     back: bool = False
     there: bool = False
     since: float = -inf
-    over: Acted | None = None
+    over: tuple[list[tuple[Obstacle, ActResult]], str] | None = None
     known: Obstacle | None = None
     asked: tuple[Obstacle, ...] = ()
 
@@ -322,13 +316,13 @@ class FleetSteps:
         if pose is None or not self._amid(body, pose.region):
             self._lose(body, task)
             return
-        seen, who = self._sensing.at(task.to.region), (self.now(), body.robot.name, pose)
+        seen = self._sensing.at(task.to.region)
         if pose.region != task.start.region:
-            self._end(body, pose, Elsewhere(*who, command=task.command))
+            self._end(body, Elsewhere, pose)
         elif seen is not None:
-            self._end(body, pose, Blocked(*who, seen, command=task.command))
+            self._end(body, Blocked, pose, seen)
         else:
-            self._end(body, pose, Failed(*who, task.reason, command=task.command))
+            self._end(body, Failed, pose, task.reason)
 
     def _look(self, body: DrivenRobot, task: FleetTask) -> None:
         """The robot says that it has arrived, or is back: wait until odometry confirms it, which
@@ -355,11 +349,10 @@ class FleetSteps:
         if pose is None:
             self._lose(body, task)
         elif pose == task.to and self._near(body, pose.region):
-            told = body.robot.name, task.reason
-            self._end(body, pose, Arrived(self.now(), *told, command=task.command))
+            body.pose = pose
+            self._end(body, Arrived, task.reason)
         elif pose.region == task.to.region and pose != task.to and self._amid(body, pose.region):
-            moved = Elsewhere(self.now(), body.robot.name, pose, command=task.command)
-            self._end(body, pose, moved)
+            self._end(body, Elsewhere, pose)
         else:
             off = self._metres_to(body, task.to.region)
             far = f"it reported its arrival {off:.2f} m from the middle of {task.to.region}"
@@ -384,11 +377,13 @@ class FleetSteps:
         if at is not None:
             regions |= {at.region}
         body.lost = regions
-        event = Lost(self.now(), body.robot.name, regions, command=task.command)
-        self._end(body, body.pose, event)
+        self._end(body, Lost, regions)
 
-    def _end(self, body: DrivenRobot, pose: Pose, event: WorldEvent) -> None:
-        body.pose, body.task = pose, None
+    def _end(self, body: DrivenRobot, kind: Callable[..., WorldEvent], *about: object) -> None:
+        """End a command by an event of this kind; the robot is where that has it."""
+        assert body.task is not None
+        event = kind(self.now(), body.robot.name, *about, command=body.task.command)
+        body.pose, body.task = getattr(event, "pose", body.pose), None
         self._events.append(event)
 
     def _pose_now(self, body: DrivenRobot) -> Pose | None:

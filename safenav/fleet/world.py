@@ -15,8 +15,6 @@ from contextlib import suppress
 from functools import partial
 from math import hypot, inf
 
-from msgspec.structs import replace
-
 from safenav.extras import missing
 from safenav.fleet import transport
 from safenav.fleet.acting import TeamAction
@@ -141,8 +139,7 @@ class FleetWorld(FleetSteps):
         if known is None and view is View.ROBOT and not self._is_shared(body, region):
             return
         if known is not None and known is not task.known:
-            found = Blocked(self.now(), body.robot.name, task.start, known, command=task.command)
-            self._end(body, body.pose, found)
+            self._end(body, Blocked, task.start, known)
             return
         task.phase = Phase.GOING
         self._send(body, task, task.to)
@@ -164,8 +161,7 @@ class FleetWorld(FleetSteps):
         why = f"its lidar has not seen region {region} since it stands here"
         if body.view.get(region) is not None:
             why = f"its lidar hits something in region {region}, perhaps another robot"
-        failed = Failed(self.now(), body.robot.name, task.start, why, command=task.command)
-        self._end(body, body.pose, failed)
+        self._end(body, Failed, task.start, why)
 
     def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> WorldEvent | None:
         body = self._bodies[robot.name]
@@ -208,8 +204,7 @@ class FleetWorld(FleetSteps):
         task = body.task
         self._untold.pop(robot.name, None)
         if task is not None and task.phase is Phase.PEERING:  # it has not set out
-            who = self.now(), robot.name, task.start
-            self._end(body, body.pose, Failed(*who, "cancelled", command=task.command))
+            self._end(body, Failed, task.start, "cancelled")
         elif task is not None and task.phase is Phase.GOING:
             self._stop(body, task, "cancelled")
         elif task is not None and task.phase is Phase.LOOKING and task.there:
@@ -324,7 +319,7 @@ class FleetWorld(FleetSteps):
         if task is not None and task.phase is Phase.LOOKING:
             self._confirm(body, task)
         elif task is not None and task.over is not None:
-            self._acted(body, task, task.over)
+            self._acted(body, task)
         elif task is not None and task.phase is Phase.PEERING:
             self._peer(body, task)
         self._read(body, heard)
@@ -361,7 +356,7 @@ class FleetWorld(FleetSteps):
             elif task.phase is Phase.PEERING:
                 self._peered(body, task)
             elif task.over is not None:
-                self._end_action(body, task, task.over)
+                self._end_action(body, task)
             elif task.phase is Phase.GOING:
                 self._stop(body, task, f"the goal did not end within {task.due:.1f} s")
             elif task.phase is Phase.STOPPING:
@@ -389,9 +384,8 @@ class FleetWorld(FleetSteps):
             ]
             failed = any(result is ActResult.FAILED for _, result in found)
             why = "; ".join(team_action.reasons) if failed else ""
-            ended = Acted(self.now(), body.robot.name, found, why, command=task.command)
-            task.over, task.due = ended, self.now() + LATE
-            self._acted(body, task, ended)
+            task.over, task.due = (found, why), self.now() + LATE
+            self._acted(body, task)
             return
         assert team_action.on is not None
         self._goals += 1
@@ -400,19 +394,20 @@ class FleetWorld(FleetSteps):
         for name, service in services.items():
             self._transport.perform(name, service, team_action.on.name, task.goal)
 
-    def _acted(self, body: DrivenRobot, task: FleetTask, event: Acted) -> None:
+    def _acted(self, body: DrivenRobot, task: FleetTask) -> None:
         """End an action when odometry has the robot in its own region; it may be later than the
         result, and a robot that opens a door enters its region."""
         pose = self._pose_now(body)
         if pose is not None and pose.region == body.pose.region:
-            self._end_action(body, task, event)
+            self._end_action(body, task)
 
-    def _end_action(self, body: DrivenRobot, task: FleetTask, event: Acted) -> None:
+    def _end_action(self, body: DrivenRobot, task: FleetTask) -> None:
         if task.team_action is not None:
             self._sensing.acted_on -= {one.region for one in task.team_action.obstacles}
         if body.place is not None:
             body.arrived = body.place.stamp
-        self._end(body, body.pose, replace(event, at=self.now()))
+        assert task.over is not None
+        self._end(body, Acted, *task.over)
 
     def _idle(self, task: FleetTask | None) -> dict[str, Region]:
         """Regions of robots that can take part in an action: those without another command."""

@@ -103,8 +103,7 @@ class Passes(Algorithm):
             self.settle(self.turns.leave_plan(ended, settling=False))
         if ended is PlanEndReason.CHANGED:
             self.traffic.tick()
-        if self.traffic.hopeless:
-            names, self.traffic.hopeless = self.traffic.hopeless, frozenset()
+        if names := self.traffic.given_up():
             self.settle([RequestsSetAside(names)])
         turned, self.traffic.turned = self.traffic.turned, {}
         for name, target in turned.items():

@@ -94,7 +94,7 @@ class Assigner(Struct, frozen=True):
     def _charge(self, robot: RobotState, index: int, charger: Pose) -> TaskDraft:
         """Go to the charger and stay there, around the obstacles in its way; if it is there with
         another heading, come back to it."""
-        own, pending = robot.robot.objective, self._pending(index)
+        own = robot.robot.objective
         objective = holding(own, charger.region)
         if robot.next_pose.region == charger.region and robot.next_pose != charger:
             objective = alternation((frozenset({charger.region}),), own)
@@ -102,10 +102,15 @@ class Assigner(Struct, frozen=True):
         role = Role.OWN if objective == robot.own.objective else Role.CHARGES
         duty = self.found.duties.get(index)  # for after that
         obstacle = None if duty is None else self.floor.problem.gates[duty.gate].name
-        safe = self.found.safe_poses[index]
-        assignment = Assignment(role, objective, obstacle, goal, safe)
-        forbidden = self._forbidden(robot, index, (goal,))
-        return TaskDraft(assignment, objective, pending, pending, forbidden)
+        return self._toward(robot, index, (goal,), Assignment(role, objective, obstacle, goal))
+
+    def _toward(
+        self, robot: RobotState, index: int, targets: tuple[Mask, ...], assignment: Assignment
+    ) -> TaskDraft:
+        """The draft of an assignment with these targets, around the obstacles in its way."""
+        safe = replace(assignment, safe_poses=self.found.safe_poses[index])
+        pending, forbidden = self._pending(index), self._forbidden(robot, index, targets)
+        return TaskDraft(safe, assignment.objective, pending, pending, forbidden)
 
     def _stop(self, robot: RobotState, index: int, stop: Pose) -> Mask:
         """Return the poses in which a robot meets a stop: with its heading, where no other robot is
@@ -126,14 +131,12 @@ class Assigner(Struct, frozen=True):
             if before.targets[0] == places and self._alternates(index, (duty.goal, *others)):
                 objective = ruled(before, robot.robot.objective)  # it continues what it has begun
                 break
-        safe = self.found.safe_poses[index]
-        assignment = Assignment(Role.HELPS, objective, gate.name, duty.goal, safe)
         wanted = (duty.goal,) if own is None else (duty.goal, self._mask(index, own))
-        pending, around = self._pending(index), member.graph.poses_on(duty.around)
-        around &= ~(1 << self.floor.poses[index])
-        forbidden = self._forbidden(robot, index, wanted)
-        forbidden |= {member.graph.pose(number) for number in bits(around)}
-        return TaskDraft(assignment, objective, pending, pending, forbidden)
+        assignment = Assignment(Role.HELPS, objective, gate.name, duty.goal)
+        draft = self._toward(robot, index, wanted, assignment)
+        around = member.graph.poses_on(duty.around) & ~(1 << self.floor.poses[index])
+        avoided = {member.graph.pose(number) for number in bits(around)}
+        return replace(draft, forbidden=draft.forbidden | avoided)
 
     def _own_target(self, robot: RobotState, index: int, goal: Mask) -> Target | None:
         """Return its own waiting place, or the first of its own targets, if it can alternate
@@ -171,29 +174,23 @@ class Assigner(Struct, frozen=True):
         it held before, or nearby if it would be in a helper's way; if it cannot get there now, hold
         where it stands."""
         here = robot.next_pose.region
-        safe = self.found.safe_poses[index]
-        pending = self._pending(index)
         other = robot.robot.while_waiting
         if other is not None and robot.name not in self.idle and self._waits_for_help(robot):
             if not isinstance(other, Ltl):
                 other = ruled(other, robot.robot.objective)  # which may have changed
             targets = tuple(self._mask(index, target) for target in targets_of(other))
             if self._alternates(index, targets):
-                forbidden = self._forbidden(robot, index, targets)
-                again = Assignment(Role.WAITS, other, safe_poses=safe)
-                return TaskDraft(again, other, pending, pending, forbidden)
+                return self._toward(robot, index, targets, Assignment(Role.WAITS, other))
         there = self._waiting_place(robot, index)
-        if there != here and self._alternates(index, (self._mask(index, {there}),)):
+        targets = (self._mask(index, {there}),)
+        if there != here and self._alternates(index, targets):
             objective = holding(robot.robot.objective, there)
-            forbidden = self._forbidden(robot, index, (self._mask(index, {there}),))
-            again = Assignment(Role.WAITS, objective, safe_poses=safe)
-            return TaskDraft(again, objective, pending, pending, forbidden)
-        objective = holding(robot.robot.objective, here)
+            return self._toward(robot, index, targets, Assignment(Role.WAITS, objective))
         if not self._may_stay(robot):  # it leaves, and comes back
             objective = helping(robot.robot.objective, frozenset({here}), None, stays=False)
-            forbidden = self._forbidden(robot, index, (self._mask(index, {here}),))
-            again = Assignment(Role.WAITS, objective, safe_poses=safe)
-            return TaskDraft(again, objective, pending, pending, forbidden)
+            targets = (self._mask(index, {here}),)
+            return self._toward(robot, index, targets, Assignment(Role.WAITS, objective))
+        objective, safe = holding(robot.robot.objective, here), self.found.safe_poses[index]
         return TaskDraft(Assignment(Role.WAITS, objective, safe_poses=safe), objective)
 
     def _may_stay(self, robot: RobotState) -> bool:

@@ -345,7 +345,7 @@ def _settled(team: TeamState, refused: Collection[tuple[str, str]], stopping: St
     if dues is not None and any(chosen.around for chosen in in_time):
         careful = {i: replace(d, around=dues.suspected[i]) for i, d in found.duties.items()}
         found = replace(found, duties=careful)
-    return Settled(floor, solver, found, *in_time)
+    return Settled(floor, solver, found, next(iter(in_time), None))
 
 
 def _present(team: TeamState, floor: Floor) -> dict[int, tuple[int, ...]]:

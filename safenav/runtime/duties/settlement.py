@@ -51,6 +51,22 @@ class Settlement(Struct, frozen=True):
     proof: Refutation | None = None
 
 
+class TrafficNotes(Struct):
+    """Findings of traffic while a settlement is in force. ``cleared``, ``hurried``, ``turned``:
+    a plan was wanted for a robot in a helper's way, for what is due, with other targets first;
+    ``followed``: a plan was begun, at whose end ``followers`` stand behind their helper;
+    ``hopeless``: obstacles that no joint state serves; ``hemmed_in``: robots that no order of moves
+    brings to their next target."""
+
+    cleared: bool = False
+    hurried: bool = False
+    turned: bool = False
+    followed: bool = False
+    followers: frozenset[str] = frozenset()
+    hopeless: frozenset[str] = frozenset()
+    hemmed_in: frozenset[int] = frozenset()
+
+
 class Settled(Struct, frozen=True):
     """The last settlement of a team: the problem, its solver, the duties, and the acts that were
     chosen since something is due (None: nothing is)."""
@@ -59,6 +75,7 @@ class Settled(Struct, frozen=True):
     solver: Solver
     found: Settlement
     in_time: InTime | None = None
+    notes: TrafficNotes = field(default_factory=TrafficNotes)
 
 
 Planning = Callable[[frozenset[int]], Plan | None]

@@ -21,7 +21,7 @@ from safenav.runtime.traffic.remembering import plain_poses, remembering
 from safenav.runtime.traffic.searches import Searches
 from safenav.runtime.traffic.shortening import Separation, following, shortened, timed
 from safenav.runtime.traffic.thinking import Thinking
-from safenav.runtime.traffic.timed import quickest
+from safenav.runtime.traffic.timed import Quickest, beside
 
 
 class PlanSearch(Struct):
@@ -96,12 +96,14 @@ class PlanSearch(Struct):
         ``known``: the floor on which it is to continue, if that is another one."""
         if remembering(self.searches.aimed(floor).problem):
             return None
-        goals = [self.searches.goal(floor, name) for name in floor.names]
-        found = quickest(floor, gate, goals, self.thinking.check)
+        check = self.thinking.check
+        found = Quickest(floor.problem, floor.stages, floor.poses, gate, check).plan()
         if found is None:
             return None
+        goals = [self.searches.goal(floor, name) for name in floor.names]
+        first, *rest = beside(floor, found, goals)
         course = self.searches.course(floor)
-        states = course.along(self.searches.begun(floor, course, found[0]), found[1:])
+        states = course.along(self.searches.begun(floor, course, first), rest)
         if self.turning:
             known = known or floor
             after = self.searches.search(
@@ -198,7 +200,7 @@ class PlanSearch(Struct):
         others may be served without the obstacle that it is to resolve."""
         assignment = self.state.robots[self.starved].assignment
         if assignment.role is Role.OWN:
-            self.searches.hem_in(floor.index(self.starved))
+            self.state.last_settled.notes.hemmed_in |= {floor.index(self.starved)}
         elif assignment.role is Role.HELPS and assignment.obstacle in floor.gates:
             self.hopeless = frozenset({floor.gates.index(assignment.obstacle)})
 

@@ -16,7 +16,6 @@ from msgspec.structs import replace
 from safenav.outcome import Outcome
 from safenav.runtime.coordination.snapshot import awaited_by, floor_of
 from safenav.runtime.coordination.waiting import in_the_way
-from safenav.runtime.duties.settlement import Settlement
 from safenav.runtime.formulas import formulas_of
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import RobotState, Role, TeamState
@@ -59,20 +58,12 @@ class Traffic:
         self.clock = clock
         self.execution: execution.Execution | None = None
         self.wanted: str | None = None
-        self.hopeless: frozenset[str] = frozenset()
-        """Obstacles that no joint state serves, as the last search has shown."""
-        self._hopeless_since: Settlement | None = None
         self.turned: Mapping[str, int] = {}
         """Robots that must begin with another of their targets, as the last search has shown."""
-        self._turned: Settlement | None = None
         self._looked = -1.0
-        self._cleared: Settlement | None = None
-        self._hurried: Settlement | None = None
-        self._followed: Settlement | None = None
         self._urgent: int | None = None
         self._pending: Pending | None = None
         self._all_wait = False
-        self._followers: tuple[Settlement | None, frozenset[str]] = None, frozenset()
         self.thinking = Thinking(stop)
         self._searches = searches = Searches(state, self.thinking)
         self._tried: Counter[Hashable] = Counter()
@@ -91,10 +82,15 @@ class Traffic:
         """State on which plans depend in lockstep without new observations; None during a plan."""
         if self.execution is not None or self.wanted is not None:
             return None
-        found, tick = self.state.last_settled.found, self.state.tick
-        spent = self.search.failures, self.search.spent
+        notes, spent = self.state.last_settled.notes, (self.search.failures, self.search.spent)
         tried = *spent, self._tried.total(), self._certificates.known
-        return self._watch.ages(tick), tried, found is self._cleared, found is self._hurried
+        return self._watch.ages(self.state.tick), tried, notes.cleared, notes.hurried
+
+    def given_up(self) -> frozenset[str]:
+        """The obstacles that no joint state serves, as a search has shown since this was asked."""
+        notes = self.state.last_settled.notes
+        found, notes.hopeless = notes.hopeless, frozenset()
+        return found
 
     def next_pose(self, name: str) -> Pose | None:
         """Return the pose that the plan has a robot take now; None if it stays: it is done, must
@@ -138,8 +134,7 @@ class Traffic:
     def follows(self, name: str) -> bool:
         """Whether a robot has followed its helper by a plan, and stands there until it is decided
         again who does what."""
-        found, names = self._followers
-        return name in names and found is self.state.last_settled.found
+        return name in self.state.last_settled.notes.followers
 
     def holds(self, name: str) -> bool:
         """Whether a robot stays where it is until a plan is there: one that is wanted, and is not
@@ -226,13 +221,11 @@ class Traffic:
         """Examine the team after a tick; return why the plan ends, if it does: it is finished, or
         who acts next for what is due was chosen again. Raises RunEnded if no robot can continue, or
         a budget is exhausted."""
-        if self._hopeless_since is not self.state.last_settled.found:
-            self.hopeless = frozenset()  # somebody may be back
         if self.execution is not None:
             if self.execution.finished:
                 return vocabulary.PlanEndReason.REACHED
             settled = self.state.last_settled
-            again = settled.in_time is not None and settled.found is not self._followed
+            again = settled.in_time is not None and not settled.notes.followed
             return vocabulary.PlanEndReason.CHANGED if again else None
         if not self.state.scenario.deadlock or not any(self._rivals.values()):
             return None
@@ -273,9 +266,9 @@ class Traffic:
         """Return why a plan is needed with the requests as they were settled last: something is
         due, and who acts for it next shares a floor. None if not, or one was wanted for that."""
         settled = self.state.last_settled
-        if settled.found is self._hurried or settled.in_time is None:
+        if settled.notes.hurried or settled.in_time is None:
             return None
-        self._hurried = settled.found
+        settled.notes.hurried = True
         step = next(iter(settled.in_time.steps), None)
         if step is None or not any(self._rivals[settled.floor.names[i]] for i in step.group):
             return None
@@ -286,7 +279,7 @@ class Traffic:
         """Begin the quickest plan for what is due, if it is for that and there is one; whether no
         other plan is to be made now."""
         gate, self._urgent = self._urgent, None
-        if gate is not None and self._hurried is not self.state.last_settled.found:
+        if gate is not None and not self.state.last_settled.notes.hurried:
             return True  # it is decided again since
         floor = self._searches.floor()
         if gate is None:
@@ -329,9 +322,9 @@ class Traffic:
         """Return why a plan is needed with the requests as they were settled last: a robot that
         waits for help stands in the helper's way. None if none does, or one was wanted for that."""
         settled = self.state.last_settled
-        if settled.found is self._cleared:
+        if settled.notes.cleared:
             return None
-        self._cleared = settled.found
+        settled.notes.cleared = True
         floor, duties = self._searches.floor(), settled.found.duties
         for index, (name, robot) in enumerate(self.state.robots.items()):
             helpers = sorted(floor.problem.conflicts[index] & duties.keys())
@@ -359,7 +352,7 @@ class Traffic:
 
     def _plan(self, reason: str) -> None:
         """Make a plan and begin it. Raises RunEnded with the proof if there is none."""
-        here = self._searches.floor()
+        here, notes = self._searches.floor(), self.state.last_settled.notes
         helping = any(r.assignment.role is Role.HELPS for r in self.state.robots.values())
         pending = self._search_from(here)
         plain = pending.floor
@@ -383,17 +376,13 @@ class Traffic:
             return
         if self.state.live and start.stages != floor.stages:
             return  # a robot is about to resolve something: that changes what is possible
-        if self.search.hopeless and isinstance(answer, Found) and floor is plain:
-            self.hopeless = frozenset(floor.gates[gate] for gate in self.search.hopeless)
-            self._hopeless_since = self.state.last_settled.found
-            self._watch.begin_anew()
-            return  # the others complete the mission without
+        without = bool(self.search.hopeless) and isinstance(answer, Found) and floor is plain
         if isinstance(answer, Exhausted) and not all(r.active for r in self.state.robots.values()):
-            self.search.hopeless = frozenset()
-            self.search.leg(floor, course, start)
-            self.hopeless = frozenset(floor.gates[gate] for gate in self.search.hopeless)
-            self._hopeless_since = self.state.last_settled.found
-            self._watch.begin_anew()  # somebody stands in the way who may come back
+            self.search.hopeless, without = frozenset(), True
+            self.search.leg(floor, course, start)  # somebody in the way may come back
+        if without:  # the others complete the mission
+            notes.hopeless = frozenset(floor.gates[gate] for gate in self.search.hopeless)
+            self._watch.begin_anew()
             return
         if isinstance(answer, Exhausted) and floor.problem.sweeping:
             said = f"no order of moves was found in which swept regions are free: {reason}"
@@ -411,8 +400,8 @@ class Traffic:
             return
         self.search.failures = self.search.used = 0
         turned = self.search.turned(floor, course, answer.states)
-        if turned and self._turned is not self.state.last_settled.found:
-            self.turned, self._turned = turned, self.state.last_settled.found
+        if turned and not notes.turned:
+            self.turned, notes.turned = turned, True
             self._watch.begin_anew()
             return  # their strategies begin with those, and another plan is made
         if self.search.turning:
@@ -428,7 +417,7 @@ class Traffic:
         short = charges and not self.search.leg_done(course, start, states[-1], helping)
         if short or self._changes_nothing(here, states, counts):
             leg = self.search.leg(floor, course, start)
-            if leg is None and floor.index(self.search.starved) in self._searches.hemmed_in:
+            if leg is None and floor.index(self.search.starved) in notes.hemmed_in:
                 self._watch.begin_anew()
                 return
             states = (leg and pending.from_here(course, counts, leg)) or states
@@ -494,8 +483,9 @@ class Traffic:
         states = shortened(self._searches.course(floor), states, self._fixed(floor))
         ends, states = states[-1].poses, self.search.approached(floor, states)
         pairs = zip(floor.names, ends, states[-1].poses, strict=True)
-        nearer = frozenset(name for name, end, now in pairs if now != end)
-        self._followers = self.state.last_settled.found, nearer
+        notes = self.state.last_settled.notes
+        notes.followers = frozenset(name for name, end, now in pairs if now != end)
+        notes.followed = True
         sizes = [member.graph.size for member in floor.problem.members]
         poses = [plain_poses(floor.problem, state.poses) for state in states]
         under_way = {}
@@ -506,7 +496,6 @@ class Traffic:
         poses, states = execution.with_steps_under_way(poses, states, counts, under_way)
         apart = floor.problem.exclusions(states[0].stages)
         plan = execution.schedule(poses, sizes, floor.problem.conflicts, apart, under_way)
-        self._followed = self.state.last_settled.found
         self.execution = execution.Execution(plan, execution.dues_of(states, counts))
         self.state.changes += 1
         self._watch.begin_anew()

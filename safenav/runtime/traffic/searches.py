@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from msgspec.structs import replace
 
 from safenav.runtime.coordination.snapshot import awaited_by
-from safenav.runtime.duties.settlement import Settlement, settle
+from safenav.runtime.duties.settlement import settle
 from safenav.runtime.resolution.problem import Floor, Problem, SpentError, Stages
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.traffic import remembering
@@ -34,7 +34,6 @@ class Searches:
         self._remembering: tuple[Problem | None, frozenset[int], Problem | None]
         self._remembering = None, frozenset(), None
         self._hopeless: Problem | None = None
-        self._hemmed_in: tuple[Settlement | None, frozenset[int]] = None, frozenset()
 
     def floor(self) -> Floor:
         """Return the problem as it was settled last, with every robot at its current pose."""
@@ -147,17 +146,7 @@ class Searches:
             ways = (graph.distances(goal & allowed, allowed) for goal in goals)
             if any(way[floor.poses[index]] >= FAR for way in ways):
                 found.add(index)
-        return frozenset(found) | self.hemmed_in
-
-    def hem_in(self, robot: int) -> None:
-        """Count a robot as cut off until it is decided again: a search from here has shown that no
-        order of moves brings it to its own next target while some are out of service."""
-        self._hemmed_in = self._state.last_settled.found, self.hemmed_in | {robot}
-
-    @property
-    def hemmed_in(self) -> frozenset[int]:
-        found, robots = self._hemmed_in
-        return robots if found is self._state.last_settled.found else frozenset()
+        return frozenset(found) | self._state.last_settled.notes.hemmed_in
 
     def own_of_charging(self) -> dict[int, None]:
         """Own objectives for the robots that go to a charger: a plan for the whole mission would

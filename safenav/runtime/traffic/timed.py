@@ -25,16 +25,7 @@ State = tuple[tuple[Robot, ...], frozenset[int]]
 """The robots that move, and those that have had their part in the need."""
 
 
-class TimedPlan(Struct, frozen=True, eq=False):
-    """A plan: the joint ``poses`` after each tick, the first as they are now; ``least``: the ticks
-    that it takes at least, if nobody is in anybody's way."""
-
-    poses: tuple[tuple[int, ...], ...]
-    least: int
-
-    @property
-    def ticks(self) -> int:
-        return len(self.poses) - 1
+Poses = tuple[int, ...]
 
 
 class Quickest(Struct, frozen=True, eq=False, dict=True):
@@ -58,8 +49,9 @@ class Quickest(Struct, frozen=True, eq=False, dict=True):
     def _able(self) -> frozenset[int]:
         return frozenset(self.problem.able(self.gate, self.stages))
 
-    def plan(self) -> TimedPlan | None:
-        """The earliest plan that is found; None if there is none, or the budget is exhausted."""
+    def plan(self) -> list[Poses] | None:
+        """The joint poses after each tick of the earliest plan that is found, the first as they are
+        now; None if there is none, or the budget is exhausted."""
         free = self._fields(range(len(self.poses)), parked=False)
         reach = sorted(
             (field[self.poses[i]] * self.problem.members[i].ticks, i)
@@ -71,14 +63,12 @@ class Quickest(Struct, frozen=True, eq=False, dict=True):
         least = reach[self._missing - 1][0]
         movers = [i for _, i in reach[: max(MOST_HELPERS, self._missing)]]
         others = self._by_nearness(movers, free)
-        best: TimedPlan | None = None
+        best: list[Poses] | None = None
         for more in range(min(2, len(others)) + 1):
-            most = FAR if best is None else best.ticks - 1
-            found = self._search(sorted((*movers, *others[:more])), most)
-            if found is not None:
-                best = TimedPlan(found, least)
-                if best.ticks <= least:
-                    break
+            most = FAR if best is None else len(best) - 2
+            best = self._search(sorted((*movers, *others[:more])), most) or best
+            if best is not None and len(best) - 1 <= least:  # nobody is in anybody's way
+                break
         return best
 
     def _fields(self, movers: Sequence[int], *, parked: bool = True) -> dict[int, list[int]]:
@@ -121,7 +111,7 @@ class Quickest(Struct, frozen=True, eq=False, dict=True):
             found.append((FAR if away is None else away, i))
         return [i for _, i in sorted(found)]
 
-    def _search(self, movers: Sequence[int], most: int) -> tuple[tuple[int, ...], ...] | None:
+    def _search(self, movers: Sequence[int], most: int) -> list[Poses] | None:
         fields, steps = self._fields(movers), {}
         for i in movers:
             steps[i] = self._allowed(i, movers)
@@ -243,9 +233,9 @@ class Quickest(Struct, frozen=True, eq=False, dict=True):
         before: dict[tuple[State, int], tuple[State, int] | None],
         last: tuple[State, int],
         movers: Sequence[int],
-    ) -> tuple[tuple[int, ...], ...]:
+    ) -> list[Poses]:
         """The joint poses after each tick of the way to a state."""
-        found: list[tuple[int, ...]] = []
+        found: list[Poses] = []
         key: tuple[State, int] | None = last
         while key is not None:
             (robots, _), turn = key
@@ -255,7 +245,7 @@ class Quickest(Struct, frozen=True, eq=False, dict=True):
                     poses[robot] = pose
                 found.append(tuple(poses))
             key = before[key]
-        return tuple(reversed(found))
+        return found[::-1]
 
 
 def keeping_out(floor: Floor, regions: Sequence[Mask]) -> Floor:
@@ -267,23 +257,9 @@ def keeping_out(floor: Floor, regions: Sequence[Mask]) -> Floor:
     return replace(floor, problem=replace(floor.problem, members=members))
 
 
-Poses = tuple[int, ...]
-
-
-def quickest(
-    floor: Floor, gate: int, goals: Sequence[Mask], stopping: Callable[[], None]
-) -> list[Poses] | None:
-    """The joint poses after each tick of a plan that meets the next need of an obstacle; ``goals``:
-    where each robot wants to be for what it does now (0: nowhere)."""
-    found = Quickest(floor.problem, floor.stages, floor.poses, gate, stopping).plan()
-    if found is None:
-        return None
-    return beside(floor, found.poses, goals)
-
-
 def beside(floor: Floor, plan: Sequence[Poses], goals: Sequence[Mask]) -> list[Poses]:
-    """A plan in which those that it leaves where they are go towards their goals, one after the
-    other, wherever that is in nobody's way."""
+    """A plan in which those that it leaves where they are go towards their goals (0: nowhere), one
+    after the other, wherever that is in nobody's way."""
     problem = floor.problem
     ways = [list(way) for way in zip(*plan, strict=True)]
     still = [i for i, way in enumerate(ways) if len(set(way)) == 1 and goals[i]]
