@@ -70,6 +70,7 @@ BOTH = {
     "one is back before a request is set aside": 60790,
     "a need is met before the obstacle is known": 90059,
     "what a robot is on its way into is found untraversable by another": 90532,
+    "it helps elsewhere after what it helped with is resolved": 93596,
     "an order comes in the moment in which a robot's charge is used up": 90085,
 }
 LOCKSTEP = {
@@ -81,7 +82,11 @@ LOCKSTEP = {
     "taken out of service while an order is awaited": 54297,
     "a helper is kept away by one out of service": 58813,
 }
+PLAIN = {
+    "an input gives an objective, and nobody passes": 73200,
+}
 CAUSES = [
+    *(pytest.param(seed, False, False, False, id=name) for name, seed in PLAIN.items()),
     *(pytest.param(seed, True, True, False, id=name) for name, seed in FAULTS.items()),
     *(pytest.param(seed, True, False, True, id=name) for name, seed in OPERATOR.items()),
     *(pytest.param(seed, True, True, True, id=name) for name, seed in BOTH.items()),
@@ -99,15 +104,23 @@ def test_what_was_found_is_mended(seed: int, live: bool, faults: bool, operator:
 
 
 FORMULAS = {
-    "left by a plan where its formulas forbid it to stay": (70200, False),
-    "out of service, it is given an objective without formulas": (70212, True),
-    "it waits for help where its formulas forbid it to stay": (92689, False),
+    "left by a plan where its formulas forbid it to stay": (70200, False, False, False),
+    "out of service, it is given an objective without formulas": (70212, False, False, True),
+    "it waits for help where its formulas forbid it to stay": (92689, False, False, False),
+    "where nobody can be sent for an obstacle, one gets there": (74257, False, False, False),
+    "nobody has a strategy for a request that robots could meet": (100312, True, False, False),
+    "an operator gives up while a robot has no strategy": (96487, True, False, True),
+    "it charges when all is done": (96631, True, True, True),
+    "a plan has taken a robot that waits for help elsewhere": (100024, True, False, False),
 }
 
 
-@pytest.mark.parametrize(("seed", "operator"), FORMULAS.values(), ids=FORMULAS)
-def test_what_was_found_with_formulas_is_mended(seed: int, operator: bool) -> None:
-    assert not play(formula_mission(seed), seed, operator=operator).found
+@pytest.mark.parametrize(("seed", "live", "faults", "operator"), FORMULAS.values(), ids=FORMULAS)
+def test_what_was_found_with_formulas_is_mended(
+    seed: int, live: bool, faults: bool, operator: bool
+) -> None:
+    data, troubles = formula_mission(seed, live=live), faults_of(seed) if faults else None
+    assert not play(data, seed, faults=troubles, operator=operator).found
 
 
 @pytest.mark.parametrize(("live", "faults", "operator"), WAYS)
@@ -132,7 +145,11 @@ CUT = [*((seed, live) for seed in (10049, *range(FIRST, FIRST + COUNT)) for live
 
 # 22145: where it was cut off, the robot no longer had a strategy, and an order was to come
 # 92279: it had had its turn in the tick in which the run was cut off, and stays on a target
-@pytest.mark.parametrize(("seed", "live"), [*CUT, (22145, True), (92279, False)])
+# 94052: its charge is used up in the turn in which the run ends
+KILLED = [*CUT, (22145, True), (92279, False), (94052, False)]
+
+
+@pytest.mark.parametrize(("seed", "live"), KILLED)
 def test_a_run_that_was_killed_continues(seed: int, live: bool) -> None:
     try:
         one = continued(mixed_mission(seed, live=live), seed)

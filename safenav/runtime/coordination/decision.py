@@ -24,7 +24,7 @@ from safenav.runtime.coordination.coordination_recorder import (
 )
 from safenav.runtime.coordination.events import Event, Unsettled
 from safenav.runtime.coordination.ladder import Ladder, TaskDraft, ladder
-from safenav.runtime.coordination.snapshot import floor_of
+from safenav.runtime.coordination.snapshot import floor_of, moved_on
 from safenav.runtime.coordination.strategies import outdated
 from safenav.runtime.coordination.strategy_search import TaskResult, failed
 from safenav.runtime.deadlines.choice import InTime, after, choose
@@ -108,7 +108,9 @@ def _decided(team: TeamState, event: Event, stopping: Stopping) -> Decision:
             then = events.HopeReturned if hope else Unsettled
             return Decision(event, next=then(Reason.OBJECTIVE))
         case events.Astray(name):
-            return _assigned(team, event, team.last_settled, only=name)
+            last = team.last_settled
+            now = replace(last, floor=moved_on(last.floor, team))
+            return _assigned(team, event, now, only=name)
         case Unsettled(Reason.SERVICE | Reason.OBJECTIVE) if team.requests.aside:
             kept = replace(team.requests, aside=frozenset())
             return Decision(event, requests=kept, next=event)
@@ -315,6 +317,9 @@ def _duties(team: TeamState, event: Unsettled, stopping: Stopping) -> Decision:
     floor, found = settled.floor, settled.found
     if found.proof is not None:
         end = infeasibility.nobody_goes_on(team, floor, found.proof, event.refused, team.lacks)
+        if event.refused and _settled(team, (), stopping).found.proof is None:
+            told = [synthesis_record(team, r, Reason.REQUEST) for r in event.refused.values()]
+            return Decision(event, records=(*told,), end=infeasibility.unserved(end, event.refused))
         return Decision(event, end=end)
     decision = _assigned(team, event, settled)
     requests, said = stack(team, floor, found, decision.drafts, event.refused)

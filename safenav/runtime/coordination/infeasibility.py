@@ -115,6 +115,14 @@ def nobody_goes_on(
     )
 
 
+def unserved(end: Conclusion, refused: Mapping[tuple[str, str], TaskResult]) -> Conclusion:
+    """The end of a run in which robots could get to where an obstacle is resolved, but have no
+    strategy for that: their syntheses are its proof."""
+    specs = {name: result.result.spec_sha256 for (name, _), result in refused.items()}
+    cause = vocabulary.OperatorCause.UNREALIZABLE.value
+    return replace(end, cause=cause, proof=None, unrealizable=specs)
+
+
 def no_strategy(
     state: TeamState, results: Mapping[str, TaskResult], outcome: Outcome
 ) -> Conclusion:

@@ -32,11 +32,14 @@ def floor_of(
     requests = tuple(state.requests)[:: -1 if newest_first else 1]
     for request in requests:
         obstacle = state.knowledge.pending[request.obstacle.name].obstacle
-        none = {*refused, *state.failures.barred}
+        none = {*state.failures.barred}
         if state.live and not hopeful:  # who is out of service does nothing
             none |= {(name, obstacle.name) for name, e in state.robots.items() if not e.active}
-        barred = frozenset(i for i, name in enumerate(names) if (name, obstacle.name) in none)
-        gates.append(OpenObstacle.of(obstacle, robots, scenario.map, barred))
+        out = (
+            frozenset(i for i, name in enumerate(names) if (name, obstacle.name) in pairs)
+            for pairs in (none, refused)
+        )
+        gates.append(OpenObstacle.of(obstacle, robots, scenario.map, *out))
         stages.append(stage_of(state, obstacle))
     members = tuple(
         _member(robot, state) if hopeful or entry.active else _out_of_service(entry, state)
@@ -59,6 +62,13 @@ def floor_of(
         tuple(request.obstacle.name for request in requests),
         tuple(state.knowledge.given_up()),
     )
+
+
+def moved_on(floor: Floor, state: TeamState) -> Floor:
+    """Return a problem as it was settled, with every robot at its present pose."""
+    robots = zip(floor.problem.members, state.robots.values(), strict=True)
+    poses = tuple(member.graph.number(robot.next_pose) for member, robot in robots)
+    return replace(floor, poses=poses)
 
 
 def stage_of(state: TeamState, obstacle: Obstacle) -> Stage:

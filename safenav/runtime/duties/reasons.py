@@ -102,7 +102,7 @@ def _helper(floor: Floor, closure: TeamClosure, number: int, robot: int) -> Help
     graph = member.graph
     there = graph.poses_on(problem.next_need(number, closure.left).regions)
     reach = closure.reach[robot]
-    if robot in problem.gates[number].barred:
+    if robot in problem.gates[number].barred | problem.gates[number].refused:
         return Helper(name, Hindrance.NO_STRATEGY)
     if reach & there:
         return Helper(name, Hindrance.NOTHING)

@@ -52,8 +52,9 @@ Stages = tuple[Stage, ...]
 
 class OpenObstacle(Struct, frozen=True, dict=True):
     """An obstacle that is known and not resolved. ``closed_to``: the robots that must not enter
-    it, for each need as long as it is the next. ``barred``: robots that cannot serve it although
-    they have the action (no strategy was found). ``sweeps``: the regions where no other robot may
+    it, for each need as long as it is the next. ``barred``: robots that do nothing for it although
+    they have the action. ``refused``: robots for whose duty no strategy was found; one that gets
+    there all the same acts. ``sweeps``: the regions where no other robot may
     be while a robot resolves it. ``order``: robots take loads in this order where they can take
     several."""
 
@@ -64,6 +65,7 @@ class OpenObstacle(Struct, frozen=True, dict=True):
     barred: frozenset[int] = frozenset()
     sweeps: Mask = 0
     order: tuple[str, int, int] = ("", 0, 0)
+    refused: frozenset[int] = frozenset()
 
     @classmethod
     def of(
@@ -72,6 +74,7 @@ class OpenObstacle(Struct, frozen=True, dict=True):
         robots: Sequence[Robot],
         world: RegionMap,
         barred: frozenset[int] = frozenset(),
+        refused: frozenset[int] = frozenset(),
     ) -> OpenObstacle:
         """An obstacle of the scenario."""
         parts, closed = [], []
@@ -81,7 +84,8 @@ class OpenObstacle(Struct, frozen=True, dict=True):
             shut = (i for i, robot in enumerate(robots) if obstacle.closed_to(robot, number))
             closed.append(frozenset(shut))
         sweeps, about = region_mask(obstacle.swept(world)), (obstacle.name, obstacle.region)
-        return cls(*about, tuple(closed), tuple(parts), barred, sweeps, obstacle.order)
+        order = obstacle.order
+        return cls(*about, tuple(closed), tuple(parts), barred, sweeps, order, refused)
 
     @cached_property
     def skills(self) -> tuple[frozenset[str], ...]:
@@ -265,7 +269,12 @@ class Problem(Struct, frozen=True, eq=False, dict=True):
         return self._floors(robot, closed)
 
     def able(self, gate: int, stages: Stages) -> list[int]:
-        """The robots that can do something for the obstacle's next need, in the team's order."""
+        """The robots that can be sent for the obstacle's next need, in the team's order."""
+        return [i for i in self.acting(gate, stages) if i not in self.gates[gate].refused]
+
+    def acting(self, gate: int, stages: Stages) -> list[int]:
+        """The robots that do something for the obstacle's next need where they can, in the team's
+        order."""
         out = stages[gate].done | self.gates[gate].barred
         if self.takes(gate, stages):
             out |= self.full(stages)

@@ -239,7 +239,7 @@ class Course(Struct, frozen=True, eq=False, dict=True):
             problem, masks = self.problem, [0] * len(self.problem.members)
             for gate in problem.open(stages):
                 regions = problem.next_need(gate, stages).regions
-                for i in problem.able(gate, stages):
+                for i in problem.acting(gate, stages):
                     masks[i] |= problem.members[i].graph.poses_on(regions)
             found = self._acting[stages] = tuple(masks)
         return found
@@ -273,7 +273,7 @@ def performed(
             stage, need = stages[gate], problem.next_need(gate, stages)
             here = [
                 i
-                for i in problem.able(gate, stages)
+                for i in problem.acting(gate, stages)
                 if need.regions >> (poses[i] % problem.members[i].graph.size) & 1
             ]
             if problem.gates[gate].sweeps:

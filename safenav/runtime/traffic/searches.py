@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from msgspec.structs import replace
 
-from safenav.runtime.coordination.snapshot import awaited_by
+from safenav.runtime.coordination.snapshot import awaited_by, moved_on
 from safenav.runtime.duties.settlement import settle
 from safenav.runtime.resolution.problem import Floor, Problem, SpentError, Stages
 from safenav.runtime.team import RobotState, Role, TeamState
@@ -37,14 +37,7 @@ class Searches:
 
     def floor(self) -> Floor:
         """Return the problem as it was settled last, with every robot at its current pose."""
-        decided = self._state.last_settled.floor
-        poses = tuple(
-            member.graph.number(robot.next_pose)
-            for member, robot in zip(
-                decided.problem.members, self._state.robots.values(), strict=True
-            )
-        )
-        return replace(decided, poses=poses)
+        return moved_on(self._state.last_settled.floor, self._state)
 
     def remembered(self, floor: Floor) -> Floor:
         """Return the problem with formula memory added to poses, within a size limit."""
