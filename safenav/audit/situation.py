@@ -169,11 +169,9 @@ class Situation(State):
                 self.truth[name] = record.traversable
             case "objective":
                 self._go_on(robot)
-                if record.cause != "input":
-                    self.next[robot] = 0
+                self._begin_or_resume(record)
                 self.own[robot] = record.objective
                 self.goals[robot].clear()
-                self._count_ahead(record)
                 if not record.at_once:  # it may go where it has gone for its charge before
                     self.stop[robot] = self.objectives[robot].targets
                 if record.at_once:
@@ -206,7 +204,8 @@ class Situation(State):
             case "push":
                 who, before = (record.requester, helpers_of(record)), dict(self.objectives)
                 self._perhaps_changed(who[1], record.line)
-                self.stack.append(StackEntry(name, *who, record.line, before))
+                entry = StackEntry(name, *who, record.line, before, self.helped)
+                self.stack.append(entry)
                 self._put_in_force(record.objectives, record.line)
             case "pop":
                 self._drop(record)
@@ -266,14 +265,16 @@ class Situation(State):
         from_outside = ("interrupted", "error")
         self.turn.torn = last and (self.outcome is None or self.outcome.outcome in from_outside)
 
-    def _count_ahead(self, record: Line) -> None:
-        """Count the targets met of an objective that ends: one resumed after an input continues."""
-        robot, before = record.robot, self.ahead[record.robot]
-        self.ahead[robot] = 0
-        if record.cause == "input" and record.objective == self.base[robot]:
-            self.ahead[robot] = self._kept.pop(robot, 0)
+    def _begin_or_resume(self, record: Line) -> None:
+        """Let a new objective begin with its first target; one resumed after an input continues."""
+        robot = record.robot
+        before = self.next[robot], self.ahead[robot]
+        begins = 0, 0
+        if record.cause == "input" and not self.is_away(robot):
+            begins = self._kept.pop(robot, begins)
         elif record.cause == "input":
             self._kept.setdefault(robot, before)
+        self.next[robot], self.ahead[robot] = begins
 
     def _go_on(self, robot: str) -> None:
         """Note the target whose turn it is where rounds restart."""
@@ -355,6 +356,7 @@ class Situation(State):
         return True
 
     def _put_in_force(self, objectives: Mapping[str, Objective], line: int) -> None:
+        self.helped = dict(self.named)
         for robot, objective in objectives.items():
             if self.objectives[robot] != objective:
                 self.objectives = {**self.objectives, robot: objective}

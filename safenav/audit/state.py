@@ -81,6 +81,8 @@ class State:
         """The helpers of each obstacle that were named last."""
         self.named: dict[str, str] = {}
         """The obstacle for which each robot was named a helper last."""
+        self.helped: dict[str, str] = {}
+        """The same as the objectives in force were put in force."""
         self.listed = {
             name: [o for o in first if o.name == name] or [obstacle]
             for name, obstacle in self.obstacles.items()
@@ -118,7 +120,8 @@ class State:
         self.inputs = {each.name: False for each in self.header.inputs or ()}
         self.base = dict(self.objectives)
         """The objectives of the header, which robots have while no input gives them another."""
-        self._kept: dict[str, int] = {}
+        self._kept: dict[str, tuple[int, int]] = {}
+        """``next`` and ``ahead`` of the objectives that robots resume after an input."""
         self.form: dict[tuple[str, Objective], str | None] = {}
         self.under_way: dict[str, Line] = {}
         """Live: the step of each robot that has not ended."""

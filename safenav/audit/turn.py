@@ -26,13 +26,15 @@ class Status(Enum):
 @dataclass(frozen=True)
 class StackEntry:
     """An entry of the objective stack: helpers, requester and obstacle; ``before``: the objectives
-    that it stores, those before the push."""
+    that it stores, those before the push; ``helped``: the obstacle that each robot helped with by
+    them."""
 
     obstacle: str | None
     requester: str | None
     helpers: tuple[str, ...]
     line: int
     before: Mapping[str, Objective] = field(default_factory=dict)
+    helped: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from safenav.audit.deriving import open_obstacle, pose_of, poses_in, team_of
 from safenav.audit.kinds import shape_of
@@ -101,12 +100,11 @@ def _wish(name: str, now: Situation, goals: list[Line], team: Team) -> Wish:
 
 def _awaited(name: str, objective: Objective, goals: list[Line], now: Situation) -> tuple[int, ...]:
     """Return the targets that may be next: a strict objective of which no target is met may begin
-    with any, unless it is literal, as may an objective that is resumed."""
+    with any, unless it is literal."""
     count, known = len(objective.targets), now.progress[name].awaited
     if objective.literal and now.objectives[name] == objective and known is not None:
         return (known,)
     if goals and goals[-1].goal < count:
         return ((goals[-1].goal + 1) % count,)
-    resumed: Any = now.header.robots[name].when
     strict = shape_of(objective.kind).strict
-    return tuple(range(count)) if strict or resumed else (now.next[name] % max(count, 1),)
+    return tuple(range(count)) if strict else (now.next[name] % max(count, 1),)

@@ -84,13 +84,15 @@ class ChargeRule(Rule):
                 if record.obstacle in self._flat:
                     self._filled.add(self._flat.pop(record.obstacle))
             case "outcome":
-                if not now.is_cut_short() and not now.turn.torn:
-                    yield from self._owes()
                 for of, least in (record.refused or {}).items():
                     if of.endswith(BATTERY):
                         yield from self._refused(of.removesuffix(BATTERY), least, record, now)
             case _ if record.type in _FLOOR:
                 self._stops.clear()
+
+    def ending(self, now: Situation) -> Iterator[Said]:
+        if not now.is_cut_short() and not now.turn.torn:
+            yield from self._owes()
 
     def turn(self, now: Situation) -> Iterator[Said]:
         turn = now.turn

@@ -186,7 +186,7 @@ class CompletedRule(Rule):
         if told is None:
             yield f"the rounds of {robot} are missing"
             return
-        objective = now.objectives[robot]
+        objective = now.own[robot]
         _, most = _bounds(now.goals[robot], objective)
         if outcome.outcome == "completed":
             if now.is_away(robot):

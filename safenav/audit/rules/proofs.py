@@ -36,6 +36,8 @@ class ProofRule(Rule):
         self._never: set[str] = set()
         self._memory: dict[tuple[str, str], Mapping[str, int] | None] = {}
         """Memory of each robot that had no strategy, by its name and specification."""
+        self._waited: tuple[str, frozenset[str]] = "", frozenset()
+        """The explanation of the last wait, and the robots that had no strategy then."""
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
         if record.type == "synthesis":
@@ -58,6 +60,10 @@ class ProofRule(Rule):
                 if self._unrealizable(record, now):
                     return
                 failed = {s.robot for s in now.turn.all("synthesis") if s.verdict == "unrealizable"}
+                if record.type == "waiting":
+                    self._waited = record.explanation, frozenset(failed)
+                elif record.explanation == self._waited[0]:  # an operator ends the run as it waits
+                    failed |= self._waited[1]
                 lost = [name for name in _lost(record, now) if name in failed]
                 among = [name for name in lost if _is_a_game(name, now)]
                 if among:

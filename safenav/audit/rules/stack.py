@@ -50,6 +50,7 @@ class PopRule(Rule):
 
     def __init__(self) -> None:
         self._owns = set[tuple[str, Objective]]()
+        self._again: list[tuple[str, str, Wrong]] = []  # robot, obstacle: if it helps with that
         self._reopened: dict[str, int] = {}  # the line
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
@@ -71,28 +72,37 @@ class PopRule(Rule):
         yield from _missing(record.objectives, now)
         if now.header.coordination == RESYNTHESIS:
             for name, objective in record.objectives.items():
-                stored = self._stored(name, objective, now)
-                if stored is not None:
-                    yield name, f"{name} was to {stored} before the push, but gets {objective}"
+                for helped, stored in self._stored(name, objective, now):
+                    said = f"{name} was to {stored} before the push, but gets {objective}"
+                    self._again.append((name, helped, (name, said, record)))
 
-    def _stored(self, robot: str, objective: Objective, now: Situation) -> Objective | None:
-        """Return the objective that a robot should have got back instead; None if it is right."""
+    def turn(self, now: Situation) -> Iterator[Said]:
+        told = [wrong for robot, one, wrong in self._again if now.named.get(robot) == one]
+        self._again.clear()
+        yield from told[:1]
+
+    def _stored(
+        self, robot: str, objective: Objective, now: Situation
+    ) -> Iterator[tuple[str, Objective]]:
+        """Yield the objectives that a robot should have got back instead, each with the obstacle
+        that it helped with by it."""
         own = now.own[robot]
         if objective in (own, now.objectives[robot]) or objective.kind != ALTERNATION:
-            return None
+            return
         over = [entry for entry in now.stack if entry.obstacle not in now.requests]
         found = [
-            entry.before[robot]
+            (entry.helped[robot], entry.before[robot])
             for entry in over
             if robot in entry.before
+            and entry.helped.get(robot) in now.requests
             and (robot, entry.before[robot]) not in self._owns
             and entry.before[robot].kind == ALTERNATION
             and entry.before[robot].targets[:1] == objective.targets[:1]
         ]
-        again = any(stored.targets == objective.targets for stored in found)  # under rules of now
+        again = any(stored.targets == objective.targets for _, stored in found)  # under new rules
         if again or own.kind == "ltl" or now.has_heading(robot):
-            return None
-        return next((stored for stored in found if can_alternate(robot, stored, now)), None)
+            return
+        yield from (one for one in found if can_alternate(robot, one[1], now))
 
 
 class MissedPopRule(Rule):
