@@ -141,6 +141,11 @@ def test_unknown_pixels_of_a_ros_map_are_walls(tmp_path: Path) -> None:
         "image: three.pgm\nresolution: 1.0\norigin: [0, 0, 0]\nnegate: %d\n"
         "occupied_thresh: 0.65\nfree_thresh: 0.196\n"
     )
+    nav2 = settings.replace("0.196", "0.25") % 0
+    (tmp_path / "map.yaml").write_text(nav2, encoding="utf-8")
+    text = "safenav: 1\nmap: {ros: map.yaml, resolution: 1}\n" + ROBOTS % (1, 2)
+    read = load_scenario_text(text, str(tmp_path / "s.yaml")).map
+    assert read.grid_rows() == ["#.."] and "gray 205 (1), which" in read.notes[0]
     for negate, expected in ((0, "##."), (1, ".##")):
         (tmp_path / "map.yaml").write_text(settings % negate, encoding="utf-8")
         free = expected.index(".")

@@ -20,18 +20,33 @@ REQUIREMENTS = form(either(_NAMED, many(either(TEXT, _NAMED))))
 def read_requirements(node: Node | None, reading: Reading) -> dict[str, str]:
     """The formulas by name: a list of formulas, each its own name, or named ones, or both."""
     found: dict[str, str] = {}
+    cut = 0
     for name, item in _entries(node, reading):
+        written = item.text if name is None and isinstance(item, Scalar) else name and name.text
+        if cut and _open(written or "") < 0:
+            cut += _open(written or "")
+            continue  # the rest of a formula, which has been reported
         what = _WHAT if name is None else f"requirement {clipped(name.text)}"
         text = read.text(item, what, reading)
         if text is None or not isinstance(item, Scalar):
             continue
         if name is not None:
             well_named(name, "a requirement", reading)
+        cut = 0 if item.style else max(0, _open(text))
+        if cut:
+            told = f"{what}: '{clipped(text)}' ends within parentheses"
+            reading.add(item, told, "within brackets a comma ends a formula: put it in quotes")
+            continue
         label = text if name is None else name.text
         if label in found:
             reading.add(name or item, f"{_WHAT}: '{clipped(label)}' already exists")
         found[label] = _formula(item, text, what, reading)
     return found
+
+
+def _open(text: str) -> int:
+    """How many parentheses a text leaves open."""
+    return text.count("(") - text.count(")")
 
 
 def _entries(node: Node | None, findings: Findings) -> list[tuple[Scalar | None, Node]]:

@@ -10,9 +10,11 @@ from __future__ import annotations
 from enum import StrEnum
 from fractions import Fraction
 from math import ceil
+from pathlib import Path
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
 from safenav.scenario.reading.maps.grid import too_large
 from safenav.scenario.reading.maps.keys import MapKeys, read_origin
@@ -48,6 +50,24 @@ def occupied(image: Image, settings: RosMap) -> Blocked:
     return found if image.transparent is None else found | image.transparent
 
 
+UNKNOWN = 205 / 255
+"""How bright map_saver paints a pixel that is unknown, in the mode trinary."""
+
+
+def doubts(image: Image, settings: RosMap, path: Path) -> tuple[str, ...]:
+    """Map_saver of Nav2 wrote 0.25 until 2025, with which map_server reads unknown as free (pull
+    request 5278 of ros-navigation/navigation2)."""
+    gray = np.arange(image.white + 1) == round(UNKNOWN * image.white)
+    count = int((image.where(gray) & ~occupied(image, settings)).sum())
+    if settings.negate or not count:
+        return ()
+    return (
+        f"{path}: pixels of gray 205 ({count}), which map_saver writes for unknown, count as free, "
+        f"since 'free_thresh: {settings.free_thresh:g}' is above 0.196; if they are unknown, write "
+        "'free_thresh: 0.196' there",
+    )
+
+
 REQUIRED = {
     "image": "the path of the image, relative to this file",
     "resolution": "metres per pixel, for example 'resolution: 0.05'",
@@ -81,8 +101,8 @@ def read_ros(node: Node, fields: MapKeys, findings: Reading) -> RegionMap | None
         return None
     inside = findings.beside(str(path))
     inside.folder = path.parent
-    settings, _, blocked = read_ros_file(text, inside)
-    if settings is None or blocked is None:
+    settings, image, blocked = read_ros_file(text, inside)
+    if settings is None or image is None or blocked is None:
         return None
     height, width = (pixels * settings.resolution for pixels in blocked.shape)
     if not sized:
@@ -108,7 +128,8 @@ def read_ros(node: Node, fields: MapKeys, findings: Reading) -> RegionMap | None
     if world is None:
         return None
     x, y, yaw = settings.origin
-    return RegionMap(world.rows, world.cols, world.walls, {}, Frame(resolution, (x, y), yaw))
+    notes = (*doubts(image, settings, path), *world.notes)
+    return replace(world, frame=Frame(resolution, (x, y), yaw), notes=notes)
 
 
 def _decimal(number: float) -> Fraction:
