@@ -51,7 +51,9 @@ def why_words(found: Diagnosis, task: Task, world: RegionMap) -> str:
                 )
             return "its mobility allows it to enter a region on the way, but not to leave it"
     if isinstance(task.objective, Ltl):
-        return "its guarantees conflict"
+        inputs = " or ".join(task.objective.inputs)
+        could = f", or the input {inputs} can keep it from its goals" if inputs else ""
+        return f"its guarantees conflict{could}"
     others = ", ".join(other.name for other in task.observed if other.danger)
     if others:
         return f"{others} could keep it away forever, or corner it"

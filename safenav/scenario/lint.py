@@ -17,10 +17,13 @@ from safenav.scenario.objective import station
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.yaml.findings import closest
 
+_SLIP = 0.8
+"""How much two words are alike of which one is probably a slip of the pen."""
+
 
 def lint(scenario: Scenario) -> tuple[str, ...]:
     """One sentence each, in the scenario's terms."""
-    found = [*scenario.map.notes, *_needless(scenario), *_crowded(scenario)]
+    found = [*scenario.map.notes, *_misnamed(scenario), *_needless(scenario), *_crowded(scenario)]
     for obstacle in scenario.obstacles:
         found += _unable(obstacle, scenario)
     found += [*oversized(scenario), *cramped(scenario)]
@@ -149,6 +152,26 @@ def _needless(scenario: Scenario) -> Iterator[str]:
             close = closest(action, needed)
             meant = f"; did you mean '{close[0]}'?" if close else ""
             yield f"{model.name} can '{action}', which no obstacle needs{meant}"
+
+
+def _misnamed(scenario: Scenario) -> Iterator[str]:
+    """Names that are legal and probably slips: a built-in model or type is used in place of the
+    scenario's own, or a robot is alone on its layer."""
+    usual, own, team = built_in(), scenario.catalogue, scenario.robots
+    types = {each.type.name for each in (*scenario.obstacles, *(scenario.suspects or ()))}
+    used = [
+        ("robot model", own.robots, usual.robots, {robot.model.name for robot in team}),
+        ("obstacle type", own.obstacles, usual.obstacles, types),
+    ]
+    for what, given, shipped, names in used:
+        for name in sorted(given.keys() - shipped.keys() - names):
+            for meant in closest(name, names & shipped.keys(), _SLIP):
+                yield f"{what} '{name}' is not used, '{meant}' of the built-in catalogue is"
+    layers = {model.layer for model in usual.robots.values()}
+    for model in dict.fromkeys(robot.model for robot in team):
+        slip = model.layer.isalpha() and model.layer not in layers
+        for meant in closest(model.layer, layers, _SLIP) if slip else ():
+            yield f"layer '{model.layer}' of {model.name}; did you mean '{meant}'?"
 
 
 def _draws(scenario: Scenario) -> bool:

@@ -15,8 +15,8 @@ safenav: 1
 map: {{grid: ["########", "#......#", "#......#", "########"], names: {names}}}
 catalogue:
   robots:
-    porter: {{mobility: free, layer: ground, capabilities: [{can}]{timing}}}
-  obstacles:
+    porter: {{mobility: free, layer: {layer}, capabilities: [{can}]{timing}}}
+{more}  obstacles:
     beam: {{needs: [{{action: lift, robots: {robots}, at: neighbours}}]}}
 robots:
   a: {{model: porter, start: 9, objective: {{visit: [14, 9]}}}}
@@ -26,6 +26,8 @@ seed: {seed}
 """
 PLAIN = {
     "can": "lift",
+    "layer": "ground",
+    "more": "",
     "timing": "",
     "robots": "1",
     "other": "quadcopter",
@@ -40,6 +42,16 @@ PLAIN = {
     ("changes", "said"),
     [
         pytest.param({}, [], id="nothing"),
+        pytest.param(
+            {"more": "    qaudcopter: {mobility: free, layer: air, capabilities: []}\n"},
+            ["robot model 'qaudcopter' is not used, 'quadcopter' of the built-in catalogue is"],
+            id="a model of its own that is misspelt",
+        ),
+        pytest.param(
+            {"layer": "groud"},
+            ["layer 'groud' of porter; did you mean 'ground'?"],
+            id="a layer that is misspelt",
+        ),
         pytest.param(
             {"can": "lfit"},
             [

@@ -218,6 +218,8 @@ class Reading(Findings):
             self.add(node, f"{found} '{clipped(name)}'", f"write {clipped(name)} without quotes")
         else:
             declared = "names are declared in 'names' of map, areas in 'areas'"
+            if name.startswith("("):
+                declared = "a position is written in brackets: [row, column]"
             self.unknown(node, found, name, {**self.names, **self.areas}, declared)
         return None
 

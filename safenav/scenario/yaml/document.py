@@ -69,6 +69,8 @@ class Mapping(Struct, frozen=True):
 
 Node = Scalar | Sequence | Mapping
 
+_KEYS = "keys are words; a list needs brackets: [3, 8]"
+
 
 def below(node: Node | None, *keys: str) -> Node | None:
     """The node below another one, under one key after the other; None if there is none."""
@@ -247,7 +249,7 @@ class _Builder:
             self.flaws.append((key.place, "a key is a list or a mapping", "keys are words"))
         elif not isinstance(key.value, str):
             shown = key.text or "(nothing)"
-            self.flaws.append((key.place, f"the key {shown} is not a word", "keys are words"))
+            self.flaws.append((key.place, f"the key {shown} is not a word", _KEYS))
         elif key.value in parent.lines:
             first = parent.lines[key.value]
             found = f"duplicate key '{clipped(key.value)}'"
@@ -320,7 +322,7 @@ def _syntax_hint(error: yaml.MarkedYAMLError) -> str:
         mark = error.context_mark
         where = f" in line {mark.line + 1}, column {mark.column + 1}" if mark else ""
         return f"the '[' or '{{'{where} is not closed, or a ',' is missing"
-    return "check quotes and brackets on this line and the one before"
+    return "check quotes, brackets and colons on this line and the one before"
 
 
 def _bad_character(text: str, error: yaml.reader.ReaderError) -> tuple[Place, str, str]:

@@ -7,6 +7,7 @@ reported; callers continue, so that one error does not hide another.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable
 from collections.abc import Mapping as Wanted
 from enum import StrEnum
@@ -65,34 +66,46 @@ def mapping(
         hint = f"for example {example}" if example else ""
         wrong_type(node, what, "a mapping (key: value)", findings, hint)
         return None
+    meant: set[str] = set()
     if known is not None:
-        node = _as_meant(node, what, known, elsewhere or {}, findings)
+        node, meant = _as_meant(node, what, known, elsewhere or {}, findings)
     for key_word, hint in (required or {}).items():
-        if node.get(key_word) is None:
+        if node.get(key_word) is None and key_word not in meant:
             findings.add(node, f"{what}: the key '{key_word}' is missing", hint)
     return node
 
 
 def _as_meant(
     node: Mapping, what: str, known: Iterable[str], elsewhere: Wanted[str, str], findings: Findings
-) -> Mapping:
-    """Report unknown keys; return the mapping with the keys that were probably meant, so that a
-    misspelt key hides no other error and causes none."""
+) -> tuple[Mapping, set[str]]:
+    """Report unknown keys; return the mapping with the keys that were probably meant, and these, so
+    that a misspelt key hides no other error and causes none."""
     words = set(known)
     free = words - {key.text for key, _ in node.entries}
-    entries = []
+    entries, meant = [], set()
     for key, value in node.entries:
-        meant = key
-        if key.text not in words:
-            also = [word for word in _ALSO_CALLED.get(key.text, ()) if word in free]
-            hint = elsewhere.get(key.text) or suggestion(also[0] if also else key.text, free)
-            findings.add(key, f"unknown key '{clipped(key.text)}' in {what}", hint)
-            probable = [] if key.text in elsewhere else also[:1] or closest(key.text, free)
-            for word in probable:
-                meant = replace(key, value=word, text=word)
-                free.discard(word)
-        entries.append((meant, value))
-    return Mapping(node.place, tuple(entries))
+        word = key.text
+        if word not in words:
+            also = [other for other in _ALSO_CALLED.get(word, ()) if other in free]
+            hint = elsewhere.get(word) or suggestion(also[0] if also else word, free)
+            found = f"unknown key '{clipped(word)}' in {what}"
+            probable = [] if word in elsewhere else also[:1] or closest(word, free)
+            run_on = re.match(r"(\w+)[: ]\s*(.+)", word)
+            if run_on and run_on[1] in free and is_nothing(value):
+                hint = f"write '{run_on[1]}: {clipped(run_on[2])}', with a colon and a space"
+                probable = [run_on[1]]
+            findings.add(key, found, hint)
+            free.difference_update(probable)
+            meant.update(probable)
+            if probable and not is_nothing(value):
+                key = replace(key, value=probable[0], text=probable[0])
+        entries.append((key, value))
+    return Mapping(node.place, tuple(entries)), meant
+
+
+def is_nothing(node: Node) -> bool:
+    """Whether a key has no value."""
+    return isinstance(node, Scalar) and node.value is None
 
 
 _ALSO_CALLED = {
@@ -132,7 +145,7 @@ def sequence(node: Node | None, what: str, findings: Findings) -> tuple[Node, ..
         return None
     if not isinstance(node, Sequence):
         shown = clipped(node.text) if isinstance(node, Scalar) else ""
-        hint = f"put brackets around it: [{shown}]" if shown else ""
+        hint = f"put brackets around it: [{shown}]" if shown else "begin each item with '- '"
         wrong_type(node, what, "a list [...]", findings, hint)
         return None
     return node.items

@@ -106,11 +106,11 @@ class Findings:
         return lines[found.line - 1] if 1 <= found.line <= len(lines) else ""
 
 
-def closest(word: str, known: Iterable[str]) -> list[str]:
-    """The known word that was probably meant, if there is one."""
+def closest(word: str, known: Iterable[str], alike: float = 0.6) -> list[str]:
+    """The known word that was probably meant, if there is one; ``alike``: from 0 to 1."""
     from difflib import get_close_matches  # only needed when something is wrong
 
-    return get_close_matches(word[:80], sorted(known), n=1, cutoff=0.6)
+    return get_close_matches(word[:80], sorted(known), n=1, cutoff=alike)
 
 
 def suggestion(word: str, known: Iterable[str]) -> str:
