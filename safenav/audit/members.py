@@ -137,7 +137,9 @@ class Duty(NamedTuple):
 
 
 class Settlement(NamedTuple):
-    """``served``: obstacles that will be resolved; ``duties``: duty of each robot."""
+    """``served``: obstacles that will be resolved; ``duties``: duty of each robot; ``early``: the
+    duties to come for which robots set out now, since something is due."""
 
     served: tuple[str, ...]
     duties: dict[str, Duty]
+    early: dict[str, Duty]

@@ -128,8 +128,12 @@ class Team:
         obstacles: OpenObstacles,
         duties: Mapping[str, Duty],
     ) -> bool:
-        """Return whether a robot that stood in a region would keep a helper in conflict with it
-        from every region of its duty, or a group from standing there together."""
+        """Return whether a robot that stood in a region would stand where a resolution sweeps, keep
+        a helper in conflict with it from every region of its duty, or a group from standing there
+        together."""
+        swept = {o.name: o.sweeps for o in obstacles}
+        if any(name not in d.group and region in swept[d.obstacle] for d in duties.values()):
+            return True
         for helper in self.members[name].rivals & {*duties}:
             duty = duties[helper]
             stood = next(o for o in obstacles if o.name == duty.obstacle)
@@ -288,14 +292,25 @@ class Team:
             if ready and all(spots):
                 now = step._replace(at=spots)
                 for name, there in zip(step.group, spots, strict=True):
-                    lasting = self._lasting(now, name, there, sets, obstacles, served) or there
+                    after = self.after(now, sets, obstacles)
+                    lasting = self._lasting(name, there, *after, served) or there
                     regions = frozenset(region for region, _ in lasting)
                     here = bool(acts) and at[name] in lasting
                     stays = obstacle.left[0].together or len(step.group) > 1 or here
                     duties[name] = Duty(obstacle.name, step.group, regions, stays)
-        return Settlement(
-            tuple(obstacle.name for obstacle in obstacles if obstacle.name in served), duties
-        )
+        early = dict[str, Duty]()
+        for act in reversed(acts):
+            for name, pose in act.robots.items():
+                region, reached = pose[0], self.reach(name, frozenset([at[name]]), obstacles)
+                there = frozenset(p for p in reached if p[0] == region)
+                early.pop(name, None)
+                if name in duties or self.in_the_way(name, region, at, obstacles, duties):
+                    continue
+                if self._lasting(name, there, sets, obstacles, served):
+                    group, stands = (*act.robots,), frozenset([region])
+                    early[name] = Duty(act.obstacle, group, stands, stays=True)
+        names = tuple(obstacle.name for obstacle in obstacles if obstacle.name in served)
+        return Settlement(names, duties, early)
 
     def _planned(
         self,
@@ -346,23 +361,16 @@ class Team:
         return frozenset(p for p in reached if p[0] in obstacles[k].left[0].regions)
 
     def _lasting(
-        self,
-        step: Step,
-        name: str,
-        there: Poses,
-        sets: Sets,
-        obstacles: OpenObstacles,
-        served: frozenset[str],
+        self, name: str, there: Poses, sets: Sets, obstacles: OpenObstacles, served: frozenset[str]
     ) -> Poses:
-        """Return the poses from which every robot can continue once the step is done."""
-        (after, then), k = self.after(step, sets, obstacles), self.names.index(name)
-        good, bad = set[Pose](), set[Pose]()
+        """Return the poses of a robot from which every robot can continue."""
+        k, good, bad = self.names.index(name), set[Pose](), set[Pose]()
         for pose in sorted(there, key=str):
             if pose in good or pose in bad:
                 continue
-            around = self.around(name, pose, then)
-            stood = (*after[:k], around, *after[k + 1 :])
-            lasts = self.solve(stood, stood, then, served, {}) is not None
+            around = self.around(name, pose, obstacles)
+            stood = (*sets[:k], around, *sets[k + 1 :])
+            lasts = self.solve(stood, stood, obstacles, served, {}) is not None
             (good if lasts else bad).update(around & there)
         return frozenset(good)
 

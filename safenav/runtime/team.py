@@ -43,14 +43,15 @@ class Role(Enum):
 
     OWN = "its own objective"
     HELPS = "resolves an obstacle"
+    EARLY = "goes to where it acts next, before its need"
     WAITS = "waits"
     CHARGES = "goes to a charger, or charges"
 
 
 class Assignment(Struct, frozen=True):
     """Current assignment of one robot. ``obstacle``: the one that it resolves, if it helps (or will
-    once it has charged), and at which poses (``goal``, a mask). ``safe_poses``: those that it may
-    go to (a mask; None: all)."""
+    once it has charged). ``goal``: the poses where it does so or waits to (a mask).
+    ``safe_poses``: those that it may go to (a mask; None: all)."""
 
     role: Role
     objective: Objective

@@ -143,9 +143,10 @@ class HelperRule(Rule):
     recomputed from the positions of all robots and the known state: among robots that lose
     nothing by it those that serve the obstacle already, then the lowest bid, then the order of the
     team. A robot without a strategy for it is passed over. The other objectives are recomputed
-    likewise: the helper goes to where it can meet the need, a requester that is going to be helped
-    waits (with free mobility, in no helper's way if it can) or pursues its objective for that time,
-    the others have their own objective or wait (D 5.2)."""
+    likewise: the helper goes to where it can meet the need, a robot of a later act to where it
+    acts, a requester that is going to be helped waits (with free mobility, in no helper's way if it
+    can) or pursues its objective for that time, the others have their own objective or wait (D
+    5.2)."""
 
     name = "helper"
 
@@ -185,7 +186,7 @@ class HelperRule(Rule):
     def _judged(self, now: Situation) -> Iterator[Said]:
         """Yield what is wrong with the last settlement, whose lines have taken effect."""
         lines, self._lines = self._lines, []
-        said = [line for line in lines if line.type in ("request", "push", "pop", "told")]
+        said = [line for line in lines if line.type in ("request", "push", "pop", "told", "acts")]
         if not said or now.turn.torn or now.is_cut_short() or now.external:
             return
         sure, perhaps = self._present
@@ -224,6 +225,9 @@ class HelperRule(Rule):
             for robot, objective in given.items():
                 if problem := self._wrong(robot, objective, found, now):
                     yield Finding(line.type, line.tick, robot, line.line, problem)
+        for robot in () if wrong else found.early:
+            if problem := self._wrong(robot, now.objectives[robot], found, now):
+                yield robot, problem, said[-1]
 
     def _derived(self, lines: list[Line], present: Serving, now: Situation) -> Settlement | None:
         refused, asked, acts = set[tuple[str, str]](), "", list[Act]()
@@ -269,6 +273,13 @@ class HelperRule(Rule):
                 return ""
             where = _list(sorted(duty.regions))
             return f"{robot} is to resolve {duty.obstacle} from {where}, but gets {objective}"
+        early = found.early.get(robot)
+        if early is not None:
+            waits = objective.kind == STAYING and objective.targets[:1] == (early.regions,)
+            if waits or is_stop(robot, objective.targets, now):
+                return ""
+            where = _list(sorted(early.regions))
+            return f"{robot} is to wait at {where} for {early.obstacle}, but gets {objective}"
         for obstacle in found.served:
             if robot not in now.requests.get(obstacle, ()):
                 continue

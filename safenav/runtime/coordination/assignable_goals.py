@@ -43,7 +43,7 @@ def signal(team: TeamState, robot: RobotState, observed: Mapping[str, int]) -> d
         place = _next(team, robot, switch, _poses(team, robot, awaited))
         if place == here:
             return switch.inputs(None, here)
-    if assignment.role is Role.HELPS:
+    if assignment.role in (Role.HELPS, Role.EARLY):
         place = _next(team, robot, switch, assignment.goal)
     elif (stay := station(assignment.objective)) is not None:
         place = _next(team, robot, switch, _poses(team, robot, stay))

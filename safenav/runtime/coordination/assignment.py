@@ -87,6 +87,8 @@ class Assigner(Struct, frozen=True):
         duty = self.found.duties.get(index)
         if duty is not None:
             return self._help(robot, index, duty)
+        if robot.name not in self.idle and index in self.found.early:
+            return self._help(robot, index, self.found.early[index], Role.EARLY)
         if robot.name in self.idle or self._waits_for_help(robot):
             return self._wait(robot, index)
         return self._own(robot, index) or self._wait(robot, index)
@@ -119,7 +121,9 @@ class Assigner(Struct, frozen=True):
             return self._mask(index, {stop.region})
         return 1 << self.floor.problem.members[index].graph.number(stop)
 
-    def _help(self, robot: RobotState, index: int, duty: Duty) -> TaskDraft:
+    def _help(
+        self, robot: RobotState, index: int, duty: Duty, role: Role = Role.HELPS
+    ) -> TaskDraft:
         gate = self.floor.problem.gates[duty.gate]
         member = self.floor.problem.members[index]
         places = frozenset(bits(member.graph.regions_of(duty.goal)))
@@ -132,7 +136,8 @@ class Assigner(Struct, frozen=True):
                 objective = ruled(before, robot.robot.objective)  # it continues what it has begun
                 break
         wanted = (duty.goal,) if own is None else (duty.goal, self._mask(index, own))
-        assignment = Assignment(Role.HELPS, objective, gate.name, duty.goal)
+        served = gate.name if role is Role.HELPS else None
+        assignment = Assignment(role, objective, served, duty.goal)
         draft = self._toward(robot, index, wanted, assignment)
         around = member.graph.poses_on(duty.around) & ~(1 << self.floor.poses[index])
         avoided = {member.graph.pose(number) for number in bits(around)}

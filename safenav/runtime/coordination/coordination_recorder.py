@@ -47,7 +47,7 @@ def acts(team: TeamState, settled: Settled) -> Iterator[records.Record]:
     beyond = tuple(floor.gates[gate] for gate in sorted(chosen.beyond))
     around = {
         floor.names[robot]: tuple(bits(duty.around))
-        for robot, duty in settled.found.duties.items()
+        for robot, duty in (settled.found.duties | settled.found.early).items()
         if duty.around
     }
     yield records.Acts(team.tick, tuple(told), beyond, chosen.spent or None, around or None)

@@ -27,6 +27,7 @@ from safenav.runtime.coordination.ladder import Ladder, TaskDraft, ladder
 from safenav.runtime.coordination.snapshot import floor_of, moved_on
 from safenav.runtime.coordination.strategies import outdated
 from safenav.runtime.coordination.strategy_search import TaskResult, failed
+from safenav.runtime.coordination.waiting import early
 from safenav.runtime.deadlines.choice import InTime, after, choose
 from safenav.runtime.duties.reasons import Shortfall, shortfall_words, shortfalls
 from safenav.runtime.duties.requests import OpenRequest, Requests
@@ -347,9 +348,10 @@ def _settled(team: TeamState, refused: Collection[tuple[str, str]], stopping: St
         return (*chosen.steps, *rest)
 
     found = settle(solver, floor.poses, floor.stages, order, present, planning)
-    if dues is not None and any(chosen.around for chosen in in_time):
-        careful = {i: replace(d, around=dues.suspected[i]) for i, d in found.duties.items()}
-        found = replace(found, duties=careful)
+    for chosen in in_time:
+        found = replace(found, early=early(floor, found, chosen))
+        if chosen.around and dues is not None:
+            found = found.around(dues.suspected)
     return Settled(floor, solver, found, next(iter(in_time), None))
 
 

@@ -9,7 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
-from safenav.runtime.duties.settlement import Duty
+from msgspec.structs import replace
+
+from safenav.runtime.deadlines.choice import InTime
+from safenav.runtime.duties.settlement import Duty, Settlement
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.resolution.solve import fits
 from safenav.world.map import Region
@@ -52,3 +55,23 @@ def clear_region(
         frontier = graph.forward(frontier) & allowed & ~found
         found |= frontier
     return None
+
+
+def early(floor: Floor, found: Settlement, chosen: InTime) -> dict[int, Duty]:
+    """Return where the robots that act, but have no duty yet, wait for that: in the region of their
+    first act, if they can get there and are in no helper's way there."""
+    goals = dict[int, Duty]()
+    for act in reversed(chosen.acts):
+        for robot, pose in zip(act.group, act.poses, strict=True):
+            graph = floor.problem.members[robot].graph
+            there = graph.poses_on(1 << pose % graph.size)
+            goals[robot] = Duty(act.gate, act.need, act.group, there, stays=True)
+    for robot, duty in [*goals.items()]:
+        graph = floor.problem.members[robot].graph
+        there = duty.goal & floor.reach(robot) & found.safe_poses[robot]
+        (region,) = bits(graph.regions_of(duty.goal))
+        if robot in found.duties or not there or in_the_way(floor, found.duties, robot, region):
+            del goals[robot]
+        else:
+            goals[robot] = replace(duty, goal=there)
+    return goals

@@ -40,15 +40,25 @@ class Settlement(Struct, frozen=True):
     open ones are walls for now. ``plan``: the steps to come. ``duties``: duty of each robot.
     ``reserved``: robots of later steps. ``safe_poses``: where each robot may go while
     the team can still complete all that it can now. ``proof``: why no robot can continue; no other
-    field counts then.
+    field counts then. ``early``: the duties to come for which robots set out now, since something
+    is due.
     """
 
     served: tuple[int, ...] = ()
     plan: Plan = ()
-    duties: Mapping[int, Duty] = field(default_factory=dict)
+    duties: dict[int, Duty] = field(default_factory=dict)
     reserved: frozenset[int] = frozenset()
     safe_poses: tuple[Mask, ...] = ()
     proof: Refutation | None = None
+    early: dict[int, Duty] = field(default_factory=dict)
+
+    def around(self, regions: Sequence[Mask]) -> Settlement:
+        """The same, with regions that each robot keeps out of on its way."""
+        sent = (self.duties, self.early)
+        duties, early = (
+            {i: replace(duty, around=regions[i]) for i, duty in each.items()} for each in sent
+        )
+        return replace(self, duties=duties, early=early)
 
 
 class TrafficNotes(Struct):

@@ -206,11 +206,11 @@ class Batteries:
         return None if place is None else stops.graph.pose(place)
 
     def _duty(self, robot: RobotState) -> Duty | None:
-        """The duty of a robot; None if it does not help."""
-        settled = self.team.settled
-        return (
-            None if settled is None else settled.found.duties.get(settled.floor.index(robot.name))
-        )
+        """The duty of a robot, or the one for which it sets out early; None if it does not help."""
+        if self.team.settled is None:
+            return None
+        floor, found = self.team.settled.floor, self.team.settled.found
+        return {**found.early, **found.duties}.get(floor.index(robot.name))
 
     def _stays(self, robot: RobotState) -> bool:
         """Whether a robot does not leave its region, as far as its own objective goes: it is out of

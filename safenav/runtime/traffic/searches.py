@@ -108,7 +108,7 @@ class Searches:
         match robot.assignment.role:
             case _ if not robot.active:
                 return 0
-            case Role.HELPS | Role.CHARGES:
+            case Role.HELPS | Role.EARLY | Role.CHARGES:
                 return _lifted(floor, floor.index(name), robot.assignment.goal)
             case Role.OWN if not self._has_done_all(robot):
                 cut_off = floor.index(name) in self.cut_off(floor)
@@ -232,7 +232,7 @@ class Searches:
             cut_off = self.cut_off(floor)
             for index, robot in enumerate(self._state.robots.values()):
                 match robot.assignment.role:
-                    case Role.HELPS | Role.CHARGES:
+                    case Role.HELPS | Role.EARLY | Role.CHARGES:
                         wishes.append(_lifted(floor, index, robot.assignment.goal))
                     case Role.WAITS:
                         wishes.append(0)

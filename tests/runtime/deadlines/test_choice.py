@@ -216,3 +216,47 @@ def test_the_audit_judges_careful_plans(damage: Callable[[Run], object], said: s
     run = play(SUSPECT)
     damage(run)
     assert said in run.findings
+
+
+NEEDS = """
+map:
+  grid: ["############", "#..........#", "############"]
+catalogue:
+  robots:
+    lifter: {mobility: free, layer: ground, capabilities: [lift]}
+    crawler: {mobility: free, layer: LAYER, capabilities: [sense]}
+  obstacles:
+    crate: {needs: [{action: lift, at: [[1, 4]]}, {action: sense, at: [[1, 6]]}], blocks: []}
+robots:
+  a: {model: lifter, start: [1, 1], objective: {visit: [[1, 1], [1, 2]]}}
+  b: {model: crawler, start: [1, 10], objective: {visit: [[1, 10], [1, 9]]}}
+orders:
+  - {at: 1, type: crate, region: [1, 5], resolve_within: 7}
+until: {rounds: 1}
+"""
+
+
+@pytest.mark.parametrize("layer", ["air", "ground"])
+def test_the_robot_of_a_later_need_sets_out_with_the_request(layer: str) -> None:
+    played = play(NEEDS.replace("LAYER", layer))
+    assert [line["planned"] for line in played.all("deadline", verdict="set")] == [4]
+    assert played.one("resolved")["tick"] == 4
+    assert [line["helper"] for line in played.all("request")] == ["a", "b"]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [NEEDS.replace("[1, 4]", "[1, 7]"), NEEDS.replace(", resolve_within: 7", "")],
+    ids=["it would stand in the way", "nothing is due"],
+)
+def test_it_waits_for_its_need_elsewhere(text: str) -> None:
+    played = play(text.replace("LAYER", "ground"))
+    at = played.all("met", need=0)[0]["tick"]
+    assert not [line for line in played.all("synthesis", robot="b") if 0 < line["tick"] < at]
+
+
+def test_the_audit_judges_who_sets_out() -> None:
+    run = play(NEEDS.replace("LAYER", "air"))
+    (push,), (synthesis,) = run.all("push"), run.all("synthesis", robot="b", tick=1)
+    push["objectives"]["b"] = synthesis["objective"] = {"visit": [22, 21]}
+    assert "b is to wait at 18 for crate@17, but gets" in run.findings

@@ -1,0 +1,14 @@
+"""Promises about obstacles with several needs hold to the tick.
+
+``python -m fuzz.needs --seeds 0:1000`` (in ``tests/``) tries others.
+"""
+
+import pytest
+
+from fuzz.needs import defects, mission
+
+
+@pytest.mark.parametrize("seed", [0, 6, 18, 45, 80])
+def test_what_can_be_in_time_is_and_when_planned(seed: int) -> None:
+    """Before, the robot of a later need set out late."""
+    assert defects(mission(seed)) == []
