@@ -71,9 +71,11 @@ class Passes(Algorithm):
         self.guarded(lambda: self.settle(self.batteries.tick_begins()))
         waited, self.interventions.took_effect = team.waiting is not None, False
         self.interventions.ends_wait = False
+        together, self._together = self._together, self._together or waited
         while not self.guarded(lambda: self.settle(self.interventions.apply())):
             pass  # the change before has ended in a wait
-        self._together |= waited and self.interventions.took_effect
+        if waited:  # whatever it was, nothing of it is decided yet
+            self._together = together or self.interventions.took_effect
         self._together |= self.interventions.ends_wait
         if given_up:
             raise RunEnded(team.waiting or Conclusion(Outcome.INTERRUPTED, "given up"))
