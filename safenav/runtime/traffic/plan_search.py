@@ -68,7 +68,7 @@ class PlanSearch(Struct):
         if self.state.live and start.stages != floor.stages:
             return floor, course, start, Spent(0)  # a robot is about to resolve something
         course, start, search, answer = self._searched(floor, helping)
-        if isinstance(answer, Exhausted) and floor is not plain:
+        if (isinstance(answer, Exhausted) or self.hopeless) and floor is not plain:
             if remembering(floor.problem):
                 self.searches.give_up(plain)
             floor = plain  # the strategies' own ways are not all that there are
