@@ -145,7 +145,7 @@ def serving(now: Situation, *, own: bool = False) -> dict[str, frozenset[str]]:
             )
         )
     for robot, name in now.named.items():
-        if robot in found.get(name, ()):
+        if robot in found.get(name, ()) or name not in found:  # that is over in this turn
             found = {one: who if one == name else who - {robot} for one, who in found.items()}
     return found
 
@@ -158,6 +158,8 @@ def is_stop(robot: str, targets: Sequence[AbstractSet[int]], now: Situation) -> 
         return False
     if (*targets,) == now.stop.get(robot):
         return True
+    if any({requesters.get(robot)} == targets[0] for requesters in now.requests.values()):
+        return False  # it waits there for help
     own = (*now.own[robot].targets, *(waiting.targets if waiting else ()))
     if now.toward[robot] is not None:  # a target that it had as it set out
         own = (*own, frozenset({now.toward[robot]}))

@@ -211,6 +211,7 @@ class Situation(State):
                 self._drop(record)
                 serving = self.helping.get(name or "", frozenset())
                 self._perhaps_changed(serving.union(helpers_of(record)), record.line)
+                self.named = {n: one for n, one in self.named.items() if one in self.requests}
                 self._put_in_force(record.objectives, record.line)
             case "told":
                 self._put_in_force({robot: record.objective}, record.line)

@@ -70,6 +70,7 @@ BOTH = {
     "one is back before a request is set aside": 60790,
     "a need is met before the obstacle is known": 90059,
     "what a robot is on its way into is found untraversable by another": 90532,
+    "put back while an operator is waited for": 100787,
     "it helps elsewhere after what it helped with is resolved": 93596,
     "an order comes in the moment in which a robot's charge is used up": 90085,
 }
@@ -83,10 +84,12 @@ LOCKSTEP = {
     "a helper is kept away by one out of service": 58813,
 }
 PLAIN = {
-    "an input gives an objective, and nobody passes": 73200,
+    "an input gives an objective, and nobody passes": (73200, False),
+    "it takes another load where it has put one down": (64249, True),
+    "it waits for help where it might charge": (64249, False),
 }
 CAUSES = [
-    *(pytest.param(seed, False, False, False, id=name) for name, seed in PLAIN.items()),
+    *(pytest.param(*row, False, False, id=name) for name, row in PLAIN.items()),
     *(pytest.param(seed, True, True, False, id=name) for name, seed in FAULTS.items()),
     *(pytest.param(seed, True, False, True, id=name) for name, seed in OPERATOR.items()),
     *(pytest.param(seed, True, True, True, id=name) for name, seed in BOTH.items()),
@@ -110,6 +113,8 @@ FORMULAS = {
     "where nobody can be sent for an obstacle, one gets there": (74257, False, False, False),
     "nobody has a strategy for a request that robots could meet": (100312, True, False, False),
     "an operator gives up while a robot has no strategy": (96487, True, False, True),
+    "on the ways of their strategies robots do not serve a request": (100333, False, False, False),
+    "a request that is set aside is needed for another one": (72181, True, False, True),
     "it charges when all is done": (96631, True, True, True),
     "a plan has taken a robot that waits for help elsewhere": (100024, True, False, False),
 }
@@ -146,7 +151,8 @@ CUT = [*((seed, live) for seed in (10049, *range(FIRST, FIRST + COUNT)) for live
 # 22145: where it was cut off, the robot no longer had a strategy, and an order was to come
 # 92279: it had had its turn in the tick in which the run was cut off, and stays on a target
 # 94052: its charge is used up in the turn in which the run ends
-KILLED = [*CUT, (22145, True), (92279, False), (94052, False)]
+# 72181: its objective changes while it helps
+KILLED = [*CUT, (22145, True), (92279, False), (94052, False), (72181, False)]
 
 
 @pytest.mark.parametrize(("seed", "live"), KILLED)

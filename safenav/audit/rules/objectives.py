@@ -137,8 +137,10 @@ class RoundsRule(Rule):
             if record.objective == now.own[record.robot]:
                 self._last[record.robot] = self._own.get(record.robot, 0)
         elif record.type == "objective":
-            self._unsure.add(record.robot)
-            self._last[record.robot] = self._own[record.robot] = 0
+            self._own[record.robot] = 0
+            if record.at_once:  # else it continues with what it does
+                self._unsure.add(record.robot)
+                self._last[record.robot] = 0
         elif record.type in ("synthesis", "assumption"):
             self._unsure.add(record.robot)
             begun, own = record.type == "synthesis", now.own[record.robot]

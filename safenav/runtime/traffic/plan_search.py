@@ -295,7 +295,9 @@ class PlanSearch(Struct):
         search.goal = lambda state: self.leg_done(course, start, state, helping)
         answer = search.run(self._rounds, 0)
         if isinstance(answer, Exhausted):
-            self.hopeless = frozenset(course.sent.values())  # others may be served without those
+            aside = self.state.requests.aside
+            sent = frozenset(g for g in course.sent.values() if floor.gates[g] not in aside)
+            self.hopeless = sent or course.served  # others may be served without those
             course = course.serving(frozenset())
             search.goal = course.completed
             answer = search.run(budgets.ROUNDS_FIRST)
