@@ -55,6 +55,41 @@ def test_the_way_of_a_helper_and_the_time_of_a_resolution_are_those_of_the_run(
     assert told in safenav("check", "s.yaml").stdout
 
 
+NEEDS = """
+safenav: 1
+map: {grid: ["############", "#..........#", "############"]}
+catalogue:
+  robots:
+    cart: {mobility: free, layer: ground, capabilities: []}
+    lifter: {mobility: free, layer: air, capabilities: [lift]}
+    crawler: {mobility: free, layer: rail, capabilities: [SKILLS]}
+  obstacles:
+    crate: {needs: [{action: lift, at: [[1, 4]]}, {action: sense, at: [[1, 6]]}], blocks: [ground]}
+robots:
+  c: {model: cart, start: [1, 2], objective: {visit: [[1, 7], [1, 2]]}}
+  a: {model: lifter, start: [1, 1], objective: {hold: [1, 1]}}
+  b: {model: crawler, start: [1, 10], objective: {hold: [1, 10]}}
+obstacles: [{type: crate, region: [1, 5]LIMIT}]
+until: {rounds: 1}
+"""
+
+
+@pytest.mark.parametrize(
+    ("skills", "limit", "ticks"),
+    [("sense", "", 5), ("sense", ", resolve_within: 9", 3), ("sense, lift", "", 5)],
+    ids=["in turn", "the second robot sets out early", "one robot can do both"],
+)
+def test_the_robot_of_a_later_need_is_counted_from_when_it_sets_out(
+    skills: str, limit: str, ticks: int, safenav: Command, tmp_path: Path
+) -> None:
+    text = NEEDS.replace("SKILLS", skills).replace("LIMIT", limit)
+    (tmp_path / "s.yaml").write_text(text)
+    (case,) = json.loads(safenav("check", "s.yaml", "--json").stdout)["obstacles"]
+    run = play(text)
+    assert run.one("resolved")["tick"] - run.all("request")[0]["tick"] == ticks
+    assert (case["alone"]["best"], case["alone"]["worst"]) == (ticks, ticks)
+
+
 FAR = """
 safenav: 1
 map: {{grid: [".......", "......."]}}

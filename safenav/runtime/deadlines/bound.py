@@ -38,11 +38,13 @@ class BoundRobot(Struct, frozen=True, eq=False):
 
 class BoundObstacle(Struct, frozen=True):
     """An open obstacle, as far as it is resolved. ``met``: the turns to come in which the last
-    needs before its stage are met."""
+    needs before its stage are met. ``sequential``: the robots of a later need set out when the one
+    before it is met."""
 
     gate: OpenObstacle
     stage: Stage = Stage()
     met: tuple[int, ...] = ()
+    sequential: bool = False
 
     @property
     def over(self) -> bool:
@@ -132,13 +134,13 @@ class Spread:
     def __init__(
         self, moment: BoundMoment, robot: int, times: Times, fields: Fields | None = None
     ) -> None:
-        self.walker, self._robot, self._count = moment.walkers[robot], robot, moment.count
+        self.walker, self._robot, self.count = moment.walkers[robot], robot, moment.count
         self._fields = {} if fields is None else fields
         self._gates: list[tuple[Mask, int]] = []  # closed poses, and the first tick without them
         for one, turns in zip(moment.opens, times, strict=True):
             opens = _opens(one, robot, turns)
             if opens is not None:
-                first = NEVER if opens >= NEVER else (opens - robot) // self._count + 1
+                first = NEVER if opens >= NEVER else (opens - robot) // self.count + 1
                 self._gates.append((self.walker.graph.poses_on(1 << one.gate.region), first))
 
     def field(self, seeds: Mapping[int, Mask]) -> ReachByTick:
@@ -196,8 +198,8 @@ class Spread:
         walker = self.walker
         if walker.leaves is None or not part.regions >> walker.leaves % walker.graph.size & 1:
             return NEVER
-        turn = since if part.together else own_turn(since, self._robot, self._count)
-        return turn if turn < walker.until * self._count + self._robot else NEVER
+        turn = since if part.together else own_turn(since, self._robot, self.count)
+        return turn if turn < walker.until * self.count + self._robot else NEVER
 
     def start(self) -> dict[int, Mask]:
         return {self.walker.ready: 1 << self.walker.pose}
@@ -284,6 +286,8 @@ def _needs(moment: BoundMoment, one: BoundObstacle, spreads: Sequence[Spread]) -
                 if not had:
                     continue
                 field = spread.field(had)
+            elif one.sequential and number > stage:
+                field = spread.field(_when_met(spread, robot, before, previous, parts[number - 1]))
             else:
                 field = spread.field(spread.start())
             fields[robot] = field
@@ -303,6 +307,20 @@ def _needs(moment: BoundMoment, one: BoundObstacle, spreads: Sequence[Spread]) -
         turns.sort()
         met = turns[missing - 1] if len(turns) >= missing > 0 else NEVER
         found.append(met if missing > 0 else before)
+    return found
+
+
+def _when_met(
+    spread: Spread, robot: int, turn: int, fields: Mapping[int, ReachByTick], need: GateNeed
+) -> dict[int, Mask]:
+    """Where a robot may be, by tick, once a need is met in a turn: where it was before, or where it
+    had its part in that."""
+    walker = spread.walker
+    first = max(walker.ready, (turn - robot) // spread.count)
+    found = {first: 1 << walker.pose}
+    if robot in fields:
+        there = fields[robot].on(walker.graph.poses_on(need.regions), first)
+        found |= {tick: poses | found.get(tick, 0) for tick, poses in there.items()}
     return found
 
 

@@ -89,8 +89,13 @@ def _times(
 ) -> Times | None:
     """None if nobody who must keep out can meet the obstacle."""
     robots, shut = scenario.robots, {o.region for o in standing}
+    by = scenario.until.by
     opens = tuple(
-        bound.BoundObstacle(OpenObstacle.of(each, robots, scenario.map)) for each in standing
+        bound.BoundObstacle(
+            OpenObstacle.of(each, robots, scenario.map),
+            sequential=by is None and scenario.limit_of(each) is None,
+        )
+        for each in standing
     )
     skills = [each for one in opens for each in one.gate.skills]
     useful = [r.name for r in robots if any(each <= r.capabilities for each in skills)]
