@@ -3,8 +3,6 @@
 The specification may be altered before it is synthesized, as an error in the compiler would.
 """
 
-import hashlib
-import json
 import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,17 +10,22 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
-from certify.circumstances import circumstances
 from safenav.certify.bundle import files_of_run
 from safenav.certify.checker.check_run import Evidence
 from safenav.certify.checker.check_strategies import RefusedError
 from safenav.certify.run import Kept
+from safenav.lines import json_line
 from safenav.outcome import Verdict
+from safenav.runtime.coordination.coordination_recorder import synthesis_record
+from safenav.runtime.coordination.strategy_search import TaskResult
+from safenav.runtime.knowledge import Knowledge
+from safenav.runtime.team import TeamState
 from safenav.scenario.model import Scenario
-from safenav.scenario.objective import targets_of, to_data
+from safenav.scenario.objective import targets_of
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.settings import Clock
 from safenav.spec.compile import compile_task
+from safenav.spec.forms import Rung
 from safenav.spec.objective import NO_MEMORY, Memory
 from safenav.spec.specification import Constraint, Section, Specification
 from safenav.spec.task import Fairness, Known, Observed, Task
@@ -30,6 +33,7 @@ from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace import records
 from safenav.trace.header import scenario_header
+from safenav.trace.vocabulary import Reason
 from safenav.trace.writing import as_data
 from safenav.verify.verification import first_failure
 from safenav.world.partition import Partition
@@ -92,7 +96,7 @@ def task_of(scenario: Scenario, about: Circumstances = ORDINARY) -> Task:
         pose=robot.start,
         objective=robot.objective,
         memory=about.memory,
-        blocked=tuple(Known(r, f"obstacles.{names[r]}", "it is there") for r in about.closed),
+        blocked=tuple(Known(r, names[r], "it is there") for r in about.closed),
         observed=observed,
         tracking=robot.tracking,
         fairness=about.fairness,
@@ -113,53 +117,26 @@ def verdict_of(
     spec = planted(compile_task(task, scenario.map))
     synthesizer = Synthesizer(cache=Cache.off(), verifier=first_failure)
     answer = synthesizer.synthesize(spec)
-    text = spec.to_structuredslugs()
+    kept = Kept({answer.spec_sha256: spec.to_structuredslugs()})
     node = None
-    kept = Kept({answer.spec_sha256: text})
     if answer.strategy is not None and answer.strategy_json is not None:
         node = 0
         kept.strategies[str(answer.strategy_sha256)] = answer.strategy_json
-    line = {
-        "type": "synthesis",
-        "tick": 0,
-        **({"t": 0.0} if task.live else {}),
-        "robot": task.robot.name,
-        "reason": "initial",
-        "verdict": answer.verdict.value,
-        "spec": hashlib.sha256(text.encode()).hexdigest(),
-        "strategy": answer.strategy_sha256,
-        "objective": to_data(task.objective),
-        "node": node,
-        "seconds": 0.0,
-        "states": None,
-        "cached": False,
-        "verified": None,
-        **circumstances(task, scenario.map),
-    }
-    header = as_data(
-        records.Header(
-            0,
-            records.VERSION,
-            "test",
-            scenario_header(scenario, {o.name: None for o in scenario.obstacles}),
-            clock="live" if task.live else None,
-        )
-    )
-    lines = [header]
+    t = 0.0 if task.live else None
+    told = scenario_header(scenario, {o.name: None for o in scenario.obstacles})
+    lines: list[records.Record] = [
+        records.Header(0, records.VERSION, "test", told, clock="live" if task.live else None)
+    ]
     if about.closed:  # met before
+        name, at = task.robot.name, task.pose.region
         lines += [
-            {
-                "type": "violation",
-                "tick": 0,
-                "robot": task.robot.name,
-                "at": task.pose.region,
-                "obstacle": o.name,
-                "proposed": o.region,
-                "action": o.type.action,
-            }
+            records.Violation(0, name, at, o.region, o.name, o.type.action)
             for o in scenario.obstacles
         ]
-    trace = "".join(json.dumps(entry) + "\n" for entry in [*lines, line]).encode()
+    found = TaskResult(task, answer, task.objective, Rung(task.objective, about.memory.index))
+    team = TeamState(scenario, {}, Knowledge(scenario))
+    lines.append(replace(synthesis_record(team, found, Reason.INITIAL, node), t=t))
+    trace = "".join(json_line(as_data(line)) for line in lines).encode()
     files = files_of_run(trace, {}, kept, synthesizer)
     for name, data in files.items():
         (target / name).parent.mkdir(parents=True, exist_ok=True)
