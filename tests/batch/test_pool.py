@@ -75,12 +75,6 @@ def test_a_case_that_hangs_is_stopped_with_its_synthesizer(
     assert slugs.all_gone()
 
 
-def test_a_crash_takes_its_synthesizer_with_it(slugs: SlugsLog) -> None:
-    run([case("crasher")])
-    assert len(slugs.pids) == 1
-    assert slugs.all_gone()
-
-
 def test_closing_stops_what_runs(slugs: SlugsLog) -> None:
     pool = LocalPool(2, Conditions())
     pool.submit(case("sleeper"))
@@ -122,17 +116,6 @@ def test_without_an_expectation_a_scenario_has_to_be_completed() -> None:
     ticks_only = scenario("ticking", "{ticks: 9}")
     arrived = run([case("silent", text=silent), case("ticking", text=ticks_only)])
     assert set(verdicts(arrived).values()) == {CaseVerdict.DIFFERENT}
-
-
-def test_settings_replace_what_stands_in_the_scenario() -> None:
-    name = "varied.yaml"
-    varied = Case(name, name, scenario(), {"expect.outcome": "completed"})
-    wrong = Case("wrong.yaml", "wrong.yaml", scenario(), {"limits.ticks": -1})
-    arrived = run([varied, wrong])
-    assert arrived[name].result.verdict is CaseVerdict.DIFFERENT
-    assert arrived["wrong.yaml"].result.reasons == [
-        "wrong.yaml:4:17: 'ticks' of limits is -1, and must be at least 1"
-    ]
 
 
 def test_traces_are_written_where_wanted(tmp_path: Path) -> None:

@@ -38,6 +38,9 @@ def test_the_built_in_catalogue(safenav: Command) -> None:
     assert data["capabilities"]["unlock"]["resolves"] == ["gate"]
     assert data["obstacles"]["door"]["resolve_at"] == "self"
     assert data["obstacles"]["uncertainty"]["has_truth"] is True
+    assert data["obstacles"]["uncertainty"]["blocks"] == ["ground"]
+    quadcopter = data["robots"]["quadcopter"]
+    assert (quadcopter["mobility"], quadcopter["layer"]) == ("free", "air")
 
 
 def test_what_a_scenario_adds_has_it_as_its_source(safenav: Command, tmp_path: Path) -> None:

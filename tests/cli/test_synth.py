@@ -127,27 +127,6 @@ def test_a_weaker_form_is_named_with_its_reason(
     assert f"patrol far <-> mid|near ({why})" in done.stdout
 
 
-def test_binary_that_exits_0_on_both_verdicts_is_understood(
-    safenav: Command, tmp_path: Path
-) -> None:
-    # Upstream's binary does: the verdict is in the RESULT line alone.
-    upstream = tmp_path / "upstream"
-    upstream.write_text(
-        "#!/bin/bash\n"
-        'for word in "$@"; do case "$word" in --version|--timeout|--memory|--realizability|-)\n'
-        '  echo "Error: unknown parameter $word" >&2; exit 1;; esac; done\n'
-        f'{find_binary().path} "$@"\nexit 0\n'
-    )
-    upstream.chmod(0o755)
-    for scenario, code in ((CASE_1, 0), (tmp_path / "corridor.yaml", 1)):
-        if code:
-            scenario.write_text(LITERAL)
-        done = safenav("check", scenario, SAFENAV_SLUGS=str(upstream), SAFENAV_CACHE="off")
-        assert done.returncode == code, done.stderr
-    done = safenav("run", CASE_1, SAFENAV_SLUGS=str(upstream), SAFENAV_CACHE="off")
-    assert done.returncode == 0, done.stderr
-
-
 def test_check_warns_of_what_is_hardly_meant(safenav: Command, tmp_path: Path) -> None:
     scenario = tmp_path / "s.yaml"
     scenario.write_text(

@@ -46,12 +46,6 @@ def test_one_robot_can_be_asked_about(invoke: Invoke) -> None:
     assert "digit, quad" in unknown.error
 
 
-def test_a_broken_scenario_is_bad_input(tmp_path: Path, invoke: Invoke) -> None:
-    file = tmp_path / "broken.yaml"
-    file.write_text("safenav: 1\n")
-    assert invoke(command, file).status == 2
-
-
 INPUTS = """
 safenav: 1
 map:

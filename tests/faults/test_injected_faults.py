@@ -90,22 +90,6 @@ def test_read_only_cache(safenav: Process) -> None:
     assert list(safenav.cache.iterdir()) == []
 
 
-def test_two_processes_share_a_cache(safenav: Process) -> None:
-    both = [safenav.start("run", CASE_STUDY, "--trace", f"{k}.jsonl") for k in range(2)]
-    for process in both:
-        _, said = process.communicate(timeout=300)
-        assert (process.returncode, said) == (0, "")
-    moves = [
-        [(r["robot"], r["to"]) for r in records(safenav.folder / f"{k}.jsonl") if "to" in r]
-        for k in range(2)
-    ]
-    assert moves[0] == moves[1]
-    assert [f for f in safenav.cache.rglob("*") if f.name.endswith(".tmp")] == []
-    assert safenav("run", CASE_STUDY, "--trace", "again.jsonl").returncode == 0
-    syntheses = [r for r in records(safenav.folder / "again.jsonl") if r["type"] == "synthesis"]
-    assert all(r["cached"] for r in syntheses)
-
-
 def test_corrupted_cache(safenav: Process) -> None:
     def cached(name: str) -> list[bool]:
         assert safenav("run", CASE_STUDY, "--trace", name).returncode == 0

@@ -7,6 +7,7 @@ find anything; what the trace says is checked by rules that know nothing of the 
 import json
 from typing import Any
 
+import pytest
 import yaml
 from hypothesis import event, given
 
@@ -105,3 +106,55 @@ def judge_explanation(found: Explanation, scenario: Scenario) -> None:
     assert found.witness is not None
     assert found.cause.value in json.dumps(explanation_data(found, scenario))
     assert len(list(explanation_lines(found, scenario))) > 5
+
+
+MODELS = """
+catalogue:
+  robots:
+    rover: {mobility: free, layer: ground, capabilities: [push]}
+    walker: {mobility: heading, layer: ground, capabilities: [clear]}
+"""
+
+FOUND = {
+    "a robot that waits is believed where it waits": (
+        """\
+# Once ``holder`` had come to its place, ``watcher`` was synthesized with it as an obstacle
+# and kept track of it no longer: the trace went on saying where it was last seen.
+safenav: 1
+map: {grid: ["#######", "#.....#", "#.....#", "#######"]}
+robots:
+  holder: {model: quadcopter, start: 8, objective: {hold: 19}}
+  watcher: {model: quadcopter, start: 10, tracking: belief, vision: 2, objective: {visit: [8]}}
+  walker: {model: walker, start: 11, heading: north, objective: {visit: [8]}}
+obstacles:
+  - {type: door, region: 9}
+  - {type: uncertainty, region: 12, traversable: false}
+until: {rounds: 1}
+limits: {ticks: 60}
+""",
+        Outcome.COMPLETED,
+    ),
+    "a run may end before help is asked for": (
+        """\
+# The quadcopter met a door, and found in the same turn, where it stood, that another robot
+# has no way any more: the run ended there. The audit missed the request for the door.
+safenav: 1
+map: {grid: ["#######", "#.....#", "###...#", "#######"]}
+robots:
+  r0: {model: quadcopter, start: 11, objective: {patrol: [11, 17]}}
+  r1: {model: rover, start: 8, objective: {ltl: {liveness: ["region = 8"]}}}
+  r2: {model: rover, start: 9, objective: {ltl: {liveness: ["region = 10"]}}}
+obstacles: [{type: door, region: 18}, {type: uncertainty, region: 10, traversable: false}]
+until: {rounds: 1}
+limits: {ticks: 60}
+deadlock: off
+""",
+        Outcome.OPERATOR_NEEDED,
+    ),
+}
+
+
+@pytest.mark.parametrize(("text", "outcome"), FOUND.values(), ids=FOUND)
+def test_former_finding(text: str, outcome: Outcome) -> None:
+    played = play(yaml.safe_load(text + MODELS))  # audits the trace
+    assert played is not None and played[2] is outcome

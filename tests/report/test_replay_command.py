@@ -88,19 +88,6 @@ def test_the_terminal_replay_restores_the_cursor_when_interrupted(
     assert written[0].startswith("\x1b[?25l") and written[-1] == "\x1b[?25h"
 
 
-def test_draw_prints_the_scenario() -> None:
-    done = safenav("draw", ROOT / "scenarios" / "case_study_1.yaml")
-    assert done.returncode == 0, done.stderr
-    assert "Q14" in done.stdout and "?47" in done.stdout
-
-
-def test_draw_writes_a_picture(tmp_path: Path) -> None:
-    path = tmp_path / "map.svg"
-    done = safenav("draw", ROOT / "scenarios" / "case_study_2.yaml", "-o", path)
-    assert done.returncode == 0, done.stderr
-    assert "uncertainty@34" in "".join(ElementTree.parse(path).getroot().itertext())
-
-
 def test_draw_knows_two_forms_of_picture(tmp_path: Path) -> None:
     scenario = ROOT / "scenarios" / "case_study_1.yaml"
     done = safenav("draw", scenario, "-o", tmp_path / "map.pdf")

@@ -212,13 +212,6 @@ def test_a_camera_follows_the_story(ward_page: Path, browser: Browser) -> None:
     assert browser.errors() == []
 
 
-def test_robots_of_the_air_fly_by_default(ward: Path) -> None:
-    robots = motion_of(read_trace(ward)).header.robots
-    kinds = {name: robot["kind"] for name, robot in robots.items()}
-    assert kinds["eye"] == "flyer"
-    assert kinds["tug_1"] == "disc"
-
-
 RING = """\
 safenav: 1
 map:

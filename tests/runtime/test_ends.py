@@ -141,6 +141,7 @@ def test_the_outcome_does_not_depend_on_who_reads_the_story(tmp_path: Path) -> N
     assert run.stderr is not None
     with run.stderr:
         assert run.wait(timeout=300) == 0
+        assert run.stderr.read() == ""
     assert outcome(trace) == "completed"
 
 

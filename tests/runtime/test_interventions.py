@@ -5,38 +5,7 @@ import pytest
 from once import SCENARIOS
 from runtime.played import Run, play
 from safenav import Mission, load_scenario
-from safenav.runtime.user_changes import Give, MarkResolved, Serve
-from safenav.scenario.objective import Hold
-
-
-def test_a_robot_out_of_service_stands_still_and_goes_on_later() -> None:
-    scenario = load_scenario(SCENARIOS / "case_study_1.yaml")
-    trace = Run()
-    mission = Mission(scenario, listeners=[trace])
-    mission.start()
-    mission.step()
-    mission.intervene(Serve("quad", False))
-    here = mission.state.robots["quad"].pose
-    for _ in range(5):
-        mission.step()
-        assert mission.state.robots["quad"].pose == here
-    mission.intervene(Serve("quad", True))
-    while mission.result is None:
-        mission.step()
-    assert mission.result.outcome == "completed"
-    assert not trace.findings
-
-
-def test_another_objective_is_met_instead_of_the_old_one() -> None:
-    scenario = load_scenario(SCENARIOS / "case_study_1.yaml")
-    mission = Mission(scenario)
-    mission.start()
-    mission.step()
-    mission.intervene(Give("digit", Hold((frozenset({72}),))))
-    while mission.result is None:
-        mission.step()
-    assert mission.result.outcome == "completed"
-    assert mission.state.robots["digit"].pose.region == 72
+from safenav.runtime.user_changes import MarkResolved
 
 
 def test_an_intervention_that_has_become_impossible_is_dropped_with_a_line() -> None:

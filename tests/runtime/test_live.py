@@ -342,22 +342,6 @@ def test_a_command_that_does_not_end_is_cancelled_and_its_robot_lost() -> None:
     assert world.cancelled == 1 and lost["t"] - depart["t"] == pytest.approx(60, abs=0.01)
 
 
-def test_a_live_run_waits_for_an_operator() -> None:
-    scenario = replace(load_scenario(SCENARIOS / "case_study_1.yaml"), clock=Clock.LIVE)
-    robots = tuple(
-        replace(r, model=replace(r.model, capabilities=frozenset())) for r in scenario.robots
-    )
-    mission = Mission(replace(scenario, robots=robots), attended=True)
-    mission.start()
-    for _ in range(2000):
-        if mission.waiting is not None or mission.result is not None:
-            break
-        mission.step()
-    assert mission.result is None and mission.waiting is not None
-    assert mission.waiting.outcome == "operator_needed" and mission.waiting.proof is not None
-    assert mission.give_up().outcome == "interrupted"
-
-
 def test_strategies_that_rely_on_the_speed_of_others_are_refused() -> None:
     text = (SCENARIOS / "case_study_1_beliefs.yaml").read_text()
     scenario = loaded(text.replace("tracks:", "avoids:"))

@@ -184,11 +184,6 @@ def test_robots_that_no_order_of_moves_brings_past_one_out_of_service_need_an_op
     assert result.ticks < 50
 
 
-def test_an_unattended_run_ends_instead() -> None:
-    result = Mission(loaded(GATE)).run()
-    assert result.outcome is Outcome.OPERATOR_NEEDED
-
-
 @pytest.mark.parametrize(
     ("line", "message"),
     [

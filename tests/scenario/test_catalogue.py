@@ -6,7 +6,6 @@ import pytest
 
 from safenav.errors import InputError
 from safenav.scenario.model import ObstacleType, ResolveAt, RobotModel
-from safenav.scenario.reading.catalogue import BUILT_IN, built_in
 from safenav.scenario.reading.loader import load_scenario
 from safenav.world.moves import Mobility
 from scenario.rooms import ROOMS, load
@@ -36,14 +35,6 @@ def test_a_scenario_extends_the_catalogue_in_place() -> None:
     assert airlock == ObstacleType("airlock", "push", frozenset({9, 8}))
 
 
-def test_a_scenario_extends_the_catalogue_from_a_file_beside_it(tmp_path: Path) -> None:
-    (tmp_path / "parts").mkdir()
-    (tmp_path / "parts" / "more.yaml").write_text(ROVER % "9", encoding="utf-8")
-    file = tmp_path / "scenario.yaml"
-    file.write_text(ROOMS + USE + "catalogue: parts/more.yaml\n", encoding="utf-8")
-    assert load_scenario(file).robots[0].model.name == "rover"
-
-
 def test_mistakes_in_a_catalogue_file_are_told_after_those_of_the_scenario(tmp_path: Path) -> None:
     catalogue = tmp_path / "more.yaml"
     catalogue.write_text("robots:\n  rover: {mobility: free, layer: ground, wheels: 4}\n")
@@ -61,23 +52,3 @@ def test_mistakes_in_a_catalogue_file_are_told_after_those_of_the_scenario(tmp_p
         ("scenario.yaml", 13),
         ("more.yaml", 2),
     ]
-
-
-def test_the_built_in_catalogue() -> None:
-    catalogue = built_in()
-    digit, quadcopter = catalogue.robots["digit"], catalogue.robots["quadcopter"]
-    assert (digit.mobility, digit.layer, digit.capabilities) == (
-        Mobility.HEADING,
-        "ground",
-        frozenset({"push"}),
-    )
-    assert (quadcopter.mobility, quadcopter.layer, quadcopter.capabilities) == (
-        Mobility.FREE,
-        "air",
-        frozenset({"sense"}),
-    )
-    assert catalogue.obstacles["door"] == ObstacleType("door", "push", ResolveAt.SELF)
-    assert catalogue.obstacles["uncertainty"] == ObstacleType(
-        "uncertainty", "sense", ResolveAt.NEIGHBOURS, frozenset({"ground"}), True
-    )
-    assert set(catalogue.sources.values()) == {BUILT_IN}

@@ -16,6 +16,7 @@ from safenav.audit.check import audit
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.reading import read_bytes
 from safenav.trace.records import Appeared, Move, Resolved
+from safenav.trace.vocabulary import ChangeCause
 from studio.board import SHIPPED, Board
 from studio.serving import MINUTES, SCENARIOS, Served
 
@@ -166,7 +167,8 @@ def test_a_door_is_closed_by_a_click_and_the_saved_scenario_plays_the_same(board
     trace = read_bytes(board.saved("trace"))
     assert audit(trace).findings == ()
     (appeared,) = (record for record in trace.records if isinstance(record, Appeared))
-    assert appeared.obstacle == "door@44"
+    assert (appeared.obstacle, appeared.cause) == ("door@44", ChangeCause.USER)
+    assert b"</html>" in board.saved("replay")
     assert "door@44" in {r.obstacle for r in trace.records if isinstance(r, Resolved)}
     again: list[Any] = []
     mission = Mission(load_scenario_text(board.saved("played").decode()), listeners=[again.append])

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import aiohttp
 import pytest
 
 from safenav.errors import UsageError
@@ -126,21 +125,6 @@ def test_a_name_in_the_folder_is_written_whole(served: Served, home: Path) -> No
         await page.say("save", name="door.yaml")
         await page.hear(lambda m: m["is"] == "saved")
         assert (home / "lab" / "door.yaml").read_text() == told["text"]
-
-    visit(served.address, story)
-
-
-def test_an_uploaded_movingai_map_begins_a_scenario(served: Served) -> None:
-    arena = "type octile\nheight 3\nwidth 4\nmap\n@@@@\n@..@\n@@@@\n"
-
-    async def story(page: Page) -> None:
-        async with (
-            aiohttp.ClientSession() as session,
-            session.post(page.address + "upload?name=arena.map&kind=map", data=arena) as response,
-        ):
-            assert response.status == 200, await response.text()
-        told = await page.hear(lambda m: is_document(m) and "    #..#" in m["text"])
-        assert "name: arena" in told["text"]
 
     visit(served.address, story)
 

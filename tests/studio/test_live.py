@@ -16,7 +16,6 @@ from safenav.report.replay.reading import replay_of
 from safenav.trace.reading import read_bytes
 from safenav.trace.records import Appeared, Move, Resolved
 from safenav.trace.trace import Trace
-from safenav.trace.vocabulary import ChangeCause
 from studio.serving import SCENARIOS, Page, Served, opened, visit
 
 DOOR = SCENARIOS / "case_study_1.yaml"
@@ -36,42 +35,6 @@ async def begin(page: Page) -> None:
     await page.state(phase="starting")
     await page.say("step")
     await page.tick(1)
-
-
-def test_a_run_goes_to_its_end_and_its_trace_is_sound(served: Served) -> None:
-    async def story(page: Page) -> None:
-        await begin(page)
-        await page.say("play")
-        ended = await page.state(phase="ended")
-        assert ended["state"]["outcome"] == "completed"
-        trace = read_bytes(await page.get("save/trace"))
-        assert audit(trace).findings == ()
-        assert b"</html>" in await page.get("save/replay")
-
-    visit(served.address, story)
-
-
-def test_a_closed_region_is_met_resolved_and_told_of(served: Served) -> None:
-    """A door closes at tick 6 where the quadcopter is about to go; nobody knows of it."""
-
-    async def story(page: Page) -> None:
-        await begin(page)
-        for tick in range(2, 6):
-            await page.say("step")
-            await page.tick(tick)
-        await page.say("change", kind="close", type="door", region=44)
-        await page.say("speed", value=64)
-        await page.say("play")
-        ended = await page.state(phase="ended")
-        assert ended["state"]["outcome"] == "completed"
-        trace = read_bytes(await page.get("save/trace"))
-        assert audit(trace).findings == ()
-        appeared = [record for record in trace.records if isinstance(record, Appeared)]
-        assert [(a.obstacle, a.tick, a.cause) for a in appeared] == [
-            ("door@44", 6, ChangeCause.USER)
-        ]
-
-    visit(served.address, story)
 
 
 def test_a_region_is_not_closed_on_a_robot_that_stands_in_it(served: Served) -> None:

@@ -14,14 +14,11 @@ from safenav.runtime.mission import Mission
 from safenav.runtime.user_changes import Close, Give, Serve
 from safenav.scenario.objective import Hold
 from safenav.scenario.reading.catalogue import built_in
-from safenav.scenario.reading.loader import load_draft, load_scenario
+from safenav.scenario.reading.loader import load_scenario
 from safenav.studio import session
-from safenav.studio.editing import beginnings, importing
 from safenav.trace.records import Record
 from safenav.trace.writing import as_data
-from studio.serving import ROOT, SCENARIOS
-
-MAPS = ROOT / "tests" / "maps"
+from studio.serving import SCENARIOS
 
 
 @pytest.fixture(scope="module")
@@ -73,23 +70,3 @@ def test_the_bundle_of_a_changed_run_is_accepted_by_its_own_checker(
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "digit receives another objective" in done.stdout
-
-
-@pytest.mark.parametrize(
-    ("name", "companions", "side"),
-    [("rooms.png", [], 8), ("office.yaml", ["office.pgm"], 2), ("rooms.map", [], None)],
-    ids=["image", "ros", "movingai"],
-)
-def test_a_scenario_begins_with_a_map_of_every_kind(
-    name: str, companions: list[str], side: int | None
-) -> None:
-    files = {file: (MAPS / file).read_bytes() for file in (name, *companions)}
-    if side is None:
-        text = beginnings.movingai(name, files[name])
-    else:
-        plan = importing.opened_plan(name, files)
-        cut = importing.Cut(side, 0, 0, 0.0, False, {})
-        text = beginnings.drawn(importing.divided(plan, cut), plan.name)
-    world = load_draft(text, name).world
-    assert world is not None and 0 < len(world.free) < world.size
-    assert (world.frame is not None) == (name == "office.yaml")

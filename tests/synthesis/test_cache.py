@@ -210,32 +210,6 @@ def test_another_question_or_binary_is_asked_again(
     assert calls() == 3
 
 
-def test_off_means_off(
-    counting: tuple[Binary, Callable[[], int]],
-    patrol: Specification,
-    own_cache: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setenv("SAFENAV_CACHE", "off")
-    binary, calls = counting
-    for _ in range(2):
-        assert not Synthesizer(binary).synthesize(patrol).cached
-    assert calls() == 2
-    assert not own_cache.exists()
-
-
-def test_a_damaged_entry_is_computed_again(
-    counting: tuple[Binary, Callable[[], int]], patrol: Specification, own_cache: Path
-) -> None:
-    binary, calls = counting
-    Synthesizer(binary).synthesize(patrol)
-    (file,) = (p for p in own_cache.rglob("*.answer"))
-    file.write_bytes(file.read_bytes()[:-5])
-    assert not Synthesizer(binary).synthesize(patrol).cached
-    assert Synthesizer(binary).synthesize(patrol).cached
-    assert calls() == 2
-
-
 def test_a_broken_cache_does_not_stop_a_synthesis(
     counting: tuple[Binary, Callable[[], int]], patrol: Specification, own_cache: Path
 ) -> None:

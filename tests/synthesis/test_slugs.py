@@ -184,15 +184,6 @@ def test_a_broken_binary_is_an_error_with_its_last_words(
     assert "robot 'carrier'" in str(raised.value)
 
 
-def test_truncated_json_is_an_error(
-    answering: Answering, patrol: Specification, patrol_json: bytes
-) -> None:
-    for prefix in (UPSTREAM, NATIVE):
-        binary = answering("realizable", patrol_json[:200], prefix=prefix)
-        with pytest.raises(SynthesizerError, match="not JSON"):
-            ask(binary, patrol)
-
-
 def test_our_binary_must_agree_with_itself(
     answering: Answering, patrol: Specification, patrol_json: bytes
 ) -> None:
