@@ -13,6 +13,7 @@ from typing import Any
 from msgspec import Struct
 
 from safenav.errors import UsageError
+from safenav.synthesis.process import die_with_parent
 
 ROOT = Path(__file__).parents[2]
 PROGRAM = f"""
@@ -55,7 +56,7 @@ def check_bundle(bundle: Path, *, compare: bool = True) -> BundleVerdict:
     command = [sys.executable, "-I", "-S", "-c", PROGRAM, str(bundle), "--json"]
     if not compare:
         command.append("--any-claims")
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = subprocess.run(die_with_parent(command), capture_output=True, text=True, check=False)
     if done.returncode not in _JUDGED:
         raise UsageError((done.stdout + done.stderr).strip().splitlines()[-1])
     said = json.loads(done.stdout)

@@ -18,6 +18,7 @@ from typing import Any
 from msgspec import Struct
 
 from safenav.errors import UsageError
+from safenav.synthesis.process import die_with_parent
 
 VARIABLE = "SAFENAV_PROVED"
 PROGRAM = "safenav-proved"
@@ -88,7 +89,8 @@ def prove(bundle: Path) -> tuple[Proof, ...]:
                 packed.extractall(directory)
             bundle = Path(directory)
         try:
-            done = subprocess.run([program, bundle], capture_output=True, text=True, check=False)
+            command = die_with_parent([str(program), str(bundle)])
+            done = subprocess.run(command, capture_output=True, text=True, check=False)
             said = json.loads(done.stdout)
         except (OSError, ValueError) as error:
             words = (str(error) if isinstance(error, OSError) else done.stderr.strip())[-300:]

@@ -8,6 +8,7 @@ from __future__ import annotations
 import gc
 import importlib
 import os
+import signal
 import sys
 import warnings
 from pathlib import Path
@@ -137,7 +138,11 @@ def group() -> None:
 
 
 def main() -> None:
-    """Entry point of the ``safenav`` command."""
+    """Entry point of the ``safenav`` command. Whatever ends it from outside ends it as Ctrl-C does:
+    with its subprocesses and temporary files."""
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, signal.default_int_handler)
     warnings.showwarning = lambda message, *_, **__: warn(message)
     # Strategies and searches are millions of objects and hardly a cycle: look for cycles seldom.
     gc.set_threshold(100_000, 20, 100)

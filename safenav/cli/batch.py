@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import signal
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -137,7 +136,6 @@ def command(
     if as_json and results is None:
         results = Path("-")
     files = [path for path in (junit, results, as_csv) if path is not None]
-    signal.signal(signal.SIGTERM, _as_interrupt)
     with ExitStack() as stack:
         started = [] if dask is not None else [_first_worker(stack)]
         from safenav.batch.baseline import compare
@@ -239,9 +237,3 @@ def _report_skipped(found: FoundCases) -> None:
     for matrix in found.matrices:
         told = f"skipped a matrix file: to run it, safenav batch {printable(matrix)}"
         click.echo(told, err=True)
-
-
-def _as_interrupt(number: int, frame: object) -> None:
-    """End on SIGTERM as on Ctrl-C: keep the results so far."""
-    del number, frame
-    raise KeyboardInterrupt

@@ -29,6 +29,15 @@ from safenav.runtime.worlds.world import SimulatedWorld
 SimulatedWorld.move = lambda *_: pathlib.Path({!r}).touch() or time.sleep(900)
 """
 """A world in which the first move never ends; it leaves a file."""
+CHECKS = '''
+import safenav.certify.check
+safenav.certify.check.PROGRAM = """
+import os, pathlib, time
+pathlib.Path({!r}).write_text(str(os.getpid()))
+time.sleep(900)
+"""
+'''
+"""A check of a bundle that never ends; its process leaves its number."""
 UNSURE = """
 import time
 import safenav.runtime.mission
@@ -116,14 +125,31 @@ def test_a_signal_that_comes_within_a_library_is_no_error(tmp_path: Path) -> Non
     assert (run.returncode, outcome(trace)) == (130, "interrupted")
 
 
-def test_a_run_that_is_interrupted_is_not_certified(tmp_path: Path) -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_run_that_is_interrupted_is_not_certified(number: signal.Signals, tmp_path: Path) -> None:
     moved, bundle = tmp_path / "moved", tmp_path / "bundle"
     run = safenav("certify", HELLO, "-o", bundle, before=STUCK.format(str(moved)))
     while not moved.exists():
         time.sleep(0.05)
-    run.send_signal(signal.SIGINT)
+    run.send_signal(number)
     said = run.communicate(timeout=300)[1]
-    assert (run.returncode, said.strip(), bundle.exists()) == (130, "error: interrupted", False)
+    assert (run.returncode, said.strip()) == (130, "error: interrupted")
+    assert list(tmp_path.iterdir()) == [moved]
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
+def test_the_check_of_a_bundle_ends_with_who_asked_for_it(
+    number: signal.Signals, tmp_path: Path
+) -> None:
+    checks = tmp_path / "pid"
+    run = safenav("certify", HELLO, "-o", tmp_path / "bundle", before=CHECKS.format(str(checks)))
+    while not (checks.exists() and checks.read_text()):
+        time.sleep(0.05)
+    run.send_signal(number)
+    run.communicate(timeout=300)
+    assert gone(int(checks.read_text()))
+    if number is signal.SIGTERM:
+        assert (run.returncode, list(tmp_path.iterdir())) == (130, [checks])
 
 
 def test_ctrl_c_during_the_imports_is_no_traceback() -> None:
