@@ -83,6 +83,7 @@ class MoveRecorder:
                 result, reason = vocabulary.MoveEnd.FAILED, event.reason
             case Lost(regions=found):
                 result, regions = vocabulary.MoveEnd.LOST, tuple(sorted(found))
+                reason = event.reason or None
         who, here = (self._state.tick, event.command or 0, robot.name), robot.pose
         at = here.region, heading_in_trace(here)
         self._state.emit(records.Arrive(*who, *at, result, reason, regions))

@@ -2,11 +2,13 @@
 characters, what is a comment to one program would be a formula to another."""
 
 import json
+import tempfile
 from pathlib import Path
 
 import pytest
 
 import warm
+from certify.making import bundle_at, certified, files_of, rewrite, run_checker
 from safenav.certify.checker import check_strategies as checker
 from safenav.errors import InputError
 from safenav.scenario.reading.loader import load_scenario_text
@@ -64,6 +66,33 @@ def test_a_scenario_with_a_separator_is_refused(separator: str) -> None:
     escaped = f'name: "a\\u{ord(separator):04X}b"'
     with pytest.raises(InputError, match=rf"the text holds .*U\+{ord(separator):04X}"):
         load_scenario_text(SCENARIO.format(escaped))
+
+
+COMMENTED = """\
+##########
+# to [1, 3]... {..}, then ##..
+safenav: 1
+until: {rounds: 1}
+map:
+  # west: ..#, east: #..
+  grid: |
+    #####
+    #...#
+    #####
+robots:
+  a: {model: quadcopter, start: 6, objective: {hold: 6}}  # [.#], #.#: a drone
+"""
+
+
+def test_comments_are_no_part_of_the_map() -> None:
+    assert "accepted" in certified(COMMENTED)
+    source, other = COMMENTED.encode(), COMMENTED.replace("    #...#", "    #..##").encode()
+    bundle = bundle_at("plan", COMMENTED)
+    files = files_of(bundle)
+    (name,) = (name for name, data in files.items() if data == source)
+    with tempfile.TemporaryDirectory() as folder:
+        status, said = run_checker(rewrite(bundle, {**files, name: other}, Path(folder)))
+    assert status == 1 and "is not that of scenario.json" in said
 
 
 def test_tabs_and_carriage_returns_before_line_feeds_are_fine() -> None:

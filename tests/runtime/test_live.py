@@ -340,6 +340,30 @@ def test_a_command_that_does_not_end_is_cancelled_and_its_robot_lost() -> None:
     lost = run.one("arrive", result="lost")
     depart = run.one("depart", command=lost["command"])
     assert world.cancelled == 1 and lost["t"] - depart["t"] == pytest.approx(60, abs=0.01)
+    assert lost["reason"] == "no end within 30.0 s after it was cancelled"
+
+
+@pytest.mark.parametrize(
+    ("event", "also"),
+    [
+        (lambda at: Elsewhere(at, "a", Pose(0)), set()),
+        (lambda at: Elsewhere(at, "a", Pose(12)), {12}),
+        (lambda at: Failed(at, "a", Pose(12), "no way"), {12}),
+        (lambda at: Lost(at, "a", frozenset({0, 12})), {12}),
+        (lambda at: Acted(at, "a", []), set()),
+    ],
+    ids=["a wall", "far away", "failed far away", "lost in a wall", "no end of a step"],
+)
+def test_a_robot_that_cannot_be_where_it_says_is_lost(
+    event: Callable[[float], WorldEvent], also: set[int]
+) -> None:
+    """It may be at both ends of its step, or where it says; no other robot enters these."""
+    run = play_faulty(nth(1, lambda _, e: [replace(event(e.at), command=e.command)]))
+    lost = run.one("arrive", result="lost")
+    depart = run.one("depart", command=lost["command"])
+    assert {*lost["regions"]} == {depart["from"], depart["to"], *also} and lost["reason"]
+    after = Run(run.records[run.records.index(lost) :])
+    assert not [line for line in after.all("depart") if line["to"] in lost["regions"]]
 
 
 def test_strategies_that_rely_on_the_speed_of_others_are_refused() -> None:

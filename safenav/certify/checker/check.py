@@ -76,7 +76,8 @@ def open_bundle(place: Path) -> tuple[dict[str, Any], Json]:
         require(not own or own[1] == facts["sha256"], f"{path} is not named by its sha256")
         if re.fullmatch(r"source/.*\.ya?ml", path):  # the map, if it is drawn there
             world = read_json(files["scenario.json"])["map"]
-            parts = re.split(r"[\[\]{},:\n]", data.decode())
+            text = re.sub(r"(?m)^#.*|(?<=\s)#(?![#.]*[ \t]*$).*", "", data.decode())  # no comments
+            parts = re.split(r"[\[\]{},:\n]", text)
             rows = [r for p in parts for r in re.findall(r"^[\s'\"-]*([#.]+)[\s'\"-]*$", p)]
             drawn = [row for row in rows if len(row) > 1 or world["cols"] == 1]
             same = drawn == world["grid"] or {*"#."} not in map(set, drawn)

@@ -205,10 +205,19 @@ class Traffic:
         """Whether a robot acts, or waits for a strategy."""
         return any(r.acting is not None or r.held is not None for r in self.state.robots.values())
 
+    def _awaits_charger(self, robot: RobotState) -> bool:
+        """Whether another robot charges where this one goes to charge: it leaves when it has, and a
+        plan would only let the two change places, each time with less charge."""
+        return robot.stop is not None and any(
+            each.active and each.transit is None and each.pose.region == each.stop.region
+            for each in self.state.rivals(robot.robot)
+            if each.stop is not None and each.stop.region == robot.stop.region
+        )
+
     def _distance(self, floor: Floor, name: str) -> int:
-        """Steps of a robot to its goal poses; FAR if it has none."""
+        """Steps of a robot to its goal poses; FAR if it has none, or waits for a charger."""
         goal, index = self._searches.goal(floor, name), floor.index(name)
-        if not goal:
+        if not goal or self._awaits_charger(self.state.robots[name]):
             return FAR
         allowed = floor.problem.allowed(index, floor.stages)
         far = floor.problem.members[index].graph.distances(goal, allowed)[floor.poses[index]]

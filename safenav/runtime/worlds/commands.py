@@ -278,7 +278,8 @@ class Commands:
         self._ended[open_.robot.name] = self._checked(event, open_) if self.live else event
 
     def _checked(self, event: protocol.WorldEvent, open_: OpenCommand) -> protocol.WorldEvent:
-        """The event; a fatal failure, or a failed action, if it cannot be true."""
+        """The event; a failed action if it cannot be true, or a robot that is lost: where it is
+        cannot be said by one that says so."""
         name, here = open_.robot.name, open_.start
         if open_.target is None:
             wrong = _wrong_result(event)
@@ -286,7 +287,10 @@ class Commands:
         wrong = self._wrong(event, open_.robot, here, open_.target)
         if wrong is None:
             return event
-        return protocol.Failed(event.at, name, here, wrong, fatal=True, command=open_.command)
+        told = getattr(event, "regions", None) or {getattr(event, "pose", here).region}
+        free = {region for region in told if self.scenario.map.is_free(region)}
+        regions = frozenset({here.region, open_.target.region, *free})
+        return protocol.Lost(event.at, name, regions, wrong, command=open_.command)
 
     def _wrong(
         self, event: protocol.WorldEvent, robot: Robot, here: Pose, target: Pose
@@ -342,7 +346,10 @@ class Commands:
                 self.world.cancel(open_.robot)
             elif open_.target is not None:
                 regions = frozenset({open_.start.region, open_.target.region})
-                self._take(protocol.Lost(now, open_.robot.name, regions, command=open_.command))
+                waited = seconds_words(now - open_.cancelled)
+                why = f"no end within {waited} after it was cancelled"
+                command = open_.command
+                self._take(protocol.Lost(now, open_.robot.name, regions, why, command=command))
             else:
                 self._take(open_.failed(now, f"no end within {seconds_words(now - open_.since)}"))
 

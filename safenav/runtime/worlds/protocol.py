@@ -70,6 +70,7 @@ class Lost(WorldEvent, frozen=True):
 
     robot: str
     regions: frozenset[Region]
+    reason: str = ""
 
 
 class Sensed(WorldEvent, frozen=True):

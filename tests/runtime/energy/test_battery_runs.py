@@ -52,6 +52,35 @@ def test_it_goes_by_the_second_charger() -> None:
     assert {"hold": 20} in stops
 
 
+SHARED = """
+map:
+  grid: |
+    #######
+    #.....#
+    #.....#
+    #######
+catalogue:
+  robots:
+    cart: {mobility: free, layer: ground, capabilities: [],
+           battery: {capacity: 12, move: 1, charge: 1}}
+robots:
+  a: {model: cart, start: [1, 2], objective: {visit: [[1, 5], [1, 2]]}}
+  b: {model: cart, start: [2, 2], objective: {visit: [[2, 5], [2, 2]]}}
+chargers: [[1, 1]]
+until: {rounds: 2}
+limits: {ticks: 200}
+"""
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+def test_a_robot_waits_until_another_one_has_charged(clock: str) -> None:
+    """A joint plan would let them change places at the only charger until both are empty."""
+    played = play(f"{SHARED}clock: {clock}\n")
+    assert played.outcome["outcome"] == "completed" and not played.all("service")
+    charging = {line["robot"] for line in played.all("synthesis", reason="charge")}
+    assert charging == {"a", "b"} and not played.all("plan")
+
+
 LAST = """
 map: {grid: ["#########", "#.......#", "#########"]}
 catalogue:
