@@ -130,8 +130,19 @@ class Passes(Algorithm):
         if not self._changed:
             if any(not robot.active for robot in team.robots.values()):
                 self._unless_back()
+            if self._inputs_may_change():
+                return
             said = f"no robot moves; {self._what_is_left()}"
+            if team.inputs:
+                on = sorted(name for name, value in team.inputs.items() if value)
+                said += f"; inputs: {' and '.join(on) or 'none'} on"
             raise RunEnded(Conclusion(Outcome.TIME_LIMIT, said))
+
+    def _inputs_may_change(self) -> bool:
+        """Whether robots that stand may wait for an input that the world still changes. Where an
+        operator can set it, the team waits for that."""
+        outside = self.interventions.sets_inputs is not None and not self.world.pauses
+        return outside and bool(self.team.scenario.inputs) and not self.attended
 
     def _times(self) -> list[float]:
         """The times to come at which the scenario changes something; inputs that are drawn change
@@ -195,6 +206,8 @@ class Passes(Algorithm):
 
     def _may_be_helped(self, conclusion: Conclusion) -> bool:
         """Whether an operator, or what the scenario still changes, can help."""
+        if conclusion.outcome is Outcome.TIME_LIMIT:  # no robot moves
+            return self.attended and bool(self.team.scenario.inputs)
         coming = conclusion.outcome is Outcome.OPERATOR_NEEDED and self._to_come()
         return conclusion.outcome in WAITS and (self.attended or bool(coming))
 

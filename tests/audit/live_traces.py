@@ -257,6 +257,7 @@ CASES_OF_LIVE: list[Case] = [
     ("late", "opened", edit("late", {}, at=4.5), 10, None),
     ("late", "opened", edit("late", {}, reason=""), 10, None),
     ("waiting", "lost", edit("waiting", {}, outcome="completed"), 4, None),
+    ("waiting", "lost", edit("waiting", {}, outcome="time_limit"), 4, None),
     ("waiting", "lost", drop("operator", intervention="put_back"), 7, None),
     ("waiting", "waits", drop("operator"), 3, None),
     ("proof", "waits", edit("waiting", {}, proof=None), 2, None),

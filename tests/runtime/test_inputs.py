@@ -1,11 +1,12 @@
 """Inputs of the environment: in formulas, and as what gives robots other objectives. Judged by a
 game and a walk over the trace of this file's own."""
 
-# ruff: noqa: ARG005 (a formula reads some of the values around a step)
+# ruff: noqa: ARG002, ARG005 (worlds and formulas read some of what they are given)
 
 import json
 import os
 import random
+from collections.abc import Sequence
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -14,15 +15,17 @@ import pytest
 from click.testing import CliRunner
 
 from certify.making import certified
-from runtime.played import Run, play
+from runtime.played import Run, loaded, play
 from safenav.cli.check import command
 from safenav.errors import UsageError
 from safenav.runtime.mission import Mission
 from safenav.runtime.user_changes import Give, SetInput
+from safenav.runtime.worlds.protocol import Acted, Arrived, WorldEvent
 from safenav.runtime.worlds.world import SimulatedWorld
-from safenav.scenario.model import Scenario
+from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.objective import Hold
 from safenav.scenario.reading.loader import load_scenario_text
+from safenav.world.moves import Pose
 
 WANTED = int(os.environ.get("SAFENAV_FUZZ", "6"))
 COLS, ROWS = 4, 2
@@ -209,6 +212,83 @@ def test_a_world_sets_inputs() -> None:
     lines = play(text, world=world).records
     told = [(x["tick"], x["values"]["call"]) for x in lines if x["type"] == "inputs"]
     assert told == [(6, True), (9, False)]
+
+
+GREEN = """
+safenav: 1
+map: {grid: ["######", "#....#", "######"]}
+inputs: {green: {always_eventually: on}, alarm: {}}
+robots:
+  quad:
+    model: quadcopter
+    start: 7
+    avoids: []
+    objective: {ltl: {safety: "region' = 9 -> green | region = 9", liveness: [region' = 9]}}
+  bee: {model: quadcopter, start: 10, avoids: [], objective: {hold: 10}, when: {alarm: {hold: 10}}}
+until: {rounds: 1}
+clock: live
+"""
+"""Nothing moves until the light is green, and while an alarm is on the run is not completed."""
+
+
+class Street:
+    """A world in which both inputs change while every robot stands; its time passes as it is
+    waited for."""
+
+    def __init__(self) -> None:
+        self.time, self.events = 0.0, list[Arrived]()
+
+    @property
+    def idle(self) -> bool:
+        return not self.events
+
+    def now(self) -> float:
+        return self.time
+
+    def sense(self, robot: Robot, region: int) -> None:
+        return None
+
+    def start(self, robot: Robot, pose: Pose, command: int) -> None:
+        self.events.append(Arrived(self.time + 1.0, robot.name, command=command))
+
+    def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Acted:
+        return Acted(self.time, robot.name, (), command=command)
+
+    def cancel(self, robot: Robot) -> None:
+        pass
+
+    def wait(self, timeout: float | None) -> Sequence[WorldEvent]:
+        self.time += 0.25 if timeout is None else timeout
+        due = [event for event in self.events if event.at <= self.time]
+        self.events = [event for event in self.events if event.at > self.time]
+        return due
+
+    def inputs(self, tick: int) -> dict[str, bool]:
+        return {"green": self.time > 30.0, "alarm": 2.0 < self.time < 60.0}
+
+
+def test_robots_that_stand_wait_for_inputs_of_their_world() -> None:
+    run = Run()
+    Mission(loaded(GREEN), world=Street(), listeners=[run]).run()
+    assert run.outcome["outcome"] == "completed" and not run.findings
+    assert run.outcome["t"] >= 60.0
+
+
+@pytest.mark.parametrize("attended", [True, False])
+def test_robots_that_stand_wait_for_an_operator_who_sets_an_input(attended: bool) -> None:
+    run = Run()
+    mission = Mission(loaded(GREEN), listeners=[run], attended=attended)
+    mission.start()
+    while mission.result is None:
+        if mission.waiting is not None and mission.still:
+            mission.intervene(SetInput("green", on=True))
+        mission.step()
+    told = [line["outcome"] for line in run.all("waiting")]
+    expected = (["time_limit"], "completed") if attended else ([], "time_limit")
+    assert (told, run.outcome["outcome"]) == expected
+    text = (run.all("waiting") or [run.outcome])[0]["explanation"]
+    assert "no robot moves" in text and text.endswith("inputs: none on")
+    assert not run.findings
 
 
 def test_a_user_sets_inputs_during_a_run() -> None:

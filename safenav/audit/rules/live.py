@@ -231,7 +231,8 @@ class WaitingRule(Rule):
                 pass
             case "waiting":
                 self._waiting = record
-                ends = ("operator_needed", "assumption_violated", "search_limit")
+                ends = ["operator_needed", "assumption_violated", "search_limit"]
+                ends += ["time_limit"] if now.inputs and now.live else []  # for an input
                 if record.outcome not in ends:
                     yield f"no robot waits because of {record.outcome}"
                 until = record.until
