@@ -353,6 +353,11 @@ def swept(
 
 
 def places(node: Node | None, label: str, reading: Reading) -> ResolveAt | frozenset[Region] | None:
+    if isinstance(node, Scalar) and node.value in {**reading.names, **reading.areas}:
+        shown = clipped(node.text)
+        said = f"{label}: found the name '{shown}', expected a list of regions"
+        reading.add(node, said, f"put brackets around it: [{shown}]")
+        return None
     if not isinstance(node, Sequence):
         return read.choice(node, label, ResolveAt, reading)
     if not node.items:
