@@ -6,7 +6,7 @@ Each robot goes to its next place by the fastest steps that the obstacles still 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 
 from safenav.audit.bound import NEVER, Bound
 from safenav.audit.deriving import open_obstacle
@@ -14,11 +14,9 @@ from safenav.audit.lines import Line
 from safenav.audit.situation import Situation
 
 
-def impossible(
-    line: Line, now: Situation, tick: int, had: int, begun: Mapping[str, int]
-) -> Iterator[str]:
-    """Yield what cannot be as the line tells it; ``had`` and ``begun`` as in ``Bound``."""
-    bound = Bound(now, tick, had, begun, slow=True)
+def impossible(line: Line, now: Situation, tick: int, had: int) -> Iterator[str]:
+    """Yield what cannot be as the line tells it; ``had`` as in ``Bound``."""
+    bound = Bound(now, tick, had, slow=True)
     for name, regions in (line.around or {}).items():
         bound.sealed[name] |= {*regions}
     first, count = bound.turn + 1, len(bound.names)

@@ -6,7 +6,7 @@ in which its needs could all be met (docs/deadlines.md). Turn ``tick * n + i`` i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable
 from heapq import heappop, heappush
 
 from safenav.audit.deriving import pose_of
@@ -22,13 +22,11 @@ Ticks = dict[Pose, int]
 
 
 class Bound:
-    """The bounds at the end of a turn. ``had``: the robots that have had their turn in this tick;
-    ``begun``: when robots in transit began their steps. ``slow``: steps take the most ticks, and
-    the turns of needs that are not met yet are the caller's to tell (``met``)."""
+    """The bounds at the end of a turn. ``had``: the robots that have had their turn in this tick.
+    ``slow``: steps take the most ticks, and the turns of needs that are not met yet are the
+    caller's to tell (``met``)."""
 
-    def __init__(
-        self, now: Situation, tick: int, had: int, begun: Mapping[str, int], *, slow: bool = False
-    ) -> None:
+    def __init__(self, now: Situation, tick: int, had: int, *, slow: bool = False) -> None:
         self.now, self.names, self._slow = now, [*now.header.robots], slow
         self.turn = tick * len(self.names) + had - 1
         self.start: dict[str, tuple[Pose, int]] = {}
@@ -36,7 +34,7 @@ class Bound:
         for index, name in enumerate(self.names):
             ready = tick if index < had else tick - 1
             if now.toward[name] is not None:
-                since, timing = begun.get(name, tick), now.header.robots[name].timing
+                since, timing = now.set_out.get(name, tick), now.header.robots[name].timing
                 most = 1 if timing is None else timing.most
                 self.until[name] = max(ready + 1, since + most - 1)
                 ready = max(ready + 1, since + self.takes(name) - 1)
@@ -230,7 +228,7 @@ def least_within(now: Situation, robot: str) -> int | None:
 
 
 def _least_round(now: Situation, robot: str, strict: bool) -> int | None:
-    bound = Bound(now, 0, len(now.header.robots), {})
+    bound = Bound(now, 0, len(now.header.robots))
     own = now.own[robot]
     targets, rules = own.targets, rules_of(own) if own.always else None
     every = frozenset[int]().union(*targets)

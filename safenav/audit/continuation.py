@@ -89,7 +89,7 @@ def _may_owe_goal(robot: str, now: Situation) -> bool:
     own, here = now.own[robot], now.region[robot]
     if now.is_away(robot) or now.objectives[robot] != own or now.toward[robot] is not None:
         return False
-    shape, rounds, seen = shape_of(own.kind), _rounds(robot, now), _seen(robot, now)
+    shape, rounds, seen = shape_of(own.kind), now.rounds(robot), _seen(robot, now)
     if shape.settles and rounds and here in own.targets[-1]:
         return False
     turn = _turn(robot, now)
@@ -108,7 +108,7 @@ def _robot_problems(name: str, begins: Line, now: Situation, done: Line | None) 
         return
     if now.is_away(name) or begins.objective != now.own[name]:
         return  # its rounds restart when it has its own objective again
-    shape, rounds = shape_of(now.own[name].kind), _rounds(name, now)
+    shape, rounds = shape_of(now.own[name].kind), now.rounds(name)
     told = 0 if done is None else done.rounds or 0
     if told < rounds or (told > rounds and shape.recurs):
         yield f"{name} begins with {told} rounds, but had {rounds}"
@@ -120,17 +120,10 @@ def _robot_problems(name: str, begins: Line, now: Situation, done: Line | None) 
         yield f"{name} begins with target {turn}, but {_turn(name, now)[0]} was next"
 
 
-def _rounds(robot: str, now: Situation) -> int:
-    goals = now.goals[robot]
-    return goals[-1].round if goals else 0
-
-
 def _seen(robot: str, now: Situation) -> set[int]:
     """Return the targets that a robot has met in its present round."""
-    if shape_of(now.own[robot].kind).settles and _rounds(robot, now):
-        return set()
-    goals = [goal.goal for goal in now.goals[robot] if goal.round == _rounds(robot, now)]
-    return {*(goals[1:] if _rounds(robot, now) else goals)}
+    settled = shape_of(now.own[robot].kind).settles and now.rounds(robot)
+    return set() if settled else {*now.covered(robot)}
 
 
 def _turn(robot: str, now: Situation) -> Sequence[int]:

@@ -15,20 +15,9 @@ Line = Any
 """``type`` is its type; a field that is absent is None, or what the page names as its default."""
 
 _NAMED = (
-    *(
-        "again",
-        "beliefs",
-        "bids",
-        "due",
-        "inputs",
-        "knowledge",
-        "memory",
-        "met",
-        "nodes",
-        "objectives",
-    ),
-    *("others_targets", "refused", "results", "robots", "rounds", "unrealizable", "values"),
-    *("within",),
+    *("again", "beliefs", "bids", "due", "inputs", "knowledge", "memory", "met", "nodes"),
+    *("objectives", "others_targets", "refused", "results", "robots", "rounds", "unrealizable"),
+    *("values", "within"),
 )
 """Fields whose value may be an entry for each of some names."""
 _SETS = ("blocks", "capabilities", "conflicts")

@@ -100,7 +100,7 @@ class Situation(State):
             case "acts":
                 self.acts = record.acts
             case "plan" | "plan_end":
-                self.has_plan = record.type == "plan"
+                self.plan = record if record.type == "plan" else None
             case "reopened":
                 self.status[name] = Status.UNRESOLVED
                 self.requests[name] = self.given_up.pop(name, {})
@@ -117,6 +117,10 @@ class Situation(State):
                 self.region[robot] = record.to
                 self.heading[robot] = record.heading
                 self.toward[robot] = record.toward
+                if record.toward is None:
+                    self.set_out.pop(robot, None)
+                else:
+                    self.set_out.setdefault(robot, record.tick)
                 if record.signal is not None:
                     self.signals[robot] = record.signal
                 self._wait_here(robot)

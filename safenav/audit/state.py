@@ -134,9 +134,11 @@ class State:
         self.ended: dict[str, Line] = {}
         """Live: the end of each robot's step that its next move shows."""
         self.acts: tuple[Line, ...] = ()
-        """Who acts where next, by the last line of that kind; ``has_plan``: a joint plan is in
-        force instead."""
-        self.has_plan = False
+        """Who acts where next, by the last line of that kind."""
+        self.plan: Line | None = None
+        """The joint plan in force; robots do not keep to their acts then."""
+        self.set_out: dict[str, int] = {}
+        """The tick in which each robot in transit began its step."""
         self.outcome: Line | None = None
         self._rivals = {n: [o for o in robots if o != n and self.conflict(n, o)] for n in robots}
         self._zones = {
@@ -165,6 +167,17 @@ class State:
         for group in self.met_before.pop(obstacle, ()):
             found = found.advanced(group)
         return found
+
+    def rounds(self, robot: str) -> int:
+        """Return the rounds that a robot has done of its own objective, by its goals."""
+        return self.goals[robot][-1].round if self.goals[robot] else 0
+
+    def covered(self, robot: str) -> list[int]:
+        """Return the targets that a robot has met in its present round: the goal that completes a
+        round is the last of that, not the first of the next."""
+        done = self.rounds(robot)
+        met = [goal.goal for goal in self.goals[robot] if goal.round == done]
+        return met[1:] if done else met
 
     def has_heading(self, robot: str) -> bool:
         return self.header.robots[robot].mobility == "heading"
@@ -369,7 +382,7 @@ class State:
 
     def _acts_to_come(self) -> list[Line]:
         unresolved = {name for name, is_ in self.status.items() if is_ is Status.UNRESOLVED}
-        acts = [act for act in self.acts if act.obstacle in unresolved and not self.has_plan]
+        acts = [act for act in self.acts if act.obstacle in unresolved and self.plan is None]
         return [act for act in acts if self.open[act.obstacle].stage <= act.need]
 
     def _is_next(self, robot: str, obstacle: str) -> bool:

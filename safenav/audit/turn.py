@@ -23,6 +23,10 @@ class Status(Enum):
     """No robot can resolve it: the robots that it blocks plan around it."""
 
 
+FINAL = ("untraversable", "operator")
+"""Reasons for which an obstacle stays, whatever the robots do."""
+
+
 @dataclass(frozen=True)
 class StackEntry:
     """An entry of the objective stack: helpers, requester and obstacle; ``before``: the objectives
@@ -102,9 +106,11 @@ def is_over(wait: Line, record: Line) -> bool:
 
 
 def is_of_user(record: Line) -> bool:
-    """Return whether a line is of what somebody does who watches the run."""
+    """Return whether a line is of what somebody does who watches the run; live, a robot's service
+    and objective change with a line of the operator before."""
     told = getattr(record, "cause", None) == "user" or bool(getattr(record, "user", None))
-    return record.type == "operator" or told
+    after = record.t is not None and record.type in ("service", "objective")
+    return record.type == "operator" or (told and not after)
 
 
 SCENARIO_CHANGES = ("gone", "appeared", "order", "objective", "service", "inputs")

@@ -12,7 +12,7 @@ from typing import Any
 
 import yaml
 
-from safenav.errors import InputError, UsageError
+from safenav.errors import UsageError
 from safenav.runtime import user_changes
 from safenav.scenario.model import Scenario, name_parts
 from safenav.scenario.objective import USAGE
@@ -82,11 +82,7 @@ def intervention(data: Mapping[str, Any], scenario: Scenario) -> user_changes.In
     UsageError for one that is not possible."""
     reading = Reading("the change", world=scenario.map, reachable=False)
     found = _read(data, scenario, reading)
-    try:
-        reading.raise_if_any()
-    except InputError as error:
-        told = (f"{d.found} ({d.hint})" if d.hint else d.found for d in error.diagnostics)
-        raise UsageError("; ".join(told)) from error
+    reading.refuse_if_any()
     if found is None:
         known = "close, open, order, truth, objective, service, input, resolved, permanent"
         raise UsageError(f"unknown change; known: {known}, put_back, give_up")

@@ -89,8 +89,8 @@ class Turns:
         """Live: whether a robot may act where it stands; it does not while an operator is waited
         for, who may be there."""
         state = self.state
-        waits = state.waiting is not None and state.waits_until is None
-        return state.live and (robot.acting is not None or not waits or self.goes_on(robot))
+        may = robot.acting is not None or not state.waits_for_operator
+        return state.live and (may or self.goes_on(robot))
 
     def goes_on(self, robot: RobotState) -> bool:
         """Whether a robot pursues its own objective while the team waits for an operator: it can
@@ -137,10 +137,9 @@ class Turns:
     def _charges(self, robot: RobotState) -> bool:
         """Whether it stands on a charger, and is not to go to another one."""
         here, stop = robot.pose.region, robot.stop
-        stays = (
-            not self.state.live if stop is None else stop.region == here
-        )  # live, it is put there
-        return here in self.state.scenario.chargers and stays
+        put_there = self.state.live and stop is None
+        away = put_there or (stop is not None and stop.region != here)
+        return here in self.state.scenario.chargers and not away
 
     def _awaits_action(self, name: str) -> bool:
         """Live: whether a robot has followed a helper that stands where it is to act."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from safenav.audit.deriving import open_obstacle, pose_of, poses_in, team_of
 from safenav.audit.kinds import shape_of
 from safenav.audit.language import Pose
-from safenav.audit.lines import Line, Objective
+from safenav.audit.lines import Objective
 from safenav.audit.members import OpenObstacle, OpenObstacles, Poses
 from safenav.audit.situation import Situation
 from safenav.audit.team import Team
@@ -69,19 +69,15 @@ def case_of(now: Situation, never: Collection[str], *, hopeful: bool = False) ->
         team,
         {name: pose_of(name, now) for name in team.names},
         tuple(open_obstacle(name, now, out=out) for name in known),
-        {name: _wish(name, now, now.goals[name], team) for name in team.names},
+        {name: _wish(name, now, team) for name in team.names},
         frozenset(never),
         now.header.until.rounds or 1,
         tuple((frozenset(z.robots), frozenset(z.regions)) for z in now.header.never_together or ()),
     )
 
 
-def _wish(name: str, now: Situation, goals: list[Line], team: Team) -> Wish:
-    objective, rounds = now.own[name], now.header.until.rounds or 1
-    done = goals[-1].round if goals else 0
-    this_round = [goal.goal for goal in goals if goal.round == done]
-    # The goal that completes a round is the last goal of that round, not the first of the next.
-    covered = this_round[1:] if done else this_round
+def _wish(name: str, now: Situation, team: Team) -> Wish:
+    objective, rounds, covered = now.own[name], now.header.until.rounds or 1, now.covered(name)
     targets = tuple(frozenset(poses_in(target, name, now)) for target in objective.targets)
     if objective.kind == "ltl":
         targets = team.members[name].aims
@@ -90,18 +86,18 @@ def _wish(name: str, now: Situation, goals: list[Line], team: Team) -> Wish:
         targets,
         shape_of(objective.kind).ordered,
         ends,
-        (min(now.ahead[name], last),) if ends else _awaited(name, objective, goals, now),
+        (min(now.ahead[name], last),) if ends else _awaited(name, objective, now),
         frozenset(goal for goal in covered if goal < len(targets)),
         len(covered),
-        max(rounds - done, 0),
+        max(rounds - now.rounds(name), 0),
         shape_of(objective.kind).strict and not objective.literal and len(targets) == 2,
     )
 
 
-def _awaited(name: str, objective: Objective, goals: list[Line], now: Situation) -> tuple[int, ...]:
+def _awaited(name: str, objective: Objective, now: Situation) -> tuple[int, ...]:
     """Return the targets that may be next: a strict objective of which no target is met may begin
     with any, unless it is literal."""
-    count, known = len(objective.targets), now.progress[name].awaited
+    count, known, goals = len(objective.targets), now.progress[name].awaited, now.goals[name]
     if objective.literal and now.objectives[name] == objective and known is not None:
         return (known,)
     if goals and goals[-1].goal < count:

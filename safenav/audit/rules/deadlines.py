@@ -77,7 +77,6 @@ class DeadlineRule(Rule):
         self._owed: list[tuple[str, int, str]] = []
         self._turn_owes: list[tuple[str, int, str]] = []
         self._within: dict[str, int] = {}
-        self._begun: dict[str, int] = {}
         self._first: dict[str, int] = {}  # the target with which a strict strategy begins
         self._tick, self._had = 0, 0
         self._bound: tuple[int, int, Bound] | None = None
@@ -143,10 +142,6 @@ class DeadlineRule(Rule):
             if self._had:  # else it is the first turn, which says what happened before it
                 yield from self._missing(self._turn_owes)
             self._had = [*now.header.robots].index(record.robot) + 1
-            if record.toward is None:
-                self._begun.pop(record.robot, None)
-            else:
-                self._begun.setdefault(record.robot, record.tick)
         self._happened(record, now)
 
     def ending(self, now: Situation) -> Iterator[Said]:
@@ -180,7 +175,7 @@ class DeadlineRule(Rule):
             return
         if not self._active:
             yield None, "nothing is due", record
-        for problem in impossible(record, now, self._tick, self._had, self._begun):
+        for problem in impossible(record, now, self._tick, self._had):
             yield None, problem, record
         for act in record.acts:
             due = self._open.get(act.obstacle)
@@ -354,7 +349,7 @@ class DeadlineRule(Rule):
 
     def _bounds(self, now: Situation) -> Bound:
         if self._bound is None or self._bound[:2] != (self._tick, self._had):
-            bound = Bound(now, self._tick, self._had, self._begun)
+            bound = Bound(now, self._tick, self._had)
             self._bound = (self._tick, self._had, bound)
         return self._bound[2]
 
@@ -400,7 +395,7 @@ class DeadlineRule(Rule):
         if promised is None:
             yield f"{of} has no deadline"
             return
-        bound = Bound(now, 0, len(now.header.robots), {})
+        bound = Bound(now, 0, len(now.header.robots))
         try:
             truth = mission_end(bound) if of == MISSION else least_within(now, of)
         except RefusedError as error:

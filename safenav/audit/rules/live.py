@@ -7,15 +7,7 @@ from collections.abc import Iterator
 from safenav.audit.lines import Line
 from safenav.audit.rules.rule import Rule, Said, judges
 from safenav.audit.situation import WITHOUT_EFFECT, Situation
-from safenav.audit.turn import (
-    SCENARIO_CHANGES,
-    Status,
-    is_of_scenario,
-    is_of_user,
-    is_over,
-    moment,
-    taken,
-)
+from safenav.audit.turn import FINAL, SCENARIO_CHANGES, Status, is_of_user, moment, taken
 
 _ROUNDED = 1e-6
 """Seconds by which sums of written times may differ."""
@@ -134,7 +126,6 @@ class HoldsRule(Rule):
 
     def __init__(self) -> None:
         self._why: dict[str, tuple[object, ...]] = {}
-        self._plan: frozenset[str] = frozenset()
         self._acts: Line | None = None
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
@@ -149,10 +140,6 @@ class HoldsRule(Rule):
                 self._why[record.robot] = record.why, record.signal, record.shown
             case "depart":
                 self._why.pop(record.robot, None)
-            case "plan":
-                self._plan = frozenset(record.robots)
-            case "plan_end":
-                self._plan = frozenset()
 
     def _held(self, record: Line, now: Situation) -> Iterator[Said]:
         robot = record.robot
@@ -167,7 +154,7 @@ class HoldsRule(Rule):
             self._acts = None if taking else record  # an ``act`` line follows immediately
         true = {
             "service": robot in now.out,
-            "plan": robot in self._plan,
+            "plan": now.plan is not None and robot in now.plan.robots,
             "operator": now.waits is not None,
         }
         if not true.get(record.why, True):
@@ -219,18 +206,18 @@ class WaitingRule(Rule):
     name = "waiting"
 
     def __init__(self) -> None:
-        self._waiting: Line | None = None
         self._hope = False
         self._changed = -1  # the tick of the last change: what it gives up is reopened, too
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
-        if self._waiting is not None and is_over(self._waiting, record):
-            self._waiting, self._hope, self._changed = None, True, record.tick
+        ended = now.ends_wait(record)
+        waiting = None if ended else now.waits
+        if ended and record.type != "operator":
+            self._hope, self._changed = True, record.tick
         match record.type:
             case "inputs" if now.repeats_inputs(record):
                 pass
             case "waiting":
-                self._waiting = record
                 ends = ["operator_needed", "assumption_violated", "search_limit"]
                 ends += ["time_limit"] if now.inputs and now.live else []  # for an input
                 if record.outcome not in ends:
@@ -238,45 +225,34 @@ class WaitingRule(Rule):
                 until = record.until
                 if record.t is None if until is None else until <= moment(record):
                     yield "the team waits for nothing to come"
-            case "act" if self._waiting is not None and self._waiting.until is not None:
+            case "act" if waiting is not None and waiting.until is not None:
                 pass  # nobody comes
-            case "depart" | "act" | "move" if self._waits(record, now):
+            case "depart" | "act" | "move" if waiting is not None and self._waits(record, now):
                 yield f"{record.robot} gets a command while the team waits"
-            case "appeared" | "gone" | "inputs" | "order" if is_of_user(record):
-                self._waiting, self._hope, self._changed = None, True, record.tick
-            case "service" | "objective" if is_of_user(record) and record.t is None:  # in lockstep
-                self._waiting, self._hope, self._changed = None, True, record.tick
-            case _ if self._ended_by_scenario(record):
-                self._waiting, self._hope, self._changed = None, True, record.tick
-            case "gone":
-                timed = self._waiting is not None and self._waiting.until is not None
-                self._waiting, self._hope = self._waiting if timed else None, True
-            case "service" if self._waiting is None or self._waiting.until is None:
-                self._hope = self._hope or record.active
-            case kind if kind in SCENARIO_CHANGES and self._waiting is None:
+            case "gone" if not is_of_user(record):
+                self._hope = True
+            case "service" if not is_of_user(record):
+                by_now = waiting is None or waiting.until is None
+                self._hope = self._hope or (record.active and by_now)
+            case kind if kind in SCENARIO_CHANGES and waiting is None:
                 self._hope, self._changed = True, record.tick
             case "operator":
-                self._waiting, self._hope = None, True
+                self._hope = True
                 yield from self._put_down(record, now)
             case "reopened":
                 if now.status[record.obstacle] is not Status.GIVEN_UP:
                     yield f"{record.obstacle} is reopened, but was not given up"
                 elif not self._hope and record.tick != self._changed:
                     yield f"{record.obstacle} is reopened, but nothing has changed"
-            case "blocked" if record.reason not in ("untraversable", "operator"):
+            case "blocked" if record.reason not in FINAL:
                 self._hope = False
-            case "outcome" if self._waiting is not None:
-                told = *_WHILE_WAITING, self._waiting.outcome
-                if record.outcome not in told:
+            case "outcome" if waiting is not None:
+                if record.outcome not in (*_WHILE_WAITING, waiting.outcome):
                     yield f"the run ends as {record.outcome} while it waits"
-
-    def _ended_by_scenario(self, record: Line) -> bool:
-        wait = self._waiting
-        return wait is not None and wait.until is None and is_of_scenario(record)
 
     def _waits(self, record: Line, now: Situation) -> bool:
         """Return whether a robot is to stay, and sets out or acts."""
-        if self._waiting is None or _goes_on(record, now):
+        if _goes_on(record, now):
             return False
         if record.type != "move":
             return True

@@ -18,11 +18,10 @@ from safenav.audit.proofs.tree import tree_problems
 from safenav.audit.rules.rule import Finding, Rule, Said
 from safenav.audit.situation import RESYNTHESIS, Situation
 from safenav.audit.team import Team, TooManyError
-from safenav.audit.turn import Status
+from safenav.audit.turn import FINAL, Status
 
 MOST_SERVED = 20_000
 """Joint states that are enumerated for a request that is set aside."""
-_FINAL = ("untraversable", "operator")
 
 
 class ProofRule(Rule):
@@ -46,7 +45,7 @@ class ProofRule(Rule):
             self._never.discard(record.obstacle)
         elif record.type == "blocked" and record.reason == "operator":
             self._never.add(record.obstacle)
-        elif record.type == "blocked" and record.reason not in _FINAL:
+        elif record.type == "blocked" and record.reason not in FINAL:
             yield from self._given_up(record, now)
         elif record.type == "request" and record.aside:
             yield from self._aside(record, now)

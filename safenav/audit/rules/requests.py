@@ -12,7 +12,7 @@ from safenav.audit.members import Act, OpenObstacles, Settlement
 from safenav.audit.rules.rule import Finding, Postponed, Rule, Said, judges
 from safenav.audit.situation import RESYNTHESIS, Situation
 from safenav.audit.team import MOST_NODES, TooManyError, TrappedError
-from safenav.audit.turn import helpers_of
+from safenav.audit.turn import FINAL, helpers_of
 
 SETTLES = ("acts", "blocked", "pop", "request", "push", "told", "synthesis")
 """The lines of a settlement."""
@@ -51,10 +51,7 @@ class RequestRule(Rule):
                 problem = f"objectives are pushed for {record.obstacle}, which is not requested"
                 yield record.requester, problem
         else:
-            given_up = record.type == "blocked" and record.reason not in (
-                "untraversable",
-                "operator",
-            )
+            given_up = record.type == "blocked" and record.reason not in FINAL
             if given_up and record.obstacle not in self._told:
                 problem = f"{record.obstacle} is given up, but no robot has requested help"
                 yield now.turn.robot, problem

@@ -7,6 +7,7 @@ from __future__ import annotations
 from msgspec import Struct, field
 
 from safenav.outcome import Outcome
+from safenav.runtime.promises.ledger import Round
 from safenav.scenario.objective import Ltl, Objective, targets_of
 from safenav.scenario.settings import Begun, Done, RoundClock
 from safenav.trace import records, setting, vocabulary
@@ -20,8 +21,7 @@ from safenav.world.moves import Pose
 
 class Pursued(Struct):
     """A robot's own objective, ``within`` so many ticks a round, and its progress with it.
-    ``begun``: what it meets counts. ``since``, ``disturbed``, ``before`` and ``over``: the clock of
-    its round, as in ``settings.RoundClock``, but with the tick in which it began."""
+    ``begun``: what it meets counts."""
 
     objective: TracedObjective
     within: int | None = None
@@ -29,10 +29,7 @@ class Pursued(Struct):
     rounds: int = 0
     seen: set[int] = field(default_factory=set)
     turn: int = 0
-    since: int = 0
-    disturbed: bool = False
-    before: bool = False
-    over: bool = False
+    clock: Round = field(default_factory=Round)
 
     @property
     def pursuit(self) -> Objective:
@@ -46,7 +43,7 @@ class Pursued(Struct):
         self.seen.add(goal.goal)
         if counted:
             self.seen.clear()
-            self.restart(goal.tick)
+            self.clock.restart(goal.tick)
         if not isinstance(known, Ltl) and known.in_turn:
             last = len(targets_of(known)) - 1
             ahead = min(goal.goal + 1, last) if known.settles else (goal.goal + 1) % (last + 1)
@@ -63,12 +60,7 @@ class Pursued(Struct):
         """Count rounds from a resolution on."""
         self.rounds = 0
         self.seen.clear()
-        self.restart(tick)
-
-    def restart(self, tick: int) -> None:
-        """Let another round begin."""
-        self.since, self.over = tick, False
-        self.before, self.disturbed = self.disturbed, False
+        self.clock.restart(tick)
 
 
 class TraceEnd(Struct):
@@ -196,7 +188,7 @@ class TraceEnd(Struct):
                 groups.append(record.robots or (record.robot,))
             case records.Service():
                 if record.active:
-                    self.own[record.robot].restart(record.tick)
+                    self.own[record.robot].clock.restart(record.tick)
                 if record.cause is not ChangeCause.BATTERY:
                     (self.out.discard if record.active else self.out.add)(record.robot)
             case records.Deadline():
@@ -207,7 +199,7 @@ class TraceEnd(Struct):
     def look(self) -> None:
         """Note which robots do something else than their own objective."""
         for name, pursued in self.own.items():
-            pursued.disturbed |= not self.pursues(name) or name in self.out
+            pursued.clock.disturbed |= not self.pursues(name) or name in self.out
 
     def _turn_over(self) -> None:
         """Count the turn that is over."""
@@ -255,11 +247,11 @@ class TraceEnd(Struct):
         if record.at_once:
             self.in_force[robot] = record.objective
         if record.cause is ChangeCause.INPUT:  # until it changes again
-            own.rounds, own.begun, own.before, own.disturbed = 0, True, False, False
+            own.rounds, own.begun, own.clock = 0, True, Round(record.tick)
             own.seen.clear()
-            own.restart(record.tick)
         else:
-            self.own[robot] = Pursued(record.objective, record.within, since=record.tick)
+            clock = Round(record.tick)
+            self.own[robot] = Pursued(record.objective, record.within, clock=clock)
 
     def _turned(self, record: records.Synthesis) -> None:
         """Note that a strategy begins with another target than the one whose turn it was."""
@@ -275,7 +267,7 @@ class TraceEnd(Struct):
         if record.verdict is DeadlineVerdict.LOST:
             return
         if record.of in self.own:
-            self.own[record.of].over |= record.verdict is not DeadlineVerdict.KEPT
+            self.own[record.of].clock.over |= record.verdict is not DeadlineVerdict.KEPT
         elif record.verdict is DeadlineVerdict.SET:
             if record.cause is None:  # a charge is computed again
                 self.due[record.of] = record.due
@@ -302,15 +294,13 @@ def _pursued(name: str, header: setting.ScenarioHeader) -> Pursued:
     done = None if header.begun is None else header.begun.robots.get(name)
     if done is not None:
         own.begun, own.rounds, own.seen, own.turn = True, done.rounds, {*done.seen}, done.turn
-        if (clock := done.clock) is not None:
-            own.since, own.over = -clock.since, clock.over
-            own.disturbed, own.before = clock.disturbed, clock.before
+        own.clock = Round.continued(done.clock)
     return own
 
 
 def _clock(own: Pursued, tick: int) -> RoundClock:
     """The clock of a round at a tick; one that is due by then is due at the start."""
-    since = tick - own.since
-    if own.within is not None and not own.over:
+    clock, since = own.clock, tick - own.clock.begun
+    if own.within is not None and not clock.over:
         since = min(since, own.within)
-    return RoundClock(since, own.disturbed, own.before, own.over)
+    return RoundClock(since, clock.disturbed, clock.before, clock.over)

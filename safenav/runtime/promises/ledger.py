@@ -18,8 +18,9 @@ from safenav.runtime.promises.moment import goals_left, moment_of, objectives_ch
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded
-from safenav.scenario.settings import Begun, Done, LatePolicy
+from safenav.scenario.settings import Begun, Done, LatePolicy, RoundClock
 from safenav.trace import records
+from safenav.trace.setting import ClockHeader
 from safenav.trace.vocabulary import DeadlineVerdict
 from safenav.trace.wording import Wording
 from safenav.world.map import Region
@@ -49,9 +50,21 @@ class Round(Struct):
     said: bool = False
     done: int = 0
 
+    @classmethod
+    def continued(cls, told: RoundClock | ClockHeader | None, done: int = 0) -> Round:
+        """The clock of a round that has begun before the run; None: it begins with that."""
+        if told is None:
+            return cls(done=done)
+        return cls(-told.since, told.disturbed, told.before, told.over, done=done)
+
     @property
     def excused(self) -> bool:
         return self.disturbed or self.before
+
+    def restart(self, tick: int) -> None:
+        """Let another round begin."""
+        self.begun, self.over, self.said = tick, False, False
+        self.before, self.disturbed = self.disturbed, False
 
 
 class Deadlines(Struct):
@@ -81,11 +94,7 @@ class Deadlines(Struct):
         self._past |= {*begun.late}
         for robot in self.team.robots:
             done = begun.robots.get(robot, Done())
-            self._rounds[robot] = clock = Round(done=done.rounds)
-            if done.clock is not None:
-                told = done.clock
-                clock.begun, clock.over = -told.since, told.over
-                clock.disturbed, clock.before = told.disturbed, told.before
+            self._rounds[robot] = Round.continued(done.clock, done.rounds)
 
     def __call__(self, record: records.Record) -> None:
         """Hear what happens in a turn."""
@@ -221,13 +230,13 @@ class Deadlines(Struct):
                 self._refuted.add(record.obstacle)
                 self._ended(record.obstacle, DeadlineVerdict.KEPT)
                 for clock in self._rounds.values():
-                    _restart(clock, tick)
+                    clock.restart(tick)
                     clock.done = 0
             case records.Gone() | records.KnownObstacle():
                 self._refuted.add(record.obstacle)
                 self._ended(record.obstacle, DeadlineVerdict.EXCUSED)
             case records.Service(active=True):
-                _restart(self._rounds[record.robot], tick)
+                self._rounds[record.robot].restart(tick)
             case records.Goal():
                 self._goal(record)
 
@@ -239,7 +248,7 @@ class Deadlines(Struct):
         within = robot.robot.within
         if within is not None and not clock.over:
             self._judge(record.robot, clock.begun + within, DeadlineVerdict.KEPT)
-        _restart(clock, record.tick)
+        clock.restart(record.tick)
 
     def _ended(self, obstacle: str, verdict: DeadlineVerdict) -> None:
         self._past.discard(obstacle)
@@ -351,8 +360,3 @@ def _nearest(team: TeamState, moment: bound.BoundMoment, number: int) -> str:
 
 def _beyond(soonest: int | None, due: int) -> bool:
     return soonest is None or soonest > due
-
-
-def _restart(clock: Round, tick: int) -> None:
-    clock.begun, clock.over, clock.said = tick, False, False
-    clock.before, clock.disturbed = clock.disturbed, False

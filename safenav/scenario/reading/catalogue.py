@@ -6,9 +6,10 @@ place or from a file. Nothing about a model or a type is written in code.
 
 from __future__ import annotations
 
-from functools import lru_cache
+from collections.abc import Callable
+from functools import lru_cache, partial
 from pathlib import Path
-from typing import ClassVar
+from typing import ClassVar, TypeVar
 
 from msgspec.structs import replace
 
@@ -46,6 +47,8 @@ from safenav.scenario.yaml.shapes import (
 from safenav.scenario.yaml.source import parsed, read_source
 from safenav.world.map import Region
 from safenav.world.moves import Mobility
+
+Entry = TypeVar("Entry", RobotModel, ObstacleType)
 
 BUILT_IN = "built in"
 LIBRARY = Path(__file__).parents[1] / "built_in"
@@ -198,23 +201,21 @@ def read_catalogue(node: Node, reading: Reading, source: str) -> None:
         return
     sources, broken = dict(base.sources), set(base.broken)
     robots, obstacles = dict(base.robots), dict(base.obstacles)
-    listed = read.mapping(entries.robots, "'robots' of catalogue", reading)
-    for key, item in listed.entries if listed else ():
-        model = _model(key, item, reading)
-        if model is None:
-            broken.add(key.text)
-        else:
-            robots[model.name] = model
-            sources[f"robots.{model.name}"] = source
+
+    def add(
+        node: Node | None, word: str, found: dict[str, Entry], made: Callable[..., Entry | None]
+    ) -> None:
+        listed = read.mapping(node, f"'{word}' of catalogue", reading)
+        for key, item in listed.entries if listed else ():
+            if (entry := made(key, item, reading)) is None:
+                broken.add(key.text)
+            else:
+                found[entry.name] = entry
+                sources[f"{word}.{entry.name}"] = source
+
+    add(entries.robots, "robots", robots, _model)
     known = replace(base, robots=robots, broken=frozenset(broken))
-    listed = read.mapping(entries.obstacles, "'obstacles' of catalogue", reading)
-    for key, item in listed.entries if listed else ():
-        kind = _type(key, item, known, reading)
-        if kind is None:
-            broken.add(key.text)
-        else:
-            obstacles[kind.name] = kind
-            sources[f"obstacles.{kind.name}"] = source
+    add(entries.obstacles, "obstacles", obstacles, partial(_type, known))
     reading.catalogue = Catalogue(robots, obstacles, sources, frozenset(broken))
 
 
@@ -278,7 +279,7 @@ def _timing(node: Node | None, what: str, findings: Findings) -> Timing:
     return Timing(least or 1, most or 1)
 
 
-def _type(key: Scalar, node: Node, known: Catalogue, reading: Reading) -> ObstacleType | None:
+def _type(known: Catalogue, key: Scalar, node: Node, reading: Reading) -> ObstacleType | None:
     before = len(reading)
     well_named(key, "an obstacle type", reading)
     what = f"obstacle type {clipped(key.text)}"

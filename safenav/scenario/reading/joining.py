@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from msgspec.structs import replace
 
-from safenav.errors import InputError, UsageError
+from safenav.errors import UsageError
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.reading.robots import read_robots
@@ -24,11 +24,7 @@ def joined(scenario: Scenario, text: str) -> Scenario:
     robots = {**scenario.catalogue.robots, **known}
     reading.catalogue = replace(scenario.catalogue, robots=robots)
     found = read_robots(parsed(text, reading), reading, scenario.robots)
-    try:
-        reading.raise_if_any()
-    except InputError as error:
-        told = (f"{d.found} ({d.hint})" if d.hint else d.found for d in error.diagnostics)
-        raise UsageError("; ".join(told)) from error
+    reading.refuse_if_any()
     if len(found) != 1:
         raise UsageError(f"one robot joins at a time; expected: {FORM}")
     (robot,) = found

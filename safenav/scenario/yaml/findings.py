@@ -10,7 +10,7 @@ from typing import Self
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.errors import Diagnostic, InputError
+from safenav.errors import Diagnostic, InputError, UsageError
 from safenav.scenario.yaml.document import Node, Place, Scalar, clipped
 
 MAX_REPORTED = 100
@@ -100,6 +100,14 @@ class Findings:
             more = f"and {len(ordered) - MAX_REPORTED} more"
             ordered[MAX_REPORTED:] = [Diagnostic(self.file, 0, 0, more)]
         raise InputError([replace(d, source=self._line(d)) for d in ordered])
+
+    def refuse_if_any(self) -> None:
+        """Raise UsageError with all diagnostics in one line, if there are any."""
+        try:
+            self.raise_if_any()
+        except InputError as error:
+            told = (f"{d.found} ({d.hint})" if d.hint else d.found for d in error.diagnostics)
+            raise UsageError("; ".join(told)) from error
 
     def _line(self, found: Diagnostic) -> str:
         lines = self._texts.get(found.file, [])
