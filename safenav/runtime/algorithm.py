@@ -193,7 +193,7 @@ class Algorithm(Struct):
                 robot = self.team.robots[event.robot]
                 off = robot.planner.node is None and robot.transit is None
                 free = off and self._owed is None
-                if free and not self.strategies.relocate(robot):
+                if event.waits or (free and not self.strategies.relocate(robot)):
                     self.settle([event])
         finally:
             self._paying = False

@@ -237,6 +237,9 @@ class Passes(Algorithm):
         coming = [] if self.attended else self._to_come()
         team.waits_until = min(coming, default=None)
         team.emit(records.Waiting(team.tick, outcome, *told, team.waits_until))
+        for robot in team.robots.values():
+            if self.turns.meanwhile(robot):
+                self.settle([Astray(robot.name, Reason.BLOCKED, waits=True)])
 
     def _resume(self) -> None:
         """Decide once after all interventions of a pass, or since the scenario has changed: what

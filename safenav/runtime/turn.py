@@ -93,21 +93,39 @@ class Turns:
         return state.live and (may or self.goes_on(robot))
 
     def goes_on(self, robot: RobotState) -> bool:
-        """Whether a robot pursues its own objective while the team waits for an operator: it can
-        undo each of its moves alone, waits for nothing, and has a strategy for that objective,
-        which none of those has that the wait is about."""
+        """Whether a robot moves while the team waits: it can undo each of its moves alone. Either
+        it waits for nothing, and has a strategy for its own objective, which none of those has that
+        the wait is about; or it has one for its objective while it waits for a change of the
+        scenario."""
         planner, waiting = robot.planner, self.state.waiting
-        if planner.node is None or robot.assignment.role is not Role.OWN:
+        if planner.node is None or not robot.active or robot.held is not None:
             return False
-        if isinstance(robot.robot.objective, Ltl) or not robot.active or robot.held is not None:
+        if isinstance(robot.robot.objective, Ltl):
+            return False
+        if self.meanwhile(robot) and robot.assignment.role is Role.WAITS:
+            return relaxed(planner.task.objective) == relaxed(robot.assignment.objective)
+        if robot.assignment.role is not Role.OWN:
             return False
         if relaxed(planner.task.objective) != relaxed(robot.own.objective):
             return False
         if waiting is not None and robot.name in (waiting.unrealizable or {}):
             return False
+        return not self._asked(robot) and not self._turns(robot)
+
+    def meanwhile(self, robot: RobotState) -> bool:
+        """Whether a robot is to pursue its objective while it waits, as the team waits for a change
+        of the scenario: nothing else would be possible then if it stayed."""
+        if self.state.waits_until is None or robot.robot.while_waiting is None:
+            return False
+        return robot.active and self._asked(robot) and not self._turns(robot)
+
+    def _asked(self, robot: RobotState) -> bool:
+        """Whether a robot has requested something that is not resolved."""
         asked = (*self.state.requests, *self.state.requests.given_up)
-        waits = any(robot.name in request.requesters for request in asked)
-        return not waits and not graph_of(robot.robot, self.state.scenario.map).one_way
+        return any(robot.name in request.requesters for request in asked)
+
+    def _turns(self, robot: RobotState) -> bool:
+        return graph_of(robot.robot, self.state.scenario.map).one_way
 
     def _stand_still(self, robot: RobotState, why: HoldReason) -> Iterator[Event]:
         """The turn of a robot that makes no decisions: it looks around, and stays. Its strategy

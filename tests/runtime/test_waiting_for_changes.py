@@ -63,6 +63,21 @@ def test_another_robot_continues_while_the_team_waits() -> None:
     assert played.outcome["outcome"] == "completed"
 
 
+MEANWHILE = ("[1, 6]]}}", "[1, 6]]}, while_waiting: {visit: [[1, 2], [1, 1]]}}")
+
+
+@pytest.mark.parametrize("clock", Clock)
+def test_a_robot_pursues_its_objective_for_that_time(clock: Clock) -> None:
+    played = play(cart(clock, until=", until: 30").replace(*MEANWHILE))
+    (wait,) = played.all("waiting")
+    (began,) = played.all("synthesis", tick=wait["tick"])
+    assert began["objective"] == {"visit": [10, 9]}
+    assert [line for line in played.all("goal", region=10) if line["tick"] > wait["tick"]]
+    assert played.outcome["outcome"] == "completed"
+    del played.records[0]["scenario"]["robots"]["a"]["while_waiting"]
+    assert "a gets a command while the team waits" in played.findings
+
+
 # What was to come at tick 30 never comes: the scout finds what lies there, while the team waits.
 LEARNT_MEANWHILE = """
 map: {grid: ["#######", "#.....#", "#######"]}

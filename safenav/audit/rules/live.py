@@ -190,15 +190,24 @@ class LateRule(Rule):
 def _goes_on(record: Line, now: Situation) -> bool:
     """Return whether a robot may continue while the team waits."""
     robot, own = record.robot, now.own[record.robot]
+    if own.kind == "ltl" or now.has_heading(robot):
+        return False
     asked = (*now.requests.values(), *now.given_up.values())
-    waits = any(robot in requesters for requesters in asked) or own.kind == "ltl"
-    return now.objectives[robot] == own and not now.has_heading(robot) and not waits
+    if not any(robot in requesters for requesters in asked):
+        return now.objectives[robot] == own
+    meanwhile, present = now.header.robots[robot].while_waiting, now.objectives[robot]
+    kept = meanwhile is not None and (present.kind, present.targets) == (
+        meanwhile.kind,
+        meanwhile.targets,
+    )
+    return kept and now.waits is not None and now.waits.until is not None
 
 
 class WaitingRule(Rule):
     """While the team waits for an operator, or a change of the scenario, only robots get a command
-    that pursue their own objective, wait for nothing and can undo each step (free mobility); until
-    a change, all may act where they stand. A wait says what a run could end with, is for something
+    that can undo each step (free mobility): those that pursue their own objective and wait for
+    nothing; until a change, also those that pursue their objective while they wait, and all may act
+    where they stand. A wait says what a run could end with, is for something
     to come (in lockstep), and is over with what comes; what is reopened was given up, and not found
     untraversable, and is so by an operator, or since the scenario has changed something; an
     operator puts robots down where nobody in conflict is (T, Live runs)."""

@@ -179,13 +179,10 @@ class Assigner(Struct, frozen=True):
         it held before, or nearby if it would be in a helper's way; if it cannot get there now, hold
         where it stands."""
         here = robot.next_pose.region
-        other = robot.robot.while_waiting
-        if other is not None and robot.name not in self.idle and self._waits_for_help(robot):
-            if not isinstance(other, Ltl):
-                other = ruled(other, robot.robot.objective)  # which may have changed
-            targets = tuple(self._mask(index, target) for target in targets_of(other))
-            if self._alternates(index, targets):
-                return self._toward(robot, index, targets, Assignment(Role.WAITS, other))
+        if robot.name not in self.idle and self._waits_for_help(robot):
+            meanwhile = self.while_waiting(robot.name)
+            if meanwhile is not None:
+                return meanwhile
         there = self._waiting_place(robot, index)
         targets = (self._mask(index, {there}),)
         if there != here and self._alternates(index, targets):
@@ -197,6 +194,20 @@ class Assigner(Struct, frozen=True):
             return self._toward(robot, index, targets, Assignment(Role.WAITS, objective))
         objective, safe = holding(robot.robot.objective, here), self.found.safe_poses[index]
         return TaskDraft(Assignment(Role.WAITS, objective, safe_poses=safe), objective)
+
+    def while_waiting(self, name: str) -> TaskDraft | None:
+        """The task with the objective that a robot has while it waits; None if it has none, or gets
+        nowhere with it."""
+        robot, index = self.state.robots[name], self.floor.index(name)
+        other = robot.robot.while_waiting
+        if other is None:
+            return None
+        if not isinstance(other, Ltl):
+            other = ruled(other, robot.robot.objective)  # which may have changed
+        targets = tuple(self._mask(index, target) for target in targets_of(other))
+        if not self._alternates(index, targets):
+            return None
+        return self._toward(robot, index, targets, Assignment(Role.WAITS, other))
 
     def _may_stay(self, robot: RobotState) -> bool:
         """Whether its formulas allow a robot to stay where it is."""

@@ -31,7 +31,7 @@ from safenav.runtime.coordination.waiting import early
 from safenav.runtime.deadlines.choice import InTime, after, choose
 from safenav.runtime.duties.reasons import Shortfall, shortfall_words, shortfalls
 from safenav.runtime.duties.requests import OpenRequest, Requests
-from safenav.runtime.duties.settlement import Settled, settle
+from safenav.runtime.duties.settlement import Settled, Settlement, settle
 from safenav.runtime.knowledge import PERMANENT, UNTRAVERSABLE, Knowledge
 from safenav.runtime.resolution.problem import Floor, SpentError
 from safenav.runtime.resolution.proofs import TeamClosure, closure_of
@@ -108,6 +108,8 @@ def _decided(team: TeamState, event: Event, stopping: Stopping) -> Decision:
         case events.ObjectiveGiven(hope=hope):
             then = events.HopeReturned if hope else Unsettled
             return Decision(event, next=then(Reason.OBJECTIVE))
+        case events.Astray(name, reason, waits=True):
+            return _meanwhile(team, event, name, reason)
         case events.Astray(name):
             last = team.last_settled
             now = replace(last, floor=moved_on(last.floor, team))
@@ -364,6 +366,19 @@ def _present(team: TeamState, floor: Floor) -> dict[int, tuple[int, ...]]:
             gate = floor.gates.index(obstacle)
             found[gate] = (*found.get(gate, ()), index)
     return found
+
+
+def _meanwhile(team: TeamState, event: Event, name: str, reason: Reason) -> Decision:
+    """The objective that the scenario gives a robot for the time in which it waits, where the team
+    waits for a change: all that is open or given up stays as it is."""
+    floor = floor_of(team)
+    everywhere = tuple(member.floor for member in floor.problem.members)
+    found = Assigner(team, floor, Settlement(safe_poses=everywhere)).while_waiting(name)
+    if found is None or team.waiting is None:
+        return Decision(event)
+    return Decision(
+        event, drafts={name: found}, tasks={name: ladder(team, name, found)}, reason=reason
+    )
 
 
 def _assigned(

@@ -97,11 +97,13 @@ class Unsettled(Struct, frozen=True):
 
 class Astray(Struct, frozen=True):
     """A robot is in no node of its strategy, and needs one from where it is. ``end``: conclusion of
-    the run if there is none; None: the robot stays, and tries again."""
+    the run if there is none; None: the robot stays, and tries again. ``waits``: the team waits for
+    the scenario, and the robot needs one for its objective while it waits."""
 
     robot: str
     reason: Reason
     end: Conclusion | None = None
+    waits: bool = False
 
 
 Event = (
