@@ -103,7 +103,7 @@ class Failures(Struct, frozen=True):
     """Policies of a live run. ``retries``: repetitions of a failed move into a region before
     ``then``. ``most``: failed moves without an arrival after which a robot is out of service.
     ``actions``: failed actions of a robot on an obstacle after which another robot helps.
-    A command is cancelled after ``patience`` times the median duration, or after ``timeout``
+    A step is cancelled after ``patience`` times the median duration, a command after ``timeout``
     seconds (None: no such limit); if it has not ended after the same time again, the robot is
     lost."""
 

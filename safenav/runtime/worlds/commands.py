@@ -15,6 +15,7 @@ from msgspec import Struct
 
 from safenav.runtime.worlds import protocol
 from safenav.runtime.worlds.adapter import BlockingAdapter, WorldError
+from safenav.runtime.worlds.simulation import pace_on
 from safenav.runtime.worlds.world import NO_TAKERS, Change, ChangingWorld, Takers
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
@@ -26,6 +27,8 @@ SLICE = 0.05
 """Seconds after which a wait for a real world looks at what others post, and at syntheses."""
 KEPT, FEWEST = 50, 5
 """Durations of a robot's commands that are kept, and with which their median means something."""
+FIRST = 60.0
+"""Seconds that a step may take at least before that: the robot's own software may be starting."""
 
 
 class OpenCommand(Struct):
@@ -241,7 +244,7 @@ class Commands:
         if event is not None:
             self._take(event)
         elif self.live:
-            command.limit = self._limit(robot, step=command.target is not None)
+            command.limit = self._limit(command)
 
     def _drain(self) -> bool:
         heard = False
@@ -319,13 +322,21 @@ class Commands:
                 return None
         return f"{type(event).__name__} ends no step"
 
-    def _limit(self, robot: Robot, *, step: bool) -> float | None:
-        """Seconds that a command may take."""
-        policy = self.scenario.failures
+    def _limit(self, command: OpenCommand) -> float | None:
+        """Seconds that a command may take; None: there is no limit."""
+        policy, robot = self.scenario.failures, command.robot
         limits = [policy.timeout] if policy.timeout is not None else []
         took = self._took.get(robot.name, ())
-        if len(took) >= FEWEST and step:
-            limits.append(policy.patience * max(median(took), self.expected(robot) or 0.0))
+        known = self.expected(robot) or 0.0
+        if command.target is None:
+            pass  # an action takes as long as it takes
+        elif len(took) >= FEWEST:
+            limits.append(policy.patience * max(median(took), known))
+        elif robot.model.motion is not None:
+            pace = pace_on(self.scenario.map, robot)
+            ticks, way = robot.model.timing.most, (command.start.region, command.target.region)
+            seconds = max(pace.step(command.since, *way, ticks), known, *took)
+            limits.append(max(FIRST, policy.patience * seconds))
         return min(limits, default=None)
 
     def _overdue(self) -> Iterator[tuple[OpenCommand, float]]:

@@ -16,7 +16,7 @@ from safenav.runtime.worlds.world import Change, SimulatedWorld, Work
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.motion import resolved
 from safenav.trace.vocabulary import ActResult
-from safenav.world.map import Region
+from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Pose
 
 
@@ -181,12 +181,13 @@ def _as_moved(found: tuple[Work, Sequence[str]]) -> tuple[bool, str]:
 
 def paces(scenario: Scenario) -> dict[str, Pace]:
     """A pace for each robot, at its start at time 0."""
-    frame, found = scenario.map.frame, {}
-    side = SIDE if frame is None else max(frame.resolution)
-    for robot in scenario.robots:
-        model, heading = robot.model, robot.start.heading
-        motion = resolved(model.motion, model.size, model.speed, model.layer)
-        facing = None if heading is None else heading.label
-        least = model.timing.least
-        found[robot.name] = pace_of(motion, scenario.map.cols, side, facing, least)
-    return found
+    return {robot.name: pace_on(scenario.map, robot) for robot in scenario.robots}
+
+
+def pace_on(world: RegionMap, robot: Robot) -> Pace:
+    """The pace of a robot at its start at time 0."""
+    model, heading = robot.model, robot.start.heading
+    side = SIDE if world.frame is None else max(world.frame.resolution)
+    motion = resolved(model.motion, model.size, model.speed, model.layer)
+    facing = None if heading is None else heading.label
+    return pace_of(motion, world.cols, side, facing, model.timing.least)
