@@ -72,12 +72,12 @@ def _steps(
     world: RegionMap,
     blocked: frozenset[Region],
 ) -> Iterator[State]:
-    """Yield the robot's possible next states; in a region that is blocked it may not even stay."""
+    """Yield the robot's possible next states; it may stay in a region that is blocked."""
     here, memory = state.pose.region, state.memory
     after = pursuit.turned(memory, here) if pursuit.in_turn else memory
     rules = formulas_in(pursuit)
     for pose in moves(mobility, state.pose, world, blocked):
         if rules and pose != state.pose and not guarantees_of(rules).allows(state.pose, pose):
             continue
-        if pose.region not in blocked and not pursuit.forbidden(memory, here, pose.region):
+        if not pursuit.forbidden(memory, here, pose.region):
             yield State(pose, after)

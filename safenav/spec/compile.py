@@ -130,7 +130,7 @@ def _motion(task: Task, world: RegionMap, others: OthersEncoding) -> Iterator[Co
     for known in task.blocked:
         origin = Origin(known.item, known.reason, "paper, eq. (3)")
         formula = f"region' != {known.region}"
-        if known.region == task.pose.region and known.item.endswith(".avoid"):
+        if known.region == task.pose.region:
             formula = f"region = {known.region} | {formula}"  # it leaves when it can
         yield Constraint(Section.SYS_TRANS, formula, origin, (known.region,))
     lost = Origin("coordination", "from there the team could not continue", "design, section 5")

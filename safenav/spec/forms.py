@@ -152,8 +152,7 @@ def can_keep(
     graph: PoseGraph, pose: Pose, strict: TargetObjective, memory: int, blocked: Mask = 0
 ) -> bool:
     """Whether a robot at ``pose`` that remembers ``memory`` can by itself keep a strict objective
-    by the letter, forever, while some regions are ``blocked``: it can neither enter them nor stay
-    there.
+    by the letter, forever, while some regions are ``blocked``: it cannot enter them.
 
     The letter is strict (paper, Section VI): a robot leaves a target immediately, and never touches
     one out of turn. A one-player game on sets of poses, in a fraction of a millisecond.

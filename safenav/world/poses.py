@@ -69,6 +69,7 @@ class PoseGraph:
         self._backs: dict[tuple[Mask, Mask], Mask] = {}
         self._lives: dict[tuple[tuple[Mask, ...], Mask], Mask] = {}
         self._fields: dict[tuple[Mask, Mask], list[int]] = {}
+        self._left: dict[int, PoseGraph] = {}
 
     @property
     def one_way(self) -> bool:
@@ -85,6 +86,15 @@ class PoseGraph:
         found = 0
         for block in range(self.blocks):
             found |= regions << block * self.size
+        return found
+
+    def left_only(self, pose: int) -> PoseGraph:
+        """The same poses, and the steps but those into one of them."""
+        found = self._left.get(pose)
+        if found is None:
+            into = {(former, pose) for former in bits(self.backward(1 << pose))}
+            closed = self._closed.union(into)
+            found = self._left[pose] = PoseGraph(self.world, self.mobility, closed)
         return found
 
     def regions_of(self, poses: Mask) -> Mask:

@@ -27,6 +27,7 @@ FAILED = [
     (10568, False, "a robot that stays for a decision counts a target again"),
     (11047, True, "a report that comes after a robot was given up as lost"),
     (10163, True, "an action that finds nothing where it was directed has met another need"),
+    (46123, True, "a robot stands where its actions have failed, and may stay"),
 ]
 """Runs that have failed: the seed, whether with faults, and why."""
 

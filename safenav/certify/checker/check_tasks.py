@@ -58,8 +58,7 @@ class Task:
         self.heard = self.objective.inputs
         self.inputs = {name: int(on) for name, on in (line.get("inputs") or {}).items()}
         self.closed = {region for region, _ in line.get("closed") or ()}
-        avoided = {r for r, name in line.get("closed") or () if name.endswith(".objective.avoid")}
-        self.leaves = avoided & {line["region"]}  # it begins where it may only leave
+        self.leaves = self.closed & {line["region"]}  # where it begins, and never enters again
         self.forbidden = poses_of(line.get("forbidden") or (), robot["mobility"])
         listed = line.get("goal_places") or ()  # where a target is entered while it is next
         self.goal_places = [poses_of(places, robot["mobility"]) for places in listed]

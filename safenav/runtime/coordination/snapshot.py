@@ -92,6 +92,10 @@ def _member(robot: Robot, state: TeamState) -> Member:
     scenario = state.scenario
     graph, formulas = graph_of(robot, scenario.map), formulas_of(robot, scenario.map)
     closed = region_mask(known.region for known in state.knowledge.walls_for(robot))
+    floor, here = graph.everywhere & ~graph.poses_on(closed), state.robots[robot.name].next_pose
+    if closed >> here.region & 1:  # it stands there, and may stay
+        graph = graph.left_only(graph.number(here))
+        floor |= 1 << graph.number(here)
     if formulas is not None:
         targets = formulas.goals
     else:
@@ -99,7 +103,7 @@ def _member(robot: Robot, state: TeamState) -> Member:
     return Member(
         robot.name,
         graph,
-        graph.everywhere & ~graph.poses_on(closed),
+        floor,
         targets,
         not isinstance(robot.objective, Ltl) and robot.objective.in_turn,
         not isinstance(robot.objective, Ltl) and robot.objective.settles,
