@@ -73,8 +73,19 @@ _HINTS = {
     "=<": "write '<='",
     "<=>": "write '<->' for 'if and only if'",
     "<>": "for 'not equal' write '!='; a goal is a line of its own under 'liveness'",
-    "[]": "put each condition that must always hold under 'safety'",
+    "[]": "a line under 'safety' always holds, one under 'liveness' infinitely often",
+    "[": "a region is written as its number or its name",
+    "{": "join alternatives with '|', or give the regions a name under 'areas'",
 }
+
+_WORDS = {
+    "and": "write '&'",
+    "or": "write '|'",
+    "not": "write '!'",
+    "implies": "write '->'",
+    "iff": "write '<->'",
+}
+"""Operators in words, as requirements on the motion and other languages have them."""
 
 _TEMPORAL = {
     "F": "put each goal to reach infinitely often under 'liveness'",
@@ -283,8 +294,13 @@ class _Parser:
     def _unexpected(self, expected: str) -> FormulaError:
         token = self._peek()
         hint = f"expected {expected}"
+        before = self._tokens[self._next - 1]
         if token.kind == "name" and token.text in _TEMPORAL:
             hint = _TEMPORAL[token.text]
+        for word in (token, before) if self._next else (token,):
+            if word.kind == "name" and word.text.lower() in _WORDS:
+                found = f"unexpected {word.text!r}"
+                return FormulaError(word.column, found, _WORDS[word.text.lower()])
         return FormulaError(token.column, f"unexpected {self._shown()}", hint)
 
 

@@ -158,6 +158,12 @@ def test_aliases_mean_the_same(alias: str, plain: str) -> None:
         ("X & a", 1, ""),
         ("x = 99999999999", 5, "too large"),
         ("a & é", 5, "unexpected 'é'"),
+        ("a and b", 3, "'and'.*write '&'"),
+        ("a & not b", 5, "'not'.*write '!'"),
+        ("a implies b", 3, "'implies'.*write '->'"),
+        ("x = [1, 7]", 5, "a region is written as its number"),
+        ("x = {1}", 5, "join alternatives with '|'"),
+        ("[]<>a", 1, "under 'liveness' infinitely often"),
     ],
 )
 def test_errors_point_at_the_place(text: str, column: int, words: str) -> None:

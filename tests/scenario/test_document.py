@@ -96,6 +96,7 @@ def test_an_alias_repeats_what_it_names() -> None:
         ("a: b: c", (1, 5), "not YAML: .*mapping values"),
         ("a: !!python/object/apply:os.system [x]", (1, 4), "the tag !!python"),
         ("a: !local 3", (1, 4), "the tag !local"),
+        ("a: [!owed, c]", (1, 5), "the tag !owed"),
         ("a: *nothing", (1, 4), None),
         ("a: &a [*a]", (1, 8), None),
         ("a: 1\n---\nb: 2", (2, 1), "a second document"),

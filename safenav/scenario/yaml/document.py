@@ -263,6 +263,8 @@ class _Builder:
         if event.tag is not None and event.tag != "!":
             tag = event.tag.replace("tag:yaml.org,2002:", "!!")
             hint = "write the plain value: nothing in a scenario is ever executed"
+            if not tag.startswith("!!"):
+                hint = f'put a formula in quotes: "{clipped(tag)} ..."'
             raise DocumentError(place, f"the tag {clipped(tag)}", hint)
 
 
@@ -313,6 +315,8 @@ def _syntax_hint(error: yaml.MarkedYAMLError) -> str:
         return "indent with spaces, not tabs; quote text that begins with a special character"
     if "mapping values are not allowed" in problem:
         return "check the indentation of this line and the one before; quote text that holds ': '"
+    if any(word in f"{error.context} {problem}" for word in ("anchor", "alias", "tag")):
+        return "put a formula in quotes: '&', '*' and '!' have a meaning in YAML"
     if "quoted scalar" in str(error.context) and error.context_mark:
         begin = error.context_mark
         return f"the quote in line {begin.line + 1}, column {begin.column + 1} is not closed"
