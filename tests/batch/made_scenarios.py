@@ -4,9 +4,10 @@ It never finds a strategy: a scenario here passes if it expects to be unrealizab
 tests are about batches, and need no synthesizer.
 """
 
-import time
 from collections.abc import Callable
 from pathlib import Path
+
+from synthesis.requests import gone
 
 SLUGS = """\
 #!/bin/sh
@@ -37,22 +38,8 @@ class SlugsLog:
     def pids(self) -> list[int]:
         return [int(line) for line in self.path.read_text().split()] if self.path.exists() else []
 
-    def all_gone(self, seconds: float = 300.0) -> bool:
-        """Whether none of its processes lives, waiting for the last to be reaped."""
-        end = time.monotonic() + seconds
-        while any(_lives(pid) for pid in self.pids):
-            if time.monotonic() > end:
-                return False
-            time.sleep(0.02)
-        return True
-
-
-def _lives(pid: int) -> bool:
-    try:
-        state = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0]
-    except (FileNotFoundError, ProcessLookupError):
-        return False
-    return state != "Z"  # an orphan that nobody has reaped yet
+    def all_gone(self) -> bool:
+        return all(gone(pid) for pid in self.pids)
 
 
 def scenario(robot: str = "quick", expect: str = "{outcome: unrealizable}") -> str:

@@ -11,6 +11,7 @@ from children import none_left
 from safenav.spec.parsing import read_specification
 from safenav.spec.specification import Specification
 from safenav.synthesis.binary import Binary, find_own_binary
+from synthesis.requests import UPSTREAM, Script
 
 PATROL = """\
 # carrier: patrols regions 5 and 3
@@ -75,9 +76,6 @@ def automaton() -> bytes:
     return json.dumps({"version": 0, "slugs": "0.0.1", "variables": names, "nodes": nodes}).encode()
 
 
-Script = Callable[[str], Binary]
-
-
 @pytest.fixture
 def script(tmp_path: Path) -> Script:
     """Makes a shell script that stands for a slugs binary. As upstream's, it does not know
@@ -90,10 +88,6 @@ def script(tmp_path: Path) -> Script:
         return Binary(path)
 
     return make
-
-
-UPSTREAM = 'if [ "$1" = --version ]; then echo "unknown parameter" >&2; exit 1; fi\n'
-NATIVE = 'if [ "$1" = --version ]; then echo "slugs 9.9.9"; exit 0; fi\n'
 
 
 @pytest.fixture
