@@ -46,7 +46,7 @@ STRATEGY = ("--explicitStrategy", "--jsonOutput")
 
 
 def run(
-    binary: Path, folder: Path, *arguments: str, text: str = ""
+    binary: Path, folder: Path, *arguments: str | Path, text: str = ""
 ) -> subprocess.CompletedProcess[str]:
     """Run the command in the folder."""
     return subprocess.run(

@@ -4,10 +4,11 @@ Certificates damaged by hand, one for each condition; test_broken_certificates.p
 """
 
 import json
-import subprocess
 from pathlib import Path
 
 import pytest
+
+from slugs import commands
 
 # The system must answer a request in the next step, and serve again and again.
 SERVICE = """
@@ -63,14 +64,8 @@ def run(binary: Path, folder: Path, specification: str, strategy: str, *options:
     """The exit status and what was said."""
     (folder / "game.structuredslugs").write_text(specification)
     (folder / "strategy.json").write_text(strategy)
-    process = subprocess.run(
-        [binary, *options, "--check", "strategy.json", "game.structuredslugs"],
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
-        cwd=folder,
-    )
+    files = ("strategy.json", "game.structuredslugs")
+    process = commands.run(binary, folder, *options, "--check", *files)
     assert process.returncode in (0, 1, 2), process.stderr
     assert (process.returncode == 2) == (process.stdout == "")
     return f"{process.returncode} {process.stdout}{process.stderr}"

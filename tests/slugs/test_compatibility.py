@@ -4,12 +4,12 @@ Each is a game so small that the whole output stands here; the oracle must say t
 it can judge random games.
 """
 
-import subprocess
 from pathlib import Path
 
 import pytest
 
 from oracle import build_game, extract, read_slugsin, solve, to_json, to_text
+from slugs.commands import run
 
 HEAD = '{"version": 0,\n "slugs": "0.0.1",\n\n "variables": '
 
@@ -81,9 +81,7 @@ d
 def _printed(binary: Path, folder: Path, text: str, *options: str) -> str:
     file = folder / "game.slugsin"
     file.write_text(text)
-    process = subprocess.run(
-        [binary, "--explicitStrategy", *options, file], capture_output=True, text=True, check=False
-    )
+    process = run(binary, folder, "--explicitStrategy", *options, file)
     assert "RESULT: Specification is realizable." in process.stderr
     return process.stdout
 

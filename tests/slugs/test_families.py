@@ -6,7 +6,13 @@ from pathlib import Path
 
 import pytest
 
+from slugs.commands import STRATEGY, run
+
 FAMILIES = Path(__file__).resolve().parents[2] / "benchmarks" / "families.py"
+
+
+def family(folder: Path, arguments: str) -> subprocess.CompletedProcess[str]:
+    return run(Path(sys.executable), folder, FAMILIES, *arguments.split())
 
 
 @pytest.mark.parametrize(
@@ -29,22 +35,12 @@ FAMILIES = Path(__file__).resolve().parents[2] / "benchmarks" / "families.py"
 )
 def test_family_is_won_by_moving(slugs_binary: Path, tmp_path: Path, arguments: str) -> None:
     """Realizable, by a strategy that passes the check and never wins by a stuck environment."""
-    printed = subprocess.run(
-        [sys.executable, FAMILIES, *arguments.split()], capture_output=True, text=True, check=True
-    )
     file, strategy = tmp_path / "family.structuredslugs", tmp_path / "strategy.json"
-    file.write_text(printed.stdout)
-    solved = subprocess.run(
-        [slugs_binary, "--explicitStrategy", "--jsonOutput", file, strategy],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    file.write_text(family(tmp_path, arguments).stdout)
+    solved = run(slugs_binary, tmp_path, *STRATEGY, file, strategy)
     assert "RESULT: Specification is realizable." in solved.stderr
     assert '"trans": []' not in strategy.read_text()
-    checked = subprocess.run(
-        [slugs_binary, "--check", strategy, file], capture_output=True, text=True, check=False
-    )
+    checked = run(slugs_binary, tmp_path, "--check", strategy, file)
     assert checked.returncode == 0, checked.stdout + checked.stderr
 
 
@@ -56,13 +52,10 @@ def test_a_written_family_is_the_published_one(
     slugs_binary: Path, tmp_path: Path, arguments: str, nodes: int
 ) -> None:
     """So many nodes has the strategy of the published file of this size."""
-    file = tmp_path / "family.structuredslugs"
-    with file.open("w") as out:
-        subprocess.run([sys.executable, FAMILIES, *arguments.split()], stdout=out, check=True)
-    listed = subprocess.run(
-        [slugs_binary, "--explicitStrategy", file], capture_output=True, text=True, check=True
-    ).stdout
-    assert listed.count("State ") == nodes
+    text = family(tmp_path, arguments).stdout
+    (tmp_path / "family.structuredslugs").write_text(text)
+    listed = run(slugs_binary, tmp_path, "--explicitStrategy", "family.structuredslugs")
+    assert listed.stdout.count("State ") == nodes
 
 
 @pytest.mark.parametrize(
@@ -72,9 +65,7 @@ def test_a_written_family_is_the_published_one(
         ("grid --rows 3 --cols 3 --goals 9", "9 goals on a border of 8 cells"),
     ],
 )
-def test_sizes_are_checked(arguments: str, message: str) -> None:
-    refused = subprocess.run(
-        [sys.executable, FAMILIES, *arguments.split()], capture_output=True, text=True, check=False
-    )
+def test_sizes_are_checked(arguments: str, message: str, tmp_path: Path) -> None:
+    refused = family(tmp_path, arguments)
     assert refused.returncode == 2
     assert message in refused.stderr

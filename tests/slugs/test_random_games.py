@@ -5,7 +5,6 @@ night; `SAFENAV_FUZZ_FIRST` shifts their seeds. `make fuzz` plays thousands.
 """
 
 import os
-import subprocess
 from pathlib import Path
 from random import Random
 
@@ -20,6 +19,7 @@ from oracle import (
 )
 from oracle.duel import Abilities, Duel
 from oracle.rendering import to_slugsin
+from slugs.commands import STRATEGY, run
 
 BATCH = 50
 GAMES = int(os.environ.get("SAFENAV_RANDOM_GAMES", "200"))
@@ -69,10 +69,7 @@ def test_the_verdict_alone_takes_shortcuts_to_the_same_end(
         game = random_specification(Random(seed), bits=4 + seed % 4, many_goals=True)
         file.write_text(to_slugsin(game, Random(seed)))
         alone, strategy = (
-            subprocess.run(
-                [slugs_binary, *options, file], capture_output=True, check=False
-            ).returncode
-            for options in ((), ("--explicitStrategy", "--jsonOutput"))
+            run(slugs_binary, tmp_path, *options, file).returncode for options in ((), STRATEGY)
         )
         assert alone == strategy, f"seed {seed}: {file.read_text()}"
         verdicts.append(alone)

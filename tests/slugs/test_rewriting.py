@@ -6,15 +6,15 @@ games that are too large for the brute-force oracle.
 """
 
 import re
-import subprocess
 import sys
 from pathlib import Path
 from random import Random
 
 import pytest
 
+from slugs.commands import STRATEGY, run
+
 ROOT = Path(__file__).resolve().parents[2]
-STRATEGY = ("--explicitStrategy", "--jsonOutput")
 
 FAMILIES = [
     "grid --rows 10 --cols 11 --adversary four",
@@ -27,24 +27,20 @@ FAMILIES = [
 
 
 @pytest.fixture(scope="module", params=FAMILIES)
-def specification(request: pytest.FixtureRequest, slugs_binary: Path) -> str:
+def specification(
+    request: pytest.FixtureRequest, slugs_binary: Path, tmp_path_factory: pytest.TempPathFactory
+) -> str:
     """A generated family in slugsin, where names and lines are easy to exchange."""
-    families = ROOT / "benchmarks" / "families.py"
-    text = subprocess.run(
-        [sys.executable, families, *str(request.param).split()], capture_output=True, check=True
-    ).stdout
-    translated = subprocess.run(
-        [slugs_binary, "--translate", "-"], input=text, capture_output=True, check=False
-    )
+    families, folder = ROOT / "benchmarks" / "families.py", tmp_path_factory.mktemp("family")
+    text = run(Path(sys.executable), folder, families, *str(request.param).split()).stdout
+    translated = run(slugs_binary, folder, "--translate", "-", text=text)
     if translated.returncode != 0:
         pytest.skip(f"{slugs_binary} cannot translate")
-    return translated.stdout.decode()
+    return translated.stdout
 
 
 def _strategy(binary: Path, text: str, *flags: str) -> str:
-    process = subprocess.run(
-        [binary, *STRATEGY, *flags, "-"], input=text, capture_output=True, text=True, check=False
-    )
+    process = run(binary, Path.cwd(), *STRATEGY, *flags, "-", text=text)
     assert "RESULT: Specification is realizable." in process.stderr, process.stderr
     return process.stdout
 

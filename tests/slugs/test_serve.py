@@ -22,6 +22,7 @@ from oracle import (
     to_structuredslugs,
 )
 from oracle.serving import begin, difference
+from slugs.commands import run
 
 LIFT = """
 [INPUT]
@@ -163,9 +164,8 @@ def test_a_request_that_is_none_gets_an_error_and_serving_goes_on(
 
 
 def test_an_unrealizable_specification_serves_nothing(own_slugs: Path, tmp_path: Path) -> None:
-    file = tmp_path / "lost.slugsin"
-    file.write_text("[OUTPUT]\nx\n[SYS_LIVENESS]\n0\n")
-    done = subprocess.run([own_slugs, "--serve", file], capture_output=True, text=True, check=False)
+    (tmp_path / "lost.slugsin").write_text("[OUTPUT]\nx\n[SYS_LIVENESS]\n0\n")
+    done = run(own_slugs, tmp_path, "--serve", "lost.slugsin")
     assert (done.returncode, done.stdout) == (10, "")
     assert "RESULT: Specification is unrealizable." in done.stderr
 
