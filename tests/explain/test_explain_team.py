@@ -7,6 +7,7 @@ import pytest
 
 from explain.conftest import Invoke
 from safenav.cli import check, explain
+from safenav.report.terminal.postmortem_text import postmortem_lines
 from safenav.runtime.analysis.postmortem import Postmortem, explain_run
 from safenav.runtime.mission import default_synthesizer
 from safenav.scenario.reading.catalogue import built_in
@@ -104,6 +105,9 @@ obstacles: [{type: crate, region: [2, 4]}]
 """
     )
     assert found.result.outcome.value == "operator_needed"
+    assert "because no order of actions lets every robot continue:" in "\n".join(
+        postmortem_lines(found, str)
+    )
     assert found.tried
 
 

@@ -20,6 +20,8 @@ _CAUSES = {
     "cyclic_requests": "robots wait for each other's help in a circle",
     "never_resolvable": "the robots that could help cannot reach the regions where they are needed",
     "unrealizable": "a robot has no strategy for its task",
+    "no order": "no order of actions lets every robot continue",
+    "out_of_service": "robots that are needed are out of service",
     "deadlock": "the robots are in each other's way",
 }
 
@@ -40,7 +42,10 @@ def postmortem_lines(found: Postmortem, word: Word) -> Iterator[str]:
     live = result.makespan is not None
     at = f"after {_time(result.ticks, result.makespan)}" if live else f"at tick {result.ticks}"
     yield f"every robot is realizable, but the run ends {at}: {ended}"
-    yield f"  because {_CAUSES[result.cause or 'unrealizable']}:"
+    cause = result.cause or "unrealizable"
+    if cause == "unrealizable" and not result.stuck:
+        cause = "no order"
+    yield f"  because {_CAUSES[cause]}:"
     yield from (f"  {number}. {link}" for number, link in enumerate(found.chain, 1))
     yield from _missing_lines(found.missing, word)
     yield ""
