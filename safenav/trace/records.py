@@ -365,9 +365,10 @@ class Backtrack(Record, frozen=True, tag="backtrack"):
 class Request(Record, frozen=True, tag="request"):
     """``bids``: robots with the capability, and how far each has to go (None: it cannot get
     there). ``helpers``: all requested helpers, where one is not enough. ``need``: which of the
-    obstacle's needs, where it has several. ``because``: why no robot helps, in words, where the
-    bids do not show it. No ``requester``: it is an order. ``aside``: no joint state that the team
-    can reach serves it; its obstacle is a wall until something changes."""
+    obstacle's needs, where it has several. ``because``: in words, why no robot helps, or
+    not the nearest one, where the bids do not show it. No ``requester``: it is an order. ``aside``:
+    no joint state that the team can reach serves it; its obstacle is a wall until something
+    changes."""
 
     obstacle: str
     requester: str | None

@@ -312,11 +312,12 @@ class Wording(Struct, frozen=True):
             f"{name} cannot reach it" if bid is None else f"{name} needs {counted(bid, 'tick')}"
             for name, bid in line.bids.items()
         )
+        why = f", since {line.because}" if helpers and line.because else ""
         if line.requester is not None and helpers == (line.requester,):
             actions = self.actions.get(line.obstacle, ())
             act = actions[line.need or 0] if actions else "resolve"
-            return f"{self.robot(line.requester)} goes to {act} it itself: {about}; {bids}"
-        help_ = f"{self._all(helpers)} {'helps' if len(helpers) == 1 else 'help'}"
+            return f"{self.robot(line.requester)} goes to {act} it itself: {about}; {bids}{why}"
+        help_ = f"{self._all(helpers)} {'helps' if len(helpers) == 1 else 'help'}{why}"
         asks = f"order of {about}"
         if line.requester is not None:
             asks = f"{self.robot(line.requester)} requests help with {about}"
@@ -332,7 +333,8 @@ class Wording(Struct, frozen=True):
 
     def _resolved(self, line: records.Resolved) -> str:
         who, what = self.robot(line.robot), self.strong(self.obstacle(line.obstacle))
-        text = f"{who} at {self._at(line.at)} resolves {what}{self._with(line)}"
+        several = len(self.actions.get(line.obstacle, ())) > 1  # the line before names the others
+        text = f"{who} at {self._at(line.at)} resolves {what}{'' if several else self._with(line)}"
         if line.traversable is not None:
             text += ", which is traversable" if line.traversable else ", which is not traversable"
         return text if line.requested else text + " (without a request)"

@@ -40,6 +40,7 @@ def test_after_two_failed_actions_another_robot_helps() -> None:
     scenario, run = loaded(DEBRIS), Run()
     assert Mission(scenario, world=Jammed(scenario), listeners=[run]).run().outcome == "completed"
     assert len(run.all("acted", robot="b")) == 2
+    assert run.one("request", helper="a")["because"] == "b has failed"
     assert run.one("resolved")["robot"] == "a"
 
 

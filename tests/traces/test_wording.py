@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import pytest
+from msgspec.structs import replace
 
 from safenav.outcome import Verdict
 from safenav.trace import records, vocabulary
@@ -86,6 +87,8 @@ def test_regions_and_robots_are_shown_as_the_teller_likes() -> None:
     request = records.Request(3, "door@47", "quad", {"digit": 1, "rover": None}, "digit", (47,))
     told = "QUAD requests help with door@dock: digit needs 1 tick, rover cannot reach it"
     assert wording.sentence(request) == f"{told}; DIGIT helps"
+    failed = replace(request, because="rover has failed")
+    assert wording.sentence(failed).endswith("; DIGIT helps, since rover has failed")
     second = records.Request(3, "door@47", "quad", {"digit": 1}, "digit", (47,), need=1)
     assert wording.sentence(second).startswith("QUAD requests help with door@dock (need 2): ")
     met = records.Met(5, "door@47", 0, "sense", "quad", 46)
@@ -94,3 +97,6 @@ def test_regions_and_robots_are_shown_as_the_teller_likes() -> None:
     assert wording.sentence(both) == (
         "DIGIT at gate 46 resolves *beam@dock* with ROVER (without a request)"
     )
+    several = replace(wording, actions={"beam@47": ["sense", "lift"]})  # rover has sensed
+    told = "DIGIT at gate 46 resolves *beam@dock* (without a request)"
+    assert several.sentence(both) == told

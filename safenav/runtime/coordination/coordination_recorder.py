@@ -25,6 +25,7 @@ from safenav.spec.task import Fairness, Task
 from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace, objective_in_trace
 from safenav.trace.vocabulary import Place
+from safenav.trace.words import listed
 from safenav.world.moves import Pose
 from safenav.world.poses import bits
 
@@ -105,6 +106,8 @@ def stack(
             if not helpers:
                 out = [each for each, robot in team.robots.items() if not robot.active]
                 because = why_nobody(floor, found, gate, team.scenario.map.word, out)
+            elif failed := [r for r in bids_for(floor, gate) if (r, name) in team.failures.barred]:
+                because = f"{listed(failed)} {'has' if len(failed) == 1 else 'have'} failed"
             if aside:
                 because = "no order of moves lets them resolve it now"
             line = requested(team, request, floor, helpers, because)
