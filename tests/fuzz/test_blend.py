@@ -82,11 +82,13 @@ LOCKSTEP = {
     "a stop is behind what nobody can resolve, but for its heading": 5123,
     "taken out of service while an order is awaited": 54297,
     "a helper is kept away by one out of service": 58813,
+    "its battery is replaced while it starves": 58211,
 }
 PLAIN = {
     "an input gives an objective, and nobody passes": (73200, False),
     "it takes another load where it has put one down": (64249, True),
     "it waits for help where it might charge": (64249, False),
+    "another one is done where it is to charge, and cannot leave": (51107, True),
 }
 CAUSES = [
     *(pytest.param(*row, False, False, id=name) for name, row in PLAIN.items()),

@@ -84,6 +84,12 @@ def can_be_served(names: Collection[str], case: Case, most: int) -> bool | None:
     return _Enumeration(case, [*case.at], case.obstacles).serves({*names}, most)
 
 
+def can_get(robot: str, regions: Collection[int], case: Case, most: int) -> bool | None:
+    """Whether the robots can move so that one of them is in one of the regions; None if there are
+    more than ``most`` joint states."""
+    return _Enumeration(case, [*case.at], case.obstacles).gets(robot, regions, most)
+
+
 class _Enumeration:
     def __init__(self, case: Case, robots: list[str], obstacles: OpenObstacles) -> None:
         self._case, self._team, self._robots = case, case.team, robots
@@ -95,6 +101,16 @@ class _Enumeration:
         for state, seen in self._reached():
             open_ = {obstacle.name for obstacle in state.obstacles}
             if not names & open_ and self._is_complete(state):
+                return True
+            if seen > most:
+                return None
+        return False
+
+    def gets(self, robot: str, regions: Collection[int], most: int) -> bool | None:
+        """Whether a state can be reached with a robot in one of the regions."""
+        index = self._robots.index(robot)
+        for state, seen in self._reached():
+            if state.poses[index][0] in regions:
                 return True
             if seen > most:
                 return None

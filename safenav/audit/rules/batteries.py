@@ -9,11 +9,15 @@ from safenav.audit.formulas import rules_of
 from safenav.audit.kinds import STAYING, shape_of
 from safenav.audit.language import Pose, RefusedError, closure
 from safenav.audit.lines import Line, Objective
+from safenav.audit.proofs.case import case_of
+from safenav.audit.proofs.joint import can_get
 from safenav.audit.rules.rule import Rule, Said
 from safenav.audit.situation import Situation
 from safenav.audit.turn import Status, taken
 
 BATTERY = ".battery"
+MOST_MOVED = 20_000
+"""Joint states that are enumerated for a stop that a robot gives up."""
 _FLOOR = ("violation", "blocked", "gone", "appeared", "operator", "objective", "service", "plan")
 """Lines after which a robot may be sent elsewhere before it has got to its stop."""
 
@@ -22,13 +26,14 @@ _NOT_OUT = "the charge of {} is used up, but no line takes it out of service"
 
 
 class ChargeRule(Rule):
-    """A robot with a battery takes no step for which its charge does not suffice: it begins with
-    ``start``, a step takes ``move``, a tick without one ``stay`` or gives ``charge`` on a charger;
-    live, each second without one does. A robot off the chargers that can no longer take a step is
-    out of service in that turn, by an obstacle of the type ``flat`` that appears there, if the
-    scenario has one; no other is. Its resolution fills the battery. A robot gets to a stop before
-    it has another one, unless the known floor changes, another robot stays there, or its charge no
-    longer suffices for the way; alone, it stays nowhere else (T Batteries).
+    """A robot with a battery takes no step for which its charge does not suffice: it begins
+    with ``start``, a step takes ``move``, a tick without one ``stay`` or gives ``charge`` on a
+    charger; live, each second without one does. A robot off the chargers that can no longer
+    take a step is out of service in that turn, by an obstacle of the type ``flat`` that appears
+    there, if the scenario has one; no other is. Its resolution fills the battery. A robot gets
+    to a stop before it has another one, unless the known floor changes, another robot stays
+    there, no order of moves gets it there, or its charge no longer suffices for the way; alone,
+    it stays nowhere else (T Batteries).
     """
 
     name = "charge"
@@ -116,11 +121,18 @@ class ChargeRule(Rule):
         if before is not None and here not in before.targets[0]:
             again = record.objective.targets == before.targets  # in another pose there
             again = again or _kept_from(robot, before.targets[0], now)
+            again = again or self._never_gets(robot, before.targets[0], now)
             left = now.charge[robot] if record.t is None else now.charge_at(robot, record.t)
             if not again and not _too_far(now, robot, before.targets[0], left):
                 yield f"{robot} has another stop before it gets to the one to {before}"
         if record.objective.kind == STAYING and record.objective != now.own[robot]:
             self._stops[robot] = (record.objective, record.line, record.tick)
+
+    def _never_gets(self, robot: str, regions: frozenset[int], now: Situation) -> bool:
+        """Return whether no order of moves of the team brings a robot to one of the regions, or it
+        is not known whether one does."""
+        case = case_of(now, now.permanent)
+        return case is None or not can_get(robot, regions, case, MOST_MOVED)
 
     def _owes(self) -> Iterator[Said]:
         if self._owed is not None:

@@ -194,6 +194,8 @@ class Batteries:
                 to = stops.graph.poses_on(region_mask({stop.region})) if rivals else 1 << there
                 way = stops.graph.steps_between(1 << pose, to, stops.allowed)
                 near = way is not None and way * stops.battery.move <= robot.charge
+                if self._hemmed_in(robot):
+                    near, kept = False, kept | to
                 if near and not kept >> there & 1:
                     return stop
             elif robot.charge < self._leaves_with(robot, stops, turn):
@@ -211,6 +213,13 @@ class Batteries:
             return None
         floor, found = self.team.settled.floor, self.team.settled.found
         return {**found.early, **found.duties}.get(floor.index(robot.name))
+
+    def _hemmed_in(self, robot: RobotState) -> bool:
+        """Whether no order of moves brings a robot to its stop, as traffic has found."""
+        settled = self.team.settled
+        if settled is None:
+            return False
+        return settled.floor.index(robot.name) in settled.notes.hemmed_in
 
     def _stays(self, robot: RobotState) -> bool:
         """Whether a robot does not leave its region, as far as its own objective goes: it is out of

@@ -185,8 +185,11 @@ class PlanSearch(Struct):
         such moves, or the team could not continue after them."""
         answer = self._leg_of_starved(floor, course, start)
         out = not all(robot.active for robot in self.state.robots.values())
-        if isinstance(answer, Exhausted) and out and not floor.problem.sweeping:
-            self._only_out_hinder(floor)
+        if isinstance(answer, Exhausted) and not floor.problem.sweeping:
+            if self.charges(self.state.robots[self.starved]):  # another stop may do
+                self.state.last_settled.notes.hemmed_in |= {floor.index(self.starved)}
+            elif out:
+                self._only_out_hinder(floor)
         if not isinstance(answer, Found):
             return None
         own = self.searches.own_of_charging()

@@ -29,12 +29,13 @@ class Watch:
         self._waits: dict[str, _Wait] = {}
 
     def look(self, robot: str, told: Hashable, distance: int, tick: float) -> bool:
-        """Whether a robot with the assignment ``told`` and ``distance`` remaining steps (FAR: no
-        path, or nowhere to go) starves. Call once per tick (in a live run, of the duration of a
-        step)."""
+        """Whether a robot with the assignment ``told`` and ``distance`` remaining steps (FAR:
+        no path, or nowhere to go; its wait continues) starves. Call once per tick (in a live
+        run, of the duration of a step)."""
         wait = self._waits.get(robot)
-        if distance >= FAR or distance == 0:
+        if distance == 0:
             self._waits.pop(robot, None)
+        if distance >= FAR or distance == 0:
             return False
         if wait is None or wait.told != told or distance < wait.nearest:
             self._waits[robot] = _Wait(told, distance, tick)
