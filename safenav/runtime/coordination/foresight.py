@@ -7,13 +7,19 @@ not a robot has encountered it, so a robot that is stuck here is stuck in every 
 from __future__ import annotations
 
 from msgspec import Struct
+from msgspec.structs import replace
 
-from safenav.runtime.coordination.decision import closed
+from safenav.outcome import Outcome
+from safenav.runtime.coordination.decision import closed, coordinate
+from safenav.runtime.coordination.events import Unsettled
 from safenav.runtime.duties.reasons import Shortfall, shortfall_words, shortfalls
 from safenav.runtime.team import TeamState
 from safenav.scenario.model import Scenario
+from safenav.trace.vocabulary import Reason
 from safenav.trace.words import listed
 from safenav.world.poses import bits
+
+_NEEDED = "an operator will be needed, unless the run is completed before"
 
 
 class Foresight(Struct, frozen=True):
@@ -29,13 +35,7 @@ class Foresight(Struct, frozen=True):
 def foresee(scenario: Scenario) -> Foresight:
     """Return the foresight that follows from the scenario alone. Obstacles that appear or disappear
     and untraversable ones are left out: they only take away what robots can do."""
-    state = TeamState.initial(scenario)
-    for obstacle in scenario.obstacles:
-        if obstacle.appears is None and obstacle.goes is None:
-            state.knowledge.meet(obstacle)
-            robot = scenario.robots[0]
-            state.requests = state.requests.opened(obstacle, robot.name, robot.start.region)
-    floor, closure = closed(state)
+    floor, closure = closed(_all_known(scenario))
     reach = {
         member.name: frozenset(bits(member.graph.regions_of(poses)))
         for member, poses in zip(floor.problem.members, closure.reach, strict=True)
@@ -44,14 +44,39 @@ def foresee(scenario: Scenario) -> Foresight:
     return Foresight(reach, stuck, shortfalls(floor, closure))
 
 
+def _all_known(scenario: Scenario) -> TeamState:
+    """The team at its start, with every obstacle known and requested."""
+    state = TeamState.initial(scenario)
+    for obstacle in scenario.obstacles:
+        if obstacle.appears is None and obstacle.goes is None:
+            state.knowledge.meet(obstacle)
+            robot = scenario.robots[0]
+            state.requests = state.requests.opened(obstacle, robot.name, robot.start.region)
+    return state
+
+
 def foreseen(scenario: Scenario) -> tuple[str, ...]:
     """Warnings of what no run can bring about, one sentence each."""
     found = foresee(scenario)
+    given = {change.robot for change in scenario.changes if change.objective is not None}
+    if found.stuck:
+        found = replace(found, stuck=tuple(name for name in found.stuck if name not in given))
+    elif not given:
+        return _unserved(scenario)
     if not found.stuck or not found.lacks:
         return ()
     word = scenario.map.word
     who = listed(found.stuck)
     whose = "its objective" if len(found.stuck) == 1 else "their objectives"
-    said = [f"{who} cannot meet {whose} infinitely often: an operator will be needed"]
+    said = [f"{who} cannot meet {whose} infinitely often: {_NEEDED}"]
     lacks = [each for each in found.lacks if not each.too_few]  # else another warning says it
     return (*said, *(shortfall_words(each, word) for each in lacks))
+
+
+def _unserved(scenario: Scenario) -> tuple[str, ...]:
+    """Warn where robots have no room to act together, or would trap each other: the closure does
+    not show that."""
+    end = coordinate(_all_known(scenario), Unsettled(Reason.REQUEST), lambda: None).end
+    if end is None or end.outcome is not Outcome.OPERATOR_NEEDED:
+        return ()
+    return (f"{_NEEDED}: {end.explanation}",)

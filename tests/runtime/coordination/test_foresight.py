@@ -1,0 +1,43 @@
+"""What ``safenav check`` says of runs that cannot be completed, against the runs."""
+
+import pytest
+
+from runtime.played import loaded, play
+from safenav.runtime.coordination.foresight import foreseen
+
+FLOOR = """
+map:
+  grid: ["#########", "#.......#", "###.#####", "#.......#", "#########"]
+catalogue:
+  robots: {{carrier: {{mobility: free, layer: ground, capabilities: [lift]}}}}
+  obstacles:
+    crate: {{needs: [{{action: lift, robots: {robots}, at: neighbours, together: true}}]}}
+robots:
+  ann: {{model: carrier, start: {ann}, objective: {{visit: [{visits}]}}}}
+  ben: {{model: carrier, start: [3, 7], objective: {{hold: [3, 7]}}}}
+obstacles: [{{type: crate, region: [2, 3]}}]
+until: {{rounds: 1}}
+{more}
+"""
+PLAIN = {"robots": 2, "ann": "[3, 1]", "visits": "[1, 1], [3, 1]", "more": ""}
+NEEDED = "an operator will be needed, unless the run is completed before"
+MET = "changes: [{at: 3, robot: ann, objective: {visit: [[3, 2], [3, 1]]}}]"
+
+
+@pytest.mark.parametrize(
+    ("changes", "said", "ends"),
+    [
+        ({}, "ann and ben reach only 30 for it, where there is no room", "operator_needed"),
+        ({"ann": "[1, 1]"}, "", "completed"),
+        ({"robots": 1}, "", "completed"),
+        ({"robots": 3}, "ann cannot meet its objective infinitely often", "operator_needed"),
+        ({"robots": 3, "visits": "[3, 1], [3, 2], [1, 1]", "more": MET}, "", "completed"),
+    ],
+    ids=["no room", "from both sides", "alone", "too few", "another objective"],
+)
+def test_check_says_what_a_run_needs(changes: dict[str, object], said: str, ends: str) -> None:
+    text = FLOOR.format(**PLAIN | changes)
+    found = foreseen(loaded(text))
+    assert bool(said) == bool(found) and all(said in "; ".join(found) for _ in found)
+    assert all(NEEDED in each for each in found[:1])
+    assert play(text).outcome["outcome"] == ends
