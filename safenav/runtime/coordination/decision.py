@@ -35,7 +35,7 @@ from safenav.runtime.duties.settlement import Settled, Settlement, settle
 from safenav.runtime.knowledge import PERMANENT, UNTRAVERSABLE, Knowledge
 from safenav.runtime.resolution.problem import Floor, SpentError
 from safenav.runtime.resolution.proofs import TeamClosure, closure_of
-from safenav.runtime.resolution.solve import Plan, Solver
+from safenav.runtime.resolution.solve import Plan, PoseSets, Solver
 from safenav.runtime.team import Role, TeamState
 from safenav.runtime.termination import Conclusion
 from safenav.scenario.model import Obstacle
@@ -118,7 +118,7 @@ def _decided(team: TeamState, event: Event, stopping: Stopping) -> Decision:
             kept = replace(team.requests, aside=frozenset())
             return Decision(event, requests=kept, next=event)
         case Unsettled():
-            return _never_resolved(team, event, stopping) or _duties(team, event, stopping)
+            return _never_resolved(team, event) or _duties(team, event, stopping)
 
 
 def reconsider(team: TeamState, decision: Decision, results: Mapping[str, TaskResult]) -> Decision:
@@ -269,10 +269,10 @@ def _blocked(
     return records.KnownObstacle(team.tick, obstacle.name, robots, reason, proof, because, for_now)
 
 
-def _never_resolved(team: TeamState, event: Unsettled, stopping: Stopping) -> Decision | None:
+def _never_resolved(team: TeamState, event: Unsettled) -> Decision | None:
     """Obstacles that can never be brought any further join O, with the proof; None if there are
     none."""
-    floor, closure = closed(team, stopping)
+    floor, closure = closed(team)
     lacks = {each.obstacle: each for each in shortfalls(floor, closure, (), team.failures.barred)}
     lacks = {**team.lacks, **lacks}
     if not closure.stuck and team.lacks == lacks:
@@ -295,12 +295,11 @@ def _never_resolved(team: TeamState, event: Unsettled, stopping: Stopping) -> De
     return Decision(event, knowledge, requests, lacks, records=tuple(said), next=event)
 
 
-def closed(team: TeamState, stopping: Stopping = lambda: None) -> tuple[Floor, TeamClosure]:
+def closed(team: TeamState) -> tuple[Floor, TeamClosure]:
     """Return which obstacles can ever be resolved, and where each robot gets by that. Robots out of
     service may come back."""
     floor = floor_of(team, hopeful=True)
-    solver = Solver(floor.problem, stopping)
-    return floor, closure_of(solver, solver.sets(floor.poses, floor.stages), floor.stages)
+    return floor, closure_of(PoseSets.around(floor.problem, floor.poses, floor.stages))
 
 
 def _enough(team: TeamState, request: OpenRequest) -> bool:

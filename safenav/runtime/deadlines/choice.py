@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from safenav.runtime.deadlines.bound import NEVER, BoundMoment, BoundObstacle, BoundRobot
 from safenav.runtime.deadlines.schedule import Acts, Scheduler, leads_through, possible
 from safenav.runtime.resolution.problem import Floor, SpentError, Stages
-from safenav.runtime.resolution.solve import Plan, Solver, Step
+from safenav.runtime.resolution.solve import Plan, PoseSets, Solver, Step
 from safenav.world.map import Region
 from safenav.world.poses import Mask
 
@@ -119,8 +119,7 @@ def _choose(
     ]
 
     def allowed(acts: Acts) -> bool:
-        poses, stages = after(floor, acts)
-        return solver.feasible(solver.sets(poses, stages), stages, served)
+        return solver.feasible(PoseSets.around(floor.problem, *after(floor, acts)), served)
 
     search = Scheduler(moment, floor.problem.conflicts, barred, allowed)
     count = moment.count

@@ -8,7 +8,7 @@ module keep no state.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -16,7 +16,7 @@ from msgspec.structs import replace
 from safenav.runtime.deadlines.choice import InTime
 from safenav.runtime.resolution.problem import Floor, Stages
 from safenav.runtime.resolution.proofs import Refutation, refute
-from safenav.runtime.resolution.solve import Plan, Sets, Solver, Step
+from safenav.runtime.resolution.solve import Plan, PoseSets, Present, Solver
 from safenav.world.poses import Mask, bits
 
 
@@ -97,89 +97,81 @@ def settle(
     poses: tuple[int, ...],
     stages: Stages,
     requests: Sequence[int],
-    present: Mapping[int, tuple[int, ...]],
+    present: Present,
     planning: Planning = lambda _: None,
 ) -> Settlement:
     """Return duties for robots at ``poses``. ``requests``: open obstacles in the order of service;
     ``present``: the robots that already serve an obstacle. Raises SpentError."""
-    sets = solver.sets(poses, stages)
-    if not solver.feasible(sets, stages):
-        return Settlement(proof=refute(solver, sets, stages))
+    now = PoseSets.around(solver.problem, poses, stages)
+    if not solver.feasible(now):
+        return Settlement(proof=refute(now))
     served: list[int] = []
     for gate in requests:
-        if solver.feasible(sets, stages, frozenset({*served, gate})):
+        if solver.feasible(now, frozenset({*served, gate})):
             served.append(gate)
     plan = timed = planning(frozenset(served))
     if plan is None:
         plan = solver.plan(poses, stages, frozenset(served), present)
     assert plan is not None, "what can be done can be planned"
-    duties, reserved = _walk(solver, plan, sets, stages, frozenset(served))
+    duties, reserved = _walk(solver, plan, now, frozenset(served))
     if timed is not None:  # whoever is there acts in its next turn
         for robot, duty in duties.items():
             here = bool(duty.goal >> poses[robot] & 1)
             duties[robot] = replace(duty, stays=duty.stays or here)
     safe_poses = tuple(
-        _safe_poses(solver, i, sets, stages, frozenset(served))
-        | (duties[i].goal if i in duties else 0)
+        _safe_poses(solver, i, now, frozenset(served)) | (duties[i].goal if i in duties else 0)
         for i in range(len(solver.problem.members))
     )
     return Settlement(tuple(served), plan, duties, reserved, safe_poses)
 
 
 def _walk(
-    solver: Solver, plan: Plan, sets: Sets, stages: Stages, served: frozenset[int]
+    solver: Solver, plan: Plan, now: PoseSets, served: frozenset[int]
 ) -> tuple[dict[int, Duty], frozenset[int]]:
     """The steps that are duties now; the robots of the others are reserved for them."""
     duties: dict[int, Duty] = {}
     begun: set[int] = set()
     busy: set[int] = set()
     for step in plan:
-        need = solver.problem.next_need(step.gate, stages)
+        need = now.problem.next_need(step.gate, now.stages)
         ready = step.gate not in begun and not busy & set(step.group)
         begun.add(step.gate)
         busy.update(step.group)
         if not ready:
             continue
-        at = tuple(
-            solver.reach(i, sets[i], stages)
-            & solver.problem.members[i].graph.poses_on(need.regions)
-            & there
-            for i, there in zip(step.group, step.at, strict=True)
-        )
+        group = zip(step.group, step.at, strict=True)
+        at = tuple(now.spots(i, need.regions) & there for i, there in group)
         if not all(at):
             continue
         for robot, there in zip(step.group, at, strict=True):
-            now = Step(step.gate, step.need, step.group, at)
-            goal = _sifted(solver, robot, there, *solver.after(now, sets, stages), served)
+            goal = _sifted(solver, robot, there, now.after(replace(step, at=at)), served)
             stays = need.together or len(step.group) > 1
             duties[robot] = Duty(step.gate, step.need, step.group, goal or there, stays)
     return duties, frozenset(busy - duties.keys())
 
 
-def _safe_poses(
-    solver: Solver, robot: int, sets: Sets, stages: Stages, served: frozenset[int]
-) -> Mask:
+def _safe_poses(solver: Solver, robot: int, now: PoseSets, served: frozenset[int]) -> Mask:
     """Return the poses that a robot may go to: it can come back, or the team can continue."""
-    lost = solver.reach(robot, sets[robot], stages) & ~sets[robot]
-    return sets[robot] | _sifted(solver, robot, lost, sets, stages, served)
+    here = now.sets[robot]
+    return here | _sifted(solver, robot, now.reach(robot, here) & ~here, now, served)
 
 
 def _sifted(
-    solver: Solver, robot: int, candidates: Mask, sets: Sets, stages: Stages, served: frozenset[int]
+    solver: Solver, robot: int, candidates: Mask, now: PoseSets, served: frozenset[int]
 ) -> Mask:
     """Return the candidate poses where ``served`` can be served and every robot can continue.
 
     If that is possible from a pose, it is from all those that lead there; if it is not, it is
     from none that the pose leads to. So each question settles many poses.
     """
-    graph = solver.problem.members[robot].graph
-    allowed = solver.problem.allowed(robot, stages)
+    graph = now.problem.members[robot].graph
+    allowed = now.problem.allowed(robot, now.stages)
     good = 0
     left = candidates
     while left:
         pose = 1 << next(bits(left))
         at = graph.around(pose, allowed)
-        if solver.feasible((*sets[:robot], at, *sets[robot + 1 :]), stages, served):
+        if solver.feasible(now.placed(robot, at), served):
             found = graph.back(pose, allowed | pose) & left | pose
             good |= found
             left &= ~found

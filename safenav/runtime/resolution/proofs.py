@@ -9,9 +9,10 @@ joint search has a proof of its own (``safenav.runtime.traffic``).
 from __future__ import annotations
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from safenav.runtime.resolution.problem import Stage, Stages
-from safenav.runtime.resolution.solve import Sets, Solver, Step
+from safenav.runtime.resolution.solve import PoseSets, Step, options
 from safenav.world.poses import Mask
 
 
@@ -42,43 +43,40 @@ Refutation = TeamClosure | tuple[Refuted, ...]
 """A closure that leaves a robot stuck, or all steps that there are, each refuted."""
 
 
-def closure_of(solver: Solver, sets: Sets, stages: Stages) -> TeamClosure:
+def closure_of(now: PoseSets) -> TeamClosure:
     """The least fixpoint over open obstacles: one can be resolved if for each of its needs enough
     capable robots can get to its regions, all that can be resolved being out of the way.
 
     Optimistic: robots do not collide, and no robot is lost by an irreversible choice. An obstacle
     that is ``never`` resolved here cannot be resolved at all.
     """
-    problem = solver.problem
-    given = stages
+    problem, given = now.problem, now.stages
     grown = True
     while grown:
         grown = False
-        for gate in problem.open(stages):
-            if _enough(solver, gate, sets, stages, given[gate]):
-                stages = problem.advanced(gate, stages)
+        for gate in problem.open(now.stages):
+            if _enough(gate, now, given[gate]):
+                now = replace(now, stages=problem.advanced(gate, now.stages))
                 grown = True
-    never = tuple(problem.open(stages))
+    never = tuple(problem.open(now.stages))
     resolved = tuple(gate for gate in problem.open(given) if gate not in never)
-    reach = tuple(solver.reach(i, poses, stages) for i, poses in enumerate(sets))
-    live = tuple(solver.goes_on(i, poses, stages) for i, poses in enumerate(sets))
-    stuck = tuple(gate for gate in never if stages[gate].need == given[gate].need)
-    return TeamClosure(resolved, never, reach, live, stuck, stages)
+    reach = tuple(map(now.reach, range(len(now.sets)), now.sets))
+    live = tuple(map(now.goes_on, range(len(now.sets))))
+    stuck = tuple(gate for gate in never if now.stages[gate].need == given[gate].need)
+    return TeamClosure(resolved, never, reach, live, stuck, now.stages)
 
 
-def _enough(solver: Solver, gate: int, sets: Sets, stages: Stages, given: Stage) -> bool:
+def _enough(gate: int, now: PoseSets, given: Stage) -> bool:
     """Whether enough robots can get to where the next need of an obstacle is met, and to where
     those before it were met (from the ``given`` one on) by the same robots."""
-    problem = solver.problem
+    problem, stages = now.problem, now.stages
     needs, number = problem.gates[gate].needs, stages[gate].need
     begin = number
     while begin > given.need and needs[begin].same:
         begin -= 1
     able = []
     for i in problem.able(gate, stages):
-        reach = solver.reach(i, sets[i], stages)
-        graph = problem.members[i].graph
-        there = [bool(reach & graph.poses_on(need.regions)) for need in needs[begin : number + 1]]
+        there = [bool(now.spots(i, need.regions)) for need in needs[begin : number + 1]]
         if begin == given.need < number and i in given.done:
             there[0] = True
         if all(there):
@@ -86,28 +84,24 @@ def _enough(solver: Solver, gate: int, sets: Sets, stages: Stages, given: Stage)
     return len(able) >= problem.missing(gate, stages)
 
 
-def refute(solver: Solver, sets: Sets, stages: Stages) -> Refutation:
-    """Return the proof that ``solver.feasible(sets, stages)`` is False."""
-    closure = closure_of(solver, sets, stages)
+def refute(now: PoseSets) -> Refutation:
+    """Return the proof that ``Solver.feasible`` is False there."""
+    closure = closure_of(now)
     if not all(closure.live):
         return closure
-    steps = [option.step for option in solver.options(sets, None, stages, {}, every=True)]
+    steps = [option.step for option in options(now, None, {}, every=True)]
     safe = [
         step
         for step in steps
-        if not solver.problem.commits(step.gate, stages)
-        and _loses_nothing(solver, step, sets, stages)
+        if not now.problem.commits(step.gate, now.stages) and _loses_nothing(step, now)
     ]
-    return tuple(
-        Refuted(step, bool(safe), refute(solver, *solver.after(step, sets, stages)))
-        for step in safe[:1] or steps
-    )
+    return tuple(Refuted(step, bool(safe), refute(now.after(step))) for step in safe[:1] or steps)
 
 
-def _loses_nothing(solver: Solver, step: Step, sets: Sets, stages: Stages) -> bool:
+def _loses_nothing(step: Step, now: PoseSets) -> bool:
     """Whether each robot of a group gets from the step to all that it could get to before, even
     if the step changes nothing."""
     return all(
-        not solver.reach(i, sets[i], stages) & ~solver.reach(i, at, stages)
+        not now.reach(i, now.sets[i]) & ~now.reach(i, at)
         for i, at in zip(step.group, step.at, strict=True)
     )

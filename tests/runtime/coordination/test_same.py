@@ -17,7 +17,7 @@ from runtime.played import play
 from safenav.errors import InputError
 from safenav.runtime.resolution.problem import GateNeed, OpenObstacle, Problem
 from safenav.runtime.resolution.proofs import TeamClosure, closure_of, refute
-from safenav.runtime.resolution.solve import Solver
+from safenav.runtime.resolution.solve import PoseSets, Solver
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.world.poses import bits, region_mask
 
@@ -159,17 +159,17 @@ def test_solve_finds_exactly_what_some_order_of_acts_does(seed: int) -> None:
     moments = orders(problem, made.poses)
     fine = [m for m in moments if all(goes_on(problem, m, k) for k in range(len(made.poses)))]
     solver = Solver(problem)
-    sets = solver.sets(made.poses, stages)
+    now = PoseSets.around(problem, made.poses, stages)
     for size in range(len(problem.gates) + 1):
         for wanted in combinations(range(len(problem.gates)), size):
             truth = any(
                 all(m[1][gate][0] == len(problem.gates[gate].needs) for gate in wanted)
                 for m in fine
             )
-            assert solver.feasible(sets, stages, frozenset(wanted)) == truth, wanted
+            assert solver.feasible(now, frozenset(wanted)) == truth, wanted
     if not fine:
-        assert refute(solver, sets, stages) is not None
-    never = closure_of(solver, sets, stages)
+        assert refute(now) is not None
+    never = closure_of(now)
     assert isinstance(never, TeamClosure)
     for gate in never.never:  # it may be optimistic, never pessimistic
         assert all(m[1][gate][0] < len(problem.gates[gate].needs) for m in moments)
