@@ -90,7 +90,8 @@ def _may_owe_goal(robot: str, now: Situation) -> bool:
     if now.is_away(robot) or now.objectives[robot] != own or now.toward[robot] is not None:
         return False
     shape, rounds, seen = shape_of(own.kind), now.rounds(robot), _seen(robot, now)
-    if shape.settles and rounds and here in own.targets[-1]:
+    ended = rounds or (now.turn.origin == here and not shape.ends)  # a stay there has no line
+    if shape.settles and ended and here in own.targets[-1]:
         return False
     turn = _turn(robot, now)
     return any(

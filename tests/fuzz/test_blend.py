@@ -154,7 +154,8 @@ CUT = [*((seed, live) for seed in (10049, *range(FIRST, FIRST + COUNT)) for live
 # 92279: it had had its turn in the tick in which the run was cut off, and stays on a target
 # 94052: its charge is used up in the turn in which the run ends
 # 72181: its objective changes while it helps
-KILLED = [*CUT, (22145, True), (92279, False), (94052, False), (72181, False)]
+# 101831: it holds on while rounds begin anew
+KILLED = [*CUT, (22145, True), (92279, False), (94052, False), (72181, False), (101831, False)]
 
 
 @pytest.mark.parametrize(("seed", "live"), KILLED)
