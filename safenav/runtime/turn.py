@@ -405,6 +405,8 @@ class Turns:
         after: Values = robot.planner.values()
         if strayed or not (before and after):
             memory = later = robot.memory.values
+            if isinstance(own, Ltl) and not own.memory.keys() <= memory.keys():
+                return {}, {}  # it has had no strategy yet, and counts nothing
             then, now = self.state.inputs_before, self.state.inputs
             if isinstance(own, Ltl) and robot.pose != start:
                 found = guarantees_of(own).remembered(memory, start, robot.pose, (then, now))
