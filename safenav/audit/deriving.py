@@ -129,8 +129,9 @@ def can_alternate(name: str, objective: Objective, now: Situation) -> bool:
 
 def serving(now: Situation, *, own: bool = False) -> dict[str, frozenset[str]]:
     """Return the robots that serve each requested obstacle, by the objectives in force. Of several
-    whose regions are the same a robot serves the one for which it was named last. ``own``: so does
-    one whose own objective reads as that duty, which the objectives do not tell."""
+    whose regions are the same a robot serves that of its first act, if something was due, or the
+    one for which it was named last. ``own``: so does one whose own objective reads as that duty,
+    which the objectives do not tell."""
     found = dict[str, frozenset[str]]()
     for name in now.requests:
         needs = now.obstacles[name].all_needs[: now.open[name].stage + 1]
@@ -144,7 +145,9 @@ def serving(now: Situation, *, own: bool = False) -> dict[str, frozenset[str]]:
                 or is_stop(robot, now.objectives[robot].targets, now)
             )
         )
-    for robot, name in now.named.items():
+    acts = (act for act in reversed(now.acts) if act.obstacle in found)
+    first = {robot: act.obstacle for act in acts for robot in act.robots}
+    for robot, name in {**now.named, **first}.items():
         if robot in found.get(name, ()) or name not in found:  # that is over in this turn
             found = {one: who if one == name else who - {robot} for one, who in found.items()}
     return found
