@@ -282,7 +282,8 @@ class Turns:
             by = MovedBy.STAY if violation is None else MovedBy.BACKTRACK
             if robot.planner.task.tracking is not Tracking.NEARBY:
                 robot.planner.node = None  # it remembers where others were, and they move on
-            yield from self._move(robot, robot.pose, {}, by, why=HoldReason.PLAN)
+            why = HoldReason.PLAN if self.traffic.active else HoldReason.HELD
+            yield from self._move(robot, robot.pose, {}, by, why=why)
         else:
             assert pose.region not in self.state.taken(robot.robot), "plans keep robots apart"
             robot.planner.node = None

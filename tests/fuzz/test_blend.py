@@ -116,6 +116,7 @@ FORMULAS = {
     "nobody has a strategy for a request that robots could meet": (100312, True, False, False),
     "an operator gives up while a robot has no strategy": (96487, True, False, True),
     "on the ways of their strategies robots do not serve a request": (100333, False, False, False),
+    "an input forbids the next step of a plan": (73200, True, False, False),
     "a request that is set aside is needed for another one": (72181, True, False, True),
     "it charges when all is done": (96631, True, True, True),
     "a plan has taken a robot that waits for help elsewhere": (100024, True, False, False),
