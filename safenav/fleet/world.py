@@ -158,9 +158,10 @@ class FleetWorld(FleetSteps):
         if pose is None:
             self._lose(body, task)
             return
-        why = f"its lidar has not seen region {region} since it stands here"
+        where = self.places.world.label(region)
+        why = f"no scan of its lidar shows {where} since it stands here"
         if body.view.get(region) is not None:
-            why = f"its lidar hits something in region {region}, perhaps another robot"
+            why = f"its lidar hits something at {where}, perhaps another robot"
         self._end(body, Failed, task.start, why)
 
     def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> WorldEvent | None:
