@@ -23,6 +23,8 @@ WAREHOUSE = ROOT / "scenarios" / "warehouse.yaml"
 
 
 MAIN = "from safenav.cli import main; main()"
+HEEDED = "import signal; signal.signal(signal.SIGHUP, signal.SIG_DFL)\n"
+"""A test run that is started by nohup ignores SIGHUP, and so would its programs."""
 STUCK = """
 import pathlib, time
 from safenav.runtime.worlds.world import SimulatedWorld
@@ -72,7 +74,7 @@ sys.meta_path.insert(0, Finder)
 
 
 def safenav(*arguments: object, before: str = "", **variables: str) -> subprocess.Popen[str]:
-    command = [sys.executable, "-c", before + MAIN, *map(str, arguments)]
+    command = [sys.executable, "-c", HEEDED + before + MAIN, *map(str, arguments)]
     environment = {**os.environ, "SAFENAV_CACHE": "off", **variables}
     return subprocess.Popen(
         command,
