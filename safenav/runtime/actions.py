@@ -170,10 +170,11 @@ class Actions(Struct):
         return None if settled is None or self.traffic.active else settled.in_time
 
     def _answered(self, event: Acted | None, obstacles: Sequence[Obstacle]) -> Acted | None:
-        """The results of an action; one on an obstacle for the last need of which nothing is
-        reported has failed, unless that is gone meanwhile."""
+        """The results of an action without those that change nothing; one on an obstacle for the
+        last need of which nothing is reported has failed, unless that is gone meanwhile."""
         if event is None:
             return None
+        event = self._without_echoes(event, {obstacle.name for obstacle in obstacles})
         told, knowledge = {obstacle.name for obstacle, _ in event.found}, self.state.knowledge
         missing = []
         for obstacle in (o for o in obstacles if o.name not in told):
@@ -183,6 +184,23 @@ class Actions(Struct):
             elif last and obstacle.needs[-1].robots == 1:
                 missing.append((obstacle, ActResult.FAILED))
         return replace(event, found=(*event.found, *missing))
+
+    def _without_echoes(self, event: Acted, named: Collection[str]) -> Acted:
+        """The results but those on obstacles that the action did not name, and that are not there
+        to the team's knowledge: a failure, or once more what was resolved before. A world that
+        repeats them would be asked forever whether there is more to do."""
+        told, dropped = list[tuple[Obstacle, ActResult]](), list[tuple[Obstacle, ActResult]]()
+        for obstacle, result in event.found:
+            opened = self.state.failures.opened.get(obstacle.name)
+            new = opened is None or (self.world.simulated and event.at > opened)
+            known = obstacle.name in named or obstacle.name in self.state.knowledge.pending
+            changes = result in (ActResult.DONE, ActResult.UNTRAVERSABLE) and new
+            (told if known or changes else dropped).append((obstacle, result))
+        if dropped:
+            words = ", ".join(f"{obstacle.name}: {result.value}" for obstacle, result in dropped)
+            echo = replace(event, found=tuple(dropped))
+            self.world.dropped.append((echo, f"it changes nothing that is known ({words})"))
+        return replace(event, found=tuple(told))
 
     def _within_reach(self, robot: RobotState) -> tuple[list[Obstacle], tuple[str, ...], bool]:
         """The pending obstacles on which a robot can act where it stands, and who takes part; and

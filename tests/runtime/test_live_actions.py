@@ -133,6 +133,29 @@ class AtOnce(LiveSimulation):
         return Acted(self.now(), robot.name, command=command)
 
 
+@pytest.mark.parametrize("result", ActResult)
+def test_a_world_that_repeats_a_result_is_not_asked_forever(result: ActResult) -> None:
+    """It answers immediately, about what it was not asked to act on; no time passes meanwhile."""
+    scenario = loaded(PASSING)
+    asked: list[str] = []
+
+    class Echo(LiveSimulation):
+        def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Any:
+            del obstacles
+            asked.append(robot.name)
+            found = ((scenario.obstacles[0], result),)
+            return Acted(self.now(), robot.name, found, command=command)
+
+    run = Run()
+    Mission(scenario, world=Echo(scenario), listeners=[run]).run()
+    assert run.outcome["outcome"] == "completed"
+    assert 0 < len(asked) <= 2 * len(run.all("arrive")) + 2 * len(scenario.robots)
+    told = {line["reason"] for line in run.all("late")}
+    assert told == {f"it changes nothing that is known (gate@18: {result.value})"}
+    if result in (ActResult.FAILED, ActResult.NOTHING):
+        assert not run.findings
+
+
 @pytest.mark.parametrize("world", [LiveSimulation, AtOnce])
 @pytest.mark.parametrize("speed", [7.0, 14.0], ids=["apart", "together"])
 def test_a_robot_on_its_way_takes_part_in_nothing(speed: float, world: Any) -> None:
