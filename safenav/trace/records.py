@@ -498,9 +498,9 @@ class ScheduledAct(Struct, frozen=True):
 
 class Acts(Record, frozen=True, tag="acts"):
     """Next acts for a pending deadline; the duties follow from it. ``beyond``:
-    obstacles that no order of acts resolves when they are due. ``spent``: the search has used up
-    its budget, and the duties follow from the rules for requests that are not due. ``around``: the
-    regions that robots keep out of, since an obstacle may be there."""
+    obstacles that no order of acts found resolves when they are due. ``spent``: the search for all
+    of them has used up its budget; without acts, the duties follow from the rules for requests that
+    are not due. ``around``: the regions that robots keep out of, since an obstacle may be there."""
 
     acts: tuple[ScheduledAct, ...] = ()
     beyond: tuple[str, ...] = ()

@@ -258,14 +258,17 @@ class Wording(Struct, frozen=True):
 
     def _acts(self, line: records.Acts) -> str:
         """``next in time: digit opens door@47 in tick 14``."""
-        if line.spent:
-            return "no verdict whether all is in time: the search has used up its budget"
         said = [
             f"{listed(act.robots)} at {self.obstacle(act.obstacle)} in tick {act.at}"
             for act in line.acts
         ]
-        late = [f"{self.obstacle(name)} will be late" for name in line.beyond]
-        return f"chosen by what is due: {'; '.join([*said, *late])}"
+        late = "may" if line.spent else "will"
+        said += [f"{self.obstacle(name)} {late} be late" for name in line.beyond]
+        chosen = f"chosen by what is due: {'; '.join(said)}" if said else ""
+        if line.spent:
+            told = "no verdict whether all is in time: the search has used up its budget"
+            return f"{told}; {chosen}" if chosen else told
+        return chosen or "nothing is chosen by what is due any longer"
 
     def _operator(self, line: records.Operator) -> str:
         what = line.intervention.value.replace("_", " ")

@@ -118,7 +118,7 @@ class DeadlineRule(Rule):
             yield from self._chosen(now)
         if record.type == "acts":
             self._acts = record
-            self._planned |= {act.obstacle: act.at for act in record.acts}
+            self._planned = {act.obstacle: act.at for act in record.acts}
             self._beyond = frozenset(record.beyond)
             self._around, self._since = dict(record.around or {}), (self._tick, self._had)
             if self._around and now.header.suspects is None:

@@ -5,6 +5,7 @@ search of ``schedule`` (docs/deadlines.md). After each act the team must be able
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -35,7 +36,8 @@ class Dues(Struct, frozen=True):
 class InTime(Struct, frozen=True):
     """``acts`` in the order of their turns; ``steps``: the same, as coordination has them;
     ``beyond``: obstacles that no order of acts resolves by their tick, each as soon as possible.
-    ``spent``: the search has used up its budget; there are no acts then. ``around``: whether the
+    ``spent``: the search for all of them has used up its budget; the acts are for the most urgent
+    ones. ``around``: whether the
     robots keep out of what is suspected, since only that is in time whatever stands there."""
 
     acts: Acts = ()
@@ -124,14 +126,18 @@ def _choose(
     search = Scheduler(moment, floor.problem.conflicts, barred, allowed)
     count = moment.count
     last = {gate: dues.by[gate] * count + count - 1 for gate in sorted(served & dues.by.keys())}
+    urgent, spent = dict(sorted(last.items(), key=lambda one: one[1])), False
     try:
-        acts, beyond = _kept(search, dict(sorted(last.items(), key=lambda one: one[1])))
+        acts, beyond = _kept(search, urgent)
     except SpentError:
-        return InTime(spent=True)
-    if dues.mission:
+        acts, beyond = _most_urgent(search, urgent)
+        if not acts:
+            return InTime(spent=True)
+        spent = True
+    if dues.mission and not spent:
         acts = _all_soon(search, acts, {g: t for g, t in last.items() if g not in beyond}, served)
     ends = {act.gate: act.turn // count for act in acts}
-    return InTime(acts, steps_of(floor, acts), beyond, False, ends)
+    return InTime(acts, steps_of(floor, acts), beyond, spent, ends)
 
 
 def _kept(search: Scheduler, last: Mapping[int, int]) -> tuple[Acts, frozenset[int]]:
@@ -152,6 +158,20 @@ def _kept(search: Scheduler, last: Mapping[int, int]) -> tuple[Acts, frozenset[i
         if turn < NEVER:
             kept[gate], acts = turn, found
     return acts, beyond
+
+
+def _most_urgent(search: Scheduler, last: Mapping[int, int]) -> tuple[Acts, frozenset[int]]:
+    """Acts that resolve obstacles by their turns, added one by one, the most urgent first, each
+    with a budget of its own; and the obstacles that are left."""
+    kept: dict[int, int] = {}
+    acts: Acts = ()
+    for gate, turn in last.items():
+        search.begin_again()
+        with suppress(SpentError):
+            found = search.in_time({**kept, gate: turn})
+            if found is not None:
+                kept[gate], acts = turn, found
+    return acts, frozenset(last.keys() - kept.keys())
 
 
 def _all_soon(

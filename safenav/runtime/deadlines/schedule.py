@@ -70,6 +70,10 @@ class Scheduler(Struct, eq=False):
                 return turn, found
             turn, found = max(act.turn for act in better if act.gate == gate), better
 
+    def begin_again(self) -> None:
+        """Search on with the whole budget."""
+        self._nodes = 0
+
     def in_time(self, due: Mapping[int, int]) -> Acts | None:
         """Acts that resolve each obstacle of ``due`` by its turn; None if there are none. Raises
         SpentError."""

@@ -65,6 +65,17 @@ def test_a_spent_search_leaves_the_choice_as_it_was(monkeypatch: pytest.MonkeyPa
     assert played.outcome["late"] == ["parcel@23"]
 
 
+def test_a_search_that_is_spent_keeps_what_is_most_urgent(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(schedule, "BUDGET", 1)  # enough for one parcel, not for two
+    played = play(PARCELS)
+    both = played.all("acts")[1]
+    assert (both["spent"], both["beyond"]) == (True, ["parcel@17"])
+    assert [act["obstacle"] for act in both["acts"]] == ["parcel@23"]
+    assert played.outcome["late"] == [] and not played.findings
+
+
 LOADS = """
 map:
   grid: ["##############", "#............#", "##############"]
