@@ -161,10 +161,18 @@ def test_unknown_kind_of_motion_in_a_scenario_is_told_with_its_place(
     assert "did you mean 'rover'" in found.stderr
 
 
-def test_parameters_out_of_range_are_told(safenav: Command, tmp_path: Path) -> None:
-    found = safenav("check", scenario(tmp_path, motion="motion: {kind: flyer, tilt: 20}"))
+@pytest.mark.parametrize(
+    ("key", "told"),
+    [
+        ("tilt: 20", "'tilt' in 'motion' of robot model cart is 20, and must be from 0.5 to 8"),
+        ("speed: 1", "'speed' is a key of the robot model, beside 'motion'"),
+        ("radius: 0.3", "write the diameter as 'size' of the robot model, beside 'motion'"),
+    ],
+)
+def test_wrong_parameters_are_told(safenav: Command, tmp_path: Path, key: str, told: str) -> None:
+    found = safenav("check", scenario(tmp_path, motion=f"motion: {{kind: flyer, {key}}}"))
     assert found.returncode == 2
-    assert "'tilt' in 'motion' of robot model cart is 20, and must be from 0.5 to 8" in found.stderr
+    assert told in found.stderr
 
 
 REQUIRED = """\

@@ -10,6 +10,10 @@ from safenav.scenario.yaml.shapes import TEXT, Schema, either, form, many, sever
 from safenav.world.moves import Mobility
 
 _MODEL_KEYS = ("size", "speed")
+_BESIDE = {
+    **{key: f"'{key}' is a key of the robot model, beside 'motion'" for key in _MODEL_KEYS},
+    "radius": "write the diameter as 'size' of the robot model, beside 'motion'",
+}
 KIND = "kind"
 
 
@@ -78,7 +82,7 @@ def read_motion(
     if inner is not None:
         own = [key for key in known if key not in _MODEL_KEYS]
         shaped = [motion.FOOTPRINT] if kind in motion.WITH_FOOTPRINT else []
-        read.mapping(inner, label, findings, (KIND, *own, *shaped))
+        read.mapping(inner, label, findings, (KIND, *own, *shaped), elsewhere=_BESIDE)
         for key in own:
             value = _bounded(inner.get(key), f"'{key}' in {label}", known[key], findings)
             if value is not None:
