@@ -25,7 +25,13 @@ def none_left() -> Iterator[None]:
 
 
 def _children() -> frozenset[int] | None:
-    found: set[int] = set()
-    for task in TASKS.glob("*/children"):
-        found.update(int(pid) for pid in task.read_text().split())
-    return frozenset(found) if TASKS.is_dir() else None
+    """A thread that ends while its file is read hands its children to another: read all again."""
+    while (TASKS / str(os.getpid()) / "children").is_file():
+        found: set[int] = set()
+        try:
+            for task in TASKS.iterdir():
+                found.update(int(pid) for pid in (task / "children").read_text().split())
+        except (FileNotFoundError, ProcessLookupError):
+            continue
+        return frozenset(found)
+    return None
