@@ -89,6 +89,9 @@ PLAIN = {
     "it takes another load where it has put one down": (64249, True),
     "it waits for help where it might charge": (64249, False),
     "another one is done where it is to charge, and cannot leave": (51107, True),
+    "a door sweeps both sides where another one is": (50395, True),
+    "one that cannot turn back is where a door sweeps": (52136, True),
+    "it waits where two doors sweep": (53001, False),
 }
 CAUSES = [
     *(pytest.param(*row, False, False, id=name) for name, row in PLAIN.items()),

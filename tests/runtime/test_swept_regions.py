@@ -131,3 +131,43 @@ def test_an_obstacle_has_regions_of_its_own_and_keeps_them_in_the_studio() -> No
     assert obstacle.region == 21 and obstacle.sweeps == frozenset({21})
     (before,) = load_scenario_text(text, "swept.yaml").obstacles
     assert before.swept(load_scenario_text(text, "swept.yaml").map) == {21}
+
+
+CORRIDOR = """\
+safenav: 1
+map:
+  grid: |
+    ######
+    #....#
+    ######
+catalogue:
+  robots:
+    cart: {mobility: free, layer: ground, capabilities: [push]}
+    plain: {mobility: free, layer: ground, capabilities: []}
+  obstacles: {leaf: {action: push, blocks: [a], sweeps: [7, 9]}}
+robots:
+  a: {model: cart, start: 10, objective: {visit: [8, 10]}}
+  b: {model: plain, start: 7, objective: {hold: 8}}
+obstacles: [{type: leaf, region: 8}]
+until: {rounds: 1}
+"""
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+def test_a_deadlock_in_swept_regions_is_proven(clock: str) -> None:
+    """One has the right of a corridor of four regions, the other one the left: there are six ways
+    to stand in it. Both sides of the door are swept, so the right one enters it in none of them."""
+    outcome = played(CORRIDOR, clock).outcome
+    assert (outcome["outcome"], outcome["cause"]) == ("operator_needed", "deadlock")
+    assert 0 < outcome["proof"]["states"] <= 6
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+@pytest.mark.parametrize(
+    "change",
+    [("sweeps: [7, 9]", "sweeps: [9]"), ("b: {model: plain", "b: {model: cart")],
+    ids=["the left is free", "the left one can push"],
+)
+def test_it_is_none_where_there_is_room(clock: str, change: tuple[str, str]) -> None:
+    """The left one passes the door unaware before that, since it does not stop it."""
+    assert played(CORRIDOR.replace(*change), clock).outcome["outcome"] == "completed"

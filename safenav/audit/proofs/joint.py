@@ -59,8 +59,7 @@ def joint_problems(proof: Mapping[str, Any], case: Case) -> Iterator[str]:
     if told > MOST_STATES:
         raise TooManyError(f"{told} states exceed the {MOST_STATES} that the audit enumerates")
     robots = [name for name in case.at if name in listed]
-    # The proof holds wherever the others are: an action that sweeps waits for nobody in it.
-    known = (o._replace(sweeps=frozenset()) for o in case.obstacles if o.name in stages)
+    known = (obstacle for obstacle in case.obstacles if obstacle.name in stages)
     yield from _Enumeration(case, robots, tuple(known)).problems(told, proof["sha256"])
 
 
@@ -177,6 +176,7 @@ class _Enumeration:
                     taken |= zone
             taken |= self._team.walls(name, state.obstacles)
             taken |= {o.region for o in state.obstacles if _must_wait(o, name, at)}
+            taken |= {r for o in state.obstacles if _is_resolved(o, at, name) for r in o.sweeps}
             for to in member.steps.get(at[name], ()):
                 if to[0] not in taken:
                     poses = (*state.poses[:k], to, *state.poses[k + 1 :])
@@ -244,9 +244,18 @@ def _performed(
 
 def _must_wait(obstacle: OpenObstacle, robot: str, at: Mapping[str, Pose]) -> bool:
     """Return whether a robot that would resolve an obstacle by entering must wait for others."""
+    return robot in _resolving(obstacle) and not _clear_of(obstacle, robot, at)
+
+
+def _is_resolved(obstacle: OpenObstacle, at: Mapping[str, Pose], robot: str) -> bool:
+    """Return whether another robot is where it resolves an obstacle by entering."""
+    return any(at[o][0] == obstacle.region for o in _resolving(obstacle) & at.keys() - {robot})
+
+
+def _resolving(obstacle: OpenObstacle) -> frozenset[str]:
+    """Return the robots that resolve an obstacle by entering."""
     need = obstacle.left[0]
-    resolves = robot in need.able and obstacle.region in need.regions
-    return resolves and not _clear_of(obstacle, robot, at)
+    return need.able if obstacle.region in need.regions else frozenset()
 
 
 def _clear_of(obstacle: OpenObstacle, robot: str, at: Mapping[str, Pose]) -> bool:

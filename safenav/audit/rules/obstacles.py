@@ -251,7 +251,9 @@ def swept(record: Line, now: Situation) -> Iterator[Said]:
             if ended is not None and ended.result == "elsewhere":
                 return
             for name in now.sweeping:
-                known = name in now.discovered or not now.external
+                # One that it stops would have been noticed; one that it does not passes unaware.
+                noticed = not now.external and record.robot in now.stopped_by(name)
+                known = name in now.discovered or noticed
                 if known and now.status[name] is Status.UNRESOLVED:
                     yield from _moved(record, now.obstacles[name], now)
 

@@ -17,12 +17,11 @@
 
 *few*: ``deadlock_of_few``; *local*: one robot, few others move; *later*: once the watch's patience
 is over again; *forget it*: the same search for robots without the memory of their formulas.
-``deadlock`` ends the run with the proof, unless a robot is out of service (later) or obstacles
-sweep regions (``search_limit``). Robots cut off by one out of service have no goal. A round is the
-four variants of ``joint_plan.Variant`` and one chain of legs. After ``MOST_FAILURES`` failures in a
-row, or ``MOST_WORK`` in these, the run ends at ``search_limit``. Every plan is shortened before it
-begins. Budgets are states
-unless said otherwise; they were measured on random teams: small and often beats large.
+``deadlock`` ends the run with the proof, unless a robot is out of service (later). Robots cut off
+by one out of service have no goal. A round is the four variants of ``joint_plan.Variant`` and one
+chain of legs. After ``MOST_FAILURES`` failures in a row, or ``MOST_WORK`` in these, the run ends at
+``search_limit``. Every plan is shortened before it begins. Budgets are states unless said
+otherwise; they were measured on random teams: small and often beats large.
 With a robot out of service on a floor where some turn, searches for the mission take one round with
 the chain of a certificate, and fewer failures end the run.
 """

@@ -185,7 +185,7 @@ class PlanSearch(Struct):
         such moves, or the team could not continue after them."""
         answer = self._leg_of_starved(floor, course, start)
         out = not all(robot.active for robot in self.state.robots.values())
-        if isinstance(answer, Exhausted) and not floor.problem.sweeping:
+        if isinstance(answer, Exhausted):
             if self.charges(self.state.robots[self.starved]):  # another stop may do
                 self.state.last_settled.notes.hemmed_in |= {floor.index(self.starved)}
             elif out:

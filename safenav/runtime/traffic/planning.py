@@ -393,9 +393,6 @@ class Traffic:
             notes.hopeless = frozenset(floor.gates[gate] for gate in self.search.hopeless)
             self._watch.begin_anew()
             return
-        if isinstance(answer, Exhausted) and floor.problem.sweeping:
-            said = f"no order of moves was found in which swept regions are free: {reason}"
-            raise RunEnded(Conclusion(Outcome.SEARCH_LIMIT, said))  # that is not proven
         if isinstance(answer, Exhausted):
             raise deadlocked(self.state, floor, course, answer)
         if isinstance(answer, Spent):
@@ -448,7 +445,7 @@ class Traffic:
         start = self._searches.begun(floor, course)
         search = self._searches.search(floor, course, start, work=Effort(budgets.MOST_WORK))
         answer: Answer = Spent(0)
-        if start.stages == floor.stages and not floor.problem.sweeping:
+        if start.stages == floor.stages:
             answer = search.singles(budgets.PROOF_BUDGET)
         if not isinstance(answer, Exhausted):
             said = f"{end.explanation}; that no order of moves helps is not proven"
