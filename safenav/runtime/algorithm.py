@@ -44,7 +44,7 @@ from safenav.runtime.promises.refusal import refusal_of
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded, Stop
 from safenav.runtime.traffic.planning import Traffic
-from safenav.runtime.turn import Turns
+from safenav.runtime.turns.turn import Turns
 from safenav.runtime.worlds.commands import Commands
 from safenav.trace.header import objective_in_trace
 from safenav.trace.vocabulary import HoldReason, Reason
@@ -136,7 +136,7 @@ class Algorithm(Struct):
             return None  # and the turn continues
         match decision.event:
             case events.ServiceChanged(name, active):
-                self.turns.put_in_service(team.robots[name], active=active)
+                self.turns.relocation.put_in_service(team.robots[name], active=active)
             case events.ObjectiveGiven(name, objective, within, progress):
                 team.give(name, objective, within, progress or Progress(objective))
         if decision.recount:

@@ -17,7 +17,7 @@ from safenav.runtime.coordination import events
 from safenav.runtime.knowledge import UNTRAVERSABLE
 from safenav.runtime.progress import Progress
 from safenav.runtime.team import RobotState, Role, TeamState
-from safenav.runtime.turn import Turns
+from safenav.runtime.turns.turn import Turns
 from safenav.runtime.worlds.world import Change, ChangingWorld, InputWorld, SimulatedWorld
 from safenav.scenario.model import Obstacle
 from safenav.scenario.objective import Objective, avoided, targets_of
@@ -111,7 +111,7 @@ class Interventions(Struct):
                 said = f"{robot.name} is lost: only an operator can bring it back"
                 self.turns.tell.late("service", said, robot.name, None, self.state.time)
             elif change.active is not None:
-                yield from self.turns.serve(robot, active=change.active, cause=_SCENARIO)
+                yield from self.turns.relocation.serve(robot, active=change.active, cause=_SCENARIO)
         if not isinstance(self.world, ChangingWorld):
             yield from self._orders()
         while self._asked:
@@ -160,7 +160,7 @@ class Interventions(Struct):
 
     def _placed(self, order: Change) -> Iterator[events.Event]:
         """The team learns of an order, and duties change with it."""
-        yield from self.turns.leave_plan()
+        yield from self.turns.relocation.leave_plan()
         yield events.ObstacleChanged(order)
 
     def _inputs(self) -> Iterator[events.Event]:
@@ -252,7 +252,9 @@ class Interventions(Struct):
             case user_changes.Give(name, objective):
                 yield from self._give(self._robot(name), objective, _USER)
             case user_changes.Serve(name, active):
-                yield from self.turns.serve(self._robot(name), active=active, cause=_USER)
+                yield from self.turns.relocation.serve(
+                    self._robot(name), active=active, cause=_USER
+                )
             case user_changes.SetInput(name, on):
                 self._chosen[name] = on
             case user_changes.MarkResolved(name):
@@ -262,7 +264,7 @@ class Interventions(Struct):
                     self.turns.world.cleared(obstacle)
                 yield from self.turns.actions.gone(obstacle, by_user=there)
             case user_changes.MarkPermanent(name):
-                yield from self.turns.leave_plan()
+                yield from self.turns.relocation.leave_plan()
                 yield events.ObstacleSealed(self._met(name))
             case user_changes.PutBack(name, pose):
                 yield from self._put_back(self._robot(name), pose)
@@ -272,7 +274,7 @@ class Interventions(Struct):
         robot.pose, robot.asked = pose, False  # it acts there as one that comes
         self.turns.world.placed(robot.robot, pose)
         robot.planner.node = None
-        yield from self.turns.leave_plan()
+        yield from self.turns.relocation.leave_plan()
         robot.planner.node = None
         self.state.failures.back(robot.name)
         for obstacle in self.state.knowledge.obstacles.values():
@@ -280,7 +282,7 @@ class Interventions(Struct):
                 yield from self.turns.actions.gone(obstacle)
         if robot.active:
             yield events.Unsettled(vocabulary.Reason.SERVICE)
-        yield from self.turns.serve(robot, active=True, cause=_USER)
+        yield from self.turns.relocation.serve(robot, active=True, cause=_USER)
 
     def _give(
         self,
@@ -294,7 +296,7 @@ class Interventions(Struct):
         told = objective_in_trace(objective)
         own = robot.assignment.role is Role.OWN and robot.stop is None
         state.emit(records.NewObjective(state.tick, robot.name, told, own, cause, within))
-        yield from self.turns.leave_plan()
+        yield from self.turns.relocation.leave_plan()
         hope = state.waiting is None  # it may resolve what it kept out of
         yield events.ObjectiveGiven(robot.name, objective, within, own_progress, hope)
 

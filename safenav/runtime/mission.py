@@ -31,7 +31,8 @@ from safenav.runtime.promises.refusal import refusal_of
 from safenav.runtime.team import TeamState
 from safenav.runtime.termination import Conclusion, RunEnded, Stop
 from safenav.runtime.traffic.planning import Traffic
-from safenav.runtime.turn import Turns
+from safenav.runtime.turns.turn import Turns
+from safenav.runtime.turns.while_waiting import goes_on
 from safenav.runtime.user_changes import Intervention
 from safenav.runtime.worlds.adapter import BlockingAdapter
 from safenav.runtime.worlds.commands import Commands
@@ -117,7 +118,7 @@ class Mission:
         strategies = Strategies(self.state)
         self._traffic = Traffic(self.state, self._stop, commands.steps)
         turns = Turns(self.state, commands, strategies, self._traffic)
-        batteries = Batteries(self.state, turns, self._truth)
+        batteries = Batteries(self.state, turns.relocation, self._truth)
         self.state.listeners = (*self.state.listeners, batteries)
         self._deadlines.lasts_until = batteries.lasts_until
         told = truth if isinstance(truth, InputWorld) else None
@@ -194,10 +195,9 @@ class Mission:
     @property
     def still(self) -> bool:
         """Whether no robot has a command, except those that continue while the team waits."""
-        turns = self._algorithm.turns
         robots = self.state.robots.values()
         under_way = [r for r in robots if r.transit is not None or r.acting is not None]
-        return all(self.waiting is not None and turns.goes_on(robot) for robot in under_way)
+        return all(self.waiting is not None and goes_on(self.state, robot) for robot in under_way)
 
     def rested(self, seconds: float) -> None:
         """Exclude the time in which no tick was requested from the time limit of the run."""

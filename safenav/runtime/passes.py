@@ -19,6 +19,7 @@ from safenav.runtime.coordination.events import (
 )
 from safenav.runtime.team import RobotState, Role
 from safenav.runtime.termination import Conclusion, RunEnded
+from safenav.runtime.turns.while_waiting import has_other_objective
 from safenav.scenario.settings import switching
 from safenav.trace import records
 from safenav.trace.vocabulary import OperatorCause, PlanEndReason, Reason
@@ -83,7 +84,7 @@ class Passes(Algorithm):
             known = team.knowledge.knows(change.obstacle)
             self._together |= team.waits_for_operator
             if change.obstacle.ordered if change.appeared else known:  # duties change with it
-                self.settle(self.turns.leave_plan())
+                self.settle(self.turns.relocation.leave_plan())
             team.introduce(change.obstacle, change.truth)
             self.guarded(partial(self.settle, [ObstacleChanged(change)]))
         if team.waiting is not None and not self.attended:
@@ -102,7 +103,7 @@ class Passes(Algorithm):
         """Finish the joint plan, or begin one that is due."""
         ended = self.traffic.tick()
         if ended is not None:
-            self.settle(self.turns.leave_plan(ended, settling=False))
+            self.settle(self.turns.relocation.leave_plan(ended, settling=False))
         if ended is PlanEndReason.CHANGED:
             self.traffic.tick()
         if names := self.traffic.given_up():
@@ -228,7 +229,7 @@ class Passes(Algorithm):
         team = self.team
         if team.waiting is not None:
             return
-        for _ in self.turns.leave_plan():
+        for _ in self.turns.relocation.leave_plan():
             pass  # strategies come with the decision after an intervention
         team.waiting, team.changes = conclusion, team.changes + 1
         outcome = conclusion.outcome
@@ -238,7 +239,7 @@ class Passes(Algorithm):
         team.waits_until = min(coming, default=None)
         team.emit(records.Waiting(team.tick, outcome, *told, team.waits_until))
         for robot in team.robots.values():
-            if self.turns.meanwhile(robot):
+            if has_other_objective(team, robot):
                 self.settle([Astray(robot.name, Reason.BLOCKED, waits=True)])
 
     def _resume(self) -> None:

@@ -31,7 +31,7 @@ from safenav.spec.other_robots.tracking import Sightings
 from safenav.trace import records
 from safenav.trace.header import objective_in_trace, obstacle_header
 from safenav.trace.objective import Objective as TracedObjective
-from safenav.trace.vocabulary import HoldReason
+from safenav.trace.vocabulary import HoldReason, MovedBy
 from safenav.trace.writing import Listener
 from safenav.world.map import Region
 from safenav.world.moves import Pose
@@ -60,18 +60,26 @@ class Assignment(Struct, frozen=True):
     safe_poses: Mask | None = None
 
 
-class Transit(Struct, frozen=True):
-    """A step that has not ended: until then the robot occupies both the region that it leaves and
-    the one that it goes to. ``planned``: it is a step of a joint plan; ``before``: the values of
-    its specification's variables where it set out."""
+class DecidedStep(Struct, frozen=True):
+    """A step to ``pose``, or a stay there. ``before``: the values of its specification's variables
+    where the robot sets out; ``shown``: regions that were shown to its strategy as occupied
+    although no robot is there; ``why`` it stays, if ``by`` does not say."""
 
     pose: Pose
-    planned: bool = False
+    by: MovedBy
     before: Mapping[str, int] = field(default_factory=dict)
+    shown: frozenset[Region] = frozenset()
+    why: HoldReason | None = None
+
+    @property
+    def planned(self) -> bool:
+        """Whether it is a step of a joint plan."""
+        return self.by is MovedBy.PLAN
 
 
 class RobotState(Struct):
-    """One robot in a run. ``pose``: where it stands; in transit, where it set out. ``own``: its
+    """One robot in a run. ``pose``: where it stands; in transit, where it set out: until the step
+    ends it occupies both its region and the one that it goes to. ``own``: its
     progress with its own objective; ``progress``: with what it does now (the same, unless it does
     something else for a while). ``active``: it is in service; else it stands still. ``arriving``:
     it has just taken a step of a joint plan, of which is not counted yet what it met by that.
@@ -89,7 +97,7 @@ class RobotState(Struct):
     own: Progress
     assignment: Assignment
     progress: Progress
-    transit: Transit | None = None
+    transit: DecidedStep | None = None
     begun: bool = False
     active: bool = True
     arriving: bool = False

@@ -9,7 +9,7 @@ import pytest
 from explain.conftest import Invoke
 from safenav.cli import explain, specification, synth
 from safenav.explain.explanation import NoStrategyCause
-from safenav.runtime.monitor import PATIENCE
+from safenav.runtime.turns.monitor import PATIENCE
 
 ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / "docs" / "trust.md").read_text(encoding="utf-8")

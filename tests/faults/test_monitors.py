@@ -10,7 +10,7 @@ from runtime.played import Run, loaded
 from safenav.errors import ExitCode
 from safenav.outcome import Outcome
 from safenav.runtime.mission import Mission
-from safenav.runtime.monitor import PATIENCE, GuaranteeError
+from safenav.runtime.turns.monitor import PATIENCE, GuaranteeError
 from safenav.scenario.model import Scenario
 from safenav.spec.specification import Specification
 from safenav.synthesis.request import Listener, SynthesisResult

@@ -11,9 +11,9 @@ import pytest
 
 import warm
 from live.campaign import play, repeated
-from safenav.runtime import turn
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.traffic.execution import Execution
+from safenav.runtime.turns import step_choice
 from safenav.scenario.model import Robot
 
 PART = 50
@@ -83,7 +83,7 @@ def orders_of_plans_ignored(patch: pytest.MonkeyPatch) -> None:
 
 
 def nothing_characterized(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(turn, "characterize", lambda *_: None)
+    patch.setattr(step_choice, "characterize", lambda *_: None)
 
 
 def swept_regions_not_reserved(patch: pytest.MonkeyPatch) -> None:

@@ -10,7 +10,7 @@ from runtime.played import Run, loaded, play
 from runtime.test_live import RING
 from safenav import Mission
 from safenav.report.terminal.story import Story
-from safenav.runtime.actions import Actions
+from safenav.runtime.turns.actions import Actions
 from safenav.runtime.worlds.protocol import (
     Acted,
     Arrived,

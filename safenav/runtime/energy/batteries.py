@@ -14,7 +14,7 @@ from safenav.runtime.energy.charges import SHARPNESS, Charges
 from safenav.runtime.energy.stops import NEVER, Stops
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.team import RobotState, TeamState
-from safenav.runtime.turn import Turns
+from safenav.runtime.turns.relocation import Relocation
 from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.model import Obstacle
 from safenav.scenario.objective import Ltl, targets_of
@@ -31,8 +31,10 @@ class Batteries:
     """Keeps ``RobotState.charge`` as moves change it, and decides each robot's next stop
     (``RobotState.stop``). ``world``: where a flat robot becomes an obstacle, if simulated."""
 
-    def __init__(self, team: TeamState, turns: Turns, world: SimulatedWorld | None) -> None:
-        self.team, self.turns, self.world = team, turns, world
+    def __init__(
+        self, team: TeamState, relocation: Relocation, world: SimulatedWorld | None
+    ) -> None:
+        self.team, self.relocation, self.world = team, relocation, world
         self._flat: dict[str, str] = {}  # the robot at which an obstacle appeared
         self._charged: list[str] = []
         self._later: list[str] = []  # robots whose stop was not decided when the run was to end
@@ -77,7 +79,7 @@ class Batteries:
             robot = self.team.robots[name]
             self._charges.stands(name, robot.pose.region, self._now())
             robot.charge = self._charges.charge[name]
-            yield from self.turns.serve(robot, active=True, cause=ChangeCause.BATTERY)
+            yield from self.relocation.serve(robot, active=True, cause=ChangeCause.BATTERY)
 
     def turn_ends(self, robot: RobotState, *, completes: bool = False) -> Iterator[Event]:
         """Decide what a robot does next for its charge. ``completes``: the mission is completed as
@@ -95,7 +97,7 @@ class Batteries:
         elif scenario.chargers:
             while (stop := self._stop(robot)) != robot.stop:  # a target may count immediately
                 robot.stop = stop
-                yield from self.turns.leave_plan()
+                yield from self.relocation.leave_plan()
                 yield Unsettled(Reason.CHARGE)
 
     def stops(self, robot: RobotState) -> Stops | None:
@@ -237,14 +239,14 @@ class Batteries:
         can, the robot is out of service for the rest of the run."""
         kind, world, region = self.team.scenario.flat, self.world, robot.pose.region
         if kind is None or world is None or region in world.standing():
-            yield from self.turns.serve(robot, active=False, cause=ChangeCause.BATTERY)
+            yield from self.relocation.serve(robot, active=False, cause=ChangeCause.BATTERY)
             return  # nothing can be brought here
         obstacle = Obstacle(kind, region, appears=int(self.team.time))
         if world.stands(obstacle):  # it was brought back, and nobody has come
-            yield from self.turns.serve(robot, active=False, cause=ChangeCause.BATTERY)
+            yield from self.relocation.serve(robot, active=False, cause=ChangeCause.BATTERY)
             return
         self._flat[obstacle.name] = robot.name
-        yield from self.turns.leave_plan()
+        yield from self.relocation.leave_plan()
         world.place(obstacle)
         self.team.introduce(obstacle)
         yield ServiceChanged(robot.name, False, ChangeCause.BATTERY, obstacle)

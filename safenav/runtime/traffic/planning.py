@@ -498,7 +498,7 @@ class Traffic:
         for index, robot in enumerate(self.state.robots.values()):
             if robot.transit is not None:
                 under_way[index] = floor.problem.members[index].graph.number(robot.pose)
-                robot.transit = replace(robot.transit, planned=True)
+                robot.transit = replace(robot.transit, by=vocabulary.MovedBy.PLAN)
         poses, states = execution.with_steps_under_way(poses, states, counts, under_way)
         apart = floor.problem.exclusions(states[0].stages)
         plan = execution.schedule(poses, sizes, floor.problem.conflicts, apart, under_way)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 from safenav.runtime.characterization import ForbiddenMove
 from safenav.runtime.knowledge import NeedMet
-from safenav.runtime.team import RobotState, TeamState
+from safenav.runtime.team import DecidedStep, RobotState, TeamState
 from safenav.runtime.worlds.protocol import Arrived, Blocked, Elsewhere, Ended, Failed, Lost
 from safenav.scenario.model import Obstacle
 from safenav.spec.other_robots.belief import watch_for
@@ -37,39 +37,34 @@ class MoveRecorder:
     def begun(
         self,
         robot: RobotState,
-        by: vocabulary.MovedBy | None,
-        shown: frozenset[Region] = frozenset(),
+        step: DecidedStep | None,
         command: int = 0,
         seconds: float | None = None,
     ) -> None:
-        """Record that a robot is on its way. ``by``: None in later ticks of the step. ``shown``:
-        regions that were shown to the strategy as occupied although no robot is there."""
+        """Record that a robot is on its way. ``step``: None in later ticks of it. ``seconds``: what
+        it is expected to take."""
         transit = robot.transit
         assert transit is not None
         if not self._state.live:
-            self._move(robot, robot.pose.region, by, shown, transit.pose.region)
+            self._move(robot, robot.pose.region, step, transit.pose.region)
             return
         self._holds.pop(robot.name, None)
-        if by is not None:
-            node = robot.planner.node if by is vocabulary.MovedBy.STRATEGY else None
+        if step is not None:
+            node = robot.planner.node if step.by is vocabulary.MovedBy.STRATEGY else None
             way = robot.pose.region, transit.pose.region, heading_in_trace(transit.pose)
-            told = tuple(sorted(shown)) or None, self._signal(robot)
+            told = tuple(sorted(step.shown)) or None, self._signal(robot)
             expected = None if seconds is None else round(seconds, 3)
             who = self._state.tick, command, robot.name
-            self._state.emit(records.Depart(*who, *way, by, node, *told, expected))
+            self._state.emit(records.Depart(*who, *way, step.by, node, *told, expected))
         self._beliefs(robot)
 
     def ended(
-        self,
-        robot: RobotState,
-        start: Region,
-        by: vocabulary.MovedBy | None,
-        shown: frozenset[Region],
-        event: Ended,
+        self, robot: RobotState, start: Region, step: DecidedStep | None, event: Ended
     ) -> None:
-        """Record the end of a step, which began at ``start``."""
+        """Record the end of a step, which began at ``start``. ``step``: None if its strategy began
+        it in an earlier tick."""
         if not self._state.live:
-            self._move(robot, start, by, shown)
+            self._move(robot, start, step)
             return
         result, reason, regions = vocabulary.MoveEnd.ARRIVED, None, None
         match event:
@@ -89,20 +84,11 @@ class MoveRecorder:
         self._state.emit(records.Arrive(*who, *at, result, reason, regions))
         self._beliefs(robot)
 
-    def stays(
-        self,
-        robot: RobotState,
-        by: vocabulary.MovedBy,
-        why: vocabulary.HoldReason | None = None,
-        shown: frozenset[Region] = frozenset(),
-    ) -> None:
-        """Record that a robot stays where it is. ``why``: in a live run, if ``by`` does not say."""
-        if not self._state.live:
-            self._move(robot, robot.pose.region, by, shown)
-            return
-        why = why or _HOLDS.get(by, vocabulary.HoldReason.HELD)
+    def stays(self, robot: RobotState, step: DecidedStep) -> None:
+        """Live: record that a robot stays where it is."""
+        why = step.why or _HOLDS.get(step.by, vocabulary.HoldReason.HELD)
         signal = self._signal(robot)
-        told = why, tuple(sorted(shown)) or None
+        told = why, tuple(sorted(step.shown)) or None
         if signal is not None or self._holds.get(robot.name) != told:
             self._holds[robot.name] = told
             self._state.emit(records.Held(self._state.tick, robot.name, why, signal, told[1]))
@@ -131,14 +117,15 @@ class MoveRecorder:
         self,
         robot: RobotState,
         start: Region,
-        by: vocabulary.MovedBy | None,
-        shown: frozenset[Region],
+        step: DecidedStep | None,
         toward: Region | None = None,
     ) -> None:
         """The line of a robot's turn in a tick."""
+        by, shown = (None, None) if step is None else (step.by, tuple(sorted(step.shown)) or None)
         way = start, robot.pose.region, heading_in_trace(robot.pose), toward
-        told = self._signal(robot), tuple(sorted(shown)) or None
-        self._state.emit(records.Move(self._state.tick, robot.name, *way, by, *told))
+        self._state.emit(
+            records.Move(self._state.tick, robot.name, *way, by, self._signal(robot), shown)
+        )
         self._beliefs(robot)
 
     def _signal(self, robot: RobotState) -> records.Signal | None:

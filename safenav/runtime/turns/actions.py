@@ -9,9 +9,10 @@ from msgspec.structs import replace
 
 from safenav.runtime.coordination.events import Event, ObstacleChanged, ObstaclesResolved, Unsettled
 from safenav.runtime.deadlines.choice import InTime
-from safenav.runtime.move_recorder import MoveRecorder
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.traffic.planning import Traffic
+from safenav.runtime.turns.move_recorder import MoveRecorder
+from safenav.runtime.turns.relocation import Relocation
 from safenav.runtime.worlds.commands import Commands
 from safenav.runtime.worlds.protocol import Acted, Arrived
 from safenav.runtime.worlds.world import Change
@@ -21,14 +22,13 @@ from safenav.trace.vocabulary import ActResult, HoldReason
 
 
 class Actions(Struct):
-    """Carries out actions in a world. ``leave_plan`` ends the joint plan, as a decision follows;
-    ``stand_still`` is the turn of a robot that stays."""
+    """Carries out actions in a world. ``stand_still``: the turn of a robot that stays."""
 
     state: TeamState
     world: Commands
     tell: MoveRecorder
     traffic: Traffic
-    leave_plan: Callable[[], Iterator[Event]]
+    relocation: Relocation
     stand_still: Callable[[RobotState, HoldReason], Iterator[Event]]
 
     def act(self, robot: RobotState) -> Iterator[Event]:
@@ -118,7 +118,7 @@ class Actions(Struct):
         self.state.failures.gone(obstacle.name, self.world.now())
         self.state.knowledge.sighted.pop(obstacle.name, None)
         if self.state.knowledge.knows(obstacle):
-            yield from self.leave_plan()
+            yield from self.relocation.leave_plan()
             yield ObstacleChanged(Change(obstacle, appeared=False, by_user=by_user))
 
     def _must_not_sweep(self, robot: RobotState) -> list[str]:
@@ -151,10 +151,10 @@ class Actions(Struct):
             if not one.last or one.obstacle.name in gone:  # else the world has it that it failed
                 self.tell.met(robot, one)
         if resolved:
-            yield from self.leave_plan()
+            yield from self.relocation.leave_plan()
             yield ObstaclesResolved(robot.robot, tuple(resolved))
         elif further:
-            yield from self.leave_plan()
+            yield from self.relocation.leave_plan()
             yield Unsettled(vocabulary.Reason.REQUEST)
 
     def _cleared(self, robot: RobotState) -> list[Obstacle]:
@@ -235,7 +235,7 @@ class Actions(Struct):
             if pair[1] in (ActResult.DONE, ActResult.UNTRAVERSABLE) and pair[0] not in gone
         ]
         if barred:
-            yield from self.leave_plan()
+            yield from self.relocation.leave_plan()
             yield Unsettled(vocabulary.Reason.REQUEST)
         # An action that fails has the reported effects only. One that finds nothing where it was
         # directed has still met the other needs that are met where the robots stand.

@@ -1,0 +1,144 @@
+"""The steps of robots: begun, under way, ended, and what they count for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from msgspec import Struct
+
+from safenav.runtime.coordination.events import Event
+from safenav.runtime.progress import Progress
+from safenav.runtime.team import DecidedStep, RobotState, TeamState
+from safenav.runtime.turns.actions import Actions
+from safenav.runtime.turns.move_recorder import MoveRecorder
+from safenav.runtime.turns.relocation import Relocation
+from safenav.runtime.turns.setbacks import Setbacks
+from safenav.runtime.worlds.commands import Commands
+from safenav.runtime.worlds.protocol import Arrived, Ended, Lost
+from safenav.scenario.guarantees import guarantees_of, values_of
+from safenav.scenario.objective import Ltl
+from safenav.world.moves import Pose
+
+Values = Mapping[str, int]
+Around = tuple[Values, Values]
+"""The values of a specification's variables before and after a step."""
+
+
+class Moves(Struct, frozen=True):
+    """Carries out steps in the world."""
+
+    state: TeamState
+    world: Commands
+    tell: MoveRecorder
+    relocation: Relocation
+    setbacks: Setbacks
+    actions: Actions
+
+    def begin(self, robot: RobotState, step: DecidedStep) -> Iterator[Event]:
+        """Begin a step; one that is over when the command returns ends immediately."""
+        if self.state.live and step.pose == robot.pose:
+            self.tell.stays(robot, step)
+            around = self._values_around(robot, robot.pose, step.before)
+            if not self._has_counted(robot, around):
+                self._count(robot, robot.progress, around)
+            return
+        robot.transit = step
+        robot.stood.clear()
+        self.relocation.traffic.set_out()
+        event = self.world.start(robot.robot, robot.pose, step.pose)
+        if event is not None and not self.state.live:
+            yield from self._arrive(robot, step, event, step)
+            return
+        number = self.world.number(robot.name) if event is None else event.command or 0
+        self.state.changes += 1
+        self.tell.begun(robot, step, number, self.world.expected(robot.robot))
+        if not self.state.live:
+            yield from self.actions.act(robot)
+        elif event is not None:
+            yield from self._arrive(robot, step, event, step)
+
+    def travel(self, robot: RobotState, step: DecidedStep) -> Iterator[Event]:
+        """The turn of a robot in transit: the end of its step, if it has ended."""
+        event = self.world.ended(robot.robot)
+        if event is None:
+            self.tell.begun(robot, None)
+            if not self.state.live:
+                yield from self.actions.act(robot)
+            return
+        yield from self._arrive(robot, step, event, step if step.planned else None)
+        if not self.relocation.traffic.active:
+            yield from self.relocation.go_on(robot)
+
+    def _arrive(
+        self, robot: RobotState, step: DecidedStep, event: Ended, recorded: DecidedStep | None
+    ) -> Iterator[Event]:
+        """Take in the end of a step: let the robot act there, and count its progress.
+        ``recorded``: what a trace in ticks says of it."""
+        start, pose, progress = robot.pose, step.pose, robot.progress
+        robot.transit = None
+        self.state.changes += 1
+        if isinstance(event, Arrived):
+            robot.pose = pose
+        elif not isinstance(event, Lost):
+            robot.pose = event.pose
+        strayed = robot.pose != pose
+        reaction, violation = self.setbacks.judge(robot, start, pose, event)
+        self.tell.ended(robot, start.region, recorded, event)
+        if not strayed:
+            self.state.failures.arrived(robot.name)
+            if step.planned:
+                self.relocation.traffic.arrived(robot.name)
+        around = self._values_around(robot, start, step.before, strayed=strayed)
+        robot.arriving, robot.asked = step.planned, False
+        if not self.state.live:
+            yield from self.actions.act(robot)
+        robot.arriving = False
+        self._count(robot, progress, around, strayed=strayed)
+        if reaction is not None:
+            yield from self.setbacks.react(robot, reaction, violation, event)
+        elif strayed:
+            yield from self.relocation.go_on_from_elsewhere(robot)
+        elif step.planned and not self.relocation.traffic.active:
+            yield from self.relocation.go_on(robot)
+
+    def _values_around(
+        self, robot: RobotState, start: Pose, before: Values, *, strayed: bool = False
+    ) -> Around:
+        """The variables of formulas around a step that has just ended, and remember what they do
+        (nothing else depends on them). Where it was not their strategy's step: poses, and what is
+        remembered, which changes as the formulas have it if they allow the step."""
+        own, progress = robot.robot.objective, robot.progress
+        if not isinstance(progress.objective, Ltl):
+            return before, {}
+        after: Values = robot.planner.values()
+        if strayed or not (before and after):
+            memory = later = robot.memory.values
+            if isinstance(own, Ltl) and not own.memory.keys() <= memory.keys():
+                return {}, {}  # it has had no strategy yet, and counts nothing
+            then, now = self.state.inputs_before, self.state.inputs
+            if isinstance(own, Ltl) and robot.pose != start:
+                found = guarantees_of(own).remembered(memory, start, robot.pose, (then, now))
+                later = found or memory
+            before = {**values_of(start), **memory, **then}
+            after = {**values_of(robot.pose), **later, **now}
+        progress.remember(after)
+        return before, after
+
+    def _count(
+        self, robot: RobotState, progress: Progress, around: Around, *, strayed: bool = False
+    ) -> None:
+        """Count what the robot has met by its turn, unless its assignment has changed by it."""
+        wanted = self.state.scenario.until.rounds
+        done = min(robot.own.rounds, wanted)
+        if not robot.begun:
+            self.relocation.strategies.begin(robot)
+        elif robot.progress is progress and not (strayed or self.state.has_had_turn(robot)):
+            self.state.tell_goals(robot, progress.arrive(robot.pose.region, *around))
+        self.state.changes += min(robot.own.rounds, wanted) != done
+
+    def _has_counted(self, robot: RobotState, around: Around) -> bool:
+        """Live: whether a robot that stays where it meets all its goals has met them as often as is
+        wanted. A pass takes no time: counting each of them would fill the trace."""
+        wanted = self.state.scenario.until.rounds if robot.progress is robot.own else 1
+        enough = robot.begun and robot.progress.rounds >= wanted
+        return enough and robot.progress.met_by_staying(robot.pose.region, *around)

@@ -1,0 +1,99 @@
+"""Robots off their strategies: how they continue after a joint plan, a failed step, or a time out
+of service."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from msgspec import Struct
+
+from safenav.outcome import Outcome
+from safenav.runtime.coordination import events
+from safenav.runtime.coordination.events import Event
+from safenav.runtime.coordination.strategies import Strategies
+from safenav.runtime.team import RobotState, TeamState
+from safenav.runtime.termination import Conclusion
+from safenav.runtime.traffic.planning import Traffic
+from safenav.scenario.objective import relaxed
+from safenav.spec.specification import Constraint
+from safenav.trace.vocabulary import ChangeCause, PlanEndReason, Reason
+
+
+class Relocation(Struct, frozen=True):
+    """Finds the nodes in which robots continue; where a strategy has none, an event asks for
+    another strategy."""
+
+    state: TeamState
+    strategies: Strategies
+    traffic: Traffic
+
+    def leave_plan(
+        self, reason: PlanEndReason = PlanEndReason.CHANGED, *, settling: bool = True
+    ) -> Iterator[Event]:
+        """End the joint plan: every robot continues with a strategy that knows where it is.
+        ``settling``: new strategies come with the decision right after this."""
+        if not self.traffic.active:
+            return
+        for robot in self._off_their_strategies():
+            self.strategies.relocate(robot)
+        nodes = {name: robot.planner.node for name, robot in self.state.robots.items()}
+        self.traffic.end(reason, nodes)
+        for robot in () if settling else self._off_their_strategies():
+            yield events.Astray(robot.name, Reason.PLAN)
+
+    def _off_their_strategies(self) -> list[RobotState]:
+        """The robots that can decide something and are in no node of their strategy."""
+        return [
+            robot
+            for robot in self.state.robots.values()
+            if robot.transit is None and robot.planner.node is None
+        ]
+
+    def serve(self, robot: RobotState, *, active: bool, cause: ChangeCause) -> Iterator[Event]:
+        """Put a robot in or out of service. While it is out, other robots take over its duties if
+        they can, and its own objective waits."""
+        if robot.active != active:
+            yield from self.leave_plan()
+            yield events.ServiceChanged(robot.name, active, cause)
+
+    def put_in_service(self, robot: RobotState, *, active: bool) -> None:
+        """A robot that is back continues from where it is, whatever the others have done meanwhile.
+        If it needs a new strategy, the decision right after this brings one."""
+        robot.active = active
+        if active:
+            self.state.failures.back(robot.name)
+        if not active or robot.transit is not None:
+            return
+        robot.planner.node = None
+        told = relaxed(robot.progress.objective)
+        if relaxed(robot.planner.task.objective) == told:
+            self.strategies.relocate(robot)  # else its assignment has changed meanwhile
+
+    def go_on(self, robot: RobotState) -> Iterator[Event]:
+        """Continue a robot off its strategy from where it is: in it, if that knows the pose."""
+        if robot.planner.node is not None or not robot.active:
+            return
+        if not self.strategies.relocate(robot):
+            yield events.Astray(robot.name, Reason.PLAN)
+
+    def go_on_from_elsewhere(self, robot: RobotState) -> Iterator[Event]:
+        """Continue from the pose that the world reports if it is not the commanded one."""
+        robot.planner.node = None
+        if self.traffic.active:
+            yield from self.leave_plan(settling=False)
+        else:
+            yield from self.go_on(robot)
+
+    def find_a_way_back(self, robot: RobotState, broken: Sequence[Constraint]) -> Iterator[Event]:
+        """Find another node of the robot's strategy, or a new one, as it has no successor."""
+        if self.strategies.relocate(robot):
+            return
+        rules = "; ".join(dict.fromkeys(constraint.origin.rule for constraint in broken))
+        end = Conclusion(
+            Outcome.ASSUMPTION_VIOLATED,
+            f"the other robots violated an assumption of {robot.name}"
+            f"{f' ({rules})' if rules else ''}, which has no strategy from here",
+        )
+        if not broken:  # a joint plan has left it where its formulas forbid it to stay
+            end = Conclusion(Outcome.OPERATOR_NEEDED, f"{robot.name} has no strategy from here")
+        yield events.Astray(robot.name, Reason.BLOCKED, end)

@@ -1,0 +1,150 @@
+"""The step that a robot takes: its strategy's, if the world and the team allow it, else another."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from safenav.runtime.characterization import ForbiddenMove, characterize
+from safenav.runtime.coordination.assignable_goals import signal
+from safenav.runtime.formulas import graph_of
+from safenav.runtime.navigation import Proposal
+from safenav.runtime.team import RobotState, TeamState
+from safenav.runtime.traffic.planning import Traffic
+from safenav.runtime.turns.move_recorder import MoveRecorder
+from safenav.runtime.worlds.commands import Commands
+from safenav.scenario.model import Tracking
+from safenav.spec.other_robots.tracking import Sightings, observe
+from safenav.trace import records
+from safenav.world.map import Region
+from safenav.world.moves import Pose
+from safenav.world.poses import region_mask
+
+
+class StepChoice(Struct, frozen=True):
+    """Observes for a robot, and checks the steps that it proposes."""
+
+    state: TeamState
+    world: Commands
+    tell: MoveRecorder
+    traffic: Traffic
+
+    def look(self, robot: RobotState, shown: frozenset[Region] = frozenset()) -> dict[str, int]:
+        """Return the inputs of a robot's strategy, as it observes them now."""
+        planner = robot.planner
+        observed = observe(planner.task, self.state.scenario.map, self.look_around(robot, shown))
+        observed |= {
+            each.name: int(self.state.inputs[each.name]) for each, _ in planner.task.inputs
+        }
+        if planner.switch is not None:
+            observed |= signal(self.state, robot, observed)
+        return observed
+
+    def look_around(self, robot: RobotState, shown: frozenset[Region] = frozenset()) -> Sightings:
+        """Look around, once per turn: a look lets beliefs grow by a step of the others. What a
+        strategy believes of others stays true by that, also where it decides nothing."""
+        sightings = self.state.sightings(robot, shown)
+        self.tell.looked(robot.planner.task, sightings.known)
+        return sightings
+
+    def observation(self, robot: RobotState) -> Hashable:
+        """Return all that a robot's decision depends on; None if its strategy observes more than
+        the sides of its region."""
+        planner = robot.planner
+        if planner.switch is not None or planner.task.tracking is not Tracking.NEARBY:
+            return None
+        sides = self.state.scenario.map.neighbours(robot.pose.region)
+        busy = self.state.had_by_others(robot.robot).intersection(sides)
+        swept = self.state.swept(robot.robot).intersection(sides)
+        ahead = self.traffic.ahead(robot.name)
+        return (
+            planner.strategy,
+            planner.node,
+            planner.behind,
+            frozenset(busy),
+            frozenset(swept),
+            frozenset(side for side in sides if ahead >> side & 1),
+            tuple(self.state.inputs.values()),
+            self.traffic.holds(robot.name),
+            self.state.owed,
+        )
+
+    def violation(self, robot: RobotState, pose: Pose) -> ForbiddenMove | None:
+        """Return the violation of knowledge or observation by a step to ``pose``, or None."""
+        return characterize(self.world, self.state, robot.robot, robot.pose, pose.region)
+
+    def back_up(
+        self,
+        robot: RobotState,
+        observed: Mapping[str, int],
+        refused: Proposal,
+        violation: ForbiddenMove,
+    ) -> Proposal:
+        """Go back to the state before and take what is safe (paper, Section V-B)."""
+        self.tell.violation(robot, violation)
+        planner = robot.planner
+        if planner.switch is not None and self.state.knowledge.knows(violation.obstacle):
+            planner.switch.stopped = robot.pose
+        options = planner.alternatives(robot.pose, observed, refused)
+        if self.state.live or robot.robot.model.timing.most > 1:
+            # Help is asked for at the end of this turn, and not by a robot on its way elsewhere.
+            options = [option for option in options if option.pose == robot.pose]
+        safe = next(
+            option
+            for option in options
+            if self.violation(robot, option.pose) is None and self._may_move(robot, option.pose)
+        )
+        node = safe.node if safe.pose != robot.pose else None
+        self.state.emit(records.Backtrack(self.state.tick, robot.name, safe.pose.region, node))
+        return safe
+
+    def allowed(
+        self, robot: RobotState, observed: Mapping[str, int], proposal: Proposal
+    ) -> Proposal:
+        """Return a proposal that loses nothing; else another successor, with the refused region
+        shown as occupied, or a stay."""
+        if self._may_move(robot, proposal.pose):
+            return proposal
+        planner = robot.planner
+        if planner.switch is None and planner.task.tracking is Tracking.NEARBY:
+            shown = frozenset({proposal.pose.region})
+            answer = planner.propose(self.look(robot, shown))
+            if (
+                answer is not None
+                and answer.pose.region != proposal.pose.region
+                and answer.pose.region not in self.state.taken(robot.robot)
+                and self.violation(robot, answer.pose) is None
+                and self._may_move(robot, answer.pose)
+            ):
+                return replace(answer, shown=shown)
+        if planner.switch is not None:
+            planner.switch.refused = robot.pose
+        return planner.held_back(robot.pose, observed)
+
+    def _may_move(self, robot: RobotState, pose: Pose) -> bool:
+        """Whether a move loses nothing: the team can continue from there, alone and together."""
+        if pose == robot.pose:
+            return True
+        if pose.region in self.state.swept(robot.robot):
+            return False
+        if self.state.live and not self._out_of_ways(robot, pose):
+            return False
+        graph = graph_of(robot.robot, self.state.scenario.map)
+        kept = robot.assignment.safe_poses
+        if graph.one_way and kept is not None and not kept >> graph.number(pose) & 1:
+            return False
+        return self.traffic.certified(robot.name, pose)
+
+    def _out_of_ways(self, robot: RobotState, pose: Pose) -> bool:
+        """Live: whether a robot keeps out of what others occupy, or still need for the joint plan;
+        and, while a decision waits for strategies, can come back."""
+        taken = self.state.taken(robot.robot)
+        if pose.region in taken or self.traffic.ahead(robot.name) >> pose.region & 1:
+            return False
+        graph = graph_of(robot.robot, self.state.scenario.map)
+        if not self.state.owed or not graph.one_way:
+            return True
+        allowed = graph.everywhere & ~graph.poses_on(region_mask(taken))
+        return graph.returns(graph.number(pose), graph.number(robot.pose), allowed)

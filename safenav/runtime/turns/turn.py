@@ -1,0 +1,219 @@
+"""One robot's turn: look, propose, characterize, back up, move, act.
+
+The order of what happens here is the order of lines in a trace (docs/trace.md).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterator, Mapping
+
+from safenav.runtime.coordination import events
+from safenav.runtime.coordination.events import Event
+from safenav.runtime.coordination.strategies import Strategies
+from safenav.runtime.formulas import graph_of
+from safenav.runtime.navigation import Proposal
+from safenav.runtime.team import DecidedStep, RobotState, Role, TeamState
+from safenav.runtime.traffic.planning import Traffic
+from safenav.runtime.turns.actions import Actions
+from safenav.runtime.turns.monitor import Monitors
+from safenav.runtime.turns.move_recorder import MoveRecorder
+from safenav.runtime.turns.moves import Moves
+from safenav.runtime.turns.relocation import Relocation
+from safenav.runtime.turns.setbacks import Setbacks
+from safenav.runtime.turns.step_choice import StepChoice
+from safenav.runtime.turns.while_waiting import goes_on
+from safenav.runtime.worlds.commands import Commands
+from safenav.scenario.model import Tracking
+from safenav.scenario.objective import Ltl
+from safenav.trace.vocabulary import HoldReason, MovedBy, PlanEndReason
+
+
+class Turns:
+    """Carries out turns on a team's state in a world."""
+
+    def __init__(
+        self, state: TeamState, world: Commands, strategies: Strategies, traffic: Traffic
+    ) -> None:
+        self.state = state
+        self.world = world
+        self.strategies = strategies
+        self.traffic = traffic
+        self.monitors = Monitors(state)
+        self.tell = tell = MoveRecorder(state)
+        self.relocation = relocation = Relocation(state, strategies, traffic)
+        self.setbacks = setbacks = Setbacks(state, world, tell, relocation)
+        self.actions = Actions(state, world, tell, traffic, relocation, self._stand_still)
+        self.moves = Moves(state, world, tell, relocation, setbacks, self.actions)
+        self.choice = StepChoice(state, world, tell, traffic)
+
+    def step(self, robot: RobotState) -> Iterator[Event]:
+        """One turn: its events as they happen, each to be settled before the turn continues."""
+        if robot.transit is not None:
+            yield from self.moves.travel(robot, robot.transit)
+        elif self._may_act(robot) and (yield from self.actions.acts(robot)):
+            return
+        elif not robot.active:
+            yield from self._stand_still(robot, HoldReason.SERVICE)
+        elif self.state.waiting is not None and not goes_on(self.state, robot):
+            yield from self._stand_still(robot, HoldReason.OPERATOR)
+        elif robot.held is not None or self.state.has_had_turn(robot):
+            yield from self._stand_still(robot, robot.held or HoldReason.HELD)
+        elif robot.too_flat and not self._charges(robot):
+            yield from self._stand_still(robot, HoldReason.HELD)  # brought back with no charge
+        elif not self.state.live and self.actions.acts_first(robot):
+            yield from self._stand_still(robot, HoldReason.ACTING)
+        elif self.traffic.active and not self._released(robot):
+            yield from self._follow_plan(robot)
+        elif self.state.live and (
+            self.actions.waits_to_sweep(robot) or self._awaits_action(robot.name)
+        ):
+            yield from self._stand_still(robot, HoldReason.HELD)
+        else:
+            yield from self._follow_strategy(robot)
+
+    def _may_act(self, robot: RobotState) -> bool:
+        """Live: whether a robot may act where it stands; it does not while an operator is waited
+        for, who may be there."""
+        state = self.state
+        may = robot.acting is not None or not state.waits_for_operator
+        return state.live and (may or goes_on(self.state, robot))
+
+    def _stand_still(self, robot: RobotState, why: HoldReason) -> Iterator[Event]:
+        """The turn of a robot that makes no decisions: it looks around, and stays. Its strategy
+        learns what it has seen."""
+        planner = robot.planner
+        self.choice.look_around(robot)
+        yield from self._stay(robot, why)
+        if planner.node is None or robot.planner is not planner:
+            return
+        if planner.task.tracking is not Tracking.NEARBY:
+            planner.behind = True
+            self.strategies.catch_up(robot)
+
+    def _released(self, robot: RobotState) -> bool:
+        """Live: whether a robot has done its way of the joint plan, and continues by its strategy
+        (``may_move`` keeps it out of the ways of the others)."""
+        planner = robot.planner
+        if not self.state.live or not self.traffic.released(robot.name):
+            return False
+        if self.traffic.follows(robot.name):
+            return False
+        off = "off its strategy", planner, robot.pose
+        if planner.node is None and robot.stays_for != off and not self.strategies.relocate(robot):
+            robot.stays_for = off  # it has no node there
+        return planner.node is not None
+
+    def _charges(self, robot: RobotState) -> bool:
+        """Whether it stands on a charger, and is not to go to another one."""
+        here, stop = robot.pose.region, robot.stop
+        put_there = self.state.live and stop is None
+        away = put_there or (stop is not None and stop.region != here)
+        return here in self.state.scenario.chargers and not away
+
+    def _awaits_action(self, name: str) -> bool:
+        """Live: whether a robot has followed a helper that stands where it is to act."""
+        return self.traffic.follows(name) and any(
+            other.assignment.role is Role.HELPS
+            and other.transit is None
+            and other.assignment.goal
+            >> graph_of(other.robot, self.state.scenario.map).number(other.pose)
+            & 1
+            for other in self.state.robots.values()
+        )
+
+    def _stay(
+        self, robot: RobotState, why: HoldReason, by: MovedBy = MovedBy.STAY
+    ) -> Iterator[Event]:
+        yield from self.moves.begin(robot, DecidedStep(robot.pose, by, why=why))
+
+    def _follow_strategy(self, robot: RobotState) -> Iterator[Event]:
+        """Take the strategy's successor for the observation, unless world or team forbid it."""
+        planner, choice = robot.planner, self.choice
+        seen = choice.observation(robot) if self.state.live else None
+        if seen is not None and seen == robot.stays_for:
+            before = planner.values() if isinstance(robot.progress.objective, Ltl) else {}
+            stay = DecidedStep(robot.pose, MovedBy.STRATEGY, before, robot.shown)
+            yield from self.moves.begin(robot, stay)
+            return
+        observed = choice.look(robot)
+        broken = self.monitors.broken_assumptions(robot, observed)
+        answer = planner.propose(observed)
+        lost, proposal = answer is None, answer or Proposal(robot.pose, None)
+        if self.traffic.holds(robot.name):  # a plan is due: it begins no other step
+            lost, proposal = False, planner.held_back(robot.pose, observed)
+        silent = lost and planner.node is not None and not (broken or planner.behind)
+        violation = choice.violation(robot, proposal.pose)
+        if violation is not None and self.state.waiting is not None:
+            if self.state.live:  # a request has to wait, but a sensor may miss it next time
+                self.state.knowledge.sight(violation.obstacle)
+            yield from self._stay(robot, HoldReason.OPERATOR)
+            return
+        if violation is None:
+            proposal = choice.allowed(robot, observed, proposal)
+            by = MovedBy.STRATEGY if proposal.answers else MovedBy.STAY
+        else:
+            proposal = choice.back_up(robot, observed, proposal, violation)
+            by = MovedBy.BACKTRACK
+        if by is MovedBy.STRATEGY or proposal.node != planner.node:
+            self.monitors.check_guarantees(robot, observed, proposal)
+        before, regular = planner.values(), not (answer is None or broken or violation)
+        self._note_decision(robot, observed, proposal, seen if regular else None)
+        planner.follow(proposal)
+        if violation is not None:
+            yield events.ObstacleEncountered(violation)
+        yield from self.moves.begin(robot, DecidedStep(proposal.pose, by, before, proposal.shown))
+        if robot.planner is planner and planner.behind:
+            self.strategies.catch_up(robot)
+        self.monitors.tell(robot, broken)
+        if silent:
+            self.tell.no_answer(robot, observed)
+        if violation is not None:
+            yield events.HelpRequested(violation)
+        elif lost and robot.transit is None:
+            yield from self.relocation.find_a_way_back(robot, broken)
+
+    def _note_decision(
+        self, robot: RobotState, observed: Mapping[str, int], proposal: Proposal, seen: Hashable
+    ) -> None:
+        """Live: note what a robot decides, and that its strategy stays for what it has ``seen``.
+        The same again at the same place leads to nothing new, however often it is decided."""
+        planner, scenario = robot.planner, self.state.scenario
+        stays = (proposal.pose, proposal.node) == (robot.pose, planner.node)
+        # With regions shown, whether it could come back depends on all others.
+        lasts = not (proposal.shown and graph_of(robot.robot, scenario.map).one_way)
+        robot.stays_for = seen if stays and proposal.answers and lasts else None
+        robot.shown = proposal.shown
+        if self.state.live and proposal.node != planner.node:
+            done = min(robot.own.rounds, scenario.until.rounds)
+            moment = planner.node, done, *observed.values()
+            self.state.changes += moment not in robot.stood
+            robot.stood.add(moment)
+
+    def _follow_plan(self, robot: RobotState) -> Iterator[Event]:
+        """The next step of the joint plan, checked like any other move; the robot looks around as
+        in any other turn, so that what it knows of others stays true."""
+        self.choice.look_around(robot)
+        pose = self.traffic.next_pose(robot.name)
+        shut = self.state.taken if self.state.live else self.state.swept
+        if pose is not None and (pose.region in shut(robot.robot) or robot.too_flat):
+            pose = None
+        if pose is not None and not self.monitors.allows_planned(robot, pose):
+            yield from self.relocation.leave_plan(settling=False)
+            pose = None
+        violation = None if pose is None else self.choice.violation(robot, pose)
+        if violation is not None:
+            self.setbacks.encounter(robot, violation)
+            yield events.ObstacleEncountered(violation)
+        if pose is None or violation is not None:
+            if robot.planner.task.tracking is not Tracking.NEARBY:
+                robot.planner.node = None  # it remembers where others were, and they move on
+            why = HoldReason.PLAN if self.traffic.active else HoldReason.HELD
+            by = MovedBy.STAY if violation is None else MovedBy.BACKTRACK
+            yield from self._stay(robot, why, by)
+        else:
+            assert pose.region not in self.state.taken(robot.robot), "plans keep robots apart"
+            robot.planner.node = None
+            yield from self.moves.begin(robot, DecidedStep(pose, MovedBy.PLAN))
+        if violation is not None:
+            yield from self.relocation.leave_plan(PlanEndReason.VIOLATION)
+            yield events.HelpRequested(violation)

@@ -1,0 +1,44 @@
+"""Robots that continue while the team waits for an operator or a change of the scenario."""
+
+from __future__ import annotations
+
+from safenav.runtime.formulas import graph_of
+from safenav.runtime.team import RobotState, Role, TeamState
+from safenav.scenario.objective import Ltl, relaxed
+
+
+def goes_on(team: TeamState, robot: RobotState) -> bool:
+    """Whether a robot moves while the team waits: it can undo each of its moves alone. Either it
+    waits for nothing, and has a strategy for its own objective, which none of those has that the
+    wait is about; or it has one for its objective while it waits for a change of the scenario."""
+    planner, waiting = robot.planner, team.waiting
+    if planner.node is None or not robot.active or robot.held is not None:
+        return False
+    if isinstance(robot.robot.objective, Ltl):
+        return False
+    pursued = relaxed(planner.task.objective)
+    if robot.assignment.role is Role.WAITS and has_other_objective(team, robot):
+        return pursued == relaxed(robot.assignment.objective)
+    if robot.assignment.role is not Role.OWN or pursued != relaxed(robot.own.objective):
+        return False
+    if waiting is not None and robot.name in (waiting.unrealizable or {}):
+        return False
+    return not _waits_for_help(team, robot) and not _one_way(team, robot)
+
+
+def has_other_objective(team: TeamState, robot: RobotState) -> bool:
+    """Whether a robot is to pursue its objective while it waits, as the team waits for a change of
+    the scenario: nothing else would be possible then if it stayed."""
+    if team.waits_until is None or robot.robot.while_waiting is None:
+        return False
+    return robot.active and _waits_for_help(team, robot) and not _one_way(team, robot)
+
+
+def _waits_for_help(team: TeamState, robot: RobotState) -> bool:
+    """Whether a robot has requested something that is not resolved."""
+    requests = (*team.requests, *team.requests.given_up)
+    return any(robot.name in request.requesters for request in requests)
+
+
+def _one_way(team: TeamState, robot: RobotState) -> bool:
+    return graph_of(robot.robot, team.scenario.map).one_way
