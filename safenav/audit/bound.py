@@ -204,17 +204,31 @@ class Bound:
 
 
 def mission_end(bound: Bound) -> int | None:
-    """The earliest tick at which the whole mission can be completed, from its start."""
+    """The earliest tick at which the whole mission can be completed, from its start. A target on
+    which a robot starts is met at tick 0; a strict objective may begin with any of its targets, a
+    literal one with the first and with that on which the robot starts."""
     now, ends = bound.now, [0]
+    rounds = now.header.until.rounds or 1
     for name in now.header.robots:
-        objective, rounds = now.own[name], now.header.until.rounds or 1
-        if not shape_of(objective.kind).ordered:
+        objective, shape = now.own[name], shape_of(now.own[name].kind)
+        if not shape.ordered:
             continue
-        goals = [*objective.targets] * (1 if shape_of(objective.kind).ends else rounds)
-        end = bound.round(name, goals)
-        if end is None:
+        targets, start = [*objective.targets], bound.start[name][0][0]
+        firsts = {0}
+        if shape.strict:
+            free = not objective.literal
+            firsts |= {k for k, target in enumerate(targets) if free or start in target}
+        found = list[int | None]()
+        for first in sorted(firsts):
+            goals = (targets[first:] + targets[:first]) * (1 if shape.settles else rounds)
+            if shape.settles:
+                goals += targets[-1:] * (rounds - 1)
+            left = goals[1:] if start in goals[0] else goals
+            found.append(bound.round(name, left) if left else 0)
+        possible = [end for end in found if end is not None]
+        if not possible:
             return None
-        ends.append(end)
+        ends.append(min(possible))
     return max(ends)
 
 

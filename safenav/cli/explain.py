@@ -9,6 +9,7 @@ import click
 
 from safenav.cli import options, specification
 from safenav.errors import ExitCode, InputError, UsageError, exit_code_of
+from safenav.outcome import Outcome
 from safenav.report.terminal.explanation_text import explanation_data, explanation_lines
 from safenav.report.terminal.postmortem_text import postmortem_data, postmortem_lines
 from safenav.report.terminal.synthesis_progress import WaitingLine
@@ -82,6 +83,8 @@ def _of_the_run(plan: Scenario, as_json: bool) -> int:
     else:
         for line in postmortem_lines(found, plan.map.word):
             click.echo(line)
-        for line in promise_lines(plan, run_ahead(plan, default_synthesizer(plan))):
+        refused = found.result.outcome is Outcome.UNREALIZABLE  # it names the promise
+        ahead = None if refused else run_ahead(plan, default_synthesizer(plan))
+        for line in promise_lines(plan, ahead):
             click.echo(f"without obstacles: {line}")
     return exit_code_of(found.result.outcome)

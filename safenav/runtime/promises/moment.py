@@ -68,6 +68,28 @@ def goals_left(team: TeamState, robot: RobotState, rounds: int | None = None) ->
     return [masks[(first + k) % len(masks)] for k in range(max(left, 0))]
 
 
+def goals_from_start(team: TeamState, robot: RobotState) -> list[list[Mask]]:
+    """The targets that a robot must meet for all rounds, one after the other, before its objective
+    begins; several lists where it may begin with any target (``literal``: with the first, or with
+    that on which it stands); none where the order is its own. A target on which it stands is met
+    by then."""
+    objective, rounds = robot.own.objective, team.scenario.until.rounds
+    if isinstance(objective, Ltl) or not objective.ordered():
+        return []
+    graph = plain_graph(team.scenario.map, robot.robot.model.mobility)
+    masks = [graph.poses_on(region_mask(target)) for target in objective.targets]
+    pose, count = 1 << graph.number(robot.pose), len(masks)
+    if objective.settles:
+        orders = [[*masks, *masks[-1:] * (rounds - 1)]]
+    else:
+        firsts = [0]
+        if objective.strict:
+            free = not objective.literal
+            firsts += [k for k in range(1, count) if free or masks[k] & pose]
+        orders = [[*masks[first:], *masks[:first]] * rounds for first in firsts]
+    return [order[bool(order[0] & pose) :] for order in orders]
+
+
 def _walker(team: TeamState, robot: RobotState, ready: int, begun: Mapping[str, int]) -> BoundRobot:
     model = robot.robot.model
     graph = plain_graph(team.scenario.map, model.mobility)

@@ -5,12 +5,12 @@ from __future__ import annotations
 from msgspec.structs import replace
 
 from safenav.outcome import Outcome
-from safenav.runtime.deadlines.bound import earliest
+from safenav.runtime.deadlines.bound import NEVER, BoundMoment, earliest, rounds_done
 from safenav.runtime.deadlines.within import Walk, least_within
 from safenav.runtime.energy.batteries import Batteries, least_capacity, least_charge
 from safenav.runtime.formulas import graph_of, permitted
-from safenav.runtime.promises.ledger import MISSION, mission_end
-from safenav.runtime.promises.moment import moment_of, objectives_change
+from safenav.runtime.promises.ledger import MISSION
+from safenav.runtime.promises.moment import goals_from_start, moment_of, objectives_change
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.termination import Conclusion
 from safenav.scenario.objective import targets_of
@@ -38,7 +38,7 @@ def refusal_of(team: TeamState, batteries: Batteries) -> Conclusion | None:
     by = team.scenario.until.by
     if by is not None and not objectives_change(team):
         moment, _ = moment_of(team, len(team.robots), {})
-        soonest = mission_end(team, moment, earliest(moment))
+        soonest = _soonest(team, moment)
         if soonest is None or soonest > by:
             refused[MISSION] = soonest
             when = "at all" if soonest is None else f"before tick {soonest}"
@@ -56,6 +56,16 @@ def refusal_of(team: TeamState, batteries: Batteries) -> Conclusion | None:
         return None
     told = tuple(said)
     return Conclusion(Outcome.UNREALIZABLE, "; ".join(said), links=told, refused=refused)
+
+
+def _soonest(team: TeamState, moment: BoundMoment) -> int | None:
+    """A tick before whose end the mission cannot be completed, as it begins; None if never."""
+    times, ends = earliest(moment), [team.tick]
+    for index, robot in enumerate(team.robots.values()):
+        orders = goals_from_start(team, robot)
+        found = [rounds_done(moment, index, times, goals) if goals else 0 for goals in orders]
+        ends += [min(found)] if found else []
+    return None if max(ends) >= NEVER else max(ends)
 
 
 def _charge_words(team: TeamState, robot: RobotState, need: int | None) -> str:
