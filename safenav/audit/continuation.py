@@ -149,6 +149,14 @@ def _obstacle_problems(rest: Line, now: Situation) -> Iterator[str]:
         gone = now.status.get(obstacle.name) is Status.RESOLVED
         if gone and obstacle.from_ is None:
             yield f"{obstacle.name} is there, but was resolved"
+    there = {obstacle.name for obstacle in listed if obstacle.from_ is None}
+    there -= closed
+    asked = {name: waits for name, waits in (now.requests | now.given_up).items() if name in there}
+    if (told := {name: dict(waits) for name, waits in (begun.asked or {}).items()}) != asked:
+        yield f"{told or 'nothing'} is requested, but was {asked or 'nothing'}"
+    if {*(begun.stays or ())} != now.permanent & there:
+        said = ", ".join(begun.stays or ()) or "no obstacle"
+        yield f"{said} stays, but stayed {', '.join(sorted(now.permanent & there)) or 'none'}"
     for name, groups in (begun.met or {}).items():
         carriers = now.open[name].carriers() if name in now.open else frozenset()
         if {*groups[-1]} != carriers:

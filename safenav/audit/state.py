@@ -109,6 +109,13 @@ class State:
             if name in self.status:
                 self.status[name] = Status.UNTRAVERSABLE
                 self.discovered.add(name)
+        for name in () if begun is None else begun.stays or ():
+            self.status[name] = Status.GIVEN_UP
+            self.discovered.add(name)
+            self.permanent.add(name)
+        for name, waits in ({} if begun is None else begun.asked or {}).items():
+            self.requests[name] = dict(waits)
+            self.discovered.add(name)
         self.out: set[str] = set()
         """The robots that are out of service."""
         self.waits: Line | None = None

@@ -16,6 +16,7 @@ from msgspec.structs import replace
 from safenav.runtime.worlds.world import NO_TAKERS, Takers, Work, Works, taking, work_on
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.objective import avoided
+from safenav.scenario.settings import Begun
 from safenav.spec.task import Known
 from safenav.world.map import Region
 
@@ -47,11 +48,13 @@ class Knowledge:
         self._unmet = Works(scenario)
         self._known = Works(scenario, others=self._unmet.open)
         self._finished: dict[str, Work] = {}
-        closed = () if scenario.begun is None else scenario.begun.closed
+        begun = scenario.begun or Begun()
         for obstacle in scenario.obstacles:
-            if obstacle.appears is None and obstacle.name in closed:
+            if obstacle.appears is not None:
+                continue
+            if obstacle.name in begun.closed:
                 self.join(obstacle, UNTRAVERSABLE)
-            elif obstacle.appears is None and _takes_more(obstacle):
+            elif _takes_more(obstacle):
                 self._unmet.open[obstacle.name] = work_on(obstacle, scenario)
 
     def copy(self) -> Knowledge:

@@ -13,6 +13,7 @@ from safenav.outcome import Outcome
 from safenav.runtime.algorithm import Algorithm
 from safenav.runtime.coordination.events import (
     Astray,
+    Continued,
     HopeReturned,
     ObstacleChanged,
     RequestsSetAside,
@@ -78,6 +79,9 @@ class Passes(Algorithm):
         if waited:  # whatever it was, nothing of it is decided yet
             self._together = together or self.interventions.took_effect
         self._together |= self.interventions.ends_wait
+        begun = team.scenario.begun if team.tick == 1 else None
+        if begun is not None and (begun.asked or begun.stays):
+            self.guarded(partial(self.settle, [Continued()]))
         if given_up:
             raise RunEnded(team.waiting or Conclusion(Outcome.INTERRUPTED, "given up"))
         for change in self.world.changes(team.occupied()):

@@ -160,6 +160,8 @@ class Begun(Struct, frozen=True):
     ``late``: the obstacles whose promise is broken; ``closed``: those that were found
     untraversable; ``had``: the robots that have had their turn of tick 1 before; ``met``: the
     robots that met the first needs of obstacles, where the same robots must meet the next;
+    ``asked``: the obstacles that were requested, the oldest first, with the region where each
+    requester waits; ``stays``: those of which an operator says that they stay;
     ``ran``: it was not refused before its first tick."""
 
     trace: str | None = None
@@ -169,6 +171,8 @@ class Begun(Struct, frozen=True):
     closed: tuple[str, ...] = ()
     had: tuple[str, ...] = ()
     met: Mapping[str, tuple[tuple[str, ...], ...]] = {}
+    asked: Mapping[str, Mapping[str, Region]] = {}
+    stays: tuple[str, ...] = ()
     ran: bool = False
 
 

@@ -119,10 +119,10 @@ class ObstacleHeader(Struct, frozen=True):
 
 
 class ChangeHeader(Struct, frozen=True):
-    """A change for a robot during the run, at the beginning of tick ``at``: another
-    ``objective``, or whether it is in service (``active``)."""
+    """A change for a robot during the run, at the beginning of tick ``at`` (live: this many seconds
+    after its start): another ``objective``, or whether it is in service (``active``)."""
 
-    at: Annotated[int, Least(1)]
+    at: Count
     robot: str
     objective: Objective | None = None
     active: bool | None = None
@@ -197,6 +197,8 @@ class BegunHeader(Struct, frozen=True):
     ``late``: the obstacles whose deadline had passed; ``closed``: those that were found
     untraversable; ``had``: the robots that have had their turn of tick 1 before; ``met``: the
     robots that met the first needs of obstacles, where the same robots must meet the next;
+    ``asked``: the obstacles that were requested, the oldest first, with the region where each
+    requester waits; ``stays``: those of which an operator says that they stay;
     ``ran``: it was not refused before its first tick."""
 
     trace: Sha256 | None = None
@@ -206,6 +208,8 @@ class BegunHeader(Struct, frozen=True):
     closed: tuple[str, ...] = ()
     had: tuple[str, ...] = ()
     met: Mapping[str, tuple[tuple[str, ...], ...]] = {}
+    asked: Mapping[str, Mapping[str, Region]] = {}
+    stays: tuple[str, ...] = ()
     ran: bool = False
 
 

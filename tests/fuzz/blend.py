@@ -35,7 +35,7 @@ from safenav.runtime.mission import default_synthesizer
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.synthesis.cache import Cache
-from safenav.trace.reading import read_lines
+from safenav.trace.reading import read_bytes, read_lines
 from safenav.trace.writing import as_data
 
 LIMITS = ("tick_limit", "time_limit", "search_limit")
@@ -51,6 +51,7 @@ class Played:
     lines: list[str] = field(default_factory=list)
     injected: Mapping[str, int] = field(default_factory=dict)
     given: list[tuple[int, str]] = field(default_factory=list)
+    cuts: int = 0
 
 
 def play(
@@ -127,9 +128,12 @@ def play(
     return played
 
 
-def continued(data: Mapping[str, Any], seed: int, *, patience: int = 60) -> Played:
-    """A run that is killed at a random record, and continued: its rest, judged. ``found`` also
-    names another outcome. Raises InputError for a scenario that is refused."""
+def continued(
+    data: Mapping[str, Any], seed: int, *, every: int | None = None, patience: int = 60
+) -> Played:
+    """A run that is killed at a random record, or after each so many (``every``) and within the
+    line after that, and continued: its last rest, and what is wrong with any. Raises InputError for
+    a scenario that is refused."""
     scenario, played = load_scenario_text(json.dumps(data)), Played()
     try:
         whole = _told(scenario, patience)
@@ -137,22 +141,52 @@ def continued(data: Mapping[str, Any], seed: int, *, patience: int = 60) -> Play
         raise InputError(()) from error  # not for runs in time
     if len(whole) < 4:
         return played
-    end = Random(f"cut of {seed}").randrange(1, len(whole) - 1)
+    random = Random(f"cut of {seed}")
+    ends = [random.randrange(1, len(whole) - 1)]
+    if every is not None:
+        ends = list(range(random.randrange(1, every + 1), len(whole) - 1, every))
+    for end in ends:
+        _continue(scenario, whole, end, played, patience)
+        played.cuts += 1
+    return played
+
+
+def _continue(
+    scenario: Scenario, whole: list[str], end: int, played: Played, patience: int
+) -> None:
+    """Continue a run from its first lines; the next one is only half written."""
     if findings := check_trace(whole[:end]).findings:
         played.found.append(f"audit of the first {end} lines: {findings[0]}")
-    first = read_lines(whole[:end])
+    torn = "".join(whole[:end]) + whole[end][: len(whole[end]) // 2]
+    first = read_bytes(torn.encode())
     try:
-        played.lines = _told(resumed(first, scenario), patience)
+        rest = resumed(first, scenario)
+        played.lines = _told(rest, patience)
     except SlowError:
         played.found.append(f"slow: no end after {patience} s from line {end}")
-        return played
+        return
+    except Exception as error:
+        where = traceback.extract_tb(error.__traceback__)[-3:]
+        told = " < ".join(f"{w.filename.split('/')[-1]}:{w.lineno}" for w in where[::-1])
+        played.found.append(f"crash from line {end}: {type(error).__name__}: {error} ({told})")
+        return
     if findings := audit(read_lines(played.lines), first).findings:
         played.found.append(f"audit of the rest from line {end}: {findings[0]}")
-    outcomes = [json.loads(lines[-1])["outcome"] for lines in (whole, played.lines)]
-    played.outcome = outcomes[1]
-    if outcomes[0] != outcomes[1]:
-        played.found.append(f"{outcomes[0]}, but continued from line {end} {outcomes[1]}")
-    return played
+    told = [json.loads(line) for line in played.lines]
+    met = next((r for r in told if r["type"] == "violation" and _is_known(r, rest)), None)
+    if met is not None:
+        played.found.append(f"from line {end} {met['robot']} meets {met['obstacle']} again")
+    before = json.loads(whole[-1])["outcome"]
+    played.outcome = told[-1]["outcome"]
+    if played.outcome not in (before, "completed"):
+        played.found.append(f"{before}, but continued from line {end} {played.outcome}")
+
+
+def _is_known(violation: Mapping[str, Any], rest: Scenario) -> bool:
+    """Whether a robot meets the obstacle where it had met it before."""
+    begun = rest.begun
+    met = {} if begun is None else begun.asked.get(violation["obstacle"], {})
+    return violation["tick"] <= 1 and met.get(violation["robot"]) == violation["at"]
 
 
 def _told(scenario: Scenario, patience: int) -> list[str]:
@@ -252,6 +286,7 @@ def main() -> int:
     parser.add_argument("--operator", action="store_true")
     parser.add_argument("--formulas", action="store_true", help="objectives in formulas")
     parser.add_argument("--continued", action="store_true", help="killed, and continued")
+    parser.add_argument("--every", type=int, help="with --continued: after each so many lines")
     parser.add_argument("--patience", type=int, default=60)
     parser.add_argument("--keep", help="a folder for the scenarios and traces of findings")
     options = parser.parse_args()
@@ -264,7 +299,7 @@ def main() -> int:
         data = made(seed, live=not options.lockstep)
         try:
             one = (
-                continued(data, seed, patience=options.patience)
+                continued(data, seed, every=options.every, patience=options.patience)
                 if options.continued
                 else play(
                     data,
@@ -279,11 +314,13 @@ def main() -> int:
             continue
         counts[one.outcome] += 1
         counts["valid"] += 1
+        counts["cuts"] += one.cuts
         counts["interventions"] += len(one.given)
         injected.update(one.injected)
         if one.found:
             found += 1
-            print(f"{seed}: {one.found[0][:400]}", flush=True)
+            more = f" (and {len(one.found) - 1} more)" if len(one.found) > 1 else ""
+            print(f"{seed}: {one.found[0][:400]}{more}", flush=True)
             if options.keep:
                 place = Path(options.keep)
                 place.mkdir(exist_ok=True, parents=True)

@@ -52,10 +52,11 @@ PUSHER_OUT = GATE.replace("layer: air, capabilities: []", "layer: air, capabilit
 )
 
 
-def attended(text: str, *waits: list[str]) -> Run:
+def attended(text: str | Scenario, *waits: list[str]) -> Run:
     """Play a scenario with the interventions of each wait; its trace must pass the audit."""
     left, run = list(waits), Run()
-    mission = Mission(loaded(text), listeners=[run], attended=True)
+    scenario = loaded(text) if isinstance(text, str) else text
+    mission = Mission(scenario, listeners=[run], attended=True)
     mission.start()
     while mission.result is None:
         if mission.waiting is not None and mission.still:

@@ -12,7 +12,8 @@ from msgspec.structs import replace
 import warm
 from once import SCENARIOS
 from runtime.counting import COUNTING
-from runtime.played import Run, play
+from runtime.played import Run, loaded, play
+from runtime.test_operator import GATE, attended
 from safenav import Mission
 from safenav.audit.check import audit
 from safenav.errors import UsageError
@@ -21,9 +22,11 @@ from safenav.runtime.user_changes import SetInput
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import targets_of
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
-from safenav.scenario.settings import Begun, Done
+from safenav.scenario.settings import Begun, Clock, Done
 from safenav.trace.header import scenario_header
 from safenav.trace.reading import read_lines, read_trace
+
+BACK = "objective cart {visit: [[1, 1], [2, 1]]}"
 
 
 def written(scenario: Scenario, path: Path) -> str:
@@ -207,6 +210,51 @@ def test_what_turned_out_untraversable_stays(tmp_path: Path) -> None:
     assert {tuple(shut) for shut in rest.all("synthesis", robot="r")[0]["closed"]} == {
         (2, "obstacles.uncertainty@2")
     }
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+def test_what_is_requested_is_known_in_the_rest(clock: str) -> None:
+    """From the first encounter on: it is asked for at once, and no robot meets it there again."""
+    scenario = replace(load_scenario(SCENARIOS / "case_study_3.yaml"), clock=Clock(clock))
+    lines = play(scenario).text.splitlines(keepends=True)
+    told = [json.loads(line) for line in lines]
+    first = next(i for i, line in enumerate(told) if line["type"] == "violation")
+    for end in (first + 1, first + 3, first + 6):
+        rest = play(resumed(read_lines(lines[:end]), scenario))
+        assert rest.records[0]["scenario"]["begun"]["asked"] == {"uncertainty@43": {"digit": 44}}
+        asked = rest.all("request")[0]
+        assert (asked["tick"], asked["requester"], asked["helper"]) == (1, "digit", "quad")
+        assert rest.all("violation", obstacle="uncertainty@43") == []
+        assert rest.outcome["outcome"] == "completed"
+
+
+@pytest.mark.parametrize(
+    ("line", "index", "answers", "asked", "waits"),
+    [
+        ("violation", 0, ["resolved gate@27"], {"gate@27": {"cart": 26}}, 1),
+        ("waiting", 0, ["resolved gate@27"], {"gate@27": {"cart": 26}}, 1),
+        ("reopened", 0, ["service bee back", "resolved gate@27"], {"gate@27": {"cart": 26}}, 1),
+        ("operator", 2, [BACK], {}, 1),
+        ("waiting", 2, [BACK], {}, 1),
+        ("objective", 0, [], {}, 0),
+    ],
+)
+def test_a_run_that_waits_for_an_operator_still_does(
+    line: str, index: int, answers: list[str], asked: dict[str, object], waits: int
+) -> None:
+    """With what he has said before: it stays out of service, or where it is."""
+    words = [["service bee out"], ["service bee back", "permanent gate@27"], [BACK]]
+    lines = attended(GATE, *words).text.splitlines(keepends=True)
+    end = [i for i, each in enumerate(lines) if json.loads(each)["type"] == line][index]
+    rest = resumed(read_lines(lines[: end + 1]), loaded(GATE))
+    assert rest.begun is not None
+    assert rest.begun.asked == asked
+    assert rest.begun.stays == (() if asked else ("gate@27",))
+    run = attended(rest, *([answers] if answers else []))
+    assert run.outcome["outcome"] == "completed"
+    assert len(run.all("waiting")) == waits
+    assert run.all("violation") == []
+    assert audit(read_lines(run.text.splitlines()), read_lines(lines[: end + 1])).findings == ()
 
 
 TWO_CARRY = """
@@ -576,6 +624,9 @@ def test_the_audit_derives_what_the_header_tells(name: str) -> None:
         (24, ("begun", "due"), {}, "is due, but the first run leaves {'door@2'"),
         (24, ("begun", "due", "door@2"), 9, "is due, but the first run leaves"),
         (40, ("begun", "had"), ["d", "q"], "d, q has had a turn of tick 1"),
+        (24, ("begun", "asked"), {}, "nothing is requested, but was {'door@2'"),
+        (24, ("begun", "asked", "door@2", "q"), 9, "is requested, but was {'door@2'"),
+        (40, ("begun", "stays"), ["door@2"], "door@2 stays, but stayed none"),
         (40, ("begun", "closed"), ["door@2"], "door@2 is untraversable, but found was none"),
         (40, ("begun", "trace"), "0" * 64, "continues another trace"),
         (40, ("begun",), None, "does not record that it continues"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from safenav.audit.deriving import pose_of, team_of
@@ -37,6 +37,10 @@ class ProofRule(Rule):
         """Memory of each robot that had no strategy, by its name and specification."""
         self._waited: tuple[str, frozenset[str]] = "", frozenset()
         """The explanation of the last wait, and the robots that had no strategy then."""
+
+    def opening(self, now: Situation) -> Iterable[Said]:
+        self._never |= now.permanent
+        return ()
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
         if record.type == "synthesis":

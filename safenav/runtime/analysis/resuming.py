@@ -2,10 +2,10 @@
 
 Robots begin where the trace leaves them (one that was under way: where it set out), with what they
 have done of their objectives (``trace_end``). Obstacles that were resolved or disappeared are left
-out, as are the met needs of others; robots out of service stay so. The team encounters again what
-it had met, and what turned out untraversable still is. Robots carry the loads that they had taken.
-The memory of formulas starts over. A robot begins with the charge that it has; one whose battery is
-empty asks for help again.
+out, as are the met needs of others; robots out of service stay so. Requests stay open, and what
+turned out untraversable still is. Robots carry the loads that they had taken. The memory of
+formulas starts over. A robot begins with the charge that it has; one whose battery is empty asks
+for help again.
 """
 
 from __future__ import annotations
@@ -76,6 +76,8 @@ def resumed(trace: Trace, scenario: Scenario | None = None) -> Scenario:
     listed = _listed(base.obstacles, trace)
     obstacles = [*_obstacles(listed, trace, state, {*charges.flat})]
     left = {obstacle.name for obstacle in obstacles}
+    there = {obstacle.name for obstacle in obstacles if obstacle.appears is None}
+    begun = state.begun(trace, timed=timed)
     met = _met(listed, state)
     return replace(
         base,
@@ -85,7 +87,10 @@ def resumed(trace: Trace, scenario: Scenario | None = None) -> Scenario:
         changes=tuple(_changes(base, state)),
         inputs=tuple(_input(each, state, clock, base.limits) for each in base.inputs),
         begun=replace(
-            state.begun(trace, timed=timed), met={n: g for n, g in met.items() if n in left}
+            begun,
+            met={name: groups for name, groups in met.items() if name in left},
+            asked={name: waits for name, waits in begun.asked.items() if name in there},
+            stays=tuple(name for name in begun.stays if name in there),
         ),
     )
 
@@ -204,7 +209,7 @@ def _input(
 
 def _changes(base: Scenario, state: TraceEnd) -> Iterable[settings.RobotChange]:
     for name in sorted(state.out):
-        yield settings.RobotChange(1, name, active=False)
+        yield settings.RobotChange(0 if state.live else 1, name, active=False)
     for change in base.changes:
         if change.at > state.time:
             yield replace(change, at=_later(change.at, state) or 1)

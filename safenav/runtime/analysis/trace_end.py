@@ -13,7 +13,7 @@ from safenav.scenario.settings import Begun, Done, RoundClock
 from safenav.trace import records, setting, vocabulary
 from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.trace import Trace
-from safenav.trace.vocabulary import ChangeCause, DeadlineVerdict
+from safenav.trace.vocabulary import ChangeCause, DeadlineVerdict, OperatorIntervention
 from safenav.trace.wording import objective_of
 from safenav.world.map import HEADINGS
 from safenav.world.moves import Pose
@@ -67,6 +67,9 @@ class TraceEnd(Struct):
     """The end of a trace. ``in_force``: the objective that each robot pursues; ``chosen``: the
     inputs that a user has set; ``due``: the ticks in which open requests are due, ``late``: those
     that were; ``closed``: the obstacles that were found untraversable;
+    ``asked``: the requests that are open or given up, each with where its requesters wait;
+    ``stays``: the obstacles of which an operator says that they stay, ``given_up``: those that no
+    robot can resolve as things stood; ``backs_up``: the robot and the obstacle from which it does;
     ``had``: the robots that have had their turn in the last tick;
     ``moved``: the robot whose turn it is, and where it is, until its goal is counted."""
 
@@ -82,6 +85,10 @@ class TraceEnd(Struct):
     due: dict[str, int] = field(default_factory=dict)
     late: set[str] = field(default_factory=set)
     closed: set[str] = field(default_factory=set)
+    asked: dict[str, dict[str, int]] = field(default_factory=dict)
+    stays: set[str] = field(default_factory=set)
+    given_up: set[str] = field(default_factory=set)
+    backs_up: tuple[str, str] | None = None
     moved: tuple[str, int] | None = None
     had: set[str] = field(default_factory=set)
     ran: bool = False
@@ -118,7 +125,8 @@ class TraceEnd(Struct):
         if header.begun is not None:
             end.continues, end.ran = True, header.begun.ran
             end.due, end.late = dict(header.begun.due), {*header.begun.late}
-            end.closed = {*header.begun.closed}
+            end.closed, end.stays = {*header.begun.closed}, {*header.begun.stays}
+            end.asked = {name: {**robots} for name, robots in header.begun.asked.items()}
             end.met = {name: [*groups] for name, groups in header.begun.met.items()}
         for record in trace.records:
             end.take(record)
@@ -133,10 +141,14 @@ class TraceEnd(Struct):
         self.ran |= record.tick > 0 and not isinstance(record, records.End)
         self.time = record.t if record.t is not None else record.tick
         match record:
+            case records.Violation():
+                self._encountered(record)
             case records.Move():
                 self.look()
                 self._turn_over()
                 self.had.add(record.robot)
+                if self.backs_up is not None and record.robot == self.backs_up[0]:
+                    self._waits(record.to if record.toward is None else record.toward)
                 if record.toward is None:
                     self.poses[record.robot] = pose_of(record.to, record.heading)
                     self.moved = record.robot, record.to
@@ -145,6 +157,12 @@ class TraceEnd(Struct):
                 self.moved = record.robot, record.at
             case records.Depart() | records.Held():
                 self.moved = None
+                if self.backs_up is not None and record.robot == self.backs_up[0]:
+                    here = self.poses[record.robot].region
+                    self._waits(record.to if isinstance(record, records.Depart) else here)
+            case records.Operator() if record.intervention is OperatorIntervention.PERMANENT:
+                self._forget(record.obstacle or "")
+                self.stays.add(record.obstacle or "")
             case records.Operator() if record.robot is not None and record.region is not None:
                 self.poses[record.robot] = pose_of(record.region, record.heading)
             case records.Push() | records.Pop():
@@ -166,6 +184,7 @@ class TraceEnd(Struct):
                     self.gone.add(record.obstacle)
                 else:
                     self.closed.add(record.obstacle)
+                self._forget(record.obstacle)
                 for pursued in self.own.values():
                     pursued.recount(record.tick)
                 self._over(record.obstacle)
@@ -174,14 +193,19 @@ class TraceEnd(Struct):
             case records.Gone():
                 self.gone.add(record.obstacle)
                 self.closed.discard(record.obstacle)
+                self._forget(record.obstacle)
                 self._over(record.obstacle)
             case records.KnownObstacle():
                 self._over(record.obstacle)
+                self.given_up.add(record.obstacle)
+            case records.Reopened():
+                self.given_up.discard(record.obstacle)
             case records.Appeared():
                 if record.tick > 1 or not self.continues:  # else it has appeared before
                     self.met.pop(record.obstacle, None)
                 self.gone.discard(record.obstacle)
                 self.closed.discard(record.obstacle)
+                self._forget(record.obstacle)
                 self.appeared.add(record.obstacle)
             case records.Met():
                 groups = self.met.setdefault(record.obstacle, [])
@@ -229,7 +253,18 @@ class TraceEnd(Struct):
         late = tuple(sorted(self.late)) if timed else ()
         had = tuple(sorted(self.had)) if self.begins < self.time else ()
         closed = tuple(sorted(self.closed))
-        return Begun(trace.digest or None, robots, due, late, closed, had, ran=self.ran)
+        stays = tuple(sorted(self.stays))
+        return Begun(
+            trace.digest or None,
+            robots,
+            due,
+            late,
+            closed,
+            had,
+            asked=self.asked,
+            stays=stays,
+            ran=self.ran,
+        )
 
     def _is_uncounted(self, robot: str) -> bool:
         """Whether what a robot meets where it stands is not counted yet: its turn was not over, it
@@ -257,6 +292,29 @@ class TraceEnd(Struct):
         """Note that a strategy begins with another target than the one whose turn it was."""
         if record.form is vocabulary.Form.OTHER_MEMORY and self.pursues(record.robot):
             self.own[record.robot].turn = next(iter((record.memory or {"": 0}).values()))
+
+    def _encountered(self, record: records.Violation) -> None:
+        """Note a request; obstacles that are known to stay are not requested."""
+        name, robot = record.obstacle, record.robot
+        if name not in self.closed | self.stays | self.given_up:
+            requesters = self.asked.setdefault(name, {})
+            requesters.pop(robot, None)
+            requesters[robot] = self.poses[robot].region
+            self.backs_up = robot, name
+
+    def _waits(self, here: int) -> None:
+        """Note where a robot that has backed up from an obstacle waits."""
+        assert self.backs_up is not None
+        robot, name = self.backs_up
+        self.backs_up = None
+        if robot in self.asked.get(name, ()):
+            self.asked[name][robot] = here
+
+    def _forget(self, obstacle: str) -> None:
+        """Note that an obstacle is no longer there as the team knew it."""
+        self.asked.pop(obstacle, None)
+        self.stays.discard(obstacle)
+        self.given_up.discard(obstacle)
 
     def _over(self, obstacle: str) -> None:
         """Note that no request for an obstacle is due from here on."""

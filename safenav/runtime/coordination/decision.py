@@ -85,6 +85,8 @@ def _decided(team: TeamState, event: Event, stopping: Stopping) -> Decision:
     match event:
         case events.Started():
             return _begun(team, event, _settled(team, (), stopping))
+        case events.Continued():
+            return _continued(team, event)
         case events.ObstacleEncountered(violation):
             return _encountered(team, event, violation)
         case events.HelpRequested(violation):
@@ -157,6 +159,20 @@ def _begun(team: TeamState, event: Event, settled: Settled) -> Decision:
         end = infeasibility.nobody_goes_on(team, settled.floor, settled.found.proof, {}, {})
         return Decision(event, settled=settled, end=end)
     return _assigned(team, event, settled)
+
+
+def _continued(team: TeamState, event: Event) -> Decision:
+    """The requests that were open where the run continues another, and the obstacles that stay by
+    an operator's word."""
+    knowledge, requests = team.knowledge.copy(), team.requests.continued(team.scenario)
+    stays = () if team.scenario.begun is None else team.scenario.begun.stays
+    for obstacle in team.scenario.obstacles:
+        if obstacle.name in stays and obstacle.appears is None:
+            knowledge.join(obstacle, PERMANENT)
+    for request in requests:
+        knowledge.meet(request.obstacle)
+    reason = Reason.REQUEST if requests.stack else Reason.BLOCKED
+    return Decision(event, knowledge, requests, next=Unsettled(reason))
 
 
 def _encountered(team: TeamState, event: Event, violation: ForbiddenMove) -> Decision:

@@ -20,6 +20,10 @@ class Started(Struct, frozen=True):
     """The run begins: every robot needs its first strategy."""
 
 
+class Continued(Struct, frozen=True):
+    """The run continues another, of which the team knows obstacles."""
+
+
 class ObstacleEncountered(Struct, frozen=True):
     """A robot keeps out of an obstacle. The team knows of it from now on, whatever the robot does
     where it stands; ``HelpRequested`` follows once it has backed up."""
@@ -108,6 +112,7 @@ class Astray(Struct, frozen=True):
 
 Event = (
     Started
+    | Continued
     | ObstacleEncountered
     | HelpRequested
     | ObstaclesResolved

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from safenav.scenario.model import Obstacle
+from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.objective import Objective
 from safenav.world.map import Region
 
@@ -50,6 +50,13 @@ class Requests(Struct, frozen=True):
     closed: tuple[OpenRequest, ...] = ()
     given_up: tuple[OpenRequest, ...] = ()
     aside: frozenset[str] = frozenset()
+
+    def continued(self, scenario: Scenario) -> Requests:
+        """Return the stack with the requests that were open in a run that this one continues."""
+        asked = {} if scenario.begun is None else scenario.begun.asked
+        there = {o.name: o for o in scenario.obstacles if o.appears is None}
+        before = tuple(OpenRequest(there[name], asked[name]) for name in asked)
+        return replace(self, stack=(*before, *self.stack))
 
     def __iter__(self) -> Iterator[OpenRequest]:
         return iter(self.stack)
