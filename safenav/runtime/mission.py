@@ -121,6 +121,7 @@ class Mission:
         batteries = Batteries(self.state, turns.relocation, self._truth)
         self.state.listeners = (*self.state.listeners, batteries)
         self._deadlines.lasts_until = batteries.lasts_until
+        self.state.stops = batteries.stops
         told = truth if isinstance(truth, InputWorld) else None
         self._interventions = Interventions(self.state, self._truth, turns, told)
         self._algorithm = Passes(

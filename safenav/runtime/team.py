@@ -22,6 +22,7 @@ from safenav.runtime.knowledge import Knowledge
 from safenav.runtime.navigation import Planner
 from safenav.runtime.progress import Progress
 from safenav.runtime.resolution.problem import Floor
+from safenav.runtime.stops import Stops
 from safenav.runtime.termination import Conclusion
 from safenav.runtime.worlds.protocol import Acted
 from safenav.scenario.model import Obstacle, Robot, Scenario
@@ -189,7 +190,7 @@ class TeamState(Struct):
     waits for strategies; ``waiting``: the end of the run, if it waits instead, for an operator or
     a change of the scenario at ``waits_until`` (``changes_to_come``: whether it has any left);
     ``changes``: how often anything has changed by which robots decide. ``dues``: of the open
-    obstacles, by the ledger of promises.
+    obstacles, by the ledger of promises; ``stops``: of a robot with a battery.
     ``inputs``: their values in this tick, and in the one before.
     """
 
@@ -211,6 +212,7 @@ class TeamState(Struct):
     waits_until: float | None = None
     changes: int = 0
     dues: Callable[[Floor], Dues | None] = lambda _: None
+    stops: Callable[[RobotState], Stops | None] = lambda _: None
     changes_to_come: Callable[[], bool] = lambda: False
     _known_others: dict[str, tuple[list[RobotState], list[RobotState]]] = field(
         default_factory=dict

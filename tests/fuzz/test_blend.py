@@ -92,6 +92,7 @@ PLAIN = {
     "a door sweeps both sides where another one is": (50395, True),
     "one that cannot turn back is where a door sweeps": (52136, True),
     "it waits where two doors sweep": (53001, False),
+    "the way around two that wait for help takes more charge": (100116, True),
 }
 CAUSES = [
     *(pytest.param(*row, False, False, id=name) for name, row in PLAIN.items()),
@@ -122,6 +123,7 @@ FORMULAS = {
     "an input forbids the next step of a plan": (73200, True, False, False),
     "a request that is set aside is needed for another one": (72181, True, False, True),
     "it charges when all is done": (96631, True, True, True),
+    "a plan takes the charge that its robot needs": (104781, False, False, False),
     "a plan has taken a robot that waits for help elsewhere": (100024, True, False, False),
 }
 

@@ -21,8 +21,8 @@ from runtime.energy.test_need import lasting
 from safenav import Mission
 from safenav.audit.check import check_trace
 from safenav.errors import InputError
-from safenav.runtime.energy.stops import Stops
 from safenav.runtime.formulas import graph_of
+from safenav.runtime.stops import Stops
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import targets_of
 from safenav.scenario.settings import Clock

@@ -11,8 +11,8 @@ from msgspec.structs import replace
 from safenav.runtime.coordination.events import Event, ServiceChanged, Unsettled
 from safenav.runtime.duties.settlement import Duty
 from safenav.runtime.energy.charges import SHARPNESS, Charges
-from safenav.runtime.energy.stops import NEVER, Stops
 from safenav.runtime.formulas import graph_of
+from safenav.runtime.stops import NEVER, Stops
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.turns.relocation import Relocation
 from safenav.runtime.worlds.world import SimulatedWorld
@@ -94,11 +94,21 @@ class Batteries:
             yield from self._runs_flat(robot)
         elif completes:
             self._later.append(robot.name)
-        elif scenario.chargers:
+        elif scenario.chargers and not self._keeps_to_plan(robot):
             while (stop := self._stop(robot)) != robot.stop:  # a target may count immediately
                 robot.stop = stop
                 yield from self.relocation.leave_plan()
                 yield Unsettled(Reason.CHARGE)
+
+    def _keeps_to_plan(self, robot: RobotState) -> bool:
+        """Whether a robot has the charge for the rest of a joint plan and what it needs after it:
+        its next stop is decided then. By its shortest paths it might not have it, and
+        a plan that a robot leaves for a charger would be made repeatedly."""
+        takes, battery = self.relocation.traffic.takes(robot), robot.robot.model.battery
+        if takes is None or battery is None or robot.charge is None:
+            return False
+        on_charger = robot.pose.region in self.team.scenario.chargers
+        return takes <= (battery.capacity if on_charger else robot.charge)
 
     def stops(self, robot: RobotState) -> Stops | None:
         """The stops of a robot on the floor as it is known; None without a battery."""
@@ -131,6 +141,8 @@ class Batteries:
                 continue
             if self._charges.region[name] not in self.team.scenario.chargers:
                 left = ceil(self._charges.at(name, self._now()) - 1) - charge
+            elif (takes := self.relocation.traffic.takes(robot)) is not None:
+                left = max(takes, battery.move) - charge
             elif robot.stop is not None or robot.too_flat:
                 wanted = self._wanted(robot) if robot.stop is not None else 0
                 left = max(wanted, battery.move) - charge

@@ -125,6 +125,13 @@ class Execution:
         """Whether a robot is at the end of its path."""
         return self.taken[robot] == len(self.schedule.ways[robot]) - 1
 
+    def remaining(self, robot: int) -> tuple[tuple[int, ...], int | None]:
+        """The rest of a robot's path, and the target whose turn it is at the end (None: the one
+        that it has now)."""
+        dues = self.dues[robot] if self.dues else {}
+        turn = dues[max(dues)][0] if dues else None
+        return self.schedule.ways[robot][self.taken[robot] :], turn
+
     def ahead(self, robot: int, size: int) -> Mask:
         """The regions that a robot still has on its path, beginning with its place; none at the
         end. ``size``: number of regions of its map."""

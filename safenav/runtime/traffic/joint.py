@@ -17,6 +17,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.runtime.resolution.problem import Problem, Stages
+from safenav.runtime.stops import Stops
 from safenav.scenario.pursuit import Pursuit
 from safenav.world.poses import Mask, PoseGraph, bits
 
@@ -34,14 +35,16 @@ def has_met(count: Count, due: Count) -> bool:
 
 
 class Joint(Struct, frozen=True):
-    """One joint state. ``poses`` by number, see ``PoseGraph``."""
+    """One joint state. ``poses`` by number, see ``PoseGraph``; ``charges`` of the robots whose
+    batteries a course follows, in its order."""
 
     poses: tuple[int, ...]
     counts: tuple[Count, ...]
     stages: Stages
+    charges: tuple[int, ...] = ()
 
     def __hash__(self) -> int:
-        return hash((self.poses, self.counts, self.stages))
+        return hash((self.poses, self.counts, self.stages, self.charges))
 
 
 class Steps(dict[int, tuple[int, ...]]):
@@ -78,6 +81,8 @@ class Course(Struct, frozen=True, eq=False, dict=True):
     ``excused``: robots whose rounds the mission does not need.
     ``any_first``: robots begin with any of their targets where they may (of more than two with the
     first that they reach, which may miss a plan).
+    ``batteries``: of the robots whose charge it follows. A robot waits on a charger until it is
+    full, and is nowhere where its charge is less than what it needs to continue alone.
     """
 
     problem: Problem
@@ -87,6 +92,7 @@ class Course(Struct, frozen=True, eq=False, dict=True):
     sent: Mapping[int, int] = field(default_factory=dict)
     excused: frozenset[int] = frozenset()
     any_first: bool = False
+    batteries: Mapping[int, Stops] = field(default_factory=dict)
     _steps: dict[Stages, tuple[Steps, ...]] = field(default_factory=dict)
     _hopeful: dict[Stages, tuple[Steps, ...]] = field(default_factory=dict)
     _alive: dict[Stages, tuple[Mask, ...]] = field(default_factory=dict)
@@ -111,7 +117,22 @@ class Course(Struct, frozen=True, eq=False, dict=True):
 
     def moved(self, state: Joint, poses: tuple[int, ...], who: Iterable[int]) -> Joint:
         """Return the state after the robots ``who`` have reached their poses in ``poses``."""
-        return self._settled(poses, state.counts, state.stages, who)
+        found = self._settled(poses, state.counts, state.stages, who)
+        if not self.batteries:
+            return found
+        pairs = zip(self.batteries.items(), state.charges, strict=True)
+        charges = tuple(
+            stops.charge_after(charge, poses[robot], moves=poses[robot] != state.poses[robot])
+            for (robot, stops), charge in pairs
+        )
+        return replace(found, charges=charges)
+
+    def lasts(self, state: Joint) -> bool:
+        """Whether each robot has the charge with which it could continue alone."""
+        return not self.batteries or all(
+            charge >= stops.needed(state.poses[robot], stops.turn(state.counts[robot][0]))
+            for (robot, stops), charge in zip(self.batteries.items(), state.charges, strict=True)
+        )
 
     def along(self, first: Joint, ways: Iterable[tuple[int, ...]]) -> list[Joint]:
         """Return the states from the first on while the robots go to these joint poses."""

@@ -125,7 +125,7 @@ class Search:
             state = queue.popleft()
             for robot, pose in course.singles(state):
                 after = course.after(state, robot, pose)
-                if after in before:
+                if after in before or not course.lasts(after):
                     continue
                 before[after] = state
                 if self.goal(after):
@@ -212,7 +212,7 @@ class Search:
     ) -> Iterator[joint.Joint]:
         """The states that may come next and are not known to be hopeless."""
         for after in self._proposed(state, variant, order):
-            if not self._stuck.cannot_complete(after):
+            if self.course.lasts(after) and not self._stuck.cannot_complete(after):
                 yield after
 
     def _proposed(

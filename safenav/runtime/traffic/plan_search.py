@@ -89,7 +89,28 @@ class PlanSearch(Struct):
         if isinstance(answer, Spent):
             self._look_for_few(plain, course)
             answer = (None if self.turning else local_plan(search)) or answer
+        if isinstance(answer, Found):
+            answer = self._within_charges(floor, course, start, answer, helping)
         return floor, course, start, answer
+
+    def _within_charges(
+        self, floor: Floor, course: Course, start: Joint, found: Found, helping: bool
+    ) -> Found:
+        """A plan for which the charge of each robot suffices, if the one that was found takes too
+        much of one and another is found; else that one."""
+        charged, begun = self.searches.charged(floor, course, start)
+        cut = self.cut(course, start, found.states, helping)
+        after = charged.along(begun, (state.poses for state in cut[1:]))
+        if all(map(charged.lasts, after)):
+            return found
+        search = self.searches.search(floor, charged, begun, work=self.work)
+        if not self.turning:
+            search.goal = lambda state: self.leg_done(charged, begun, state, helping)
+        answer = search.run(budgets.ROUNDS_FIRST)
+        if not isinstance(answer, Found):
+            return found
+        self._leg_end = 0
+        return Found(tuple(replace(state, charges=()) for state in answer.states))
 
     def quickest(self, floor: Floor, gate: int, known: Floor | None = None) -> list[Joint] | None:
         """The quickest plan for the next need of an obstacle, if the team can continue then.

@@ -94,7 +94,7 @@ class Traffic:
 
     def next_pose(self, name: str) -> Pose | None:
         """Return the pose that the plan has a robot take now; None if it stays: it is done, must
-        let others go first, or has not yet counted the goals that the plan assumes met."""
+        let others go first, has not yet counted the goals that the plan assumes met, or charges."""
         assert self.execution is not None
         floor = self.state.last_settled.floor
         index = floor.index(name)
@@ -102,7 +102,7 @@ class Traffic:
         if due is not None and not self._has_met(floor, index, due):
             return None
         number = self.execution.next(index)
-        if number is None:
+        if number is None or self._charges(self.state.robots[name]):
             return None
         return self.state.last_settled.floor.problem.members[index].graph.pose(number)
 
@@ -130,6 +130,23 @@ class Traffic:
         ``ahead`` is closed to it, and each move that it may not undo must be ``certified``."""
         index = self.state.last_settled.floor.index(name)
         return self.execution is not None and self.execution.done(index)
+
+    def takes(self, robot: RobotState) -> int | None:
+        """The charge that the rest of the plan takes of a robot, up to its next charger or to its
+        end with what it needs there; None if the plan no longer moves it."""
+        index, stops = self.state.last_settled.floor.index(robot.name), self.state.stops(robot)
+        if self.execution is None or stops is None or self.execution.done(index):
+            return None
+        way, turn = self.execution.remaining(index)
+        return stops.takes_way(way, stops.turn(robot.own.memory.index if turn is None else turn))
+
+    def _charges(self, robot: RobotState) -> bool:
+        """Whether a robot waits on a charger until it has the charge for the rest of the plan."""
+        takes, battery = self.takes(robot), robot.robot.model.battery
+        if takes is None or battery is None or robot.charge is None:
+            return False
+        on_charger = robot.pose.region in self.state.scenario.chargers
+        return on_charger and robot.charge < takes <= battery.capacity
 
     def follows(self, name: str) -> bool:
         """Whether a robot has followed its helper by a plan, and stands there until it is decided

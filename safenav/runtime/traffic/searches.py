@@ -10,6 +10,7 @@ from msgspec.structs import replace
 from safenav.runtime.coordination.snapshot import awaited_by, moved_on
 from safenav.runtime.duties.settlement import settle
 from safenav.runtime.resolution.problem import Floor, Problem, SpentError, Stages
+from safenav.runtime.stops import Stops
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.traffic import remembering
 from safenav.runtime.traffic.budgets import ROUNDS_AHEAD
@@ -146,6 +147,21 @@ class Searches:
         have them stay there, and find no end."""
         robots = self._state.robots.values()
         return {i: None for i, r in enumerate(robots) if r.assignment.role is Role.CHARGES}
+
+    def charged(self, floor: Floor, course: Course, start: Joint) -> tuple[Course, Joint]:
+        """The same rules and start of a search that follows the charge of each robot which has the
+        charge to continue alone."""
+        batteries, charges = dict[int, Stops](), list[int]()
+        poses = remembering.plain_poses(floor.problem, start.poses)
+        for index, robot in enumerate(self._state.robots.values()):
+            stops = self._state.stops(robot)
+            if stops is None or robot.charge is None or not robot.active:
+                continue
+            charge = stops.charge_after(int(robot.charge), poses[index], moves=False)
+            if charge >= stops.needed(poses[index], stops.turn(start.counts[index][0])):
+                batteries[index] = stops
+                charges.append(charge)
+        return replace(course, batteries=batteries), replace(start, charges=tuple(charges))
 
     def only_out(self, robots: Sequence[RobotState]) -> bool:
         """Whether each of some robots is out of service, or cut off by one that is."""

@@ -96,6 +96,43 @@ until: {rounds: 1}
 """
 
 
+ASIDE = """
+map:
+  grid: |
+    ######
+    #....#
+    ###.##
+    ######
+  names: {dock: [1, 2], shelf: [1, 1]}
+catalogue:
+  robots:
+    cart:
+      {mobility: free, layer: ground, capabilities: [load],
+       battery: {capacity: 6, charge: 1, stay: 0}}
+    guard: {mobility: free, layer: ground, capabilities: []}
+  obstacles: {job: {action: load, resolve_at: self, blocks: []}}
+robots:
+  cart: {model: cart, start: dock, objective: {hold: dock}}
+  guard: {model: guard, start: shelf, objective: {hold: shelf}}
+orders: [{at: 2, type: job, region: shelf}]
+chargers: [dock]
+until: {rounds: 1}
+limits: {ticks: 100}
+"""
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+@pytest.mark.parametrize("capacity", [6, 4])
+def test_a_plan_takes_no_more_than_the_charge_and_a_robot_keeps_to_it(
+    capacity: int, clock: str
+) -> None:
+    """The cart lets the guard out and goes to the shelf: five steps and one back, or four to the
+    dock, where it charges. By its strategy it would keep two more steps in reserve."""
+    run = play(f"safenav: 1{ASIDE}clock: {clock}\n".replace("capacity: 6", f"capacity: {capacity}"))
+    assert run.outcome["outcome"] == "completed"
+    assert len(run.all("plan")) == 2  # there and back
+
+
 @pytest.mark.parametrize("clock", ["lockstep", "live"])
 def test_no_robot_is_sent_to_charge_when_the_mission_is_complete(clock: str) -> None:
     """Unless a robot whose turn comes later in that tick meets an obstacle."""

@@ -5,7 +5,7 @@ from random import Random
 
 import pytest
 
-from safenav.runtime.energy.stops import NEVER, Stops
+from safenav.runtime.stops import NEVER, Stops
 from safenav.scenario.model import Battery
 from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property, partial
 from heapq import heappop, heappush
 
@@ -102,6 +102,24 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
     def need(self, pose: int, turn: int) -> int:
         """The least charge with which it can continue from there, target ``turn`` being next."""
         return self.needs[turn].get(pose, NEVER)
+
+    def needed(self, pose: int, turn: int) -> int:
+        """The same for a pose that may be open by then: none where it is not known."""
+        return self.needs[turn].get(pose, 0)
+
+    def charge_after(self, charge: int, pose: int, *, moves: bool) -> int:
+        """The charge in a pose after a step there, or a stay: on a charger it waits until full."""
+        if self.chargers >> pose & 1:
+            return self.battery.capacity
+        return charge - self.battery.move if moves else charge
+
+    def takes_way(self, way: Sequence[int], turn: int) -> int:
+        """The charge that a way takes to its next charger, or to its end with what is needed there
+        where target ``turn`` is next."""
+        for steps, pose in enumerate(way[1:], 1):
+            if self.chargers >> pose & 1:
+                return steps * self.battery.move
+        return (len(way) - 1) * self.battery.move + self.need(way[-1], turn)
 
     def for_duty(self, goal: Mask, turn: int) -> Stops | None:
         """The stops of a helper: its duty is its next target, and after that it continues with
