@@ -24,6 +24,7 @@ from safenav.spec.other_robots.belief import models
 from safenav.spec.task import Fairness, Task
 from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace, objective_in_trace
+from safenav.trace.objective import Objective
 from safenav.trace.vocabulary import Place
 from safenav.trace.words import listed
 from safenav.world.moves import Pose
@@ -61,6 +62,48 @@ def _has_acts_to_come(settled: Settled | None, floor: Floor) -> bool:
     return any(settled.floor.gates[a.gate] in floor.gates for a in settled.in_time.acts)
 
 
+class _StackLines:
+    """The pushes and pops of a decision, by which all robots have these objectives; ``depth``: of
+    the stack after them."""
+
+    def __init__(self, team: TeamState, objectives: Mapping[str, Objective]) -> None:
+        self.team, self.objectives = team, objectives
+        self.lines: list[records.Record] = []
+        over = team.requests.closed
+        self.depth = team.requests.depth + sum(len(request.entries) for request in over)
+
+    def pop(self, request: OpenRequest) -> None:
+        """Drop all entries of a request."""
+        for pair in reversed(request.entries):
+            self.depth -= 1
+            self._entry(records.Pop, request, *pair)
+
+    def push(self, request: OpenRequest, helpers: tuple[str, ...]) -> OpenRequest:
+        """Add an entry for each requester that has none; the request with them."""
+        pushed = [(requester, helpers) for requester in request.unpushed]
+        for pair in pushed:
+            self.depth += 1
+            self._entry(records.Push, request, *pair)
+        saved = request.saved
+        if pushed and not request.entries:
+            now = {name: robot.assignment for name, robot in self.team.robots.items()}
+            helping = {n: a for n, a in now.items() if a.role is Role.HELPS}
+            saved = {n: (a.obstacle, a.objective) for n, a in helping.items()}
+        return replace(request, entries=(*request.entries, *pushed), saved=saved)
+
+    def _entry(
+        self,
+        kind: type[records.Push] | type[records.Pop],
+        request: OpenRequest,
+        requester: str | None,
+        helpers: tuple[str, ...],
+    ) -> None:
+        who = requester, helpers[0] if helpers else None
+        several = helpers if len(helpers) > 1 else None
+        about = self.depth, self.objectives, request.obstacle.name, *who
+        self.lines.append(kind(self.team.tick, *about, helpers=several))
+
+
 def stack(
     team: TeamState,
     floor: Floor,
@@ -70,27 +113,12 @@ def stack(
 ) -> tuple[Requests, tuple[records.Record, ...]]:
     """The lines about the requests once every robot has its task, and the requests after them:
     pops of those that were closed, then each open one with new helpers, and its pushes."""
-    lines: list[records.Record] = []
     objectives = {
         name: objective_in_trace(draft.assignment.objective) for name, draft in drafts.items()
     }
-    over = team.requests.closed
-    depth = team.requests.depth + sum(len(request.entries) for request in over)
-    changes = any(request.entries for request in over)
-
-    def entry(
-        kind: type[records.Push] | type[records.Pop], request: OpenRequest, pair: _Entry
-    ) -> None:
-        requester, helpers = pair
-        first, several = helpers[0] if helpers else None, helpers if len(helpers) > 1 else None
-        name = request.obstacle.name
-        line = kind(team.tick, depth, objectives, name, requester, first, helpers=several)
-        lines.append(line)
-
-    for request in over:
-        for pair in reversed(request.entries):
-            depth -= 1
-            entry(records.Pop, request, pair)
+    entries = _StackLines(team, objectives)
+    for request in team.requests.closed:
+        entries.pop(request)
     after = []
     for request in team.requests:
         name = request.obstacle.name
@@ -99,56 +127,51 @@ def stack(
             for robot, draft in drafts.items()
             if draft.assignment.obstacle == name and team.robots[robot].active
         )
-        aside = name in team.requests.aside and not request.aside
-        if request.recorded is None or helpers not in ((), request.recorded) or aside:
-            gate = floor.gates.index(name)
-            because = None
-            if not helpers:
-                out = [each for each, robot in team.robots.items() if not robot.active]
-                because = why_nobody(floor, found, gate, team.scenario.map.word, out)
-            elif failed := [r for r in bids_for(floor, gate) if (r, name) in team.failures.barred]:
-                because = f"{listed(failed)} {'has' if len(failed) == 1 else 'have'} failed"
-            if aside:
-                because = "no order of moves lets them resolve it now"
+        aside = name in team.requests.aside
+        news = request.recorded is None or helpers not in ((), request.recorded)
+        if news or (aside and not request.aside):
+            because = _because(team, floor, found, request, helpers)
             line = requested(team, request, floor, helpers, because)
-            lines.append(replace(line, aside=True) if aside else line)
-            lines += [
-                synthesis_record(team, result, vocabulary.Reason.REQUEST)
-                for (_, obstacle), result in refused.items()
-                if obstacle == name
+            entries.lines += [
+                replace(line, aside=True) if aside and not request.aside else line,
+                *(
+                    synthesis_record(team, result, vocabulary.Reason.REQUEST)
+                    for (_, obstacle), result in refused.items()
+                    if obstacle == name
+                ),
             ]
             request = replace(request, recorded=helpers)
-        changes = changes or bool(request.unpushed)
-        pushed = [(requester, helpers) for requester in request.unpushed]
-        for pair in pushed:
-            depth += 1
-            entry(records.Push, request, pair)
-        saved = request.saved
-        if pushed and not request.entries:
-            now = {name: robot.assignment for name, robot in team.robots.items()}
-            helping = {n: a for n, a in now.items() if a.role is Role.HELPS}
-            saved = {n: (a.obstacle, a.objective) for n, a in helping.items()}
-        entries = (*request.entries, *pushed)
-        after.append(
-            replace(
-                request,
-                helpers=helpers,
-                entries=entries,
-                saved=saved,
-                aside=name in team.requests.aside,
-            )
-        )
-    if team.scenario.coordination is Coordination.ASSIGNABLE and not changes:
-        lines += [  # else lines of syntheses say so
+        request = entries.push(request, helpers)
+        after.append(replace(request, helpers=helpers, aside=aside))
+    changed = any(isinstance(line, records.Push | records.Pop) for line in entries.lines)
+    if team.scenario.coordination is Coordination.ASSIGNABLE and not changed:
+        entries.lines += [  # else lines of syntheses say so
             records.Told(team.tick, name, objective)
             for name, objective in objectives.items()
             if objective != team.recorded[name]
         ]
     given_up, set_aside = team.requests.given_up, team.requests.aside
-    return Requests(tuple(after), given_up=given_up, aside=set_aside), tuple(lines)
+    return Requests(tuple(after), given_up=given_up, aside=set_aside), tuple(entries.lines)
 
 
-_Entry = tuple[str | None, tuple[str, ...]]
+def _because(
+    team: TeamState,
+    floor: Floor,
+    found: Settlement,
+    request: OpenRequest,
+    helpers: tuple[str, ...],
+) -> str | None:
+    """Why a request has no helpers, or not the ones that would be chosen otherwise."""
+    name = request.obstacle.name
+    gate = floor.gates.index(name)
+    if name in team.requests.aside and not request.aside:
+        return "no order of moves lets them resolve it now"
+    if not helpers:
+        out = [each for each, robot in team.robots.items() if not robot.active]
+        return why_nobody(floor, found, gate, team.scenario.map.word, out)
+    if failed := [r for r in bids_for(floor, gate) if (r, name) in team.failures.barred]:
+        return f"{listed(failed)} {'has' if len(failed) == 1 else 'have'} failed"
+    return None
 
 
 def requested(

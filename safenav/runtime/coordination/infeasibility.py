@@ -14,7 +14,7 @@ from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.resolution.proofs import Refutation, TeamClosure
 from safenav.runtime.team import TeamState
 from safenav.runtime.termination import Conclusion
-from safenav.scenario.objective import Ltl, describe
+from safenav.scenario.objective import Ltl, Word, describe
 from safenav.spec.task import Task
 from safenav.trace import vocabulary
 from safenav.trace.proofs import Choice, Closure, Option, Proof, Reach, Tree
@@ -57,52 +57,17 @@ def nobody_goes_on(
     """Return the end of a run in which the closure, or every choice, leaves a robot stuck.
     ``lacks``: the shortfalls of obstacles that are never resolved."""
     word = state.scenario.map.word
-    said = []
-    closure, after = proof, floor
-    lossless = True  # so far
-    while isinstance(closure, tuple):
-        if not closure:
-            said += (reasons.without_room(after, word) if lossless else []) or [_TRAPPED]
-            break
-        first = closure[0]
-        lossless = lossless and first.lossless
-        if lossless:  # from where it is, each robot still reaches what it could reach
-            step = first.step
-            stages = floor.problem.advanced(step.gate, after.stages, step.group)
-            after = replace(after, stages=stages)
-        else:
-            said.append(_TRAPPED)
-        closure = first.because
-    stuck: list[str] = []
-    if isinstance(closure, TeamClosure):
+    closure, said = _first_dead_end(floor, proof, word)
+    stuck, missed = list[str](), [lacks[name] for name in state.knowledge.given_up()]
+    if closure is not None:
         stuck = [name for name, live in zip(floor.names, closure.live, strict=True) if not live]
-    for name in stuck:
-        robot = state.robots[name]
-        if closure is not proof and not isinstance(robot.robot.objective, Ltl):
-            objective = describe(robot.robot.objective, word)  # from where it is, it still could
-            said.append(f"{name} could no longer {objective} after that")
-            continue
-        task = Task(
-            robot.robot,
-            robot.next_pose,
-            robot.robot.objective,
-            robot.memory,
-            state.knowledge.walls_for(robot.robot, state.knowledge.pending),
-        )
-        if isinstance(robot.robot.objective, Ltl):
-            said.append(f"{name} cannot meet its formulas with what it can reach")
-        else:
-            said.append(_why_not(state, name, task))
-    out = [name for name, robot in state.robots.items() if not robot.active]
-    vain = state.failures.barred
-    open_ = (
-        reasons.shortfalls(floor, closure, out, vain) if isinstance(closure, TeamClosure) else ()
-    )
-    missed = [*(lacks[name] for name in state.knowledge.given_up()), *open_]
+        said += [_why_stuck(state, name, chosen=closure is not proof) for name in stuck]
+        out = [name for name, robot in state.robots.items() if not robot.active]
+        missed += reasons.shortfalls(floor, closure, out, state.failures.barred)
     said += [reasons.shortfall_words(each, word) for each in missed]
     for name, obstacle in refused:
         said.append(f"{name} has no strategy for going to {obstacle_words(obstacle, word)}")
-    known = missed and isinstance(proof, TeamClosure)
+    known = missed and closure is proof
     cause = reasons.cause_of(missed).value if known else vocabulary.OperatorCause.UNREALIZABLE.value
     links = tuple(dict.fromkeys(said))
     return Conclusion(
@@ -113,6 +78,40 @@ def nobody_goes_on(
         links=links,
         stuck=tuple(stuck),
     )
+
+
+def _first_dead_end(
+    floor: Floor, proof: Refutation, word: Word
+) -> tuple[TeamClosure | None, list[str]]:
+    """Follow the first option of each choice: the closure in which that ends (None: no option is
+    left), and the reasons on the way."""
+    said, lossless = list[str](), True  # so far
+    while isinstance(proof, tuple):
+        if not proof:
+            without_room = reasons.without_room(floor, word) if lossless else []
+            return None, said + (without_room or [_TRAPPED])
+        first = proof[0]
+        lossless = lossless and first.lossless
+        if lossless:  # from where it is, each robot still reaches what it could reach
+            step = first.step
+            stages = floor.problem.advanced(step.gate, floor.stages, step.group)
+            floor = replace(floor, stages=stages)
+        else:
+            said.append(_TRAPPED)
+        proof = first.because
+    return proof, said
+
+
+def _why_stuck(state: TeamState, name: str, *, chosen: bool) -> str:
+    """Why a robot cannot continue. ``chosen``: after an option that was chosen."""
+    robot = state.robots[name]
+    objective = robot.robot.objective
+    if isinstance(objective, Ltl):
+        return f"{name} cannot meet its formulas with what it can reach"
+    if chosen:  # from where it is, it still could
+        return f"{name} could no longer {describe(objective, state.scenario.map.word)} after that"
+    walls = state.knowledge.walls_for(robot.robot, state.knowledge.pending)
+    return _why_not(state, name, Task(robot.robot, robot.next_pose, objective, robot.memory, walls))
 
 
 def unserved(end: Conclusion, refused: Mapping[tuple[str, str], TaskResult]) -> Conclusion:
