@@ -22,7 +22,7 @@ from safenav.runtime.coordination.foresight import foreseen
 from safenav.runtime.deadlines.worst import visited, worst_cases
 from safenav.runtime.mission import Mission, default_synthesizer, first_results
 from safenav.scenario.lint import lint
-from safenav.scenario.objective import describe
+from safenav.scenario.objective_text import describe
 from safenav.scenario.reading.loader import load_scenario
 from safenav.spec.compile import assumption_names
 

@@ -18,16 +18,8 @@ from safenav.explain.explanation import Diagnosis, NoStrategyCause, Repair, Repa
 from safenav.explain.map_repair import map_repairs
 from safenav.explain.undisturbed import play
 from safenav.scenario.model import Robot, Scenario, Tracking
-from safenav.scenario.objective import (
-    Ltl,
-    Objective,
-    Word,
-    avoided,
-    relaxed,
-    station,
-    staying,
-    written,
-)
+from safenav.scenario.objective import Ltl, Objective, Word, avoided, relaxed, station, staying
+from safenav.scenario.objective_text import written
 from safenav.scenario.reachability import Reachability
 from safenav.spec.objective import NO_MEMORY
 from safenav.spec.task import Task

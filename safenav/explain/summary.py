@@ -5,7 +5,8 @@ from __future__ import annotations
 from safenav.explain.diagnosis import diagnose
 from safenav.explain.explanation import Diagnosis, NoStrategyCause
 from safenav.scenario.model import Robot
-from safenav.scenario.objective import Ltl, describe
+from safenav.scenario.objective import Ltl
+from safenav.scenario.objective_text import describe
 from safenav.spec.forms import asked_of
 from safenav.spec.task import Task
 from safenav.world.map import RegionMap

@@ -13,7 +13,6 @@ Raw formulas (``ltl``) are not such an automaton: the synthesizer makes theirs.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from itertools import combinations, groupby
 from typing import ClassVar
@@ -388,68 +387,3 @@ def ruled(objective: TargetObjective, like: Objective) -> TargetObjective:
     if isinstance(like, Ltl):
         return objective
     return replace(objective, avoid=like.avoid, always=like.always)
-
-
-def to_data(objective: Objective) -> dict[str, object]:
-    """The objective as it stands in a scenario or a trace, regions as numbers.
-
-    A target of one region is a number, a larger one a sorted list.
-    """
-    if isinstance(objective, Ltl):
-        memory = {n: list(b) if b else "bool" for n, b in objective.memory.items()}
-        parts = {
-            "init": list(objective.init),
-            "safety": list(objective.safety),
-            "liveness": list(objective.liveness),
-            "memory": memory,
-            "inputs": list(objective.inputs),
-        }
-        return {"ltl": {key: value for key, value in parts.items() if value}}
-    regions = [sorted(target) for target in objective.targets]
-    listed = [each[0] if len(each) == 1 else each for each in regions]
-    told: dict[str, object] = {objective.kind: listed[0] if objective.one else listed}
-    if objective.literal:
-        told["form"] = "literal"
-    if objective.avoid:
-        told["avoid"] = sorted(objective.avoid)
-    if objective.always:
-        told["always"] = list(objective.always)
-    return told
-
-
-_SHOWN = 2
-"""The most formulas of ``always`` that a few words hold."""
-
-
-def describe(objective: Objective, word: Word = number_word) -> str:
-    """The objective in a few words, for people: ``patrol 58 <-> 28``, or with ``RegionMap.word``
-    ``patrol dock <-> ward_a``."""
-    if isinstance(objective, Ltl):
-        safety, liveness = len(objective.safety), len(objective.liveness)
-        return f"meet its formulas ({safety} safety, {liveness} liveness)"
-    said = objective.words(word)
-    if objective.avoid:
-        said += f", never in {word(objective.avoid).replace('|', ', ')}"
-    if len(objective.always) > _SHOWN:
-        return f"{said}, always its {len(objective.always)} formulas"
-    return said + "".join(f", always {formula}" for formula in objective.always)
-
-
-def written(objective: Objective, word: Word = number_word) -> str:
-    """The objective as one writes it in a scenario: ``{patrol: [dock, shelf]}``."""
-
-    def target(regions: Target) -> str:
-        words = word(regions).split("|")
-        return words[0] if len(words) == 1 else f"{{any: [{', '.join(words)}]}}"
-
-    if isinstance(objective, Ltl):
-        return json.dumps(to_data(objective))
-    listed = [target(regions) for regions in targets_of(objective)]
-    parts = {objective.kind: listed[0] if objective.one else f"[{', '.join(listed)}]"}
-    if objective.literal:
-        parts["form"] = "literal"
-    if objective.avoid:
-        parts["avoid"] = f"[{', '.join(word(region) for region in sorted(objective.avoid))}]"
-    if objective.always:
-        parts["always"] = json.dumps(objective.always)
-    return f"{{{', '.join(f'{key}: {value}' for key, value in parts.items())}}}"

@@ -9,7 +9,7 @@ from msgspec import convert
 from safenav.scenario.model import Obstacle, Robot, Scenario, Tracking
 from safenav.scenario.motion import resolved
 from safenav.scenario.objective import Objective as ScenarioObjective
-from safenav.scenario.objective import to_data
+from safenav.scenario.objective_text import to_data
 from safenav.spec.other_robots.belief import MOST_CELLS
 from safenav.trace import setting
 from safenav.trace.objective import Objective

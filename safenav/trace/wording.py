@@ -14,7 +14,8 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.outcome import Verdict
-from safenav.scenario.objective import KINDS, Ltl, Objective, Word, describe, number_word
+from safenav.scenario.objective import KINDS, Ltl, Objective, Word, number_word
+from safenav.scenario.objective_text import describe
 from safenav.trace import records, vocabulary
 from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.words import (

@@ -9,7 +9,8 @@ import pytest
 from safenav.errors import InputError
 from safenav.outcome import Outcome
 from safenav.scenario.model import Robot, Scenario, Timing, Tracking
-from safenav.scenario.objective import Cover, Hold, Ltl, Patrol, Visit, to_data
+from safenav.scenario.objective import Cover, Hold, Ltl, Patrol, Visit
+from safenav.scenario.objective_text import to_data
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.scenario.settings import Controllers, Coordination, Limits, Until
 from safenav.world.map import Heading

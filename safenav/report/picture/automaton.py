@@ -17,7 +17,8 @@ from safenav.report.picture.glyphs import EVENT_MARKS
 from safenav.report.picture.strategy import svg_of_summary
 from safenav.report.picture.svg import SvgWriter, number, text_width, wrapped
 from safenav.report.replay.timeline import StoryKind
-from safenav.scenario.objective import describe, target_regions
+from safenav.scenario.objective import target_regions
+from safenav.scenario.objective_text import describe
 from safenav.spec.specification import Owner, Section
 from safenav.spec.task import Task
 from safenav.synthesis.export import in_words

@@ -6,7 +6,8 @@ from safenav.report.replay.perception import Shading
 from safenav.report.replay.timeline import Hidden, ObstacleStatus, Placed, Scene
 from safenav.report.terminal.map import FREE, MapPicture, Marker, draw, with_names
 from safenav.scenario.model import Obstacle, Scenario
-from safenav.scenario.objective import describe, target_regions
+from safenav.scenario.objective import target_regions
+from safenav.scenario.objective_text import describe
 from safenav.trace.labels import labels
 from safenav.trace.words import listed, obstacle_words, regions_words
 from safenav.world.map import Region, RegionMap

@@ -15,7 +15,8 @@ from safenav.report.picture.glyphs import EVENT_MARKS
 from safenav.report.picture.legend import WIDTH, Block, Legend, Row, lines_of
 from safenav.report.picture.svg import SvgWriter, number, wrapped
 from safenav.report.replay.timeline import StoryKind
-from safenav.scenario.objective import describe, target_regions
+from safenav.scenario.objective import target_regions
+from safenav.scenario.objective_text import describe
 from safenav.spec.compile import assumption_names
 from safenav.spec.task import Task
 from safenav.synthesis.strategy import Strategy

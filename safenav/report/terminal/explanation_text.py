@@ -23,7 +23,7 @@ from safenav.explain.explanation import (
 from safenav.explain.summary import why_words
 from safenav.report.terminal.map import MapPicture, Marker, draw
 from safenav.scenario.model import Scenario
-from safenav.scenario.objective import describe
+from safenav.scenario.objective_text import describe
 from safenav.spec.forms import asked_of
 from safenav.spec.other_robots.nearby import busy
 from safenav.spec.specification import Constraint

@@ -12,7 +12,8 @@ import click
 from safenav.outcome import Outcome, Verdict
 from safenav.report.terminal.map import MapPicture, Marker, draw
 from safenav.scenario.model import Scenario
-from safenav.scenario.objective import Ltl, describe, station, target_regions
+from safenav.scenario.objective import Ltl, station, target_regions
+from safenav.scenario.objective_text import describe
 from safenav.trace import records, vocabulary
 from safenav.trace.labels import labels
 from safenav.trace.wording import Wording, objective_of, synthesis_words

@@ -30,7 +30,8 @@ from safenav.scenario.model import (
     RobotModel,
     Scenario,
 )
-from safenav.scenario.objective import Ltl, Target, staying, targets_of, with_targets, written
+from safenav.scenario.objective import Ltl, Target, staying, targets_of, with_targets
+from safenav.scenario.objective_text import written
 from safenav.scenario.settings import Clock
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace.records import Record

@@ -14,7 +14,8 @@ from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.resolution.proofs import Refutation, TeamClosure
 from safenav.runtime.team import TeamState
 from safenav.runtime.termination import Conclusion
-from safenav.scenario.objective import Ltl, Word, describe
+from safenav.scenario.objective import Ltl, Word
+from safenav.scenario.objective_text import describe
 from safenav.spec.task import Task
 from safenav.trace import vocabulary
 from safenav.trace.proofs import Choice, Closure, Option, Proof, Reach, Tree

@@ -14,7 +14,8 @@ from safenav.errors import ResourceLimitError
 from safenav.outcome import Verdict
 from safenav.runtime.coordination.ladder import Candidate, Ladder, alone
 from safenav.runtime.termination import Stop
-from safenav.scenario.objective import Objective, Word, describe
+from safenav.scenario.objective import Objective, Word
+from safenav.scenario.objective_text import describe
 from safenav.spec.compile import compile_task
 from safenav.spec.forms import Rung, Weakening, concession
 from safenav.spec.specification import Specification
