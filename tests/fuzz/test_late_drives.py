@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
 
-from fuzz.late import late_drive
+from fuzz.late.drive import late_drive
 
 SEEDS = (11, 22, 39, 59, 64)
 """On them robots were told to be where they were not, met, or found doors that were none."""

@@ -25,7 +25,7 @@ class LiveRun:
         self._source = source
         self._version = header.safenav
         self._telling = ReplayBuilder(Trace(source, header, (), False, 0))
-        self._index = {name: i for i, name in enumerate(self._telling.tracks)}
+        self._index = {name: i for i, name in enumerate(self._telling.paths.tracks)}
         self._sent: dict[tuple[str, ...], int] = {}
         self._known: dict[str, Hidden] = {}
         self._sight: dict[str, str] = {}
@@ -35,17 +35,17 @@ class LiveRun:
     @property
     def last(self) -> int:
         """Return the last tick that is complete."""
-        return min(len(regions) for regions in self._telling.regions.values()) - 1
+        return self._telling.paths.last
 
     @property
     def timed(self) -> bool:
         """Whether the run has a clock."""
-        return self._telling.times is not None
+        return self._telling.paths.times is not None
 
     @property
     def time(self) -> float:
         """Return the last tick, or the seconds on the clock of the run."""
-        times = self._telling.times
+        times = self._telling.paths.times
         return float(self.last) if times is None else times[-1]
 
     def tell(self, record: records.Record) -> None:
@@ -63,21 +63,21 @@ class LiveRun:
         telling, last = self._telling, self.last
         return {
             "last": last,
-            "times": [round(time, 3) for time in self._new(telling.times or (), "times")],
-            "robots": [self._robot_news(name, last) for name in telling.tracks],
+            "times": [round(time, 3) for time in self._new(telling.paths.times or (), "times")],
+            "robots": [self._robot_news(name, last) for name in telling.paths.tracks],
             "obstacles": self._new_obstacles(),
             "status": {
                 name: encode.changed(self._new(told, "s", name), encode.status_data)
-                for name, told in telling.statuses.items()
+                for name, told in telling.obstacles.statuses.items()
             },
             "met": {
                 name: encode.changed(new, encode.met_data)
-                for name, told in telling.met.items()
+                for name, told in telling.obstacles.met.items()
                 if (new := self._new(told, "met", name))
             },
             "carried": {
                 name: encode.changed(new, lambda who: encode.carriers_data(who, self._index))
-                for name, told in telling.loads.items()
+                for name, told in telling.obstacles.loads.items()
                 if (new := self._new(told, "carried", name))
             },
             "stack": encode.changed(
@@ -90,9 +90,9 @@ class LiveRun:
 
     def _robot_news(self, name: str, last: int) -> dict[str, Any]:
         telling = self._telling
-        path = self._new(telling.regions[name][: last + 1], "path", name)
-        facing = self._new(telling.headings[name][: last + 1], "headings", name)
-        steps = telling.long_steps(name, last)
+        path = self._new(telling.paths.regions[name][: last + 1], "path", name)
+        facing = self._new(telling.paths.headings[name][: last + 1], "headings", name)
+        steps = telling.paths.steps(name, last)
         kept = max(0, self._sent.get(("steps", name), 0) - 1)  # the last one may continue
         self._sent["steps", name] = len(steps)
         return {
@@ -129,16 +129,19 @@ class LiveRun:
 
     def _sight_now(self, name: str, last: int) -> str | None:
         telling = self._telling
-        vision = telling.tracks[name].vision
+        vision = telling.paths.tracks[name].vision
         if vision is None:
             return None
-        told = ((h.region, telling.statuses[h.name][-1:]) for h in telling.hidden.values())
+        told = (
+            (h.region, telling.obstacles.statuses[h.name][-1:])
+            for h in telling.obstacles.hidden.values()
+        )
         closed = frozenset(r for r, status in told if status and status[0][1] in CLOSED)
-        return written(self._seen(vision, closed, telling.regions[name][last]))
+        return written(self._seen(vision, closed, telling.paths.regions[name][last]))
 
     def _new_obstacles(self) -> list[dict[str, Any]]:
         """Return the obstacles that are new, or that have just appeared."""
-        found = [h for h in self._telling.hidden.values() if self._known.get(h.name) != h]
+        found = [h for h in self._telling.obstacles.hidden.values() if self._known.get(h.name) != h]
         self._known.update((hidden.name, hidden) for hidden in found)
         return [encode.obstacle_data(hidden, self._telling.map) for hidden in found]
 
