@@ -47,13 +47,19 @@ class Formulas:
         self.valuations: list[Row] = [*product(*ranges)]
         self.names = [*kinds]
         keys = ["region", "heading", *kinds]
-        parts = ("safety", "liveness")
+        parts = ("safety", "liveness", "init")
         read = [[read_clause(line, truths) for line in _lines(body, part)] for part in parts]
         unknown = {name.rstrip("'") for part in read for clause in part for name in clause.reads}
         require(unknown <= {*keys}, f"unknown names: {', '.join(sorted(unknown - {*keys}))}")
         about = (*keys, *primed(keys))
         self._safe = function_of(about, (*read[0],))
         self.goals = [function_of(about, (clause,)) for clause in read[1]]
+        self._init = function_of(about, (*read[2],))
+
+    def begins(self, pose: Pose) -> list[Row]:
+        """Return the values with which the objective may begin in a pose."""
+        states = ((*_row(pose), *values) for values in self.valuations)
+        return [state[2:] for state in states if self._init(*state, *state)]
 
     def allows(self, before: Pose, after: Pose) -> bool:
         """Return whether the step is allowed with some memory."""

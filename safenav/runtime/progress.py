@@ -50,7 +50,7 @@ class Progress:
     @classmethod
     def continued(cls, objective: Objective, done: Done) -> Progress:
         """Return the progress of a run that began before."""
-        found = cls(objective, Memory(done.turn))
+        found = cls(objective, Memory(done.turn, done.memory))
         found.rounds = done.rounds
         found._seen.update(done.seen)
         if found._pursuit is not None and not found._in_turn:

@@ -110,6 +110,12 @@ class Guarantees:
     ) -> Values | None:
         """The robot's possible memory after a step, the least change first; None if its
         guarantees forbid the step with the memory that it has. ``inputs``: before and after it."""
+        return next(self.after(memory, before, after, inputs), None)
+
+    def after(
+        self, memory: Values, before: Pose, after: Pose, inputs: tuple[Values, Values] = ({}, {})
+    ) -> Iterator[dict[str, int]]:
+        """Yield each memory that a robot may have after a step, the least change first."""
         one, other = values_of(before) | dict(inputs[0]), values_of(after) | dict(inputs[1])
         known = {name: value for name, value in memory.items() if name in self._ranges}
         free = {n: r for n, r in self._ranges.items() if n not in known}
@@ -117,8 +123,7 @@ class Guarantees:
             old = known | fresh
             for new in self._nearest(old):
                 if all(rule.holds(one | old, other | new) for rule in (*self._plain, *self._rest)):
-                    return new
-        return None
+                    yield new
 
     def begins(self, memory: Values, pose: Pose) -> bool:
         """Whether the robot may begin in a pose with a memory."""

@@ -144,13 +144,14 @@ class RoundClock(Struct, frozen=True):
 class Done(Struct, frozen=True):
     """A robot's progress with its own objective: ``rounds`` since the last resolution, the targets
     ``seen`` in the present one, the target whose ``turn`` it is. ``uncounted``: what it meets where
-    it stands is not counted yet."""
+    it stands is not counted yet. ``memory``: of its formulas."""
 
     rounds: int = 0
     seen: tuple[int, ...] = ()
     turn: int = 0
     uncounted: bool = False
     clock: RoundClock | None = None
+    memory: Mapping[str, int] = {}
 
 
 class Begun(Struct, frozen=True):

@@ -182,13 +182,14 @@ class DoneHeader(Struct, frozen=True):
     """A robot's progress with its own objective where the run continues: ``rounds`` since the last
     resolution, the targets ``seen`` in the present one, the target whose ``turn`` it is if they
     count in order. ``uncounted``: what it meets where it stands is not counted yet. ``clock``: of
-    its present round, where the scenario has deadlines."""
+    its present round, where the scenario has deadlines; ``memory``: of its formulas."""
 
     rounds: Count = 0
     seen: tuple[Count, ...] = ()
     turn: Count = 0
     uncounted: bool = False
     clock: ClockHeader | None = None
+    memory: Mapping[str, int] = {}
 
 
 class BegunHeader(Struct, frozen=True):

@@ -49,7 +49,7 @@ def _ltl(spelled: str) -> Ltl:
         )
         memory = parts.get("memory", {}).items()
         ranges = {str(k): None if v == "bool" else (int(v[0]), int(v[1])) for k, v in memory}
-        return Ltl(init, safety, live, ranges)
+        return Ltl(init, safety, live, ranges, tuple(map(str, parts.get("inputs", ()))))
     except (ValueError, TypeError, AttributeError, IndexError, KeyError):
         return Ltl()
 

@@ -3,9 +3,9 @@
 Robots begin where the trace leaves them (one that was under way: where it set out), with what they
 have done of their objectives (``trace_end``). Obstacles that were resolved or disappeared are left
 out, as are the met needs of others; robots out of service stay so. Requests stay open, and what
-turned out untraversable still is. Robots carry the loads that they had taken. The memory of
-formulas starts over. A robot begins with the charge that it has; one whose battery is empty asks
-for help again.
+turned out untraversable still is. Robots carry the loads that they had taken. Formulas keep a
+memory that fits the steps so far (``memories``). A robot begins with the charge that it has; one
+whose battery is empty asks for help again.
 """
 
 from __future__ import annotations

@@ -4,16 +4,26 @@ objectives. The rest of the run begins there (``runtime.analysis.resuming``).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from msgspec import Struct, field
 
 from safenav.outcome import Outcome
+from safenav.runtime.analysis.memories import Memories
 from safenav.runtime.promises.ledger import Round
+from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import Ltl, Objective, targets_of
 from safenav.scenario.settings import Begun, Done, RoundClock
 from safenav.trace import records, setting, vocabulary
 from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.trace import Trace
-from safenav.trace.vocabulary import ChangeCause, DeadlineVerdict, OperatorIntervention
+from safenav.trace.vocabulary import (
+    ChangeCause,
+    DeadlineVerdict,
+    HoldReason,
+    MovedBy,
+    OperatorIntervention,
+)
 from safenav.trace.wording import objective_of
 from safenav.world.map import HEADINGS
 from safenav.world.moves import Pose
@@ -21,7 +31,7 @@ from safenav.world.moves import Pose
 
 class Pursued(Struct):
     """A robot's own objective, ``within`` so many ticks a round, and its progress with it.
-    ``begun``: what it meets counts."""
+    ``begun``: what it meets counts; ``memories``: those of its formulas, if it has any."""
 
     objective: TracedObjective
     within: int | None = None
@@ -30,6 +40,7 @@ class Pursued(Struct):
     seen: set[int] = field(default_factory=set)
     turn: int = 0
     clock: Round = field(default_factory=Round)
+    memories: Memories | None = None
 
     @property
     def pursuit(self) -> Objective:
@@ -71,6 +82,8 @@ class TraceEnd(Struct):
     ``stays``: the obstacles of which an operator says that they stay, ``given_up``: those that no
     robot can resolve as things stood; ``backs_up``: the robot and the obstacle from which it does;
     ``had``: the robots that have had their turn in the last tick;
+    ``away``: those that an input keeps from their objective; ``inputs``: the last two ticks in
+    which inputs changed, and their values then; ``arrived``: when robots with formulas did;
     ``moved``: the robot whose turn it is, and where it is, until its goal is counted."""
 
     poses: dict[str, Pose]
@@ -91,6 +104,9 @@ class TraceEnd(Struct):
     backs_up: tuple[str, str] | None = None
     moved: tuple[str, int] | None = None
     had: set[str] = field(default_factory=set)
+    away: set[str] = field(default_factory=set)
+    inputs: tuple[tuple[int, Mapping[str, bool]], ...] = ()
+    arrived: dict[str, float] = field(default_factory=dict)
     ran: bool = False
     live: bool = False
     continues: bool = False
@@ -150,12 +166,17 @@ class TraceEnd(Struct):
                 if self.backs_up is not None and record.robot == self.backs_up[0]:
                     self._waits(record.to if record.toward is None else record.toward)
                 if record.toward is None:
-                    self.poses[record.robot] = pose_of(record.to, record.heading)
+                    pose = pose_of(record.to, record.heading)
+                    self._step(record.robot, pose, decided=record.by is MovedBy.STRATEGY)
                     self.moved = record.robot, record.to
             case records.Arrive():
-                self.poses[record.robot] = pose_of(record.at, record.heading)
+                self._step(record.robot, pose_of(record.at, record.heading), decided=False)
                 self.moved = record.robot, record.at
             case records.Depart() | records.Held():
+                if isinstance(record, records.Depart):
+                    self._stood(record.robot, self.time > self.arrived.get(record.robot, 0.0))
+                elif record.why is HoldReason.STRATEGY:
+                    self._stood(record.robot, long=True)
                 self.moved = None
                 if self.backs_up is not None and record.robot == self.backs_up[0]:
                     here = self.poses[record.robot].region
@@ -169,15 +190,20 @@ class TraceEnd(Struct):
                 self.in_force |= record.objectives
             case records.Told():
                 self.in_force[record.robot] = record.objective
-            case records.Synthesis() if record.node is not None and record.places is None:
-                self.in_force[record.robot] = record.objective  # it was installed
-                self._turned(record)
+            case records.Synthesis() if record.node is not None:  # it was installed
+                memories = self.own[record.robot].memories
+                if memories is not None and record.memory:
+                    memories.possible, memories.begun = [record.memory], True
+                if record.places is None:
+                    self.in_force[record.robot] = record.objective
+                    self._turned(record)
             case records.NewObjective():
                 self._given(record)
             case records.Goal() if self.pursues(record.robot):
                 self.own[record.robot].meet(record)
                 self.moved = None
             case records.Inputs():
+                self.inputs = *self.inputs[-1:], (record.tick, record.values)
                 self.chosen = {name: record.values[name] for name in record.user or ()}
             case records.Resolved():
                 if record.traversable is not False:
@@ -220,6 +246,24 @@ class TraceEnd(Struct):
             case _:
                 pass
 
+    def _step(self, robot: str, pose: Pose, *, decided: bool) -> None:
+        """Follow a step, or a turn in which a robot stays. ``decided``: by its strategy."""
+        before, self.poses[robot] = self.poses[robot], pose
+        memories = self.own[robot].memories
+        if memories is not None and robot not in self.away and (decided or pose != before):
+            tick = self.time if not self.live else 0
+            then = [values for at, values in self.inputs if at < tick]
+            now = [values for _, values in self.inputs]
+            given = ({}, {}) if self.live else ((then or [{}])[-1], (now or [{}])[-1])
+            memories.step(before, pose, given)
+            self.arrived[robot] = self.time
+
+    def _stood(self, robot: str, long: bool) -> None:
+        """Note that a robot has stood where it is. ``long``: since it has arrived there."""
+        memories = self.own[robot].memories
+        if memories is not None and robot not in self.away:
+            memories.stood(self.poses[robot], long=long)
+
     def look(self) -> None:
         """Note which robots do something else than their own objective."""
         for name, pursued in self.own.items():
@@ -245,9 +289,10 @@ class TraceEnd(Struct):
                 own.turn,
                 self._is_uncounted(name),
                 _clock(own, tick) if timed else None,
+                {} if own.memories is None else own.memories.likeliest,
             )
             for name, own in self.own.items()
-            if own.begun
+            if own.begun or (own.memories is not None and own.memories.begun)
         }
         due = {of: max(0, at - tick) for of, at in self.due.items()} if timed else {}
         late = tuple(sorted(self.late)) if timed else ()
@@ -269,9 +314,10 @@ class TraceEnd(Struct):
     def _is_uncounted(self, robot: str) -> bool:
         """Whether what a robot meets where it stands is not counted yet: its turn was not over, it
         did something else, or its next target is there, too, which its strategy takes as met."""
-        if not self.pursues(robot) or (self.moved is not None and self.moved[0] == robot):
-            return True
         own, region = self.own[robot], self.poses[robot].region
+        moves = self.moved is not None and self.moved[0] == robot
+        if not self.pursues(robot) or moves or not own.begun:
+            return True
         known = own.pursuit
         if isinstance(known, Ltl) or not known.in_turn or known.stays(own.turn, region):
             return False
@@ -282,6 +328,8 @@ class TraceEnd(Struct):
         if record.at_once:
             self.in_force[robot] = record.objective
         if record.cause is ChangeCause.INPUT:  # until it changes again
+            same = record.objective == own.objective
+            (self.away.discard if same else self.away.add)(robot)
             own.rounds, own.begun, own.clock = 0, True, Round(record.tick)
             own.seen.clear()
         else:
@@ -353,6 +401,11 @@ def _pursued(name: str, header: setting.ScenarioHeader) -> Pursued:
     if done is not None:
         own.begun, own.rounds, own.seen, own.turn = True, done.rounds, {*done.seen}, done.turn
         own.clock = Round.continued(done.clock)
+    if isinstance(own.pursuit, Ltl) and own.pursuit.memory:
+        start = pose_of(header.robots[name].start, header.robots[name].heading)
+        own.memories = Memories.at_start(guarantees_of(own.pursuit), start)
+        if done is not None and done.memory:
+            own.memories.possible, own.memories.begun = [done.memory], True
     return own
 
 
