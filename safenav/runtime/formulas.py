@@ -40,6 +40,13 @@ class Formulas:
             for pose in map(self._graph.pose, bits(poses))
         )
 
+    @cached_property
+    def staying(self) -> Mask:
+        """The poses in which they allow the robot to stay, with some memory."""
+        poses = ((number, self._graph.pose(number)) for number in bits(self._graph.everywhere))
+        allows = self.guarantees.allows
+        return sum(1 << number for number, pose in poses if allows(pose, pose))
+
     def _closed(self) -> Iterator[tuple[int, int]]:
         graph = self._graph
         for pose in bits(graph.everywhere):

@@ -44,8 +44,9 @@ class Variant(Enum):
 
 
 class Search:
-    """Plans from one joint state. ``stopping`` raises to end a search from outside; ``work``: its
-    limit beside the budgets of its variants (None: there is none)."""
+    """Plans from one joint state. ``keeps``: whether a plan may lead through a state; ``stopping``
+    raises to end a search from outside; ``work``: its limit beside the budgets of its variants
+    (None: there is none)."""
 
     def __init__(
         self,
@@ -62,6 +63,7 @@ class Search:
         self.work = work or joint.Effort(sys.maxsize)
         self.start = start
         self.goal = goal
+        self.keeps: Goal = lambda _: True
         self._guide = guide
         self._rng = random.Random(seed)
         self.stopping = stopping
@@ -125,7 +127,7 @@ class Search:
             state = queue.popleft()
             for robot, pose in course.singles(state):
                 after = course.after(state, robot, pose)
-                if after in before or not course.lasts(after):
+                if after in before or not self.keeps(after):
                     continue
                 before[after] = state
                 if self.goal(after):
@@ -212,7 +214,7 @@ class Search:
     ) -> Iterator[joint.Joint]:
         """The states that may come next and are not known to be hopeless."""
         for after in self._proposed(state, variant, order):
-            if self.course.lasts(after) and not self._stuck.cannot_complete(after):
+            if self.keeps(after) and not self._stuck.cannot_complete(after):
                 yield after
 
     def _proposed(

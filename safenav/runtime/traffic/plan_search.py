@@ -90,27 +90,44 @@ class PlanSearch(Struct):
             self._look_for_few(plain, course)
             answer = (None if self.turning else local_plan(search)) or answer
         if isinstance(answer, Found):
-            answer = self._within_charges(floor, course, start, answer, helping)
+            answer = self._left_well(floor, course, start, answer, helping)
         return floor, course, start, answer
 
-    def _within_charges(
+    def _left_well(
         self, floor: Floor, course: Course, start: Joint, found: Found, helping: bool
     ) -> Found:
-        """A plan for which the charge of each robot suffices, if the one that was found takes too
-        much of one and another is found; else that one."""
+        """A plan that takes no more charge of a robot than it has, and at whose end each may stay,
+        if that is not so for the one that was found and another one is found; else that one."""
         charged, begun = self.searches.charged(floor, course, start)
+        stays = self.searches.stays(floor)
+
+        def ends_well(state: Joint) -> bool:
+            return all(mask >> state.poses[robot] & 1 for robot, mask in stays.items())
+
         cut = self.cut(course, start, found.states, helping)
-        after = charged.along(begun, (state.poses for state in cut[1:]))
-        if all(map(charged.lasts, after)):
+        states = charged.along(begun, (state.poses for state in cut[1:]))
+        if ends_well(states[-1]) and all(map(charged.lasts, states)):
             return found
         search = self.searches.search(floor, charged, begun, work=self.work)
-        if not self.turning:
-            search.goal = lambda state: self.leg_done(charged, begun, state, helping)
-        answer = search.run(budgets.ROUNDS_FIRST)
-        if not isinstance(answer, Found):
+        search.goal = lambda state: (
+            self.leg_done(charged, begun, state, helping) and ends_well(state)
+        )
+        search.keeps = lambda state: (
+            charged.lasts(state) and (state.stages == begun.stages or ends_well(state))
+        )
+        leg = search.run(budgets.ROUNDS_FIRST)
+        if not isinstance(leg, Found):
             return found
-        self._leg_end = 0
-        return Found(tuple(replace(state, charges=()) for state in answer.states))
+        states = [replace(state, charges=()) for state in leg.states]
+        if not self.turning:
+            self._leg_end = 0
+            return Found(tuple(states))
+        own = self.searches.own_of_charging()
+        rest = self.searches.search(floor, course, states[-1], own, work=self.work).run(1)
+        if not isinstance(rest, Found):
+            return found
+        self._leg_end = len(states)
+        return Found((*states, *rest.states[1:]))
 
     def quickest(self, floor: Floor, gate: int, known: Floor | None = None) -> list[Joint] | None:
         """The quickest plan for the next need of an obstacle, if the team can continue then.

@@ -532,6 +532,7 @@ class Traffic:
             for index, robot in enumerate(self.state.robots.values())
             if self.search.turning
             or floor.problem.members[index].turns
+            or index in self._searches.stays(floor)
             or robot.assignment.role is Role.HELPS
             or robot.name == self.search.starved
         ]

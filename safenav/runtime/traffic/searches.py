@@ -9,6 +9,7 @@ from msgspec.structs import replace
 
 from safenav.runtime.coordination.snapshot import awaited_by, moved_on
 from safenav.runtime.duties.settlement import settle
+from safenav.runtime.formulas import formulas_of
 from safenav.runtime.resolution.problem import Floor, Problem, SpentError, Stages
 from safenav.runtime.stops import Stops
 from safenav.runtime.team import RobotState, Role, TeamState
@@ -147,6 +148,18 @@ class Searches:
         have them stay there, and find no end."""
         robots = self._state.robots.values()
         return {i: None for i, r in enumerate(robots) if r.assignment.role is Role.CHARGES}
+
+    def stays(self, floor: Floor) -> dict[int, Mask]:
+        """The poses in which robots may stay that share their floor, of those whose formulas forbid
+        it elsewhere: there none has a strategy, since others may keep it from leaving."""
+        found = dict[int, Mask]()
+        for index, robot in enumerate(self._state.robots.values()):
+            formulas = formulas_of(robot.robot, self._state.scenario.map)
+            if formulas is None or not robot.active or not self._state.rivals(robot.robot):
+                continue
+            if formulas.staying != formulas.graph.everywhere:
+                found[index] = _lifted(floor, index, formulas.staying)
+        return found
 
     def charged(self, floor: Floor, course: Course, start: Joint) -> tuple[Course, Joint]:
         """The same rules and start of a search that follows the charge of each robot which has the
