@@ -15,7 +15,7 @@ Line = Any
 """``type`` is its type; a field that is absent is None, or what the page names as its default."""
 
 _NAMED = (
-    *("again", "beliefs", "bids", "due", "inputs", "knowledge", "memory", "met", "nodes"),
+    *("again", "asked", "beliefs", "bids", "due", "inputs", "knowledge", "memory", "met", "nodes"),
     *("objectives", "others_targets", "refused", "results", "robots", "rounds", "unrealizable"),
     *("values", "within"),
 )
@@ -105,7 +105,7 @@ def _read(value: Any, key: str) -> Any:
     if key in ("objective", "while_waiting"):
         return read_objective(value)
     if key in _NAMED:
-        inner = "objective" if key == "objectives" else ""
+        inner = {"objectives": "objective", "asked": "asked"}.get(key, "")
         return {name: _read(item, inner) for name, item in value.items()}
     fields = {"from_" if k == "from" else k: _read(item, k) for k, item in value.items()}
     return Made(**fields)

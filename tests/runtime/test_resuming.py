@@ -16,15 +16,23 @@ from runtime.played import Run, loaded, play
 from runtime.test_operator import GATE, attended
 from safenav import Mission
 from safenav.audit.check import audit
+from safenav.certify.bundle import make_bundle
+from safenav.certify.check import check_bundle
+from safenav.certify.record import syntheses_of
+from safenav.certify.run import Kept
 from safenav.errors import UsageError
+from safenav.lines import json_line
 from safenav.runtime.analysis.resuming import resumed
+from safenav.runtime.mission import default_synthesizer
 from safenav.runtime.user_changes import SetInput
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import targets_of
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.scenario.settings import Begun, Clock, Done
+from safenav.synthesis.cache import Cache
 from safenav.trace.header import scenario_header
 from safenav.trace.reading import read_lines, read_trace
+from safenav.trace.writing import as_data
 
 BACK = "objective cart {visit: [[1, 1], [2, 1]]}"
 
@@ -322,6 +330,28 @@ def test_what_comes_first_is_not_done_again() -> None:
     rest = play(resumed(read_lines(lines[: end + 1]), scenario))
     assert 6 not in rest.path("r")
     assert rest.outcome["outcome"] == "completed"
+
+
+@pytest.mark.parametrize(
+    ("text", "last"),
+    [
+        (REMEMBERS % tuple(map(json.dumps, FORMULAS["flag"])), '"from":6'),
+        ((SCENARIOS / "case_study_3.yaml").read_text(), '"violation"'),
+    ],
+    ids=["memory", "requests"],
+)
+def test_the_rest_is_certified(text: str, last: str, tmp_path: Path) -> None:
+    lines = play(text).text.splitlines(keepends=True)
+    end = [i for i, line in enumerate(lines) if last in line][-1]
+    rest = resumed(read_lines(lines[: end + 1]), loaded(text))
+    cache, kept, told = Cache(tmp_path / "cache"), Kept(), list[str]()
+    synthesizer = default_synthesizer(rest, cache=cache)
+    listeners = [lambda record: told.append(json_line(as_data(record)))]
+    Mission(rest, synthesizer, listeners=listeners, progress=kept).run()
+    trace = "".join(told).encode()
+    kept.complete(syntheses_of(trace, "rest"), cache, synthesizer)
+    make_bundle(tmp_path / "bundle", trace, {}, kept, synthesizer)
+    assert check_bundle(tmp_path / "bundle").accepted
 
 
 TWO_CARRY = """
