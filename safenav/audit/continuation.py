@@ -16,6 +16,7 @@ from safenav.audit.kinds import shape_of
 from safenav.audit.language import Pose, RefusedError, Row
 from safenav.audit.lines import Line
 from safenav.audit.rules.deadlines import MISSION, DeadlineRule
+from safenav.audit.rules.plans import FollowsPlanRule, Left
 from safenav.audit.rules.rule import Rule, Said
 from safenav.audit.situation import Situation
 from safenav.audit.turn import Status
@@ -107,8 +108,8 @@ def continuation_problems(
     if begun.trace is not None and begun.trace != digest:
         yield "it continues another trace than this one"
         return
-    end, deadlines, memory = _End(), DeadlineRule(), _Memory()
-    for _ in findings(first, records, [end, deadlines, memory]):
+    end, deadlines, memory, plan = _End(), DeadlineRule(), _Memory(), FollowsPlanRule()
+    for _ in findings(first, records, [end, deadlines, memory, plan]):
         pass
     now = end.now
     tick, had = _last_tick(now, records, {*(begun.had or ())})
@@ -133,10 +134,24 @@ def continuation_problems(
             if _row(told, _remembered(name, now) or ()) not in possible:
                 yield f"{name} begins with the memory {told or 'of no step'}, which it cannot have"
     yield from _obstacle_problems(rest, now)
+    if robots.keys() == now.header.robots.keys():
+        yield from _plan_problems(begun.plan, plan.left())
     due = {of: max(0, at - tick) for of, at in deadlines.open().items() if of != MISSION}
     told = dict(begun.due or {})
     if not now.live and told != due:
         yield f"{told or 'nothing'} is due, but the first run leaves {due or 'nothing'}"
+
+
+def _plan_problems(told: Line | None, left: Left | None) -> Iterator[str]:
+    ways, orders = left or ({}, set())
+    if (told is None) is not (left is None):
+        yield f"{'no' if told is None else 'a'} joint plan is to be followed further"
+    elif told is not None:
+        for robot, way in ways.items():
+            if len(way) > 1 and told.robots[robot] != way:
+                yield f"{robot} has other places of the joint plan left than in the first run"
+        if {*told.orders} != orders:
+            yield "the orders of the joint plan are not those of the first run"
 
 
 def _last_tick(now: Situation, records: Sequence[Line], told: set[str]) -> tuple[int, set[str]]:

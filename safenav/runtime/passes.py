@@ -95,6 +95,8 @@ class Passes(Algorithm):
             self._together |= team.waits_until is not None and team.waits_until <= self.world.now()
         if self._together:
             self._resume()
+        if begun is not None and begun.plan is not None and team.waiting is None:
+            self.traffic.resume(begun.plan)
         self.execute_controllers()  # 6
         if team.waiting is None:
             self.guarded(self._plan)

@@ -154,6 +154,16 @@ class Done(Struct, frozen=True):
     memory: Mapping[str, int] = {}
 
 
+class PlanLeft(Struct, frozen=True):
+    """The rest of a joint plan: the places of each robot (region and heading), the first where it
+    stands; ``[first, i, then, j]``: ``then`` enters its place ``j`` only when ``first`` has
+    arrived at its place ``i``; why the plan was made."""
+
+    robots: Mapping[str, tuple[tuple[Region, str | None], ...]]
+    orders: tuple[tuple[str, int, str, int], ...]
+    reason: str
+
+
 class Begun(Struct, frozen=True):
     """The run that this one continues, whose promises and objectives were accepted: what cannot be
     kept from here is judged, and not refused. ``trace``: the sha256 of its trace, if it is a file;
@@ -163,6 +173,7 @@ class Begun(Struct, frozen=True):
     robots that met the first needs of obstacles, where the same robots must meet the next;
     ``asked``: the obstacles that were requested, the oldest first, with the region where each
     requester waits; ``stays``: those of which an operator says that they stay;
+    ``plan``: the rest of the joint plan that was followed;
     ``ran``: it was not refused before its first tick."""
 
     trace: str | None = None
@@ -174,6 +185,7 @@ class Begun(Struct, frozen=True):
     met: Mapping[str, tuple[tuple[str, ...], ...]] = {}
     asked: Mapping[str, Mapping[str, Region]] = {}
     stays: tuple[str, ...] = ()
+    plan: PlanLeft | None = None
     ran: bool = False
 
 

@@ -8,7 +8,7 @@ from typing import Annotated
 from msgspec import Struct
 
 from safenav.trace.objective import Objective
-from safenav.trace.vocabulary import Count, Heading, Json, Least, Region, Seconds, Sha256
+from safenav.trace.vocabulary import Count, Heading, Json, Least, Place, Region, Seconds, Sha256
 
 
 class TimingHeader(Struct, frozen=True):
@@ -192,6 +192,14 @@ class DoneHeader(Struct, frozen=True):
     memory: Mapping[str, int] = {}
 
 
+class PlanHeader(Struct, frozen=True):
+    """The rest of a joint plan, as in its line."""
+
+    robots: Mapping[str, tuple[Place, ...]]
+    orders: tuple[tuple[str, Count, str, Count], ...]
+    reason: str
+
+
 class BegunHeader(Struct, frozen=True):
     """The run that this one continues. ``trace``: the sha256 of its file; ``robots``: their
     progress, of those that had begun; ``due``: the ticks left for the requests that were open;
@@ -200,6 +208,7 @@ class BegunHeader(Struct, frozen=True):
     robots that met the first needs of obstacles, where the same robots must meet the next;
     ``asked``: the obstacles that were requested, the oldest first, with the region where each
     requester waits; ``stays``: those of which an operator says that they stay;
+    ``plan``: the rest of the joint plan that was followed;
     ``ran``: it was not refused before its first tick."""
 
     trace: Sha256 | None = None
@@ -211,6 +220,7 @@ class BegunHeader(Struct, frozen=True):
     met: Mapping[str, tuple[tuple[str, ...], ...]] = {}
     asked: Mapping[str, Mapping[str, Region]] = {}
     stays: tuple[str, ...] = ()
+    plan: PlanHeader | None = None
     ran: bool = False
 
 

@@ -27,6 +27,7 @@ from safenav.runtime.mission import default_synthesizer
 from safenav.runtime.user_changes import SetInput
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import targets_of
+from safenav.scenario.reading.joining import joined
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.scenario.settings import Begun, Clock, Done
 from safenav.synthesis.cache import Cache
@@ -352,6 +353,41 @@ def test_the_rest_is_certified(text: str, last: str, tmp_path: Path) -> None:
     kept.complete(syntheses_of(trace, "rest"), cache, synthesizer)
     make_bundle(tmp_path / "bundle", trace, {}, kept, synthesizer)
     assert check_bundle(tmp_path / "bundle").accepted
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+def test_a_joint_plan_is_followed_to_its_end(clock: str) -> None:
+    """Wherever the run is cut: it takes no more ticks than the run that is not cut."""
+    scenario = replace(load_scenario(SCENARIOS / "two_digits.yaml"), clock=Clock(clock))
+    whole = play(scenario)
+    lines = whole.text.splitlines(keepends=True)
+    kinds = [line["type"] for line in whole.records]
+    begin, end = kinds.index("plan"), kinds.index("plan_end")
+    for cut in range(begin + 1, end, 7):
+        first = read_lines(lines[:cut])
+        resume = resumed(first, scenario)
+        assert resume.begun is not None
+        assert resume.begun.plan is not None
+        place = sorted({*scenario.map.free} - {r.start.region for r in resume.robots})[0]
+        another = f"bee: {{model: quadcopter, start: {place}, objective: {{hold: {place}}}}}"
+        changed = joined(resume, another).begun
+        assert changed is not None
+        assert changed.plan is None
+        rest = play(resume)
+        left = {name: [list(at) for at in way] for name, way in resume.begun.plan.robots.items()}
+        assert rest.one("plan")["robots"] == left
+        assert rest.outcome["outcome"] == "completed"
+        if clock == "lockstep":
+            before = whole.records[cut - 1]["tick"]
+            assert rest.outcome["ticks"] + before <= whole.outcome["ticks"] + 1
+        assert audit(read_lines(rest.text.splitlines()), first).findings == ()
+        header = rest.records[0]["scenario"]["begun"]
+        header["plan"]["robots"]["left"].insert(1, header["plan"]["robots"]["left"][0])
+        problems = audit(read_lines(rest.text.splitlines()), first).findings
+        assert "left has other places of the joint plan left" in problems[0].explanation
+        header["plan"] = None
+        problems = audit(read_lines(rest.text.splitlines()), first).findings
+        assert problems[0].explanation == "no joint plan is to be followed further"
 
 
 TWO_CARRY = """

@@ -13,6 +13,9 @@ from safenav.audit.situation import Situation
 from safenav.audit.turn import Status
 from safenav.audit.world import opposite
 
+Left = tuple[dict[str, tuple[Line, ...]], set[tuple[str, int, str, int]]]
+"""The places of a plan by robot, the present one first, and the orders between them."""
+
 
 @judges("line", "plan")
 def plan(record: Line, now: Situation) -> Iterator[Said]:
@@ -40,6 +43,17 @@ class FollowsPlanRule(Rule):
 
     def __init__(self) -> None:
         self._running: _Running | None = None
+
+    def left(self) -> Left | None:
+        """Return the rest of the plan in force; None if there is none, or all have arrived."""
+        running = self._running
+        if running is None:
+            return None
+        at, plan = running.at, running.plan
+        ways = {robot: places[at[robot] :] for robot, places in plan.robots.items()}
+        orders = {(one, i - at[one], other, j - at[other]) for one, i, other, j in plan.orders}
+        left = {order for order in orders if order[1] > 0 and order[3] > 0}
+        return (ways, left) if any(len(way) > 1 for way in ways.values()) else None
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
         match record.type:

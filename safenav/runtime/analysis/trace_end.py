@@ -13,7 +13,7 @@ from safenav.runtime.analysis.memories import Memories
 from safenav.runtime.promises.ledger import Round
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import Ltl, Objective, targets_of
-from safenav.scenario.settings import Begun, Done, RoundClock
+from safenav.scenario.settings import Begun, Done, PlanLeft, RoundClock
 from safenav.trace import records, setting, vocabulary
 from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.trace import Trace
@@ -81,6 +81,8 @@ class TraceEnd(Struct):
     ``asked``: the requests that are open or given up, each with where its requesters wait;
     ``stays``: the obstacles of which an operator says that they stay, ``given_up``: those that no
     robot can resolve as things stood; ``backs_up``: the robot and the obstacle from which it does;
+    ``plan``: the joint plan that is followed, with the steps that each robot has ``taken``, or the
+    one of the header that is ``to_follow``;
     ``had``: the robots that have had their turn in the last tick;
     ``away``: those that an input keeps from their objective; ``inputs``: the last two ticks in
     which inputs changed, and their values then; ``arrived``: when robots with formulas did;
@@ -103,6 +105,9 @@ class TraceEnd(Struct):
     given_up: set[str] = field(default_factory=set)
     backs_up: tuple[str, str] | None = None
     moved: tuple[str, int] | None = None
+    plan: PlanLeft | None = None
+    taken: dict[str, int] = field(default_factory=dict)
+    to_follow: bool = False
     had: set[str] = field(default_factory=set)
     away: set[str] = field(default_factory=set)
     inputs: tuple[tuple[int, Mapping[str, bool]], ...] = ()
@@ -142,6 +147,8 @@ class TraceEnd(Struct):
             end.continues, end.ran = True, header.begun.ran
             end.due, end.late = dict(header.begun.due), {*header.begun.late}
             end.closed, end.stays = {*header.begun.closed}, {*header.begun.stays}
+            end._plans(header.begun.plan)
+            end.to_follow = True
             end.asked = {name: {**robots} for name, robots in header.begun.asked.items()}
             end.met = {name: [*groups] for name, groups in header.begun.met.items()}
         for record in trace.records:
@@ -160,6 +167,7 @@ class TraceEnd(Struct):
             case records.Violation():
                 self._encountered(record)
             case records.Move():
+                self._sets_out()
                 self.look()
                 self._turn_over()
                 self.had.add(record.robot)
@@ -174,6 +182,7 @@ class TraceEnd(Struct):
                 self.moved = record.robot, record.at
             case records.Depart() | records.Held():
                 if isinstance(record, records.Depart):
+                    self._sets_out()
                     self._stood(record.robot, self.time > self.arrived.get(record.robot, 0.0))
                 elif record.why is HoldReason.STRATEGY:
                     self._stood(record.robot, long=True)
@@ -186,6 +195,11 @@ class TraceEnd(Struct):
                 self.stays.add(record.obstacle or "")
             case records.Operator() if record.robot is not None and record.region is not None:
                 self.poses[record.robot] = pose_of(record.region, record.heading)
+            case records.Plan():
+                self._plans(record)
+                self.to_follow = False
+            case records.PlanEnd():
+                self.plan = None
             case records.Push() | records.Pop():
                 self.in_force |= record.objectives
             case records.Told():
@@ -249,6 +263,9 @@ class TraceEnd(Struct):
     def _step(self, robot: str, pose: Pose, *, decided: bool) -> None:
         """Follow a step, or a turn in which a robot stays. ``decided``: by its strategy."""
         before, self.poses[robot] = self.poses[robot], pose
+        if self.plan is not None and pose != before:
+            ahead = self.plan.robots[robot][self.taken[robot] + 1 :]
+            self.taken[robot] += bool(ahead) and pose_of(*ahead[0]) == pose
         memories = self.own[robot].memories
         if memories is not None and robot not in self.away and (decided or pose != before):
             tick = self.time if not self.live else 0
@@ -268,6 +285,36 @@ class TraceEnd(Struct):
         """Note which robots do something else than their own objective."""
         for name, pursued in self.own.items():
             pursued.clock.disturbed |= not self.pursues(name) or name in self.out
+
+    def _plans(self, plan: records.Plan | setting.PlanHeader | None) -> None:
+        """Follow a joint plan from now on."""
+        self.plan = None if plan is None else PlanLeft(plan.robots, plan.orders, plan.reason)
+        self.taken = dict.fromkeys(self.own, 0)
+
+    def _sets_out(self) -> None:
+        """Forget the plan of the header if no robot follows it."""
+        if self.to_follow:
+            self.plan, self.to_follow = None, False
+
+    def _left(self) -> PlanLeft | None:
+        """The rest of the joint plan; None where a robot has left it, or all have arrived."""
+        if self.plan is None or self.plan.robots.keys() != self.own.keys():
+            return None
+        left = {name: way[self.taken[name] :] for name, way in self.plan.robots.items()}
+        if all(len(way) == 1 for way in left.values()):
+            return None
+        for name, way in left.items():
+            here = self.poses[name]
+            if len(way) == 1:  # it may have left it
+                left[name] = ((here.region, None if here.heading is None else here.heading.label),)
+            elif pose_of(*way[0]) != here:
+                return None
+        orders = (
+            (first, i - self.taken[first], then, j - self.taken[then])
+            for first, i, then, j in self.plan.orders
+        )
+        to_come = tuple(order for order in orders if order[1] > 0 and order[3] > 0)
+        return PlanLeft(left, to_come, self.plan.reason)
 
     def _turn_over(self) -> None:
         """Count the turn that is over."""
@@ -308,6 +355,7 @@ class TraceEnd(Struct):
             had,
             asked=self.asked,
             stays=stays,
+            plan=self._left(),
             ran=self.ran,
         )
 

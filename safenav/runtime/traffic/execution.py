@@ -163,6 +163,21 @@ class Execution:
         self.taken[robot] += 1
 
 
+def in_turn(schedule: Schedule) -> list[tuple[int, ...]] | None:
+    """The joint poses of a plan whose steps are taken one after the other, as soon as their order
+    lets them; None if some never can be."""
+    trial, found = Execution(schedule), [tuple(way[0] for way in schedule.ways)]
+    while not trial.finished:
+        robots = range(len(schedule.ways))
+        ready = next(((i, pose) for i in robots if (pose := trial.next(i)) is not None), None)
+        if ready is None:
+            return None
+        robot, pose = ready
+        trial.arrived(robot)
+        found.append((*found[-1][:robot], pose, *found[-1][robot + 1 :]))
+    return found
+
+
 def still(waits: Mapping[str, Collection[str]], busy: Collection[str]) -> set[str]:
     """The robots that only wait for robots that wait: those from which no chain leads to a robot
     that is ``busy``. ``waits``: the robots in conflict beside each one."""

@@ -42,9 +42,10 @@ from safenav.runtime.traffic.shortening import shortened
 from safenav.runtime.traffic.starvation import Watch
 from safenav.runtime.traffic.thinking import Thinking, Unknown
 from safenav.runtime.traffic.timed import keeping_out
-from safenav.scenario.settings import Coordination
+from safenav.scenario.settings import Coordination, PlanLeft
 from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace
+from safenav.world.map import HEADINGS
 from safenav.world.moves import Pose
 from safenav.world.poses import FAR, Mask
 
@@ -524,6 +525,19 @@ class Traffic:
         self._watch.begin_anew()
         self.state.emit(_record(self.state.tick, floor, plan, reason))
 
+    def resume(self, left: PlanLeft) -> None:
+        """Follow the rest of a plan of the run that this one continues."""
+        floor, notes = self._searches.floor(), self.state.last_settled.notes
+        notes.followed = notes.hurried = notes.cleared = True
+        plan = _scheduled(floor, left)
+        joint = None if plan is None else execution.in_turn(plan)
+        if plan is None or joint is None or joint[0] != floor.poses:
+            return
+        counts, course = self._searches.counts(floor), self._searches.course(floor)
+        states = course.along(course.begun(floor.poses, counts, floor.stages), joint[1:])
+        self.execution = execution.Execution(plan, execution.dues_of(states, counts))
+        self.state.emit(_record(self.state.tick, floor, plan, left.reason))
+
     def _fixed(self, floor: Floor) -> list[int]:
         """The robots that must end where a plan leads them: that is why it was made, or what makes
         the rest of the mission possible."""
@@ -536,6 +550,24 @@ class Traffic:
             or robot.assignment.role is Role.HELPS
             or robot.name == self.search.starved
         ]
+
+
+def _scheduled(floor: Floor, left: PlanLeft) -> execution.Schedule | None:
+    """A plan that a header has; None if it is not one of this team."""
+    if left.robots.keys() != {*floor.names}:
+        return None
+    ways = tuple(
+        tuple(
+            member.graph.number(Pose(region, None if heading is None else HEADINGS[heading]))
+            for region, heading in left.robots[name]
+        )
+        for name, member in zip(floor.names, floor.problem.members, strict=True)
+    )
+    orders = tuple(
+        execution.Order(floor.index(then), j - 1, floor.index(first), i - 1)
+        for first, i, then, j in left.orders
+    )
+    return execution.Schedule(ways, orders)
 
 
 def _record(tick: int, floor: Floor, plan: execution.Schedule, reason: str) -> records.Plan:

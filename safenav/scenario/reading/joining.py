@@ -33,7 +33,9 @@ def joined(scenario: Scenario, text: str) -> Scenario:
         here = obstacle.region == robot.start.region and obstacle.appears is None
         if here and obstacle.closed_to(robot):
             raise UsageError(f"{obstacle.name} is where {robot.name} starts, and blocks it")
-    return replace(scenario, robots=(*scenario.robots, robot), obstacles=obstacles)
+    begun = scenario.begun and replace(scenario.begun, plan=None)  # it may stand in the way
+    robots_then = (*scenario.robots, robot)
+    return replace(scenario, robots=robots_then, obstacles=obstacles, begun=begun)
 
 
 def _closed_too(obstacle: Obstacle, robot: Robot, scenario: Scenario) -> Obstacle:

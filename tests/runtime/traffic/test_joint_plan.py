@@ -8,7 +8,14 @@ from msgspec.structs import replace
 
 from runtime.coordination.floors import Block, Bot, Floor
 from safenav.runtime.resolution.problem import KeepOut, Stages
-from safenav.runtime.traffic.execution import Execution, dues_of, schedule
+from safenav.runtime.traffic.execution import (
+    Execution,
+    Order,
+    Schedule,
+    dues_of,
+    in_turn,
+    schedule,
+)
 from safenav.runtime.traffic.joint import (
     Count,
     Course,
@@ -138,6 +145,21 @@ def test_a_step_under_way_waits_for_none() -> None:
     assert waits == [(0, 0), (2, 0)]
     begun = schedule(ways, [5, 5], [frozenset()] * 2, zones, under_way=[0])
     assert [(o.step, o.before) for o in begun.orders] == [(2, 0)]
+
+
+@pytest.mark.parametrize(
+    ("orders", "joint"),
+    [
+        ([], [(0, 5), (1, 5), (2, 5), (2, 6)]),
+        ([Order(0, 1, 1, 0)], [(0, 5), (1, 5), (1, 6), (2, 6)]),
+        ([Order(0, 1, 1, 0), Order(1, 0, 0, 1)], None),
+    ],
+    ids=["any", "one waits", "both wait"],
+)
+def test_the_steps_of_a_plan_one_after_the_other(
+    orders: list[Order], joint: list[tuple[int, ...]] | None
+) -> None:
+    assert in_turn(Schedule(((0, 1, 2), (5, 6)), tuple(orders))) == joint
 
 
 def test_a_tube_without_niche_is_refuted() -> None:
