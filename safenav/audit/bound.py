@@ -15,7 +15,6 @@ from safenav.audit.kinds import shape_of
 from safenav.audit.language import Pose
 from safenav.audit.lines import Line
 from safenav.audit.situation import Situation
-from safenav.audit.turn import Status
 
 NEVER = 1 << 40
 Ticks = dict[Pose, int]
@@ -39,12 +38,11 @@ class Bound:
                 self.until[name] = max(ready + 1, since + most - 1)
                 ready = max(ready + 1, since + self.takes(name) - 1)
             self.start[name] = (pose_of(name, now), ready)
-        stays = (Status.UNTRAVERSABLE, Status.GIVEN_UP)
         self.sealed = {
             name: {
                 o.region
                 for o in now.obstacles.values()
-                if now.status[o.name] in stays and o.until is None and name in o.blocks
+                if now.status[o.name].stays and o.until is None and name in o.blocks
             }
             for name in self.names
         }

@@ -132,11 +132,11 @@ class Situation(State):
                 self.beliefs[robot, record.of] = record
             case "violation":
                 self.discovered.add(name)
-                if self.status[name] not in (Status.UNTRAVERSABLE, Status.GIVEN_UP):
+                if not self.status[name].stays:
                     requesters = self.requests.setdefault(name, {})
                     requesters.pop(robot, None)
                     requesters[robot] = self.region[robot]
-                closed = self.status[name] in (Status.RESOLVED, Status.ABSENT)
+                closed = self.status[name].away
                 if self.external and closed:  # a door has fallen shut again
                     self._begin(name)
             case "discovered":
@@ -317,7 +317,7 @@ class Situation(State):
             # Needs of an obstacle that no scenario lists count from its discovery on.
             counted = name in self.introduced or len(obstacle.all_needs) == 1
             waits = obstacle.sweeps and self.must_not_sweep(robot, name)
-            unmet = self.status[name] in (Status.UNRESOLVED, Status.GIVEN_UP)
+            unmet = self.status[name].unmet
             if counted and unmet and not waits:
                 found.append(name)
         for name in found:

@@ -270,7 +270,7 @@ class State:
         """Return the robots that carry a load: they have taken it, or had a part in taking it, and
         have not put it down in this turn."""
         last = obstacle, len(self.obstacles[obstacle].all_needs) - 1
-        there = self.status[obstacle] in (Status.UNRESOLVED, Status.GIVEN_UP)
+        there = self.status[obstacle].unmet
         there = there and last not in self.turn.met
         return self.open[obstacle].carriers() if there else frozenset()
 

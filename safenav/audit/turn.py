@@ -22,6 +22,21 @@ class Status(Enum):
     GIVEN_UP = auto()
     """No robot can resolve it: the robots that it blocks plan around it."""
 
+    @property
+    def stays(self) -> bool:
+        """Whether the team plans around it from now on."""
+        return self in (Status.UNTRAVERSABLE, Status.GIVEN_UP)
+
+    @property
+    def unmet(self) -> bool:
+        """Whether it is there with needs that may be met."""
+        return self in (Status.UNRESOLVED, Status.GIVEN_UP)
+
+    @property
+    def away(self) -> bool:
+        """Whether it is not there, or no longer."""
+        return self in (Status.ABSENT, Status.RESOLVED)
+
 
 FINAL = ("untraversable", "operator")
 """Reasons for which an obstacle stays, whatever the robots do."""

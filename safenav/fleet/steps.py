@@ -1,37 +1,32 @@
-"""The steps of driven robots: goals sent, watched, tried again or given up, and where they end;
-with the state of robots and their commands, which the world owns."""
+"""The steps of driven robots: goals sent, watched, tried again or given up, and where they end."""
 
 from __future__ import annotations
 
 import queue
 import time
-from collections import deque
 from collections.abc import Callable, Mapping
-from enum import Enum, auto
-from math import hypot, inf
 from typing import TYPE_CHECKING
 
-from msgspec import Struct, field
+from msgspec import Struct
 
 from safenav.errors import ExitCode, SafenavError
 from safenav.extras import missing
-from safenav.fleet.acting import FleetProgress, TeamAction
+from safenav.fleet.acting import FleetProgress
+from safenav.fleet.driven_robot import DrivenRobot, FleetTask, Phase
 from safenav.fleet.fleet_file import Station
-from safenav.fleet.place import Places, turned
-from safenav.fleet.sensing import Sensing, View
+from safenav.fleet.lookout import STALE, Lookout
+from safenav.fleet.place import Places
+from safenav.fleet.sensing import Sensing
 from safenav.fleet.transport import (
     DriveRecording,
     GoalEnd,
     GoalEnded,
     GoalPoint,
-    Located,
     Message,
-    Scanned,
     Transport,
 )
 from safenav.runtime.worlds.protocol import Arrived, Blocked, Elsewhere, Failed, Lost, WorldEvent
-from safenav.scenario.model import Obstacle, Robot, Scenario
-from safenav.trace.vocabulary import ActResult
+from safenav.scenario.model import Scenario
 from safenav.world.frame import Frame
 from safenav.world.map import Region
 from safenav.world.moves import Mobility, Pose
@@ -40,134 +35,11 @@ if TYPE_CHECKING:
     from safenav.fleet.following import Follower, Following
 
 
-class Phase(Enum):
-    """A phase of a command. PEERING: the robot has not set out; it looks into the region that it is
-    to enter."""
-
-    PEERING = auto()
-    GOING = auto()
-    STOPPING = auto()
-    RETURNING = auto()
-    LOOKING = auto()
-    ACTING = auto()
-
-
-class FleetTask(Struct):
-    """A command under way. ``left``: times that its goal may be sent again; ``due``: when its
-    present phase is to be over, on the world's clock; ``back``: it failed, and the robot was sent
-    back to where it set out; ``there``: odometry has confirmed that it is where it was sent,
-    ``since`` when;
-    ``over``: the results of an action with the reason of a failure, to be told when odometry has
-    the robot back in its region;
-    ``known``: the obstacle that the team knows where the robot goes; ``asked``: those on which it
-    is to act; it may find others there."""
-
-    command: int
-    start: Pose
-    to: Pose
-    left: int
-    phase: Phase
-    goal: int = 0
-    due: float = inf
-    reason: str = ""
-    team_action: TeamAction | None = None
-    back: bool = False
-    there: bool = False
-    since: float = -inf
-    over: tuple[list[tuple[Obstacle, ActResult]], str] | None = None
-    known: Obstacle | None = None
-    asked: tuple[Obstacle, ...] = ()
-
-
-class TrailPoint(Struct, frozen=True):
-    """Where a robot was: when that was heard, in seconds, and the regions it occupied then."""
-
-    at: float
-    place: Located
-    regions: frozenset[Region]
-
-
-class HeardScan(Struct, frozen=True):
-    """A scan, and when it was heard, in seconds."""
-
-    at: float
-    scan: Scanned
-
-
-class DrivenRobot(Struct):
-    """The state of a robot. ``heard``: when its newest odometry came, on the world's clock;
-    ``looked``: the stamp of its newest reading; ``arrived``: the stamp of its odometry at its
-    newest arrival, since when it stands still; ``view``: its reading of the regions beside it since
-    then, ``viewed`` when that was heard; ``trail``: its last seconds, the oldest first;
-    ``unread``: scans that are younger than its odometry, ``newest`` the stamp of its newest scan,
-    ``deaf`` until when its scans are not read; ``lost``: the regions in one of which it
-    is, until it is put somewhere."""
-
-    robot: Robot
-    station: Station
-    pose: Pose
-    place: Located | None = None
-    heard: float = -inf
-    looked: float = -inf
-    arrived: float = -inf
-    view: Mapping[Region, View] = field(default_factory=dict)
-    viewed: float = -inf
-    trail: deque[TrailPoint] = field(default_factory=deque)
-    unread: deque[HeardScan] = field(default_factory=lambda: deque(maxlen=UNREAD))
-    newest: float = -inf
-    deaf: float = -inf
-    lost: frozenset[Region] = frozenset()
-    task: FleetTask | None = None
-
-    @property
-    def regions(self) -> frozenset[Region]:
-        """Regions that it occupies: its own, those of its step, and those into which it reaches
-        while it acts."""
-        task = self.task
-        if task is None:
-            return self.lost | {self.pose.region}
-        acts = () if task.team_action is None else task.team_action.obstacles
-        found = {self.pose.region, task.start.region, task.to.region}
-        return self.lost | found | {obstacle.region for obstacle in acts}
-
-    @property
-    def stands(self) -> Region | None:
-        """The region in which it stands; None if it moves, or only says that it is there."""
-        task = self.task
-        if task is None or task.phase is Phase.PEERING:
-            return self.pose.region
-        if task.phase is not Phase.LOOKING or not task.there:
-            return None
-        return (task.start if task.back else task.to).region
-
-    def stood(self, stamp: float) -> Located | None:
-        """Where it stood at a time of its own clock; None if it moved then, or that is not known:
-        odometry from before and after that time has to agree."""
-        newer: Located | None = None
-        for point in reversed(self.trail):
-            at = point.place
-            if newer is not None and at.stamp > newer.stamp:
-                return None  # its clock was set meanwhile
-            if at.stamp <= stamp:
-                after = newer or at
-                still = hypot(at.x - after.x, at.y - after.y) <= STILL
-                exact = newer is not None or at.stamp == stamp
-                return at if exact and still and abs(turned(at.yaw - after.yaw)) <= STILL else None
-            newer = at
-        return None
-
-
-UNREAD = 100
-"""The most scans of a robot that wait for its odometry."""
-STILL = 0.05
-"""Metres and radians between two measurements of a robot that stands."""
 SET_BACK = 0.5
 """Seconds by which odometry is older than the newest if its robot's clock was set; with less it is
 late."""
 FRESH = 1.0
 """Seconds for which an arrival waits for a reading that was taken after it."""
-STALE = 2.0
-"""Seconds without odometry after which nobody knows where a robot is."""
 LATE = 1.8
 """Seconds by which odometry may be later than a result."""
 SETTLING = 5.0
@@ -220,10 +92,10 @@ class FleetSteps:
         }
         self._goals = 0
         self._sensing = Sensing(scenario, self.places)
+        self._lookout = Lookout(scenario, self.places, self._bodies, self._sensing)
         self._events: list[WorldEvent] = []
         self._untold: dict[str, FleetTask] = {}
         self._progress = FleetProgress(scenario)
-        self._strays: dict[str, Obstacle] = {}
         self._inputs: dict[str, bool] = {}
 
     @staticmethod

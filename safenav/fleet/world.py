@@ -12,32 +12,18 @@ from __future__ import annotations
 import queue
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from functools import partial
-from math import hypot, inf
+from math import inf
 
 from safenav.extras import missing
 from safenav.fleet import transport
 from safenav.fleet.acting import TeamAction
+from safenav.fleet.driven_robot import DrivenRobot, FleetTask, Phase, TrailPoint
 from safenav.fleet.fleet_file import FleetFile, TransportKind
+from safenav.fleet.lookout import STALE
 from safenav.fleet.place import Places
 from safenav.fleet.sensing import PASSED, Sighting, View
-from safenav.fleet.steps import (
-    FRESH,
-    LATE,
-    SET_BACK,
-    SETTLING,
-    STALE,
-    DrivenRobot,
-    FleetClock,
-    FleetError,
-    FleetSteps,
-    FleetTask,
-    HeardScan,
-    Phase,
-    TrailPoint,
-)
+from safenav.fleet.steps import FRESH, LATE, SET_BACK, SETTLING, FleetClock, FleetError, FleetSteps
 from safenav.fleet.transport import DriveRecording, Transport
-from safenav.runtime.failures import lost
 from safenav.runtime.worlds.protocol import Acted, Blocked, Failed, Lost, Sensed, WorldEvent
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.records import Depart, Record
@@ -62,7 +48,7 @@ class FleetWorld(FleetSteps):
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
         self._take_all()
         seen = self._sensing.at(region)  # what one robot has seen, all know
-        return self._stray(robot, region) if seen is None else seen
+        return self._lookout.stray(robot, region) if seen is None else seen
 
     def start(self, robot: Robot, pose: Pose, command: int) -> WorldEvent | None:
         known = self._sensing.at(pose.region)  # what the team knows, which sense has told
@@ -77,30 +63,6 @@ class FleetWorld(FleetSteps):
         body.task = task
         self._untold[robot.name] = task
         return None
-
-    def _stray(self, robot: Robot, region: Region) -> Obstacle | None:
-        """The obstacle that another robot is, measured in a region that it was not sent to: it has
-        left its way, or a person has moved it."""
-        for body in self._bodies.values():
-            at = body.place
-            if at is None or not self._scenario.conflict(robot, body.robot):
-                continue
-            held = body.regions
-            off = min(self.places.outside(one, at.x, at.y) for one in held)
-            if off > body.station.tolerance and self.places.region(at.x, at.y) == region:
-                team = self._scenario.robots
-                rivals = [o.name for o in team if self._scenario.conflict(o, body.robot)]
-                found = lost(body.robot, frozenset(rivals), region)
-                return self._strays.setdefault(body.robot.name, found)
-        return None
-
-    def _stray_moved(self, body: DrivenRobot) -> None:
-        """Report a robot that is no longer where it was an obstacle."""
-        at, found = body.place, self._strays.get(body.robot.name)
-        if found is None or at is None or self.places.region(at.x, at.y) == found.region:
-            return
-        del self._strays[body.robot.name]
-        self._events.append(Sensed(self.now(), found, there=False))
 
     def inputs(self, tick: int) -> Mapping[str, bool]:
         """The inputs of the environment, as far as they were heard."""
@@ -135,22 +97,14 @@ class FleetWorld(FleetSteps):
             return
         if pose is None or view in (None, View.DOUBT, View.BEFORE):
             return
-        known = known or self._stray(body.robot, region)
-        if known is None and view is View.ROBOT and not self._is_shared(body, region):
+        known = known or self._lookout.stray(body.robot, region)
+        if known is None and view is View.ROBOT and not self._lookout.is_shared(body, region):
             return
         if known is not None and known is not task.known:
             self._end(body, Blocked, task.start, known)
             return
         task.phase = Phase.GOING
         self._send(body, task, task.to)
-
-    def _is_shared(self, body: DrivenRobot, region: Region) -> bool:
-        """Whether a robot is in a region that does not mind others there, as a flyer above it."""
-        return any(
-            region in other.regions and not self._scenario.conflict(body.robot, other.robot)
-            for other in self._bodies.values()
-            if other is not body
-        )
 
     def _peered(self, body: DrivenRobot, task: FleetTask) -> None:
         """A robot could not see into the region before it in time: it has not set out."""
@@ -194,7 +148,7 @@ class FleetWorld(FleetSteps):
         """An operator has put a robot somewhere; ``start`` compares that with its odometry."""
         body = self._bodies[robot.name]
         body.pose, body.lost, body.view = pose, frozenset(), {}
-        self._strays.pop(robot.name, None)
+        self._lookout.placed(robot.name)
 
     def cleared(self, obstacle: Obstacle) -> None:
         """An operator has resolved an obstacle."""
@@ -294,7 +248,8 @@ class FleetWorld(FleetSteps):
             case transport.Located():
                 self._located(body, message, heard)
             case transport.Scanned():
-                self._scanned(body, message, heard)
+                self._lookout.keep(body, message, heard)
+                self._read(body, heard)
             case transport.Reported() if body.place is not None:
                 found = self._sensing.report(message, body.place.stamp, heard)
                 self._sighted(body, found)
@@ -325,7 +280,8 @@ class FleetWorld(FleetSteps):
             self._peer(body, task)
         self._read(body, heard)
         self._watch(body)
-        self._stray_moved(body)
+        if (left := self._lookout.stray_left(body)) is not None:
+            self._events.append(Sensed(self.now(), left, there=False))
         self._keep_clear(body)
 
     def _keep_clear(self, body: DrivenRobot) -> None:
@@ -444,73 +400,18 @@ class FleetWorld(FleetSteps):
         now, name = self.now(), body.robot.name
         self._events += [Sensed(now, one.obstacle, name, there=one.there) for one in found]
 
-    def _scanned(self, body: DrivenRobot, scan: transport.Scanned, heard: float) -> None:
-        """Keep a scan until odometry tells where it was taken: either may be late."""
-        if body.station.scan is None or heard < body.deaf or scan.stamp <= body.newest:
-            return  # also from a clock that was set, until odometry is
-        body.newest = scan.stamp
-        body.unread.append(HeardScan(heard, scan))
-        self._read(body, heard)
-
     def _read(self, body: DrivenRobot, now: float) -> None:
         """Read the scans of which odometry has told by now where they were taken."""
-        while body.unread and body.place is not None:
-            heard, scan = body.unread[0].at, body.unread[0].scan
-            if now - heard <= STALE and scan.stamp > body.place.stamp:
-                return
-            body.unread.popleft()
-            if now - heard <= STALE:
-                self._scan(body, scan, heard)
-
-    def _scan(self, body: DrivenRobot, scan: transport.Scanned, heard: float) -> None:
-        """Look into the regions beside the robot by a scan that was taken while it stood still,
-        where it stands now."""
-        use, task, here = body.station.scan, body.task, body.stands
-        if use is None or here is None or scan.stamp <= max(body.looked, body.arrived):
-            return
-        at = body.stood(scan.stamp)
-        if at is None or self.places.region(at.x, at.y) != here:
-            return
-        body.looked = scan.stamp
-        look = self._sensing.scan(use, scan, at, here, partial(self._whose, body, heard), heard)
-        body.view, body.viewed = look.view, heard
-        self._sighted(body, look.found)
-        if task is not None and task.phase is Phase.LOOKING and task.there:
-            if View.DOUBT not in look.view.values():
-                self._looked(body, task)
-            else:  # what it has hit may have left: look again before a robot enters
-                task.due = max(task.due, task.since + PASSED + FRESH)
-        elif task is not None and task.phase is Phase.PEERING:
-            self._peer(body, task)
-
-    def _whose(
-        self, body: DrivenRobot, heard: float, region: Region, x: float, y: float
-    ) -> View | None:
-        """Whether a ray into a region may have hit another robot at a point, in metres, in a scan
-        that was heard at a time: one that is near that point or moves through the region, or one
-        of which that held up to ``PASSED`` seconds before."""
-        view = None
-        for other in self._bodies.values():
-            if other is body:
-                continue
-            if region in other.regions or self._touches(other, other.place, x, y):
-                return View.ROBOT
-            if any(
-                point.at >= heard - PASSED
-                and (region in point.regions or self._touches(other, point.place, x, y))
-                for point in other.trail
-            ):
-                view = View.DOUBT
-        return view
-
-    def _touches(
-        self, body: DrivenRobot, place: transport.Located | None, x: float, y: float
-    ) -> bool:
-        """Whether a robot may reach a point from a place."""
-        size = body.robot.model.size
-        half = min(self.places.frame.resolution) / 2
-        reach = half if size is None else size / 2
-        return place is not None and hypot(place.x - x, place.y - y) < reach + half
+        for look in self._lookout.read(body, now):
+            self._sighted(body, look.found)
+            task = body.task
+            if task is not None and task.phase is Phase.LOOKING and task.there:
+                if View.DOUBT not in look.view.values():
+                    self._looked(body, task)
+                else:  # what it has hit may have left: look again before a robot enters
+                    task.due = max(task.due, task.since + PASSED + FRESH)
+            elif task is not None and task.phase is Phase.PEERING:
+                self._peer(body, task)
 
 
 def fleet_world(

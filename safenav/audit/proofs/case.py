@@ -12,7 +12,6 @@ from safenav.audit.lines import Objective
 from safenav.audit.members import OpenObstacle, OpenObstacles, Poses
 from safenav.audit.situation import Situation
 from safenav.audit.team import Team
-from safenav.audit.turn import Status
 
 
 @dataclass(frozen=True)
@@ -62,7 +61,7 @@ def case_of(now: Situation, never: Collection[str], *, hopeful: bool = False) ->
     known = [
         name
         for name in now.obstacles
-        if now.status[name] in (Status.UNRESOLVED, Status.GIVEN_UP) and name in now.discovered
+        if now.status[name].unmet and name in now.discovered
         if name not in never
     ]
     return Case(

@@ -255,8 +255,7 @@ def _shut(now: Situation, robot: str) -> frozenset[int]:
     known += [
         obstacle
         for obstacle in now.obstacles.values()
-        if now.status[obstacle.name] in (Status.UNTRAVERSABLE, Status.GIVEN_UP)
-        and robot in obstacle.blocks
+        if now.status[obstacle.name].stays and robot in obstacle.blocks
     ]
     return frozenset(obstacle.region for obstacle in known)
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from safenav.audit.lines import Line
 from safenav.audit.rules.rule import Finding, Rule, Said, judges
 from safenav.audit.situation import Situation
-from safenav.audit.turn import Status, moment, taken
+from safenav.audit.turn import moment, taken
 
 
 @judges("line", "appeared")
@@ -15,7 +15,7 @@ def appeared(record: Line, now: Situation) -> Iterator[Said]:
     """An obstacle appears where none of that name is, never on a robot that is there or in transit
     to it, and if the scenario lets it appear, not before its time (T)."""
     obstacle = now.obstacles[record.obstacle]
-    if now.status[obstacle.name] not in (Status.ABSENT, Status.RESOLVED):
+    if not now.status[obstacle.name].away:
         yield f"{obstacle.name} appears where it already is"
     if record.cause == "battery":
         return  # at a robot, which another rule judges
@@ -54,7 +54,7 @@ def gone(record: Line, now: Situation) -> Iterator[Said]:
     """Only an obstacle that is present disappears, and if the scenario lets it disappear, not
     before its time (T)."""
     name = record.obstacle
-    if now.status[name] in (Status.ABSENT, Status.RESOLVED):
+    if now.status[name].away:
         yield f"{name} disappears, but it is absent"
     if record.cause == "scenario":
         until = min((o.until for o in now.listed[name] if o.until), default=None)

@@ -31,7 +31,7 @@ def violation(record: Line, now: Situation) -> Iterator[Said]:
     if obstacle.region != record.proposed:
         yield f"{obstacle.name} is not at {proposed}"
     status = now.status[obstacle.name]
-    again = now.external and status in (Status.RESOLVED, Status.ABSENT)  # from the beginning
+    again = now.external and status.away  # from the beginning
     action = (obstacle.all_needs[0] if again else now.need(obstacle.name)).action
     if record.action != action:
         yield f"{obstacle.name} needs {action}, not {record.action}"

@@ -230,7 +230,7 @@ class CompletedRule(Rule):
 
 def _undone(now: Situation) -> list[str]:
     """Return the orders that have come and are not done."""
-    return [n for n in now.orders if now.status[n] in (Status.UNRESOLVED, Status.GIVEN_UP)]
+    return [n for n in now.orders if now.status[n].unmet]
 
 
 def _coming(now: Situation, *, surely: bool) -> Iterator[float]:
@@ -244,7 +244,7 @@ def _coming(now: Situation, *, surely: bool) -> Iterator[float]:
         times += [t for t in edges if _is_in(t, spans) != _is_in(t - 1, spans)]
     for name, listed in now.listed.items():
         for each in listed:
-            here = now.status[name] in (Status.UNRESOLVED, Status.GIVEN_UP) and len(listed) == 1
+            here = now.status[name].unmet and len(listed) == 1
             times += [each.from_] if each.from_ and not surely else []
             times += [each.until] if each.until and (here or not surely) else []
     last = limits.seconds if now.live else limits.ticks

@@ -167,7 +167,7 @@ def _way_problems(robot: str, places: tuple[Line, ...], now: Situation) -> Itera
         if to == toward and origin == here[0]:
             continue  # it is under way
         for name in (o.name for o in now.obstacles.values() if o.region == to):
-            closed = now.status[name] in (Status.UNTRAVERSABLE, Status.GIVEN_UP)
+            closed = now.status[name].stays
             known = closed or (name in now.discovered and now.status[name] is not Status.RESOLVED)
             if known and robot in now.blocked_by(name):
                 yield f"{robot} would enter {now.show(to)} with {name}, which is known"

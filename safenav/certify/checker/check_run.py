@@ -311,9 +311,8 @@ class Evidence(Rule):
                 robot.objective = task.objective  # where it turns on its way to a charger
             else:
                 self.tell(robot, task.objective, now, entries=len(now.stack))
-        stays = (Status.UNTRAVERSABLE, Status.GIVEN_UP)
         known = {n for n in now.discovered if now.status[n] is Status.UNRESOLVED}
-        known |= {name for name, status in now.status.items() if status in stays}
+        known |= {name for name, status in now.status.items() if status.stays}
         standing = [now.obstacles[n] for n in known if robot.name in now.blocked_by(n)]
         at = {f"robots.{name}": now.taken_by(name) for name in self.robots}
         at |= {o.name: {o.region} for o in standing}
@@ -327,7 +326,7 @@ class Evidence(Rule):
         closed = [(name.removeprefix("obstacles."), r) for r, name in record.get("closed") or ()]
         wrong = [name for name, region in closed if region not in at.get(name, ())]
         require(not wrong, f"{', '.join(wrong)} is not where it should close a region")
-        shut = {o.name for o in standing if now.status[o.name] in stays}
+        shut = {o.name for o in standing if now.status[o.name].stays}
         rivals = {name for name in self.robots if name != robot.name}
         rivals = {name for name in rivals if now.conflict(robot.name, name)}
         if record["verdict"] != "unrealizable":  # else there is no strategy even without them

@@ -1,0 +1,129 @@
+"""The lookout of a fleet: scans, read where they were taken, and robots where none was sent."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import partial
+from math import hypot
+
+from safenav.fleet.driven_robot import DrivenRobot, HeardScan
+from safenav.fleet.place import Places
+from safenav.fleet.sensing import PASSED, ScanResult, Sensing, View
+from safenav.fleet.transport import Located, Scanned
+from safenav.runtime.failures import lost
+from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.world.map import Region
+
+STALE = 2.0
+"""Seconds without odometry after which nobody knows where a robot is."""
+
+
+class Lookout:
+    """What the sensors of robots show of regions and of each other."""
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        places: Places,
+        bodies: Mapping[str, DrivenRobot],
+        sensing: Sensing,
+    ) -> None:
+        self._scenario = scenario
+        self._places = places
+        self._bodies = bodies
+        self._sensing = sensing
+        self._strays: dict[str, Obstacle] = {}
+
+    def stray(self, robot: Robot, region: Region) -> Obstacle | None:
+        """The obstacle that another robot is, measured in a region that it was not sent to: it has
+        left its way, or a person has moved it."""
+        for body in self._bodies.values():
+            at = body.place
+            if at is None or not self._scenario.conflict(robot, body.robot):
+                continue
+            held = body.regions
+            off = min(self._places.outside(one, at.x, at.y) for one in held)
+            if off > body.station.tolerance and self._places.region(at.x, at.y) == region:
+                team = self._scenario.robots
+                rivals = [o.name for o in team if self._scenario.conflict(o, body.robot)]
+                found = lost(body.robot, frozenset(rivals), region)
+                return self._strays.setdefault(body.robot.name, found)
+        return None
+
+    def stray_left(self, body: DrivenRobot) -> Obstacle | None:
+        """The obstacle that a robot was where it is no longer; None if there is none."""
+        at, found = body.place, self._strays.get(body.robot.name)
+        if found is None or at is None or self._places.region(at.x, at.y) == found.region:
+            return None
+        return self._strays.pop(body.robot.name)
+
+    def placed(self, robot: str) -> None:
+        """A robot was put where the team knows it to be."""
+        self._strays.pop(robot, None)
+
+    def is_shared(self, body: DrivenRobot, region: Region) -> bool:
+        """Whether a robot is in a region that does not mind others there, as a flyer above it."""
+        return any(
+            region in other.regions and not self._scenario.conflict(body.robot, other.robot)
+            for other in self._bodies.values()
+            if other is not body
+        )
+
+    def keep(self, body: DrivenRobot, scan: Scanned, heard: float) -> None:
+        """Keep a scan until odometry tells where it was taken: either may be late."""
+        if body.station.scan is None or heard < body.deaf or scan.stamp <= body.newest:
+            return  # also from a clock that was set, until odometry is
+        body.newest = scan.stamp
+        body.unread.append(HeardScan(heard, scan))
+
+    def read(self, body: DrivenRobot, now: float) -> Iterator[ScanResult]:
+        """Read the scans of which odometry has told by now where they were taken."""
+        while body.unread and body.place is not None:
+            heard, scan = body.unread[0].at, body.unread[0].scan
+            if now - heard <= STALE and scan.stamp > body.place.stamp:
+                return
+            body.unread.popleft()
+            found = self._scan(body, scan, heard) if now - heard <= STALE else None
+            if found is not None:
+                yield found
+
+    def _scan(self, body: DrivenRobot, scan: Scanned, heard: float) -> ScanResult | None:
+        """Look into the regions beside the robot by a scan that was taken while it stood still,
+        where it stands now; None if it was not."""
+        use, here = body.station.scan, body.stands
+        if use is None or here is None or scan.stamp <= max(body.looked, body.arrived):
+            return None
+        at = body.stood(scan.stamp)
+        if at is None or self._places.region(at.x, at.y) != here:
+            return None
+        body.looked = scan.stamp
+        look = self._sensing.scan(use, scan, at, here, partial(self._whose, body, heard), heard)
+        body.view, body.viewed = look.view, heard
+        return look
+
+    def _whose(
+        self, body: DrivenRobot, heard: float, region: Region, x: float, y: float
+    ) -> View | None:
+        """Whether a ray into a region may have hit another robot at a point, in metres, in a scan
+        that was heard at a time: one that is near that point or moves through the region, or one
+        of which that held up to ``PASSED`` seconds before."""
+        view = None
+        for other in self._bodies.values():
+            if other is body:
+                continue
+            if region in other.regions or self._touches(other, other.place, x, y):
+                return View.ROBOT
+            if any(
+                point.at >= heard - PASSED
+                and (region in point.regions or self._touches(other, point.place, x, y))
+                for point in other.trail
+            ):
+                view = View.DOUBT
+        return view
+
+    def _touches(self, body: DrivenRobot, place: Located | None, x: float, y: float) -> bool:
+        """Whether a robot may reach a point from a place."""
+        size = body.robot.model.size
+        half = min(self._places.frame.resolution) / 2
+        reach = half if size is None else size / 2
+        return place is not None and hypot(place.x - x, place.y - y) < reach + half
