@@ -69,7 +69,19 @@ class Passes(Algorithm):
         team.tick += 1  # 5
         self.deadlines.tick_begins()
         self._hear()
-        given_up = self.interventions.given_up
+        self._apply_changes()
+        self.execute_controllers()  # 6
+        if team.waiting is None:
+            self.guarded(self._plan)
+        self._end_if_due()
+        self._changed = team.changes > before
+        if team.live:
+            self.guarded(self._unless_still)
+
+    def _apply_changes(self) -> None:
+        """Let users, the scenario and the world change what they change before the turns. Raises
+        RunEnded."""
+        team, given_up = self.team, self.interventions.given_up
         self.guarded(lambda: self.settle(self.batteries.tick_begins()))
         waited, self.interventions.took_effect = team.waiting is not None, False
         self.interventions.ends_wait = False
@@ -97,13 +109,6 @@ class Passes(Algorithm):
             self._resume()
         if begun is not None and begun.plan is not None and team.waiting is None:
             self.traffic.resume(begun.plan)
-        self.execute_controllers()  # 6
-        if team.waiting is None:
-            self.guarded(self._plan)
-        self._end_if_due()
-        self._changed = team.changes > before
-        if team.live:
-            self.guarded(self._unless_still)
 
     def _plan(self) -> None:
         """Finish the joint plan, or begin one that is due."""

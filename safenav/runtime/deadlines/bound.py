@@ -134,7 +134,7 @@ class Spread:
     def __init__(
         self, moment: BoundMoment, robot: int, times: Times, fields: Fields | None = None
     ) -> None:
-        self.walker, self._robot, self.count = moment.walkers[robot], robot, moment.count
+        self.walker, self.robot, self.count = moment.walkers[robot], robot, moment.count
         self._fields = {} if fields is None else fields
         self._gates: list[tuple[Mask, int]] = []  # closed poses, and the first tick without them
         for one, turns in zip(moment.opens, times, strict=True):
@@ -147,7 +147,7 @@ class Spread:
         """Its poses by tick, if it may be in those of ``seeds`` from the end of their ticks on."""
         begun = min(seeds) + 1  # what is open then never stopped it
         gates = [gate for gate in self._gates if gate[1] > begun]
-        key = (self._robot, *sorted(seeds.items()), None, *gates)
+        key = (self.robot, *sorted(seeds.items()), None, *gates)
         found = self._fields.get(key)
         if found is None:
             found = self._fields[key] = self._field(seeds)
@@ -198,8 +198,8 @@ class Spread:
         walker = self.walker
         if walker.leaves is None or not part.regions >> walker.leaves % walker.graph.size & 1:
             return NEVER
-        turn = since if part.together else own_turn(since, self._robot, self.count)
-        return turn if turn < walker.until * self.count + self._robot else NEVER
+        turn = since if part.together else own_turn(since, self.robot, self.count)
+        return turn if turn < walker.until * self.count + self.robot else NEVER
 
     def start(self) -> dict[int, Mask]:
         return {self.walker.ready: 1 << self.walker.pose}
@@ -255,50 +255,24 @@ def _opens(one: BoundObstacle, robot: int, turns: Sequence[int]) -> int | None:
 def _needs(moment: BoundMoment, one: BoundObstacle, spreads: Sequence[Spread]) -> list[int]:
     """The earliest turn of each need, met one after the other; those that are met: now."""
     found = one.turns(moment.now)
-    fields: dict[int, ReachByTick] = {}
     previous: Mapping[int, ReachByTick] = {}
     before = moment.now + 1
-    parts, skills, stage, done = one.gate.needs, one.gate.skills, one.stage.need, one.stage.done
+    parts, stage, done = one.gate.needs, one.stage.need, one.stage.done
     for number in range(stage, len(parts)):
         # Needs may be met one after the other in one turn, the next one not before the next turn.
         part = parts[number]
         begun, before = before, found[-1] if one.met or number > stage else moment.now + 1
         if before >= NEVER:
             return found + [NEVER] * (len(parts) - number)
-        turns = []
-        fields = {}
+        turns, fields = [], dict[int, ReachByTick]()
         for robot, spread in enumerate(spreads):
-            walker = spread.walker
-            if not skills[number] <= walker.capabilities:
+            if not one.gate.skills[number] <= spread.walker.capabilities:
                 continue
-            if number == stage and not one.open_to(robot):
-                continue
-            if part.same and number > stage:
-                if robot not in previous:
-                    continue
-                former = parts[number - 1]  # alone, it may have left long before that is met
-                part_at = before if former.together else own_turn(begun, robot, moment.count)
-                since = still(part_at, robot, moment.count, walker.ticks)
-                had = previous[robot].on(walker.graph.poses_on(former.regions), since)
-                took_part = number - 1 == stage and robot in done
-                if took_part or spread.leaving(former, part_at) < NEVER:
-                    had = spread.start()
-                if not had:
-                    continue
-                field = spread.field(had)
-            elif one.sequential and number > stage:
-                field = spread.field(_when_met(spread, robot, before, previous, parts[number - 1]))
-            else:
-                field = spread.field(spread.start())
-            fields[robot] = field
-            tick, turn = field.contact(walker.graph.poses_on(part.regions)), NEVER
-            if tick < NEVER:
-                turn = max(tick * moment.count + robot, before)
-                if not part.together:
-                    turn = own_turn(turn, robot, moment.count)
-            turn = min(turn, spread.leaving(part, before))
-            if turn < NEVER:
-                turns.append(turn)
+            field = _field(one, number, spread, (begun, before), previous)
+            if field is not None:
+                fields[robot] = field
+                turn = min(_meets(spread, field, part, before), spread.leaving(part, before))
+                turns += [turn] if turn < NEVER else []
         if number == stage and done and number + 1 < len(parts):
             for robot in done:
                 fields[robot] = spreads[robot].field(spreads[robot].start())
@@ -308,6 +282,46 @@ def _needs(moment: BoundMoment, one: BoundObstacle, spreads: Sequence[Spread]) -
         met = turns[missing - 1] if len(turns) >= missing > 0 else NEVER
         found.append(met if missing > 0 else before)
     return found
+
+
+def _field(
+    one: BoundObstacle,
+    number: int,
+    spread: Spread,
+    since: tuple[int, int],
+    previous: Mapping[int, ReachByTick],
+) -> ReachByTick | None:
+    """Where a robot may be when it has its part in a need; None if it cannot have one. ``since``:
+    the turns from which the need before and this one can be met; ``previous``: where robots were
+    when they had their part in that before."""
+    robot, walker, first = spread.robot, spread.walker, number == one.stage.need
+    begun, before = since
+    if first and not one.open_to(robot):
+        return None
+    if first or not (one.gate.needs[number].same or one.sequential):
+        return spread.field(spread.start())
+    former = one.gate.needs[number - 1]
+    if not one.gate.needs[number].same:
+        return spread.field(_when_met(spread, robot, before, previous, former))
+    if robot not in previous:
+        return None
+    # alone, it may have left long before that is met
+    part_at = before if former.together else own_turn(begun, robot, spread.count)
+    left = still(part_at, robot, spread.count, walker.ticks)
+    had = previous[robot].on(walker.graph.poses_on(former.regions), left)
+    took_part = number - 1 == one.stage.need and robot in one.stage.done
+    if took_part or spread.leaving(former, part_at) < NEVER:
+        had = spread.start()
+    return spread.field(had) if had else None
+
+
+def _meets(spread: Spread, field: ReachByTick, part: GateNeed, before: int) -> int:
+    """The first turn, from ``before`` on, in which a robot can have its part in a need."""
+    tick = field.contact(spread.walker.graph.poses_on(part.regions))
+    if tick >= NEVER:
+        return NEVER
+    turn = max(tick * spread.count + spread.robot, before)
+    return turn if part.together else own_turn(turn, spread.robot, spread.count)
 
 
 def _when_met(

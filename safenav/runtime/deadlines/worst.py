@@ -8,7 +8,7 @@ one robot resolves they are exact but for collisions.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from itertools import product
 from math import prod
 from time import monotonic
@@ -22,6 +22,7 @@ from safenav.runtime.resolution.problem import OpenObstacle
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.spec.task import Task
 from safenav.synthesis.strategy import Strategy
+from safenav.world.map import Region
 from safenav.world.moves import Pose
 from safenav.world.poses import bits, plain_graph, region_mask
 
@@ -98,44 +99,51 @@ def _times(
         for each in standing
     )
     skills = [each for one in opens for each in one.gate.skills]
-    useful = [r.name for r in robots if any(each <= r.capabilities for each in skills)]
+    pools = {
+        robot.name: [p for p in poses[robot.name] if p.region not in shut] or [robot.start]
+        for robot in robots
+        if any(each <= robot.capabilities for each in skills)
+    }
+    requesters = [*_requesters(scenario, poses, obstacle, shut)]
+    if not requesters:
+        return None
     best: int | None = None
     worst: int | None = -1
     moment: Mapping[str, Pose] = {}
     whole, ends = True, monotonic() + SECONDS
-    met = False
-    for index, robot in enumerate(robots):
-        if not obstacle.closed_to(robot):
-            continue
-        for pose in poses[robot.name]:
-            graph = graph_of(robot, scenario.map)
+    for index, pose in requesters:
+        name = robots[index].name
+        others = {other: places for other, places in pools.items() if other != name}
+        told = prod(map(len, others.values())) <= MOST_MOMENTS
+        whole = whole and told
+        every = (dict(zip(others, each, strict=True)) for each in product(*others.values()))
+        for places in every if told else _one_by_one(others):
+            if monotonic() > ends:
+                whole = False
+                break
+            at = {name: pose, **places}
+            ticks = _resolved_after(scenario, at, opens, index)
+            if ticks is not None:
+                best = ticks if best is None else min(best, ticks)
+            if worst is not None and (ticks is None or ticks > worst):
+                worst, moment = ticks, at
+    return Times(best, worst, moment, _bids(scenario, moment, obstacle, standing), whole)
+
+
+def _requesters(
+    scenario: Scenario,
+    poses: Mapping[str, Sequence[Pose]],
+    obstacle: Obstacle,
+    shut: Collection[Region],
+) -> Iterator[tuple[int, Pose]]:
+    """Yield the robots that must keep out of an obstacle, by number, in each pose beside it."""
+    for index, robot in enumerate(scenario.robots):
+        graph = graph_of(robot, scenario.map)
+        for pose in poses[robot.name] if obstacle.closed_to(robot) else ():
             steps = graph.steps(graph.number(pose))
             beside = any(step % graph.size == obstacle.region for step in steps)
-            if pose.region in shut or not beside:
-                continue
-            met = True
-            pools = {
-                name: [p for p in poses[name] if p.region not in shut]
-                or [scenario.robot(name).start]
-                for name in useful
-                if name != robot.name
-            }
-            told = prod(map(len, pools.values())) <= MOST_MOMENTS
-            whole = whole and told
-            every = (dict(zip(pools, each, strict=True)) for each in product(*pools.values()))
-            for places in every if told else _one_by_one(pools):
-                if monotonic() > ends:
-                    whole = False
-                    break
-                at = {robot.name: pose, **places}
-                ticks = _resolved_after(scenario, at, opens, index)
-                if ticks is not None:
-                    best = ticks if best is None else min(best, ticks)
-                if worst is not None and (ticks is None or ticks > worst):
-                    worst, moment = ticks, at
-    if not met:
-        return None
-    return Times(best, worst, moment, _bids(scenario, moment, obstacle, standing), whole)
+            if beside and pose.region not in shut:
+                yield index, pose
 
 
 def _bids(

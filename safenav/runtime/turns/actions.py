@@ -70,48 +70,58 @@ class Actions(Struct):
 
     def acts(self, robot: RobotState) -> Generator[Event, None, bool]:
         """Live: let an idle robot act before it leaves; whether its turn is used up by that."""
-        state, name = self.state, robot.name
         if robot.acting is None:
-            if not robot.active or robot.held is not None or not robot.robot.capabilities:
-                return False
-            obstacles, group, busy = self._within_reach(robot)
-            if not obstacles and (robot.asked or busy):
-                return False  # it is asked again once the others are done
-            robot.asked, robot.acts_on = True, tuple(obstacles)
-            event = self._answered(self.world.act(robot.robot, robot.pose, obstacles), obstacles)
-            if event is not None and not (event.found or event.reason):
-                if obstacles or self.world.simulated:  # other worlds do nothing unasked
-                    yield from self._resolve(robot, event)
-                return False
-            command = self.world.number(name) if event is None else event.command or 0
-            if event is None:
-                for member in group:
-                    state.robots[member].acting = name
-            names = tuple(obstacle.name for obstacle in obstacles)
-            state.emit(records.Act(state.tick, command, name, group, names))
-            yield from self.stand_still(robot, HoldReason.ACTING)
-            state.changes += 1
-        else:
-            event = self.world.acted(robot.robot) if robot.acting == name else None
-            event = self._answered(event, robot.acts_on)
-            yield from self.stand_still(robot, HoldReason.ACTING)
+            return (yield from self._begin(robot))
+        event = self.world.acted(robot.robot) if robot.acting == robot.name else None
+        event = self._answered(event, robot.acts_on)
+        yield from self.stand_still(robot, HoldReason.ACTING)
         if event is not None:
-            for other in state.robots.values():
-                other.acting = None if other.acting == name else other.acting
-            results = {obstacle.name: result for obstacle, result in event.found}
-            barred = tuple(
-                obstacle
-                for obstacle, result in results.items()
-                if result is ActResult.FAILED
-                and state.failures.action_failed(state.scenario.failures, name, obstacle)
-            )
-            number = event.command or 0
-            ended = results, barred or None, event.reason or None
-            state.emit(records.ActionEnd(state.tick, number, name, *ended))
-            robot.asked = not event.found  # else there may be more to do
-            state.changes += 1
-            yield from self._acted(robot, event, barred=bool(barred))
+            yield from self._end(robot, event)
         return True
+
+    def _begin(self, robot: RobotState) -> Generator[Event, None, bool]:
+        """Let a robot begin an action on what is within its reach; whether it has begun one."""
+        state, name = self.state, robot.name
+        if not robot.active or robot.held is not None or not robot.robot.capabilities:
+            return False
+        obstacles, group, busy = self._within_reach(robot)
+        if not obstacles and (robot.asked or busy):
+            return False  # it is asked again once the others are done
+        robot.asked, robot.acts_on = True, tuple(obstacles)
+        event = self._answered(self.world.act(robot.robot, robot.pose, obstacles), obstacles)
+        if event is not None and not (event.found or event.reason):
+            if obstacles or self.world.simulated:  # other worlds do nothing unasked
+                yield from self._resolve(robot, event)
+            return False
+        command = self.world.number(name) if event is None else event.command or 0
+        if event is None:
+            for member in group:
+                state.robots[member].acting = name
+        names = tuple(obstacle.name for obstacle in obstacles)
+        state.emit(records.Act(state.tick, command, name, group, names))
+        yield from self.stand_still(robot, HoldReason.ACTING)
+        state.changes += 1
+        if event is not None:
+            yield from self._end(robot, event)
+        return True
+
+    def _end(self, robot: RobotState, event: Acted) -> Iterator[Event]:
+        """Record the end of an action, and take in its results."""
+        state, name = self.state, robot.name
+        for other in state.robots.values():
+            other.acting = None if other.acting == name else other.acting
+        results = {obstacle.name: result for obstacle, result in event.found}
+        barred = tuple(
+            obstacle
+            for obstacle, result in results.items()
+            if result is ActResult.FAILED
+            and state.failures.action_failed(state.scenario.failures, name, obstacle)
+        )
+        ended = results, barred or None, event.reason or None
+        state.emit(records.ActionEnd(state.tick, event.command or 0, name, *ended))
+        robot.asked = not event.found  # else there may be more to do
+        state.changes += 1
+        yield from self._acted(robot, event, barred=bool(barred))
 
     def gone(self, obstacle: Obstacle, *, by_user: bool = False) -> Iterator[Event]:
         """An obstacle that the team knows has disappeared."""
