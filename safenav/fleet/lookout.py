@@ -19,7 +19,7 @@ STALE = 2.0
 
 
 class Lookout:
-    """What the sensors of robots show of regions and of each other."""
+    """Scans of robots, what they show of regions, and robots measured where none was sent."""
 
     def __init__(
         self,
