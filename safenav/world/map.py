@@ -142,6 +142,17 @@ class RegionMap(Struct, frozen=True, dict=True):
         return found
 
     @cached_property
+    def dead_ends(self) -> dict[Heading, tuple[Region, ...]]:
+        """The free regions beyond which, that way, there is a wall or the edge of the map."""
+        found: dict[Heading, list[Region]] = {heading: [] for heading in Heading}
+        for region in self.free:
+            for heading in Heading:
+                beyond = self.step(region, heading)
+                if beyond is None or beyond in self.walls:
+                    found[heading].append(region)
+        return {heading: tuple(regions) for heading, regions in found.items()}
+
+    @cached_property
     def _sides(self) -> dict[Region, tuple[Region, ...]]:
         return {}
 

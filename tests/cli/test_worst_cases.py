@@ -7,7 +7,9 @@ import pytest
 
 from cli.conftest import Command
 from once import SCENARIOS
-from runtime.played import play
+from runtime.played import loaded, play
+from safenav.report.terminal.worst_cases import worst_lines
+from safenav.runtime.deadlines.worst import Times, Worst
 
 
 def test_case_study_3_can_lock_itself(safenav: Command) -> None:
@@ -53,6 +55,24 @@ def test_the_way_of_a_helper_and_the_time_of_a_resolution_are_those_of_the_run(
     said = "at worst 1 tick" if later else "at worst 2 ticks"
     told = f"{said} after its request (quad at 11, spot at 14 needs 2 ticks)"
     assert told in safenav("check", "s.yaml").stdout
+
+
+@pytest.mark.parametrize(
+    ("best", "worst", "whole", "said"),
+    [
+        (1, 8, True, "at best 1, at worst 8 ticks after its request"),
+        (1, 8, False, "at best 1 or fewer, at worst 8 or more ticks after its request"),
+        (0, 8, False, "at best 0, at worst 8 or more ticks after its request"),
+        (None, None, True, "never resolved"),
+        (None, None, False, "at worst never"),
+    ],
+)
+def test_what_was_not_compared_is_not_claimed(
+    best: int | None, worst: int | None, whole: bool, said: str
+) -> None:
+    obstacle = loaded(NEEDS.replace("LIMIT", "")).obstacles[0]
+    case = Worst(obstacle, None, Times(best, worst, {}, {}, whole), None)
+    assert list(worst_lines([case], str)) == [f"{obstacle.name}: {said} ()"]
 
 
 NEEDS = """

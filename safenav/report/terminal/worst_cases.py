@@ -17,8 +17,7 @@ def worst_lines(cases: Sequence[Worst], word: Word) -> Iterator[str]:
     """``door@47: at best 2, at worst 9 ticks after its request (digit at 28 needs 9 ticks)``."""
     for case in cases:
         name, alone, around = obstacle_words(case.obstacle.name, word), case.alone, case.surrounded
-        times = "never resolved" if alone.best is None else f"at best {alone.best}, {_worst(alone)}"
-        yield f"{name}: {times} ({_moment(alone, word)})"
+        yield f"{name}: {_times(alone)} ({_moment(alone, word)})"
         if around is not None and around.worst != alone.worst:
             at = _moment(around, word)
             yield f"    with the other obstacles standing: {_worst(around)} ({at})"
@@ -45,6 +44,13 @@ def _data(times: Times) -> dict[str, Any]:
     }
     told = {"best": times.best, "worst": times.worst, "moment": at, "bids": dict(times.bids)}
     return {**told, "all_moments": times.whole}
+
+
+def _times(times: Times) -> str:
+    if times.best is None:
+        return "never resolved" if times.whole else _worst(times)
+    least = "" if times.whole or not times.best else " or fewer"
+    return f"at best {times.best}{least}, {_worst(times)}"
 
 
 def _worst(times: Times) -> str:

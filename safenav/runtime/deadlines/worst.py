@@ -30,6 +30,8 @@ MOST_MOMENTS = 2_000
 """Moments of one obstacle that are compared; beyond that the helpers are examined one by one."""
 SECONDS = 0.25
 """Seconds for one obstacle; moments not examined by then are left out, and reported so."""
+ALL_SECONDS = 4.0
+"""Seconds for all obstacles together: those that take less leave their share to the next ones."""
 
 
 class Times(Struct, frozen=True):
@@ -71,15 +73,23 @@ def worst_cases(scenario: Scenario, poses: Mapping[str, Sequence[Pose]]) -> list
     ``poses``."""
     listed = (*scenario.obstacles, *(scenario.suspects or ()))
     known = list({o.name: o for o in listed if o.appears is None and o.goes is None}.values())
-    found = []
-    for obstacle in known:
-        alone = _times(scenario, poses, obstacle, [obstacle])
+    found, ends = [], monotonic() + ALL_SECONDS
+    for number, obstacle in enumerate(known):
+        left = 2 * (len(known) - number)
+        alone = _times(scenario, poses, obstacle, [obstacle], _share(ends, left))
         if alone is None:
             continue
         rest = [other for other in known if other is not obstacle]
-        around = _times(scenario, poses, obstacle, [obstacle, *rest]) if rest else None
+        until = _share(ends, left - 1)
+        around = _times(scenario, poses, obstacle, [obstacle, *rest], until) if rest else None
         found.append(Worst(obstacle, scenario.limit_of(obstacle), alone, around))
     return found
+
+
+def _share(ends: float, left: int) -> float:
+    """When the next of the ``left`` comparisons has to end, if all are to end by ``ends``."""
+    now = monotonic()
+    return now + min(SECONDS, max(ends - now, 0.0) / left)
 
 
 def _times(
@@ -87,8 +97,10 @@ def _times(
     poses: Mapping[str, Sequence[Pose]],
     obstacle: Obstacle,
     standing: Sequence[Obstacle],
+    ends: float,
 ) -> Times | None:
-    """None if nobody who must keep out can meet the obstacle."""
+    """None if no robot that must keep out can encounter the obstacle; ``ends``: on the monotonic
+    clock, the end of the comparison (one moment is always examined)."""
     robots, shut = scenario.robots, {o.region for o in standing}
     by = scenario.until.by
     opens = tuple(
@@ -110,7 +122,7 @@ def _times(
     best: int | None = None
     worst: int | None = -1
     moment: Mapping[str, Pose] = {}
-    whole, ends = True, monotonic() + SECONDS
+    whole = True
     for index, pose in requesters:
         name = robots[index].name
         others = {other: places for other, places in pools.items() if other != name}
@@ -118,7 +130,7 @@ def _times(
         whole = whole and told
         every = (dict(zip(others, each, strict=True)) for each in product(*others.values()))
         for places in every if told else _one_by_one(others):
-            if monotonic() > ends:
+            if moment and monotonic() > ends:
                 whole = False
                 break
             at = {name: pose, **places}

@@ -253,7 +253,8 @@ class Problem(Struct, frozen=True, eq=False, dict=True):
 
     def open(self, stages: Stages) -> list[int]:
         """The obstacles that are not resolved."""
-        return [gate for gate in range(len(self.gates)) if not self.resolved(gate, stages)]
+        both = enumerate(zip(self.gates, stages, strict=True))
+        return [number for number, (gate, stage) in both if stage.need < len(gate.needs)]
 
     def next_need(self, gate: int, stages: Stages) -> GateNeed:
         return self.gates[gate].needs[stages[gate].need]
@@ -261,10 +262,11 @@ class Problem(Struct, frozen=True, eq=False, dict=True):
     def allowed(self, robot: int, stages: Stages) -> Mask:
         """The poses that a robot may be in while the open obstacles are walls for those that
         must not enter them."""
+        both = enumerate(zip(self.gates, stages, strict=True))
         closed = tuple(
-            gate
-            for gate in self.open(stages)
-            if robot in self.gates[gate].closed_to[stages[gate].need]
+            number
+            for number, (gate, stage) in both
+            if stage.need < len(gate.needs) and robot in gate.closed_to[stage.need]
         )
         return self._floors(robot, closed)
 

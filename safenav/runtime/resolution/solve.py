@@ -153,8 +153,11 @@ def options(
 ) -> list[RankedStep]:
     """Return the steps that could come next, the best first. One step per obstacle is enough
     among those that lose nothing, unless ``every`` one is wanted."""
-    gates = now.problem.open(now.stages)
-    found = [option for gate in gates for option in _for_gate(gate, now, origins, present, every)]
+    found = list[RankedStep]()
+    for gate in now.problem.open(now.stages):
+        found += _for_gate(gate, now, origins, present, every)
+        if origins is None and not every and found and found[-1].lossless:
+            return found[-1:]  # nobody asks for the best, and it loses nothing
     return sorted(found, key=lambda option: (not option.lossless, option.rank))
 
 

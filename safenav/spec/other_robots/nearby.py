@@ -62,8 +62,7 @@ def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
         yield Constraint(Section.ENV_INIT, f"!{busy(heading)}", begin)
     inside = Origin("map", "no robot is in a wall or off the map", SOURCE)
     for heading in headings(world):
-        dead_ends = [r for r in world.free if not _open(r, heading, world)]
-        if dead_ends:
+        if dead_ends := world.dead_ends[heading]:
             formula = f"{one_of('region', dead_ends)} -> !{busy(heading)}'"
             yield Constraint(Section.ENV_TRANS, formula, inside)
     count = len(_dangers(task))
@@ -97,8 +96,3 @@ def observe(region: Region, occupied: Collection[Region], world: RegionMap) -> d
 
 def _dangers(task: Task) -> list[str]:
     return [other.name for other in task.observed if other.danger]
-
-
-def _open(region: Region, heading: Heading, world: RegionMap) -> bool:
-    beyond = world.step(region, heading)
-    return beyond is not None and world.is_free(beyond)
