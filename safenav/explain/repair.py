@@ -14,10 +14,12 @@ from typing import TypeVar
 from msgspec import Struct
 from msgspec.structs import replace
 
+from safenav.explain.entry import model_change
 from safenav.explain.explanation import Diagnosis, NoStrategyCause, Repair, RepairKind
 from safenav.explain.map_repair import map_repairs
 from safenav.explain.undisturbed import play
 from safenav.scenario.model import Robot, Scenario, Tracking
+from safenav.scenario.motion import ONLY_WITH_HEADING, TURNING, MotionModel
 from safenav.scenario.objective import Ltl, Objective, Word, avoided, relaxed, station, staying
 from safenav.scenario.objective_text import written
 from safenav.scenario.reachability import Reachability
@@ -155,10 +157,14 @@ def _starts(problem: RepairProblem) -> Iterator[Repair]:
 def _mobility(problem: RepairProblem) -> Iterator[Repair]:
     robot = problem.robot
     if robot.model.mobility is Mobility.HEADING:
-        model = replace(robot.model, mobility=Mobility.FREE)
+        values, motion = {"mobility": Mobility.FREE.value}, robot.model.motion
+        if motion is not None and motion.kind in ONLY_WITH_HEADING:
+            motion = MotionModel(TURNING)
+            values["motion"] = TURNING
+        model = replace(robot.model, mobility=Mobility.FREE, motion=motion)
         changed = replace(robot, model=model, start=Pose(robot.start.region))
-        item = f"catalogue.robots.{model.name}.mobility"
-        yield _with_robots(K.MOBILITY, problem, [changed], (item, Mobility.FREE.value))
+        change = model_change(robot.model, **values)
+        yield _with_robots(K.MOBILITY, problem, [changed], *change)
 
 
 def _inputs(problem: RepairProblem) -> Iterator[Repair]:

@@ -21,10 +21,11 @@ from safenav.runtime.coordination.events import (
 from safenav.runtime.team import RobotState, Role
 from safenav.runtime.termination import Conclusion, RunEnded
 from safenav.runtime.turns.while_waiting import has_other_objective
+from safenav.scenario.objective import targets_of
 from safenav.scenario.settings import switching
 from safenav.trace import records
 from safenav.trace.vocabulary import OperatorCause, PlanEndReason, Reason
-from safenav.trace.words import listed, obstacle_words, seconds_words
+from safenav.trace.words import counted, listed, obstacle_words, seconds_words
 
 WAITS = (Outcome.OPERATOR_NEEDED, Outcome.ASSUMPTION_VIOLATED, Outcome.SEARCH_LIMIT)
 """The ends after which an operator can help."""
@@ -332,11 +333,25 @@ class Passes(Algorithm):
         back by itself."""
         if not (self.batteries.returns or (self._times() if self.team.live else self._to_come())):
             out = [robot for robot in self.team.robots.values() if not robot.active]
-            said = f"{' and '.join(robot.name for robot in out)} out of service"
+            said = f"{' and '.join(map(self._where_out, out))} out of service"
             flat = " and ".join(robot.name for robot in out if robot.too_flat)
             said += f" (battery of {flat} empty)" if flat else ""
             said += f"; {self._what_is_left()}"
             raise RunEnded(Conclusion(Outcome.OPERATOR_NEEDED, said, "out_of_service"))
+
+    def _where_out(self, robot: RobotState) -> str:
+        """A robot out of service, and whose target it stands on."""
+        team, region = self.team, robot.pose.region
+        barred = [
+            other.name
+            for other in team.robots.values()
+            if other.active
+            and team.scenario.conflict(robot.robot, other.robot)
+            and any(target == {region} for target in targets_of(other.own.objective))
+        ]
+        if not barred:
+            return robot.name
+        return f"{robot.name} (at {team.scenario.map.label(region)}, a target of {listed(barred)})"
 
     def _out_of(self, limit: Outcome) -> Conclusion:
         said = "; ".join([self._what_is_left(), *self.turns.monitors.unmet_fairness()])
@@ -362,7 +377,7 @@ class Passes(Algorithm):
             else f"{obstacle_words(request.obstacle.name, word)} is not done"
             for request in self.team.requests
         ]
-        after = f"{self.team.tick} ticks"
+        after = counted(self.team.tick, "tick")
         if self.team.live:
             after = seconds_words(self.world.now())
         return f"not completed after {after}: {'; '.join(left)}"

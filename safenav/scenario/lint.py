@@ -101,11 +101,18 @@ def _unable(obstacle: Obstacle, scenario: Scenario) -> Iterator[str]:
     """Needs of an obstacle for which the team has too few robots."""
     known = {action for robot in scenario.robots for action in robot.capabilities}
     what = f"{obstacle.type.name}@{scenario.map.word(obstacle.region)}"
-    for need in obstacle.needs:
-        able = [robot.name for robot in scenario.robots if need.action in robot.capabilities]
-        if len(able) >= need.robots:
-            continue
-        if not able:
+    for number, need in enumerate(obstacle.needs):
+        skills = obstacle.type.actions(number)
+        able = [robot.name for robot in scenario.robots if skills <= robot.capabilities]
+        if len(able) >= need.robots or (need.action in known and not skills <= known):
+            continue  # in the second case, the need whose action is missing is reported
+        if not able and skills <= known:
+            both = " and ".join(f"'{action}'" for action in sorted(skills))
+            yield (
+                f"no robot can resolve {what}: the robot that fulfils need {number + 1} must have "
+                f"{both} ('same'), and no robot has {'both' if len(skills) == 2 else 'all'}"
+            )
+        elif not able:
             close = closest(need.action, known)
             meant = f"; did you mean '{close[0]}'?" if close else ""
             has = ", ".join(f"'{action}'" for action in sorted(known)) or "nothing"

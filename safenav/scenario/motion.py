@@ -73,6 +73,8 @@ AIR = "air"
 
 WITH_FOOTPRINT = frozenset({"rover"})
 ONLY_WITH_HEADING = frozenset({"walker"})
+TURNING = "rover"
+"""The kind of motion that turns within a region."""
 
 
 def parameters(kind: str) -> Mapping[str, Parameter] | None:

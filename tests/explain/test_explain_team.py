@@ -185,8 +185,15 @@ def test_a_repair_gives_all_that_is_missing(clock: str) -> None:
     which takes longer on its clock than the search."""
     found = explained(ROW % ("debris", clock))
     given = [repair for repair in found.repairs if repair.kind == "capability"]
-    values = [value for repair in given for _, value in repair.change]
-    assert values == ["[push, sense]", "[clear, lift, push, sense]"]
+    values = [change for repair in given for change in repair.change]
+    whole = "{mobility: %s, layer: ground, capabilities: [%s], size: %s, speed: %s, motion: %s}"
+    assert values == [
+        ("catalogue.robots.cassie", whole % ("heading", "push, sense", "0.6", "0.45", "walker")),
+        (
+            "catalogue.robots.forklift",
+            whole % ("free", "clear, lift, push, sense", "2.2", "1.5", "rover"),
+        ),
+    ]
     assert all((repair.makespan or 0.0) > 5.0 for repair in given if clock == "live")
 
 

@@ -35,6 +35,14 @@ TWO_DIGITS = ONE_DIGIT.replace(
 ).replace(
     "heading: east, objective: {patrol: [58", "heading: east, avoids: [], objective: {patrol: [58"
 )
+ON_A_TARGET = """
+safenav: 1
+map: {grid: ["#######", "#.....#", "#######"]}
+robots:
+  c: {model: go2, start: [1, 1], objective: {visit: [[1, 1], [1, 4]]}}
+  d: {model: go2, start: [1, 4], objective: {hold: [1, 5]}}
+until: {rounds: 1}
+"""
 
 
 @pytest.mark.parametrize(
@@ -74,8 +82,15 @@ TWO_DIGITS = ONE_DIGIT.replace(
             "",
             1,
         ),
+        (
+            ON_A_TARGET,
+            "{at: 1, robot: d, service: out}",
+            "operator_needed",
+            "d (at 11 [1, 4], a target of c) out of service; not completed after 1 tick: c has",
+            0,
+        ),
     ],
-    ids=["helper", "nobody", "replaced", "back", "both", "same", "less"],
+    ids=["helper", "nobody", "replaced", "back", "both", "same", "less", "on a target"],
 )
 def test_who_is_out_of_service_is_replaced_or_missed(
     text: str, changes: str, outcome: str, says: str, helpers: int

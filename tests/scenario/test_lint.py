@@ -71,6 +71,14 @@ PLAIN = {
             ["no team can resolve beam@gate: 'lift' takes 2 robots, and only a can do it"],
             id="too few, at a region with a name",
         ),
+        pytest.param(
+            {"robots": "1, at: neighbours}, {action: sense, same: true"},
+            [
+                "no robot can resolve beam@11: the robot that fulfils need 1 must have 'lift' and "
+                "'sense' ('same'), and no robot has both"
+            ],
+            id="a load that no robot can take and put down",
+        ),
         pytest.param({"robots": "2", "other": "porter"}, [], id="enough"),
         pytest.param(
             {"can": "lift, push"}, ["porter can 'push', which no obstacle needs"], id="needless"

@@ -12,6 +12,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.errors import SafenavError
+from safenav.explain.entry import model_change, need_change
 from safenav.explain.explanation import Repair, RepairKind
 from safenav.explain.map_repair import without_walls
 from safenav.explain.repair import nearest, offered, with_robots
@@ -213,8 +214,8 @@ def _capabilities(failed: _Failure) -> Iterator[Repair]:
             more = sorted({*team[0].capabilities, *actions})
             model = replace(team[0].model, capabilities=frozenset(more))
             able = [replace(robot, model=model) for robot in team]
-            item = f"catalogue.robots.{name}.capabilities"
-            yield failed.changed(RepairKind.CAPABILITY, able, (item, f"[{', '.join(more)}]"))
+            change = model_change(team[0].model, capabilities=f"[{', '.join(more)}]")
+            yield failed.changed(RepairKind.CAPABILITY, able, *change)
 
 
 def _robots(failed: _Failure) -> Iterator[Repair]:
@@ -294,21 +295,8 @@ def _with_need(failed: _Failure, kind: ObstacleType, number: int, need: Need) ->
     obstacles = tuple(
         replace(o, type=changed) if o.type == kind else o for o in failed.scenario.obstacles
     )
-    said = ", ".join(_need_written(each, failed) for each in needs)
-    change = ((f"catalogue.obstacles.{kind.name}.needs", f"[{said}]"),)
+    change = (need_change(kind, number, need, failed.word),)
     return Repair(RepairKind.NEED, change, replace(failed.scenario, obstacles=obstacles))
-
-
-def _need_written(need: Need, failed: _Failure) -> str:
-    at = (
-        need.at.value
-        if isinstance(need.at, ResolveAt)
-        else f"[{', '.join(map(failed.word, sorted(need.at)))}]"
-    )
-    robots = f", robots: {need.robots}" if need.robots > 1 else ""
-    together = ", together: true" if need.together else ""
-    same = ", same: true" if need.same else ""
-    return f"{{action: {need.action}{robots}, at: {at}{together}{same}}}"
 
 
 def _walls(failed: _Failure) -> Iterator[Repair]:

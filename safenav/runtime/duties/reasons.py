@@ -39,7 +39,8 @@ class Shortfall(Struct, frozen=True):
     """The unfulfilled need of an obstacle that is never resolved. ``met``: the actions of its needs
     that are fulfilled, or will be; ``action``: that of the need that never is, which takes
     ``robots``, ``together`` in one tick; ``done``: robots that have fulfilled a part of it;
-    ``helpers``: the other robots that have the action."""
+    ``helpers``: the other robots that have the action, and those ``beside`` it, of later needs that
+    the same robots must meet."""
 
     obstacle: str
     action: str
@@ -48,6 +49,7 @@ class Shortfall(Struct, frozen=True):
     helpers: tuple[Helper, ...]
     met: tuple[str, ...] = ()
     done: tuple[str, ...] = ()
+    beside: tuple[str, ...] = ()
 
     @property
     def too_few(self) -> bool:
@@ -93,6 +95,7 @@ def _shortfall(
         tuple(helpers),
         tuple(former.action for former in gate.needs[: stage.need]),
         tuple(floor.names[robot] for robot in sorted(stage.done)),
+        tuple(sorted(gate.skills[stage.need] - {need.action})),
     )
 
 
@@ -145,13 +148,14 @@ def shortfall_words(found: Shortfall, word: Word, it: str | None = None) -> str:
     """``crate@gate needs two robots with 'lift' at the same time; this team has one: ben``. ``it``:
     what the obstacle is called."""
     met = f" ('{found.met[-1]}' is fulfilled, '{found.action}' is open)" if found.met else ""
-    takes = need_words(found.action, found.robots, together=found.together)
+    actions = "' and '".join((found.action, *found.beside))
+    takes = need_words(actions, found.robots, together=found.together)
     said = [f"{it or obstacle_words(found.obstacle, word)} needs {takes}{met}"]
     names = [*found.done, *(helper.name for helper in found.helpers)]
     if not names and found.action == OPERATOR_ACTION:
         return f"{it or obstacle_words(found.obstacle, word)} needs an operator"
     if not names:
-        return f"{said[0]}, and no robot of this team has it"
+        return f"{said[0]}, and no robot of this team has {_ALL.get(len(found.beside), 'all')}"
     if found.too_few:
         said.append(f"this team has {_NUMBERS.get(len(names), len(names))}: {listed(names)}")
     if found.done:
@@ -177,6 +181,7 @@ def _why(helper: Helper, obstacle: str, word: Word) -> str:
             return str(other.value)
 
 
+_ALL = {0: "it", 1: "both"}
 _NUMBERS = {1: "one", 2: "two", 3: "three", 4: "four", 5: "five", 6: "six"}
 
 
@@ -200,7 +205,10 @@ def why_nobody(
     if not able:
         return None
     if len(able) < problem.missing(gate, floor.stages):
-        takes = need_words(need.action, need.robots, together=need.together)
+        more = sorted(problem.gates[gate].skills[floor.stages[gate].need] - {need.action})
+        takes = need_words(
+            "' and '".join((need.action, *more)), need.robots, together=need.together
+        )
         have = len(able) + len(floor.stages[gate].done)
         return f"it needs {takes}, this team has {_NUMBERS.get(have, have)}"
     idle = [floor.names[robot] for robot in able if floor.names[robot] in out]

@@ -38,6 +38,10 @@ def lacks(*helpers: Helper, robots: int = 1) -> Shortfall:
             "has one: a; a has done it",
         ),
         (
+            Shortfall("box@1", "lift", 1, False, (), beside=("press",)),
+            "box@1 needs a robot with 'lift' and 'press', and no robot of this team has both",
+        ),
+        (
             lacks(Helper("a", Hindrance.GATES, ("door@1",))),
             "door@1 needs a robot with 'push'; a has it, but it cannot enter that region alone: "
             "'at' can say where else it acts",
