@@ -206,6 +206,11 @@ def _robot_problems(name: str, begins: Line, now: Situation, done: Line | None) 
         yield f"{name} begins with target {turn}, but {_turn(name, now)[0]} was next"
 
 
+def _waits_at(robot: str, region: int, now: Situation) -> int | None:
+    """Return where a robot waits; None if that is not known, as its step has no end."""
+    return region if now.toward[robot] is None else None
+
+
 def _seen(robot: str, now: Situation) -> set[int]:
     """Return the targets that a robot has met in its present round."""
     settled = shape_of(now.own[robot].kind).settles and now.rounds(robot)
@@ -235,13 +240,22 @@ def _obstacle_problems(rest: Line, now: Situation) -> Iterator[str]:
         if gone and obstacle.from_ is None:
             yield f"{obstacle.name} is there, but was resolved"
     there = {obstacle.name for obstacle in listed if obstacle.from_ is None}
-    there -= closed
-    asked = {name: waits for name, waits in (now.requests | now.given_up).items() if name in there}
-    if (told := {name: dict(waits) for name, waits in (begun.asked or {}).items()}) != asked:
+    stay = now.permanent & there
+    there -= closed | stay
+    asked = {
+        name: {robot: _waits_at(robot, at, now) for robot, at in waits.items()}
+        for name, waits in (now.requests | now.given_up).items()
+        if name in there
+    }
+    told = {
+        name: {robot: _waits_at(robot, at, now) for robot, at in waits.items()}
+        for name, waits in (begun.asked or {}).items()
+    }
+    if told != asked:
         yield f"{told or 'nothing'} is requested, but was {asked or 'nothing'}"
-    if {*(begun.stays or ())} != now.permanent & there:
+    if {*(begun.stays or ())} != stay:
         said = ", ".join(begun.stays or ()) or "no obstacle"
-        yield f"{said} stays, but stayed {', '.join(sorted(now.permanent & there)) or 'none'}"
+        yield f"{said} stays, but stayed {', '.join(sorted(stay)) or 'none'}"
     for name, groups in (begun.met or {}).items():
         carriers = now.open[name].carriers() if name in now.open else frozenset()
         if {*groups[-1]} != carriers:

@@ -157,6 +157,7 @@ class Situation(State):
                     self._go_on(each)
                     self.goals[each].clear()
             case "appeared":
+                self.permanent.discard(name)
                 self.requests.pop(name, None)
                 self._begin(name)
                 self.discovered.discard(name)
@@ -190,6 +191,7 @@ class Situation(State):
                 if record.active:
                     self._fit_again(robot=robot)
             case "gone":
+                self.permanent.discard(name)
                 self._fit_again(obstacle=name)
                 self.requests.pop(name, None)
                 self.given_up.pop(name, None)

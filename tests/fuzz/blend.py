@@ -129,20 +129,35 @@ def play(
 
 
 def continued(
-    data: Mapping[str, Any], seed: int, *, every: int | None = None, patience: int = 60
+    data: Mapping[str, Any],
+    seed: int,
+    *,
+    every: int | None = None,
+    at: int | None = None,
+    faults: Mapping[str, float] | None = None,
+    operator: bool = False,
+    patience: int = 60,
 ) -> Played:
-    """A run that is killed at a random record, or after each so many (``every``) and within the
-    line after that, and continued: its last rest, and what is wrong with any. Raises InputError for
-    a scenario that is refused."""
+    """A run that is killed after a random record, or after one (``at``), or each so many
+    (``every``), within the line after that, and continued: its last rest, and what is wrong with
+    any. Nothing fails in the rest, and no operator helps. Raises InputError for a scenario that is
+    refused."""
     scenario, played = load_scenario_text(json.dumps(data)), Played()
-    try:
-        whole = _told(scenario, patience)
-    except UsageError as error:
-        raise InputError(()) from error  # not for runs in time
+    if faults is not None or operator:
+        settings = {"faults": faults, "operator": operator, "certified": False}
+        first = play(data, seed, **settings, patience=patience)
+        if first.found:
+            return first
+        whole, played.given = first.lines, first.given
+    else:
+        try:
+            whole = _told(scenario, patience)
+        except UsageError as error:
+            raise InputError(()) from error  # not for runs in time
     if len(whole) < 4:
         return played
     random = Random(f"cut of {seed}")
-    ends = [random.randrange(1, len(whole) - 1)]
+    ends = [random.randrange(1, len(whole) - 1) if at is None else at]
     if every is not None:
         ends = list(range(random.randrange(1, every + 1), len(whole) - 1, every))
     for end in ends:
@@ -178,7 +193,8 @@ def _continue(
         played.found.append(f"from line {end} {met['robot']} meets {met['obstacle']} again")
     before = json.loads(whole[-1])["outcome"]
     played.outcome = told[-1]["outcome"]
-    if played.outcome not in (before, "completed"):
+    alike = not played.given and json.loads(whole[0])["scenario"]["world"] == "simulated"
+    if alike and played.outcome not in (before, "completed"):
         played.found.append(f"{before}, but continued from line {end} {played.outcome}")
 
 
@@ -299,7 +315,14 @@ def main() -> int:
         data = made(seed, live=not options.lockstep)
         try:
             one = (
-                continued(data, seed, every=options.every, patience=options.patience)
+                continued(
+                    data,
+                    seed,
+                    every=options.every,
+                    faults=faults_of(seed) if options.faults else None,
+                    operator=options.operator,
+                    patience=options.patience,
+                )
                 if options.continued
                 else play(
                     data,

@@ -157,7 +157,10 @@ def test_a_run_with_all_at_once_is_true(
 
 # 95826: a plan names an input
 # 103359: it has no strategy where it was cut off, and waits for an order to come
-@pytest.mark.parametrize(("seed", "live"), [(95826, True), (103359, False)])
+# 101551, 103932: a joint plan is followed
+@pytest.mark.parametrize(
+    ("seed", "live"), [(95826, True), (103359, False), (101551, False), (103932, True)]
+)
 def test_a_run_with_memories_continues(seed: int, live: bool) -> None:
     assert not continued(formula_mission(seed, live=live), seed).found
 
@@ -170,7 +173,12 @@ CUT = [*((seed, live) for seed in (10049, *range(FIRST, FIRST + COUNT)) for live
 # 94052: its charge is used up in the turn in which the run ends
 # 72181: its objective changes while it helps
 # 101831: it holds on while rounds begin anew
-KILLED = [*CUT, (22145, True), (92279, False), (94052, False), (72181, False), (101831, False)]
+# 94188: a joint plan is followed
+KILLED = [
+    *CUT,
+    *((seed, False) for seed in (92279, 94052, 72181, 101831, 94188)),
+    (22145, True),
+]
 
 
 @pytest.mark.parametrize(("seed", "live"), KILLED)
@@ -179,6 +187,29 @@ def test_a_run_that_was_killed_continues(seed: int, live: bool) -> None:
         one = continued(mixed_mission(seed, live=live), seed)
     except InputError:
         return
+    assert not one.found
+
+
+ELSEWHERE = {
+    "a robot stays on its target as rounds begin anew": (111051, False, False, False, 31),
+    "an input is off before the objective is back": (114003, False, False, False, 12),
+    "an operator has just said that it stays": (115004, True, False, True, 31),
+    "a world that does not tell what appears": (115021, True, True, True, 72),
+    "a world in which a truth was not known": (115004, True, True, True, 4),
+    "a robot is stopped by what it meets": (116030, True, True, True, 19),
+}
+
+
+@pytest.mark.parametrize(
+    ("seed", "live", "faults", "operator", "at"), ELSEWHERE.values(), ids=ELSEWHERE
+)
+def test_a_run_continues_from_one_of_its_lines(
+    seed: int, live: bool, faults: bool, operator: bool, at: int
+) -> None:
+    """Also one in which things have failed, and an operator has spoken."""
+    failing, data = faults_of(seed) if faults else None, mixed_mission(seed, live=live)
+    one = continued(data, seed, at=at, faults=failing, operator=operator)
+    assert one.cuts == 1
     assert not one.found
 
 

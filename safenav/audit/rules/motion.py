@@ -64,7 +64,7 @@ class UnresolvedObstacleRule(Rule):
     def opening(self, now: Situation) -> Iterator[Said]:
         for robot, region in now.region.items():
             for problem in _entered(robot, {region}, now, Status.UNRESOLVED):
-                if not now.external:
+                if not now.external and now.header.begun is None:  # an operator may put it there
                     yield robot, problem
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:

@@ -142,15 +142,19 @@ def _obstacles(
     listed: Iterable[Obstacle], trace: Trace, state: TraceEnd, flat: set[str]
 ) -> Iterable[Obstacle]:
     truths = {(o.name, o.from_): o.traversable for o in trace.header.scenario.obstacles}
+    there = state.appeared | state.closed | state.stays | state.asked.keys()
+    if trace.header.scenario.world == "external":  # which does not report all that appears
+        there |= state.gone
     for obstacle in listed:
         to_come = obstacle.appears is not None and (
-            obstacle.appears > state.time or obstacle.name not in state.appeared
+            obstacle.appears > state.time or obstacle.name not in there
         )
         if (obstacle.name in state.gone and not to_come) or obstacle.name in flat:
             continue
         if obstacle.goes is not None and obstacle.goes <= state.time:
             continue
-        truth = truths.get((obstacle.name, obstacle.appears), obstacle.traversable)
+        told = truths.get((obstacle.name, obstacle.appears))
+        truth = obstacle.traversable if told is None else told  # of an external world
         met = 0 if to_come else len(state.met.get(obstacle.name, ()))
         if met == len(obstacle.needs) and truth is None:
             continue  # the trace has lost its resolution

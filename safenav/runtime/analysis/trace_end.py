@@ -86,7 +86,8 @@ class TraceEnd(Struct):
     ``had``: the robots that have had their turn in the last tick;
     ``away``: those that an input keeps from their objective; ``inputs``: the last two ticks in
     which inputs changed, and their values then; ``arrived``: when robots with formulas did;
-    ``moved``: the robot whose turn it is, and where it is, until its goal is counted."""
+    ``moved``: the robot whose turn it is, and where it is, until its goal is counted; ``stayed``:
+    it was there before."""
 
     poses: dict[str, Pose]
     own: dict[str, Pursued]
@@ -105,6 +106,7 @@ class TraceEnd(Struct):
     given_up: set[str] = field(default_factory=set)
     backs_up: tuple[str, str] | None = None
     moved: tuple[str, int] | None = None
+    stayed: bool = False
     plan: PlanLeft | None = None
     taken: dict[str, int] = field(default_factory=dict)
     to_follow: bool = False
@@ -130,7 +132,8 @@ class TraceEnd(Struct):
             return False
         own, region = self.own[self.moved[0]], self.moved[1]
         known = own.pursuit
-        if isinstance(known, Ltl) or (known.stays(own.turn, region) and own.rounds):
+        counted = own.rounds or self.stayed
+        if isinstance(known, Ltl) or (known.stays(own.turn, region) and counted):
             return False  # its next ticks have no lines
         return bool({*known.met(own.turn, region)} - own.seen)
 
@@ -263,6 +266,7 @@ class TraceEnd(Struct):
     def _step(self, robot: str, pose: Pose, *, decided: bool) -> None:
         """Follow a step, or a turn in which a robot stays. ``decided``: by its strategy."""
         before, self.poses[robot] = self.poses[robot], pose
+        self.stayed = before.region == pose.region
         if self.plan is not None and pose != before:
             ahead = self.plan.robots[robot][self.taken[robot] + 1 :]
             self.taken[robot] += bool(ahead) and pose_of(*ahead[0]) == pose
@@ -335,7 +339,7 @@ class TraceEnd(Struct):
                 tuple(sorted(own.seen)),
                 own.turn,
                 self._is_uncounted(name),
-                _clock(own, tick) if timed else None,
+                self._clock(name, tick) if timed else None,
                 {} if own.memories is None else own.memories.likeliest,
             )
             for name, own in self.own.items()
@@ -358,6 +362,16 @@ class TraceEnd(Struct):
             plan=self._left(),
             ran=self.ran,
         )
+
+    def _clock(self, robot: str, tick: int) -> RoundClock:
+        """The clock of a round at a tick; one that is due by then is due at the start."""
+        if robot in self.away:  # another round begins when it is back
+            return RoundClock(0)
+        own = self.own[robot]
+        clock, since = own.clock, tick - own.clock.begun
+        if own.within is not None and not clock.over:
+            since = min(since, own.within)
+        return RoundClock(since, clock.disturbed, clock.before, clock.over)
 
     def _is_uncounted(self, robot: str) -> bool:
         """Whether what a robot meets where it stands is not counted yet: its turn was not over, it
@@ -455,11 +469,3 @@ def _pursued(name: str, header: setting.ScenarioHeader) -> Pursued:
         if done is not None and done.memory:
             own.memories.possible, own.memories.begun = [done.memory], True
     return own
-
-
-def _clock(own: Pursued, tick: int) -> RoundClock:
-    """The clock of a round at a tick; one that is due by then is due at the start."""
-    clock, since = own.clock, tick - own.clock.begun
-    if own.within is not None and not clock.over:
-        since = min(since, own.within)
-    return RoundClock(since, clock.disturbed, clock.before, clock.over)
