@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -19,12 +20,15 @@ from safenav.report.terminal.synthesis_progress import WaitingLine
 from safenav.report.terminal.worst_cases import promise_data, promise_lines, worst_data, worst_lines
 from safenav.runtime.analysis.ahead import run_ahead
 from safenav.runtime.coordination.foresight import foreseen
+from safenav.runtime.coordination.strategy_search import TaskResult
 from safenav.runtime.deadlines.worst import visited, worst_cases
 from safenav.runtime.mission import Mission, default_synthesizer, first_results
 from safenav.scenario.lint import lint
+from safenav.scenario.model import Scenario
 from safenav.scenario.objective_text import describe
 from safenav.scenario.reading.loader import load_scenario
 from safenav.spec.compile import assumption_names
+from safenav.synthesis.slugs import Synthesizer
 
 EPILOG = """\b
 Examples:
@@ -50,38 +54,16 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
     plan = load_scenario(scenario)
     synthesizer = default_synthesizer(plan)
     answers = first_results(plan, synthesizer, WaitingLine())
-    verdicts: list[dict[str, Any]] = []
-    of_scenario = [*lint(plan), *foreseen(plan)]
-    for robot in plan.robots:
-        for event, objective in robot.when:  # as if it were on from the beginning
-            team = (replace(r, objective=objective) if r is robot else r for r in plan.robots)
-            then = replace(plan, robots=tuple(team))
-            answer = first_results(then, synthesizer, WaitingLine(), [robot.name])[robot.name]
-            if not answer.realizable:
-                said = explain_unrealizable(answer.task.robot, answer.task, plan.map)
-                of_scenario.append(f"when {event} is on from the start, {said}")
-    warnings = list(of_scenario)
+    of_scenario = [*lint(plan), *foreseen(plan), *_with_inputs(plan, synthesizer)]
+    warnings, verdicts = list(of_scenario), list[dict[str, Any]]()
     for name, answer in answers.items():
-        task = answer.task
-        why = None if answer.realizable else explain_unrealizable(task.robot, task, plan.map)
         strategy = answer.result.strategy
         vacuous = vacuous_wins(strategy, synthesizer) if answer.realizable and strategy else ()
         for vacuity in vacuous:
             assert strategy is not None
             warnings += vacuity_lines(name, vacuity, strategy)
-        verdicts.append(
-            {
-                "robot": name,
-                "objective": describe(answer.told, plan.map.word),
-                "form": answer.form.value,
-                "allows": answer.allows(plan.map.word),
-                "verdict": answer.result.verdict.value,
-                "assumptions": assumption_names(answer.task, plan.map),
-                "on_demand": answer.result.served is not None,
-                "explanation": why,
-                "warnings": [vacuity_data(v, strategy) for v in vacuous if strategy],
-            }
-        )
+        told = [vacuity_data(vacuity, strategy) for vacuity in vacuous if strategy]
+        verdicts.append(_verdict(name, answer, plan) | {"warnings": told})
     poses = {
         name: visited(answer.task, answer.result.strategy, plan) for name, answer in answers.items()
     }
@@ -91,30 +73,18 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
     ahead = run_ahead(plan, synthesizer) if realizable and refusal is None else None
     if as_json:
         obstacles = [worst_data(case) for case in cases]
-        told = {"robots": verdicts, "obstacles": obstacles, "warnings": of_scenario}
+        data = {"robots": verdicts, "obstacles": obstacles, "warnings": of_scenario}
         if ahead is not None:
-            told["promises"] = promise_data(plan, ahead)
+            data["promises"] = promise_data(plan, ahead)
         if refusal is not None:
-            told["unrealizable"] = refusal
-        click.echo(json.dumps({"scenario": plan.name, **told}, indent=2))
+            data["unrealizable"] = refusal
+        click.echo(json.dumps({"scenario": plan.name, **data}, indent=2))
     else:
         for verdict in verdicts:
-            good = verdict["explanation"] is None
-            word = click.style(str(verdict["verdict"]), fg="green" if good else "red")
-            words = answers[str(verdict["robot"])].words(plan.map.word)
-            click.echo(f"{verdict['robot']}: {word}, {words}")
-            if verdict["on_demand"]:
-                click.echo("    no explicit strategy: each move is computed and checked on demand")
-            for assumption in verdict["assumptions"] or ():
-                click.echo(f"    assumes: {assumption}")
-            if not good:
-                click.echo(f"    {verdict['explanation']}")
-                click.echo(f"    safenav explain {shlex.quote(str(scenario))} proposes repairs")
+            _tell(verdict, answers[str(verdict["robot"])].words(plan.map.word), scenario)
         if refusal is not None:
             click.echo(f"{click.style('unrealizable', fg='red')}: {refusal}")
-        for line in worst_lines(cases, plan.map.word):
-            click.echo(line)
-        for line in promise_lines(plan, ahead):
+        for line in (*worst_lines(cases, plan.map.word), *promise_lines(plan, ahead)):
             click.echo(line)
         for line in warnings:
             if line.startswith(" "):
@@ -123,3 +93,45 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
                 warn(line)
     good = realizable and refusal is None and not (strict and warnings)
     return ExitCode.OK if good else ExitCode.NEGATIVE
+
+
+def _with_inputs(plan: Scenario, synthesizer: Synthesizer) -> Iterator[str]:
+    """Warn of the objectives that inputs give where one is unrealizable from the start."""
+    for robot in plan.robots:
+        for event, objective in robot.when:  # as if it were on from the beginning
+            team = (replace(r, objective=objective) if r is robot else r for r in plan.robots)
+            then = replace(plan, robots=tuple(team))
+            answer = first_results(then, synthesizer, WaitingLine(), [robot.name])[robot.name]
+            if not answer.realizable:
+                said = explain_unrealizable(answer.task.robot, answer.task, plan.map)
+                yield f"when {event} is on from the start, {said}"
+
+
+def _verdict(name: str, answer: TaskResult, plan: Scenario) -> dict[str, Any]:
+    """The verdict on a robot as data."""
+    task = answer.task
+    why = None if answer.realizable else explain_unrealizable(task.robot, task, plan.map)
+    return {
+        "robot": name,
+        "objective": describe(answer.told, plan.map.word),
+        "form": answer.form.value,
+        "allows": answer.allows(plan.map.word),
+        "verdict": answer.result.verdict.value,
+        "assumptions": assumption_names(task, plan.map),
+        "on_demand": answer.result.served is not None,
+        "explanation": why,
+    }
+
+
+def _tell(verdict: Mapping[str, Any], words: str, scenario: Path) -> None:
+    """Print the verdict on a robot, whose objective is in ``words``."""
+    good = verdict["explanation"] is None
+    word = click.style(str(verdict["verdict"]), fg="green" if good else "red")
+    click.echo(f"{verdict['robot']}: {word}, {words}")
+    if verdict["on_demand"]:
+        click.echo("    no explicit strategy: each move is computed and checked on demand")
+    for assumption in verdict["assumptions"] or ():
+        click.echo(f"    assumes: {assumption}")
+    if not good:
+        click.echo(f"    {verdict['explanation']}")
+        click.echo(f"    safenav explain {shlex.quote(str(scenario))} proposes repairs")

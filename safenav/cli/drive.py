@@ -55,11 +55,7 @@ Exit codes:
     help="Write what was sent and measured in metres (extra: motion).",
 )
 @click.option("--rehearse", is_flag=True, help="Simulate the run in time; no robot moves.")
-@click.option(
-    "--operator",
-    metavar="FILE",
-    help="Where the run needs an operator, read interventions from this file (-: ask here).",
-)
+@options.operator
 @options.live
 @options.result_as_json
 @click.option("--time-limit", type=options.SECONDS, help="Stop after this many seconds.")

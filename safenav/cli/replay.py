@@ -24,8 +24,7 @@ from safenav.trace.trace import Trace
 
 EPILOG = """\b
 TICK is a number (of seconds in a run with a clock), 'last', or the kind of an
-event (violation, request, push, yield, resolved, blocked, pop, goal): its first
-tick.
+event (violation, request, push, resolved, blocked, pop, goal): its first tick.
 \b
 Examples:
   safenav new lab.yaml && safenav run lab.yaml --trace lab.jsonl

@@ -141,7 +141,7 @@ class Passes(Algorithm):
         self._still += 1
         self._changed = self._still < STILL
         if not self._changed:
-            if any(not robot.active for robot in team.robots.values()):
+            if team.out_of_service:
                 self._unless_back()
             if self._inputs_may_change():
                 return
@@ -312,8 +312,13 @@ class Passes(Algorithm):
             raise RunEnded(Conclusion(Outcome.COMPLETED, said))
         left = [robot for robot in team.robots.values() if robot.own.rounds < wanted]
         served = team.last_settled.found.served
-        out = any(not robot.active for robot in team.robots.values())
-        if out and left and self._is_free() and not served and self.traffic.only_out(left):
+        if (
+            team.out_of_service
+            and left
+            and self._is_free()
+            and not served
+            and self.traffic.only_out(left)
+        ):
             self.guarded(self._unless_back)
         if team.live:
             if self.limit is not None and self.world.now() >= self.limit:

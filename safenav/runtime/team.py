@@ -267,6 +267,15 @@ class TeamState(Struct):
         return self.settled
 
     @property
+    def out_of_service(self) -> list[str]:
+        """The names of the robots that are out of service."""
+        return [name for name, robot in self.robots.items() if not robot.active]
+
+    def rounds_counted(self, robot: RobotState) -> int:
+        """The rounds that a robot has done of those that the mission wants."""
+        return min(robot.own.rounds, self.scenario.until.rounds)
+
+    @property
     def poses(self) -> dict[str, Pose]:
         """Region of each robot; in transit, its departure region."""
         return {name: robot.pose for name, robot in self.robots.items()}

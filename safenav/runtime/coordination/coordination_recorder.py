@@ -167,8 +167,7 @@ def _because(
     if name in team.requests.aside and not request.aside:
         return "no order of moves lets them resolve it now"
     if not helpers:
-        out = [each for each, robot in team.robots.items() if not robot.active]
-        return why_nobody(floor, found, gate, team.scenario.map.word, out)
+        return why_nobody(floor, found, gate, team.scenario.map.word, team.out_of_service)
     if failed := [r for r in bids_for(floor, gate) if (r, name) in team.failures.barred]:
         return f"{listed(failed)} {'has' if len(failed) == 1 else 'have'} failed"
     return None

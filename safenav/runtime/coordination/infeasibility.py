@@ -63,8 +63,7 @@ def nobody_goes_on(
     if closure is not None:
         stuck = [name for name, live in zip(floor.names, closure.live, strict=True) if not live]
         said += [_why_stuck(state, name, chosen=closure is not proof) for name in stuck]
-        out = [name for name, robot in state.robots.items() if not robot.active]
-        missed += reasons.shortfalls(floor, closure, out, state.failures.barred)
+        missed += reasons.shortfalls(floor, closure, state.out_of_service, state.failures.barred)
     said += [reasons.shortfall_words(each, word) for each in missed]
     for name, obstacle in refused:
         said.append(f"{name} has no strategy for going to {obstacle_words(obstacle, word)}")

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable
 from enum import Enum
 
 from msgspec import Struct
 
+from safenav.components import explored
 from safenav.runtime.duties.settlement import Settlement
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.resolution.proofs import TeamClosure
@@ -128,20 +129,9 @@ def cause_of(found: Collection[Shortfall]) -> OperatorCause:
         each.obstacle: {gate for helper in each.helpers for gate in helper.waits_for}
         for each in found
     }
-    if any(gate in _ahead(gate, waits) for gate in waits):
+    if any(gate in explored(waits[gate], lambda one: [*waits.get(one, ())]) for gate in waits):
         return OperatorCause.CYCLIC_REQUESTS
     return OperatorCause.NEVER_RESOLVABLE
-
-
-def _ahead(gate: str, waits: Mapping[str, set[str]]) -> set[str]:
-    """The obstacles for which an obstacle waits, directly or not."""
-    found: set[str] = set()
-    queue = [gate]
-    for each in queue:
-        fresh = waits.get(each, set()) - found
-        found |= fresh
-        queue += fresh
-    return found
 
 
 def shortfall_words(found: Shortfall, word: Word, it: str | None = None) -> str:

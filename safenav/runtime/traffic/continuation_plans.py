@@ -6,11 +6,10 @@ wherever the team can return to it.
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Collection, Mapping, Sequence
 from itertools import pairwise
 
-from safenav.components import path_to
+from safenav.components import path_to, shortest_paths
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import TeamState
 from safenav.runtime.traffic import budgets
@@ -162,25 +161,13 @@ def _return(course: Course, start: Joint, poses: tuple[int, ...]) -> list[Joint]
 def _way(course: Course, state: Joint, robot: int, goal: int) -> list[int]:
     """Return a shortest path of one robot while the others stand still; empty if there is none."""
     start = state.poses[robot]
-    if start == goal:
-        return []
     size = course.problem.members[robot].graph.size
     taken = {state.poses[other] % size for other in course.problem.conflicts[robot]}
     regions = [p % m.graph.size for p, m in zip(state.poses, course.problem.members, strict=True)]
     taken |= {*bits(course.problem.held(robot, regions, state.stages))}
     steps = course.steps(state.stages)[robot]
-    before = {start: start}
-    queue = deque([start])
-    while queue:
-        pose = queue.popleft()
-        for after in steps[pose]:
-            if after in before or after % size in taken:
-                continue
-            before[after] = pose
-            if after == goal:
-                return [*path_to(goal, before)][1:]
-            queue.append(after)
-    return []
+    before = shortest_paths([start], lambda pose: (p for p in steps[pose] if p % size not in taken))
+    return [*path_to(goal, before)][1:] if goal in before else []
 
 
 def _follow(course: Course, states: list[Joint], plan: Sequence[Joint]) -> bool:

@@ -128,13 +128,12 @@ class Moves(Struct, frozen=True):
         self, robot: RobotState, progress: Progress, around: Around, *, strayed: bool = False
     ) -> None:
         """Count what the robot has met by its turn, unless its assignment has changed by it."""
-        wanted = self.state.scenario.until.rounds
-        done = min(robot.own.rounds, wanted)
+        done = self.state.rounds_counted(robot)
         if not robot.begun:
             self.relocation.strategies.begin(robot)
         elif robot.progress is progress and not (strayed or self.state.has_had_turn(robot)):
             self.state.tell_goals(robot, progress.arrive(robot.pose.region, *around))
-        self.state.changes += min(robot.own.rounds, wanted) != done
+        self.state.changes += self.state.rounds_counted(robot) != done
 
     def _has_counted(self, robot: RobotState, around: Around) -> bool:
         """Live: whether a robot that stays where it meets all its goals has met them as often as is

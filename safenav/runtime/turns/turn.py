@@ -184,8 +184,7 @@ class Turns:
         robot.stays_for = seen if stays and proposal.answers and lasts else None
         robot.shown = proposal.shown
         if self.state.live and proposal.node != planner.node:
-            done = min(robot.own.rounds, scenario.until.rounds)
-            moment = planner.node, done, *observed.values()
+            moment = planner.node, self.state.rounds_counted(robot), *observed.values()
             self.state.changes += moment not in robot.stood
             robot.stood.add(moment)
 
