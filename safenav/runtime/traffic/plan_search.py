@@ -4,6 +4,7 @@ the last resorts (the table in ``budgets``)."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from itertools import pairwise
 
 from msgspec import Struct, field
@@ -22,6 +23,7 @@ from safenav.runtime.traffic.searches import Searches
 from safenav.runtime.traffic.shortening import Separation, following, shortened, timed
 from safenav.runtime.traffic.thinking import Thinking
 from safenav.runtime.traffic.timed import Quickest, beside
+from safenav.scenario.objective import Ltl
 
 
 class PlanSearch(Struct):
@@ -276,13 +278,32 @@ class PlanSearch(Struct):
     def cut(
         self, course: Course, start: Joint, states: Sequence[Joint], helping: bool
     ) -> list[Joint]:
-        """The plan up to the first resolution, or until each has counted once."""
-        found = []
+        """The plan up to the first resolution; where it does not lead through the mission, until
+        each has counted once."""
+        found, through = [], self._through_the_mission(helping)
         for state in states:
             found.append(state)
-            if len(found) == self._leg_end or self.leg_done(course, start, state, helping):
+            resolved = state.stages != start.stages
+            done = resolved if through else self.leg_done(course, start, state, helping)
+            if len(found) == self._leg_end or done:
                 break
         return found
+
+    def _through_the_mission(self, helping: bool) -> bool:
+        """Live: whether all of a plan is followed. It delays only those that wait for others by its
+        order, and where robots share a narrow floor they would soon starve again. Helpers, robots
+        out of service, batteries and inputs of formulas change what comes next."""
+        return (
+            self.state.live
+            and not helping
+            and all(
+                robot.active
+                and robot.assignment.role is Role.OWN
+                and robot.robot.model.battery is None
+                and not isinstance(robot.own.objective, Ltl)
+                for robot in self.state.robots.values()
+            )
+        )
 
     def leg_done(self, course: Course, start: Joint, state: Joint, helping: bool) -> bool:
         if state.stages != start.stages:
@@ -335,6 +356,8 @@ class PlanSearch(Struct):
         # Everything can be undone: a plan that serves those that want something is safe.
         search.goal = lambda state: self.leg_done(course, start, state, helping)
         answer = search.run(self._rounds, 0)
+        if isinstance(answer, Found) and self._through_the_mission(helping):
+            answer = self._with_further_legs(floor, course, answer)
         if isinstance(answer, Exhausted):
             aside = self.state.requests.aside
             sent = frozenset(g for g in course.sent.values() if floor.gates[g] not in aside)
@@ -343,6 +366,18 @@ class PlanSearch(Struct):
             search.goal = course.completed
             answer = search.run(budgets.ROUNDS_FIRST)
         return course, start, search, answer
+
+    def _with_further_legs(self, floor: Floor, course: Course, found: Found) -> Found:
+        """A plan on which each robot counts once, continued as far as that is easily found."""
+        states = list(found.states)
+        while not course.completed(here := states[-1]) and here.stages == states[0].stages:
+            search = self.searches.search(floor, course, here, work=self.work)
+            search.goal = partial(self.leg_done, course, here, helping=False)
+            answer = search.run(1, 0)
+            if not isinstance(answer, Found) or len(answer.states) == 1:
+                break
+            states += answer.states[1:]
+        return Found(tuple(states))
 
     def turned(self, floor: Floor, course: Course, states: Sequence[Joint]) -> dict[str, int]:
         """The robots that begin with another target than the one whose turn it is in a plan, up to

@@ -2,8 +2,8 @@
 
 The watch finds a robot that gets no nearer to its target. All finish the step that is in progress,
 one plan is made for the whole team, and it is followed up to the first resolution, or until each
-robot with goal poses has reached them once. The rest of the mission stays possible because the plan
-is the beginning of one for all of it (docs/coordination.md).
+robot with goal poses has reached them once; live often to its end. The rest of the mission stays
+possible because the plan is the beginning of one for all of it (docs/coordination.md).
 """
 
 from __future__ import annotations
