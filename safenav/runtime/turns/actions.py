@@ -33,8 +33,9 @@ class Actions(Struct):
 
     def act(self, robot: RobotState) -> Iterator[Event]:
         """Let the robot perform its actions where it stands; changes are decided immediately."""
-        if not self.world.simulated and self._must_not_sweep(robot):
-            return  # such a world would do all that it can
+        told = self.world.within_reach(robot.robot, self._cleared(robot)) is not None
+        if not told and self._must_not_sweep(robot):
+            return  # a world that is not told what to leave would do all that it can
         event, robot.acted = robot.acted, None
         event = event or self._done_by(robot)
         robot.asked, robot.acts_on = True, tuple(self._within_reach(robot)[0])
