@@ -6,18 +6,15 @@ with either."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
-from safenav.audit.deriving import pose_of
-from safenav.audit.formulas import rules_of
 from safenav.audit.judging import findings
 from safenav.audit.kinds import shape_of
-from safenav.audit.language import Pose, RefusedError, Row
 from safenav.audit.lines import Line
+from safenav.audit.remembering import Memories
 from safenav.audit.rules.deadlines import MISSION, DeadlineRule
 from safenav.audit.rules.plans import FollowsPlanRule, Left
-from safenav.audit.rules.rule import Rule, Said
+from safenav.audit.rules.rule import Rule
 from safenav.audit.situation import Situation
 from safenav.audit.turn import Status
 
@@ -37,63 +34,18 @@ class _End(Rule):
 
 
 class _Memory(Rule):
-    """Holds the memories that robots' formulas may have: those with which they may begin, then
-    those after each step with which the formulas allow it."""
+    """Holds the memories that robots' formulas may have."""
 
     name, kinds = NAME, ("move", "synthesis")
+    memories: Memories
 
-    def __init__(self) -> None:
-        self.possible: dict[str, set[Row]] = {}
-
-    def opening(self, now: Situation) -> Iterable[Said]:
-        for robot in now.own:
-            if (names := _remembered(robot, now)) is not None:
-                told = None if robot not in now.done else now.done[robot].memory
-                rows = rules_of(now.own[robot]).begins(pose_of(robot, now))
-                known = {_row(told, names)} if told else {row[: len(names)] for row in rows}
-                self.possible[robot] = known
+    def opening(self, now: Situation) -> tuple[()]:
+        self.memories = Memories(now)
         return ()
 
-    def line(self, record: Line, now: Situation) -> Iterable[Said]:
-        robot = record.robot
-        if robot not in self.possible or now.own[robot].kind != "ltl":
-            return ()
-        if record.type == "synthesis":
-            if record.node is not None and record.memory:
-                names = _remembered(robot, now) or ()
-                self.possible[robot] = {_row(record.memory, names)}
-        elif record.toward is None:
-            here = now.region[robot], now.heading[robot]
-            there = record.to, record.heading
-            if now.live or here == there:  # it may have stayed by its strategy
-                self.possible[robot] |= self._after(robot, here, here, now)
-            if here != there:
-                self.possible[robot] = self._after(robot, here, there, now) or self.possible[robot]
+    def line(self, record: Line, now: Situation) -> tuple[()]:
+        self.memories.line(record, now)
         return ()
-
-    def _after(self, robot: str, here: Pose, there: Pose, now: Situation) -> set[Row]:
-        rules, size = rules_of(now.own[robot]), len(_remembered(robot, now) or ())
-        return {
-            rules.valuations[j][:size]
-            for i, j, _ in rules.steps(here, there)
-            if rules.valuations[i][:size] in self.possible[robot]
-        }
-
-
-def _remembered(robot: str, now: Situation) -> tuple[str, ...] | None:
-    """Return the names of what a robot's formulas remember; None if that is nothing, or they are
-    not read here."""
-    if now.own[robot].kind != "ltl":
-        return None
-    try:
-        rules_of(now.own[robot])
-    except RefusedError:
-        return None
-    return tuple(json.loads(now.own[robot].body).get("memory") or ()) or None
-
-
-def _row(memory: Mapping[str, int], names: Iterable[str]) -> Row:
-    return tuple(int(memory.get(name, -1)) for name in names)
 
 
 def continuation_problems(
@@ -127,11 +79,11 @@ def continuation_problems(
                 within = deadlines.within(name)
                 if done.clock.since not in (since, since if within is None else min(since, within)):
                     yield f"the round of {name} began {since} ticks before, not {done.clock.since}"
-    for name, possible in memory.possible.items():
+    for name in memory.memories.possible:
         done = (begun.robots or {}).get(name)
         if done is not None and now.own[name].kind == "ltl":
             told = done.memory or {}
-            if _row(told, _remembered(name, now) or ()) not in possible:
+            if not memory.memories.may_be(name, told, now):
                 yield f"{name} begins with the memory {told or 'of no step'}, which it cannot have"
     yield from _obstacle_problems(rest, now)
     if robots.keys() == now.header.robots.keys():

@@ -76,6 +76,11 @@ class Formulas:
             if self._safe(*values):
                 yield i, j, frozenset(k for k, goal in enumerate(self.goals) if goal(*values))
 
+    def met_by_staying(self, pose: Pose, memory: int) -> frozenset[int]:
+        """Return the goals that a robot meets which stays in a pose with that memory."""
+        row = *_row(pose), *self.valuations[memory]
+        return frozenset(k for k, goal in enumerate(self.goals) if goal(*row, *row))
+
     def live(self, inside: Poses, steps: Mapping[Pose, Iterable[Pose]]) -> set[State]:
         """Return the greatest set of poses, each with the number of a valuation, from which a
         robot can meet every goal infinitely often by steps, or by staying, within it."""

@@ -64,7 +64,8 @@ class JointGoal(Struct, frozen=True):
 class JointSearch(Struct, frozen=True):
     """No order of moves completes the mission: ``states`` joint places can be reached, whose
     sorted lines have this ``sha256``. ``start``: the pose of each robot; ``stages``: the next need
-    of each open obstacle."""
+    of each open obstacle; ``memory``: what the formulas of some robots remember there, which the
+    search follows."""
 
     robots: tuple[str, ...]
     start: Mapping[str, Place]
@@ -72,6 +73,7 @@ class JointSearch(Struct, frozen=True):
     goal: JointGoal
     states: Count
     sha256: Sha256
+    memory: Mapping[str, Mapping[str, int]] | None = None
     kind: Annotated[str, Pattern("joint", "joint")] = "joint"
 
 

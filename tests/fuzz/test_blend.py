@@ -112,6 +112,7 @@ def test_what_was_found_is_mended(seed: int, live: bool, faults: bool, operator:
     assert not one.found
 
 
+LOCK = False, False, False
 FORMULAS = {
     "left by a plan where its formulas forbid it to stay": (70200, False, False, False),
     "out of service, it is given an objective without formulas": (70212, False, False, True),
@@ -125,6 +126,10 @@ FORMULAS = {
     "it charges when all is done": (96631, True, True, True),
     "a plan takes the charge that its robot needs": (104781, False, False, False),
     "it gives way where its formulas forbid it to stay": (101196, True, False, False),
+    "it acts where it waits for others to leave what another act sweeps": (115236, *LOCK),
+    "only memory reveals that two cannot change places": (103704, *LOCK),
+    "only memory reveals a deadlock in live runs": (103704, True, False, False),
+    "only memory reveals a deadlock of three": (100105, *LOCK),
     "a plan has taken a robot that waits for help elsewhere": (100024, True, False, False),
 }
 

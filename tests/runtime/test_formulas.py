@@ -3,6 +3,7 @@
 import pytest
 from msgspec.structs import replace
 
+from runtime.played import play
 from safenav.runtime.formulas import Formulas
 from safenav.scenario.objective import Ltl
 from safenav.world.map import Heading, RegionMap
@@ -90,3 +91,38 @@ def test_headings_count() -> None:
     formulas = read(Mobility.HEADING, safety=("heading = 1 -> heading' = 1",))
     assert formulas.guarantees.remembered({}, Pose(8, Heading.EAST), Pose(9, Heading.EAST)) == {}
     assert formulas.guarantees.remembered({}, Pose(8, Heading.EAST), Pose(8, Heading.NORTH)) is None
+
+
+BEHIND = """\
+safenav: 1
+map: {grid: ["#####", "#...#", "#####"]}
+robots:
+  a:
+    model: quadcopter
+    start: 7
+    objective:
+      ltl: {memory: {m: bool}, init: "!m", safety: "m' <-> m | region = 6",
+            liveness: "m & region = 7"}
+  b: {model: quadcopter, start: 6, objective: {hold: 6}}
+limits: {ticks: 60}
+until: {rounds: 1}
+"""
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+def test_a_deadlock_that_only_memory_reveals_is_proven(clock: str) -> None:
+    """a stands on its target, but has to have been behind b; they cannot change places, and have
+    three ways to stand in the corridor. Without the memory that would be no proof."""
+    run = play(f"{BEHIND}clock: {clock}\n")
+    proof = run.outcome["proof"]
+    assert (run.outcome["cause"], proof["states"]) == ("deadlock", 3)
+    assert proof["memory"] == {"a": {"m": 0}}
+    wrong = [
+        ({"a": {"m": 1}}, "cannot remember"),
+        ({"a": {"n": 0}}, "do not remember"),
+        ({"b": {"m": 0}}, "do not remember"),
+        (None, "can be completed"),
+    ]
+    for told, said in wrong:
+        proof["memory"] = told
+        assert said in str(run.findings)

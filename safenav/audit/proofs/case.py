@@ -6,10 +6,12 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from safenav.audit.deriving import open_obstacle, pose_of, poses_in, team_of
+from safenav.audit.formulas import rules_of
 from safenav.audit.kinds import shape_of
 from safenav.audit.language import Pose
 from safenav.audit.lines import Objective
 from safenav.audit.members import OpenObstacle, OpenObstacles, Poses
+from safenav.audit.proofs.states import Recalled, with_memory
 from safenav.audit.situation import Situation
 from safenav.audit.team import Team
 
@@ -50,14 +52,26 @@ class Case:
         return next((obstacle for obstacle in self.obstacles if obstacle.name == name), None)
 
 
-def case_of(now: Situation, never: Collection[str], *, hopeful: bool = False) -> Case | None:
+def case_of(
+    now: Situation,
+    never: Collection[str],
+    *,
+    hopeful: bool = False,
+    memory: Mapping[str, int] | None = None,
+) -> Case | None:
     """Return the case at a line of the trace; None if some robot's formulas are not read here.
     ``never``: obstacles that were shown to be never resolvable by any robot. ``hopeful``: as if
-    every robot were in service."""
+    every robot were in service. ``memory``: the number of what the formulas of some robots
+    remember, whose poses are states then."""
     out: Collection[str] = () if hopeful else now.out
     team = team_of(now, shut=never, out=out)
     if team is None:
         return None
+    memory = memory or {}
+    lifted = {name: with_memory(team.members[name], rules_of(now.own[name])) for name in memory}
+    if lifted:
+        team = Team({**team.members, **lifted}, newest_first=team.newest_first)
+    at = {name: pose_of(name, now) for name in team.names}
     known = [
         name
         for name in now.obstacles
@@ -66,7 +80,7 @@ def case_of(now: Situation, never: Collection[str], *, hopeful: bool = False) ->
     ]
     return Case(
         team,
-        {name: pose_of(name, now) for name in team.names},
+        {n: Recalled.of(at[n], memory[n]) if n in memory else at[n] for n in at},
         tuple(open_obstacle(name, now, out=out) for name in known),
         {name: _wish(name, now, team) for name in team.names},
         frozenset(never),

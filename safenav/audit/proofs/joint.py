@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 from safenav.audit.language import Pose
 from safenav.audit.members import OpenObstacle, OpenObstacles
 from safenav.audit.proofs.case import Case, Wish
+from safenav.audit.proofs.states import plain
 from safenav.audit.team import TooManyError
 
 MOST_STATES = 200_000
@@ -49,8 +50,8 @@ def joint_problems(proof: Mapping[str, Any], case: Case) -> Iterator[str]:
         yield f"the proof names {', '.join(strangers) or 'no robots'}"
         return
     for name in listed:
-        if start.get(name) != case.at[name]:
-            yield f"{name} is at {case.at[name]}, not where the proof begins"
+        if start.get(name) != plain(case.at[name]):
+            yield f"{name} is at {plain(case.at[name])}, not where the proof begins"
             return
     problem = _stages_problem(stages, {*listed}, case)
     if problem:
@@ -118,7 +119,7 @@ class _Enumeration:
     def problems(self, told: int, digest: object) -> Iterator[str]:
         poses = set[tuple[Pose, ...]]()
         for state, seen in self._reached():
-            poses.add(state.poses)
+            poses.add(tuple(map(plain, state.poses)))
             if self._is_complete(state):
                 at = zip(self._robots, state.poses, strict=True)
                 places = ", ".join(f"{name} at {region}" for name, (region, _) in at)

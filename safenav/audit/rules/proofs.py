@@ -15,6 +15,7 @@ from safenav.audit.proofs.case import Case, case_of
 from safenav.audit.proofs.closure import closure_problems
 from safenav.audit.proofs.joint import can_be_served, joint_problems
 from safenav.audit.proofs.tree import tree_problems
+from safenav.audit.remembering import Memories, remembered, row_of
 from safenav.audit.rules.rule import Finding, Rule, Said
 from safenav.audit.situation import RESYNTHESIS, Situation
 from safenav.audit.team import Team, TooManyError
@@ -40,9 +41,12 @@ class ProofRule(Rule):
 
     def opening(self, now: Situation) -> Iterable[Said]:
         self._never |= now.permanent
+        self._memories = Memories(now)
         return ()
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
+        if record.type in ("synthesis", "move"):
+            self._memories.line(record, now)
         if record.type == "synthesis":
             self._memory[record.robot, record.spec] = record.memory
         elif record.type in ("appeared", "gone", "reopened"):
@@ -79,10 +83,27 @@ class ProofRule(Rule):
             for name in _could_be_given_up(proof, now):
                 yield f"no need of {name} can ever be met, but it does not join the obstacles"
             try:
-                case = case_of(now, self._never)
+                memory = self._numbers(proof.get("memory") or {}, now)
+                if isinstance(memory, str):
+                    yield memory
+                    return
+                case = case_of(now, self._never, memory=memory)
                 yield from problems_of(proof, case) if case else ()
             except TooManyError as large:
                 yield Finding(self.name, record.tick, None, record.line, str(large), unknown=True)
+
+    def _numbers(self, told: Mapping[str, Any], now: Situation) -> Mapping[str, int] | str:
+        """Return the number of what the formulas of each robot remember as a proof tells it, or why
+        they cannot."""
+        found = dict[str, int]()
+        for name, memory in told.items():
+            names = remembered(name, now) if name in now.own else None
+            if names is None or {*names} != memory.keys():
+                return f"the formulas of {name} do not remember {', '.join(memory) or 'nothing'}"
+            if not self._memories.may_be(name, memory, now):
+                return f"the formulas of {name} cannot remember {memory}"
+            found[name] = rules_of(now.own[name]).valuations.index(row_of(memory, names))
+        return found
 
     def _unrealizable(self, record: Line, now: Situation) -> bool:
         """Return whether some robot has permanently lost its objective, as a synthesis states:

@@ -21,6 +21,7 @@ from safenav.runtime.traffic.budgets import FEW_GROUPS, FEW_SIZES, FEW_STATES
 from safenav.runtime.traffic.immobile import Stuck
 from safenav.runtime.traffic.joint import Count, Course, Effort, Exhausted
 from safenav.runtime.traffic.joint_plan import Search
+from safenav.runtime.traffic.remembering import StateGraph
 from safenav.trace import proofs
 from safenav.trace.header import heading_in_trace
 from safenav.world.poses import bits
@@ -129,6 +130,9 @@ def deadlocked(state: TeamState, floor: Floor, course: Course, answer: Exhausted
         f"{where}: deadlock; none of the {len(answer.states)} reachable joint states "
         f"completes every objective{alone}"
     )
+    members = zip(floor.names, floor.problem.members, strict=True)
+    remember = [state.robots[name] for name, m in members if isinstance(m.graph, StateGraph)]
+    memory = {robot.name: {**robot.memory.values} for robot in remember if robot.memory.values}
     places = course.places(answer.states)
     text = "".join(f"{line}\n" for line in places)
     proof = proofs.JointSearch(
@@ -147,5 +151,6 @@ def deadlocked(state: TeamState, floor: Floor, course: Course, answer: Exhausted
         proofs.JointGoal(course.rounds),
         len(places),
         hashlib.sha256(text.encode()).hexdigest(),
+        memory or None,
     )
     return RunEnded(Conclusion(Outcome.OPERATOR_NEEDED, said, "deadlock", proof, stuck=floor.names))

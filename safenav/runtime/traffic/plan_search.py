@@ -72,6 +72,8 @@ class PlanSearch(Struct):
         course, start, search, answer = self._searched(floor, helping)
         if (isinstance(answer, Exhausted) or self.hopeless) and floor is not plain:
             if remembering(floor.problem):
+                if isinstance(answer, Exhausted) and (proof := self._proof(plain)) is not None:
+                    return proof
                 self.searches.give_up(plain)
             floor = plain  # the strategies' own ways are not all that there are
             course, start, search, answer = self._searched(floor, helping)
@@ -94,6 +96,18 @@ class PlanSearch(Struct):
         if isinstance(answer, Found):
             answer = self._left_well(floor, course, start, answer, helping)
         return floor, course, start, answer
+
+    def _proof(self, plain: Floor) -> tuple[Floor, Course, Joint, Answer] | None:
+        """The search that proves that no order of moves completes the mission with what the
+        robots' formulas remember; None if one may."""
+        floor = self.searches.everything(plain)
+        if floor is None:
+            return None
+        course = Course(floor.problem, self.state.scenario.until.rounds, any_first=True)
+        start = self.searches.begun(floor, course)
+        search = self.searches.search(floor, course, start, work=self.work)
+        answer = search.singles(budgets.PROOF_BUDGET)
+        return (floor, course, start, answer) if isinstance(answer, Exhausted) else None
 
     def _left_well(
         self, floor: Floor, course: Course, start: Joint, found: Found, helping: bool

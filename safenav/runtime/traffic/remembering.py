@@ -24,10 +24,14 @@ from safenav.world.poses import Mask, PoseGraph, bits, plain_graph
 
 
 class StateGraph(PoseGraph):
-    """The states of formulas with a memory on one map, and the steps between them."""
+    """The states of formulas with a memory on one map, and the steps between them; if it ``stays``
+    also those of a robot that stays, as its strategy may have it: a proof leaves out nothing."""
 
-    def __init__(self, objective: Ltl, world: RegionMap, mobility: Mobility) -> None:
+    def __init__(
+        self, objective: Ltl, world: RegionMap, mobility: Mobility, *, stays: bool = False
+    ) -> None:
         super().__init__(world, mobility)
+        self._also_stays = stays
         self._guarantees = guarantees_of(objective)
         goals = self._guarantees.goals_of_steps
         met = [frozenset(few) for n in range(len(goals) + 1) for few in combinations(goals, n)]
@@ -66,11 +70,13 @@ class StateGraph(PoseGraph):
         if found is None:
             k, here = divmod(pose, self._span)
             before, (old, _) = super().pose(here), self._memories[k]
+            stay = (here,) if self._also_stays else ()
             found = self._steps[pose] = tuple(
                 to + later * self._span
-                for to in self._poses.steps(here)
+                for to in (*self._poses.steps(here), *stay)
                 for later, (new, met) in enumerate(self._memories)
-                if self._guarantees.allows_with(before, old, self._poses.pose(to), new)
+                if to + later * self._span != pose
+                and self._guarantees.allows_with(before, old, self._poses.pose(to), new)
                 and met == self._met_on(before, old, self._poses.pose(to), new)
             )
         return found
@@ -160,7 +166,9 @@ def remembering(problem: Problem) -> bool:
 
 
 @lru_cache(maxsize=64)
-def state_graph(objective: Ltl, world: RegionMap, mobility: Mobility) -> StateGraph | None:
+def state_graph(
+    objective: Ltl, world: RegionMap, mobility: Mobility, *, stays: bool = False
+) -> StateGraph | None:
     """The states of an objective on a map, made once; None if it remembers nothing, or too much."""
     guarantees = guarantees_of(objective)
     poses = len(world.free) * (4 if mobility is Mobility.HEADING else 1)
@@ -168,4 +176,4 @@ def state_graph(objective: Ltl, world: RegionMap, mobility: Mobility) -> StateGr
     plain = not (guarantees.remember_something or guarantees.goals_of_steps)
     if plain or not 0 < count * poses <= REMEMBERED_STATES:
         return None
-    return StateGraph(objective, world, mobility)
+    return StateGraph(objective, world, mobility, stays=stays)

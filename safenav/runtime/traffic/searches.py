@@ -43,23 +43,43 @@ class Searches:
 
     def remembered(self, floor: Floor) -> Floor:
         """Return the problem with formula memory added to poses, within a size limit."""
-        poses = list(floor.poses)
-        graphs: dict[int, remembering.StateGraph] = {}
-        for index, robot in enumerate(self._state.robots.values()):
-            objective, mobility = robot.robot.objective, robot.robot.model.mobility
-            if not isinstance(objective, Ltl) or not robot.active:
-                continue
-            graph = remembering.state_graph(objective, self._state.scenario.map, mobility)
-            state = graph.state(poses[index], robot.memory.values) if graph is not None else None
-            if graph is not None and state is not None:
-                graphs[index], poses[index] = graph, state
+        graphs, poses = self._states(floor)
         if not graphs or floor.problem is self._hopeless:
             return floor
         of, who, problem = self._remembering
         if problem is None or of is not floor.problem or who != graphs.keys():
             problem = remembering.with_memory(floor.problem, graphs)
             self._remembering = floor.problem, frozenset(graphs), problem
-        return replace(floor, problem=problem, poses=tuple(poses))
+        return replace(floor, problem=problem, poses=poses)
+
+    def everything(self, floor: Floor) -> Floor | None:
+        """Return the same with all that robots can remember where they stay, too, for proofs; None
+        if a robot is in transit, which remembers its step when that ends, or formulas name
+        inputs."""
+        graphs, poses = self._states(floor, stays=True)
+        robots = [self._state.robots[floor.names[index]] for index in graphs]
+        named = (robot.robot.objective for robot in robots)
+        if any(isinstance(each, Ltl) and each.inputs for each in named):
+            return None
+        if not robots or any(robot.transit is not None for robot in robots):
+            return None
+        return replace(floor, problem=remembering.with_memory(floor.problem, graphs), poses=poses)
+
+    def _states(
+        self, floor: Floor, *, stays: bool = False
+    ) -> tuple[dict[int, remembering.StateGraph], tuple[int, ...]]:
+        """The graphs of robots with formulas that remember something, and the states of all."""
+        poses, graphs = list(floor.poses), dict[int, remembering.StateGraph]()
+        for index, robot in enumerate(self._state.robots.values()):
+            objective, mobility = robot.robot.objective, robot.robot.model.mobility
+            if not isinstance(objective, Ltl) or not robot.active:
+                continue
+            world = self._state.scenario.map
+            graph = remembering.state_graph(objective, world, mobility, stays=stays)
+            state = graph.state(poses[index], robot.memory.values) if graph is not None else None
+            if graph is not None and state is not None:
+                graphs[index], poses[index] = graph, state
+        return graphs, tuple(poses)
 
     def give_up(self, floor: Floor) -> None:
         """Give up the memory of robots for this problem: with it there is no plan from here or from

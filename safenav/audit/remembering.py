@@ -1,0 +1,71 @@
+"""The memories that robots' formulas may have, followed along a trace."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+
+from safenav.audit.deriving import pose_of
+from safenav.audit.formulas import rules_of
+from safenav.audit.language import Pose, RefusedError, Row
+from safenav.audit.lines import Line
+from safenav.audit.situation import Situation
+
+
+class Memories:
+    """Holds the memories that robots' formulas may have: those with which they may begin, then
+    those after each step with which the formulas allow it."""
+
+    def __init__(self, now: Situation) -> None:
+        self.possible: dict[str, set[Row]] = {}
+        for robot in now.own:
+            if (names := remembered(robot, now)) is not None:
+                told = None if robot not in now.done else now.done[robot].memory
+                rows = rules_of(now.own[robot]).begins(pose_of(robot, now))
+                known = {row_of(told, names)} if told else {row[: len(names)] for row in rows}
+                self.possible[robot] = known
+
+    def line(self, record: Line, now: Situation) -> None:
+        """Follow a synthesis or a move, before it takes effect."""
+        robot = record.robot
+        if robot not in self.possible or now.own[robot].kind != "ltl":
+            return
+        if record.type == "synthesis":
+            if record.node is not None and record.memory:
+                self.possible[robot] = {row_of(record.memory, remembered(robot, now) or ())}
+        elif record.toward is None:
+            here = now.region[robot], now.heading[robot]
+            there = record.to, record.heading
+            if now.live or here == there:  # it may have stayed by its strategy
+                self.possible[robot] |= self._after(robot, here, here, now)
+            if here != there:
+                self.possible[robot] = self._after(robot, here, there, now) or self.possible[robot]
+
+    def may_be(self, robot: str, told: Mapping[str, int], now: Situation) -> bool:
+        """Whether a robot's formulas may remember that."""
+        return row_of(told, remembered(robot, now) or ()) in self.possible.get(robot, ())
+
+    def _after(self, robot: str, here: Pose, there: Pose, now: Situation) -> set[Row]:
+        rules, size = rules_of(now.own[robot]), len(remembered(robot, now) or ())
+        return {
+            rules.valuations[j][:size]
+            for i, j, _ in rules.steps(here, there)
+            if rules.valuations[i][:size] in self.possible[robot]
+        }
+
+
+def remembered(robot: str, now: Situation) -> tuple[str, ...] | None:
+    """Return the names of what a robot's formulas remember; None if that is nothing, or they are
+    not read here."""
+    if now.own[robot].kind != "ltl":
+        return None
+    try:
+        rules_of(now.own[robot])
+    except RefusedError:
+        return None
+    return tuple(json.loads(now.own[robot].body).get("memory") or ()) or None
+
+
+def row_of(memory: Mapping[str, int], names: Iterable[str]) -> Row:
+    """The values of a memory, in the order of its names."""
+    return tuple(int(memory.get(name, -1)) for name in names)
