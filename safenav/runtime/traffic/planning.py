@@ -8,14 +8,12 @@ possible because the plan is the beginning of one for all of it (docs/coordinati
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Hashable, Mapping, Sequence
 
 from msgspec.structs import replace
 
 from safenav.outcome import Outcome
 from safenav.runtime.coordination.snapshot import awaited_by, floor_of
-from safenav.runtime.coordination.waiting import in_the_way
 from safenav.runtime.formulas import formulas_of
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import RobotState, Role, TeamState
@@ -35,19 +33,18 @@ from safenav.runtime.traffic.joint import (
     has_met,
 )
 from safenav.runtime.traffic.meanwhile import Pending, free_to_go_on
+from safenav.runtime.traffic.occasions import Occasion, Occasions
 from safenav.runtime.traffic.plan_search import PlanSearch
+from safenav.runtime.traffic.recorded_plan import plan_record, scheduled
 from safenav.runtime.traffic.remembering import plain_poses
 from safenav.runtime.traffic.searches import Searches
 from safenav.runtime.traffic.shortening import shortened
-from safenav.runtime.traffic.starvation import Watch
 from safenav.runtime.traffic.thinking import Thinking, Unknown
 from safenav.runtime.traffic.timed import keeping_out
 from safenav.scenario.settings import Coordination, PlanLeft
 from safenav.trace import records, vocabulary
-from safenav.trace.header import heading_in_trace
-from safenav.world.map import HEADINGS
 from safenav.world.moves import Pose
-from safenav.world.poses import FAR, Mask
+from safenav.world.poses import Mask
 
 
 class Traffic:
@@ -58,21 +55,19 @@ class Traffic:
         self.stop = stop
         self.clock = clock
         self.execution: execution.Execution | None = None
-        self.wanted: str | None = None
+        self.wanted: Occasion | None = None
         self.turned: Mapping[str, int] = {}
         """Robots that must begin with another of their targets, as the last search has shown."""
         self._looked = -1.0
-        self._urgent: int | None = None
         self._pending: Pending | None = None
         self._all_wait = False
         self.thinking = Thinking(stop)
         self._searches = searches = Searches(state, self.thinking)
-        self._tried: Counter[Hashable] = Counter()
         self._certificates = certificates = Certificates(state, searches)
         robots = state.scenario.robots
-        self._watch = Watch(max(robot.model.timing.most for robot in robots))
         sweeps = state.scenario.sweeping and len(robots) > 1
         self._rivals = {robot.name: sweeps or bool(state.rivals(robot)) for robot in robots}
+        self.occasions = Occasions(state, searches, self._rivals, clock)
         self.search = PlanSearch(state, self.thinking, searches, certificates, self._rivals)
 
     @property
@@ -84,8 +79,8 @@ class Traffic:
         if self.execution is not None or self.wanted is not None:
             return None
         notes, spent = self.state.last_settled.notes, (self.search.failures, self.search.spent)
-        tried = *spent, self._tried.total(), self._certificates.known
-        return self._watch.ages(self.state.tick), tried, notes.cleared, notes.hurried
+        tried = *spent, self.occasions.tried.total(), self._certificates.known
+        return self.occasions.watch.ages(self.state.tick), tried, notes.cleared, notes.hurried
 
     def given_up(self) -> frozenset[str]:
         """The obstacles that no joint state serves, as a search has shown since this was asked."""
@@ -182,67 +177,18 @@ class Traffic:
     def quiescent(self, *, all_still: bool) -> bool:
         """Live: make a plan now if robots wait only for robots that wait; whether there is one.
         ``all_still``: no robot has a command. Raises RunEnded as ``tick``."""
-        robots = self.state.robots
         if self.active or not self.state.scenario.deadlock or self._anybody_busy():
             return False
         if self.wanted is not None:
             return False  # a plan is searched
-        waits = {}
-        for name, robot in robots.items():
-            sides = {robot.pose.region, *self.state.scenario.map.neighbours(robot.pose.region)}
-            for each in self.state.scenario.never_together:
-                sides |= each.regions if name in each.robots and sides & each.regions else set()
-            rivals = self.state.rivals(robot.robot)
-            for work in self.state.knowledge.pending.values():
-                if swept := work.obstacle.swept(self.state.scenario.map):
-                    near = swept | set(work.obstacle.resolution_regions(self.state.scenario.map))
-                    sides |= swept if sides & near else set()
-                    rivals = [other for other in robots.values() if other is not robot]
-            waits[name] = [other.name for other in rivals if other.occupied & sides]
-        moving = [name for name, robot in robots.items() if robot.transit is not None]
-        floor = self._searches.aimed(self._searches.floor())
-        unmoved = execution.still(waits, moving)
-        for name in robots:  # in this order: the first is named, and the plan is made for it
-            if name not in unmoved or not self._rivals[name] or not robots[name].active:
-                continue
-            if not 0 < self._distance(floor, name) < FAR:
-                continue
-            # The same again is worth it only while the budgets grow, and somebody must move first.
-            key = floor.poses, floor.stages, tuple(robot.active for robot in robots.values())
-            self._tried[key] += 1
-            if self._tried[key] > (
-                1 if not all_still or not all(key[2]) else 4 * budgets.MOST_FAILURES
-            ):
-                return False
-            self.search.starved = name
-            self._plan(f"{name} makes no progress towards its target")
-            return self.active
-        return False
+        occasion = self.occasions.stuck(all_still=all_still)
+        if occasion is not None:
+            self._plan(occasion)
+        return self.active
 
     def _anybody_busy(self) -> bool:
         """Whether a robot acts, or waits for a strategy."""
         return any(r.acting is not None or r.held is not None for r in self.state.robots.values())
-
-    def _awaits_charger(self, robot: RobotState) -> bool:
-        """Whether another robot charges where this one goes to charge: it leaves when it has, and a
-        plan would only let the two change places, each time with less charge."""
-        return robot.stop is not None and any(
-            each.active and each.transit is None and each.pose.region == each.stop.region
-            for each in self.state.rivals(robot.robot)
-            if each.stop is not None and each.stop.region == robot.stop.region
-        )
-
-    def _distance(self, floor: Floor, name: str) -> int:
-        """Steps of a robot to its goal poses; FAR if it has none, or waits for a charger."""
-        goal, index = self._searches.goal(floor, name), floor.index(name)
-        if not goal or self._awaits_charger(self.state.robots[name]):
-            return FAR
-        allowed = floor.problem.allowed(index, floor.stages)
-        far = floor.problem.members[index].graph.distances(goal, allowed)[floor.poses[index]]
-        duty = self.state.last_settled.found.duties.get(index)
-        if far == 0 and duty is not None and floor.problem.gates[duty.gate].sweeps:
-            return 1  # it stands where it is to act, but others where that sweeps
-        return far
 
     def tick(self) -> vocabulary.PlanEndReason | None:
         """Examine the team after a tick; return why the plan ends, if it does: it is finished, or
@@ -262,13 +208,13 @@ class Traffic:
                 return None  # nobody can have waited longer; or the others continue meanwhile
             self._looked = now
         if self.wanted is None:
-            self.wanted = self._due() or self._clearing() or self._starving()
+            self.wanted = self.occasions.next()
         moving = any(robot.transit is not None for robot in self.state.robots.values())
         moving = moving and not self.state.live
         if self.wanted is not None and not moving:
-            reason, self.wanted = self.wanted, None
-            if not self._hurry(reason):
-                self._plan(reason)
+            occasion, self.wanted = self.wanted, None
+            if not self._hurry(occasion):
+                self._plan(occasion)
         return None
 
     def end(
@@ -281,7 +227,7 @@ class Traffic:
             self.execution = None
             self.state.changes += 1
             self.state.emit(records.PlanEnd(self.state.tick, reason, nodes))
-        self._watch.begin_anew()
+        self.occasions.watch.begin_anew()
 
     def certified(self, name: str, pose: Pose) -> bool:
         """Whether a robot may make a move that it may not be able to undo."""
@@ -289,28 +235,15 @@ class Traffic:
             return self._certificates.allow(name, pose)
         return self._certificates.undone(name, pose, self.ahead(name))
 
-    def _due(self) -> str | None:
-        """Return why a plan is needed with the requests as they were settled last: something is
-        due, and who acts for it next shares a floor. None if not, or one was wanted for that."""
-        settled = self.state.last_settled
-        if settled.notes.hurried or settled.in_time is None:
-            return None
-        settled.notes.hurried = True
-        step = next(iter(settled.in_time.steps), None)
-        if step is None or not any(self._rivals[settled.floor.names[i]] for i in step.group):
-            return None
-        self._urgent, self.search.starved = step.gate, settled.floor.names[step.group[0]]
-        return f"{settled.floor.gates[step.gate]} is due"
-
-    def _hurry(self, reason: str) -> bool:
+    def _hurry(self, occasion: Occasion) -> bool:
         """Begin the quickest plan for what is due, if it is for that and there is one; whether no
         other plan is to be made now."""
-        gate, self._urgent = self._urgent, None
-        if gate is not None and not self.state.last_settled.notes.hurried:
-            return True  # it is decided again since
-        floor = self._searches.floor()
+        gate, reason = occasion.gate, occasion.reason
         if gate is None:
             return False
+        if not self.state.last_settled.notes.hurried:
+            return True  # it is decided again since
+        floor, self.search.starved = self._searches.floor(), occasion.robot
         states = self.search.quickest(floor, gate)
         careful = self._whatever_stands(floor, gate, states)
         if careful is not None:
@@ -345,41 +278,10 @@ class Traffic:
             return None
         return around, states
 
-    def _clearing(self) -> str | None:
-        """Return why a plan is needed with the requests as they were settled last: a robot that
-        waits for help stands in the helper's way. None if none does, or one was wanted for that."""
-        settled = self.state.last_settled
-        if settled.notes.cleared:
-            return None
-        settled.notes.cleared = True
-        floor, duties = self._searches.floor(), settled.found.duties
-        for index, (name, robot) in enumerate(self.state.robots.items()):
-            helpers = sorted(floor.problem.conflicts[index] & duties.keys())
-            if robot.assignment.role is not Role.WAITS or not robot.active or not helpers:
-                continue
-            if in_the_way(floor, duties, index, robot.next_pose.region):
-                self.search.starved = floor.names[helpers[0]]
-                return f"{name} stands in the way of {self.search.starved}"
-        return None
-
-    def _starving(self) -> str | None:
-        """Return the first robot that makes no progress towards its assigned target; None if there
-        is none."""
-        floor = self._searches.aimed(self._searches.floor())
-        found = None
-        for name, robot in self.state.robots.items():
-            if not self._rivals[name]:
-                continue
-            goal = self._searches.goal(floor, name)
-            distance = self._distance(floor, name)
-            told = (robot.assignment.objective, goal, floor.stages)
-            if self._watch.look(name, told, distance, self.clock()) and found is None:
-                found, self.search.starved = f"{name} makes no progress towards its target", name
-        return found
-
-    def _plan(self, reason: str) -> None:
+    def _plan(self, occasion: Occasion) -> None:
         """Make a plan and begin it. Raises RunEnded with the proof if there is none."""
         here, notes = self._searches.floor(), self.state.last_settled.notes
+        self.search.starved, reason = occasion.robot, occasion.reason
         helping = any(r.assignment.role is Role.HELPS for r in self.state.robots.values())
         pending = self._search_from(here)
         plain = pending.floor
@@ -389,17 +291,17 @@ class Traffic:
                 pending.moment, lambda: self.search.sought(plain, floor, helping)
             )
         except Unknown:
-            self.wanted, self._pending = reason, pending
+            self.wanted, self._pending = replace(occasion, gate=None), pending
             return
         except RunEnded:
             self.stop.check()
             if not pending.moved:
                 raise
-            self._search_again(reason)  # a proof is of where the robots are
+            self._search_again(occasion)  # a proof is of where the robots are
             return
         self._pending, self._all_wait = None, False
         if isinstance(answer, Exhausted) and pending.moved:
-            self._search_again(reason)
+            self._search_again(occasion)
             return
         if self.state.live and start.stages != floor.stages:
             return  # a robot is about to resolve something: that changes what is possible
@@ -409,14 +311,14 @@ class Traffic:
             self.search.leg(floor, course, start)  # somebody in the way may come back
         if without:  # the others complete the mission
             notes.hopeless = frozenset(floor.gates[gate] for gate in self.search.hopeless)
-            self._watch.begin_anew()
+            self.occasions.watch.begin_anew()
             return
         if isinstance(answer, Exhausted):
             raise deadlocked(self.state, floor, course, answer)
         if isinstance(answer, Spent):
             self.search.failures += 1
             self.search.used = budgets.MOST_WORK - self.search.work.left
-            self._watch.begin_anew()
+            self.occasions.watch.begin_anew()
             most = budgets.MOST_FAILURES_HINDERED if self.search.hindered else budgets.MOST_FAILURES
             if self.search.failures > most or self.search.work.done:
                 said = f"search budget exhausted while planning joint moves: {reason}"
@@ -426,7 +328,7 @@ class Traffic:
         turned = self.search.turned(floor, course, answer.states)
         if turned and not notes.turned:
             self.turned, notes.turned = turned, True
-            self._watch.begin_anew()
+            self.occasions.watch.begin_anew()
             return  # their strategies begin with those, and another plan is made
         if self.search.turning:
             self._certificates.keep(course, answer.states)
@@ -434,7 +336,7 @@ class Traffic:
         cut = self.search.cut(course, start, answer.states, helping)
         states = pending.from_here(course, counts, cut)
         if states is None:
-            self._search_again(reason)
+            self._search_again(occasion)
             return
         states = self.search.straightened(here, states) if helping else states
         charges = self.search.charges(self.state.robots[self.search.starved])
@@ -442,7 +344,7 @@ class Traffic:
         if short or self._changes_nothing(here, states, counts):
             leg = self.search.leg(floor, course, start)
             if leg is None and floor.index(self.search.starved) in notes.hemmed_in:
-                self._watch.begin_anew()
+                self.occasions.watch.begin_anew()
                 return
             states = (leg and pending.from_here(course, counts, leg)) or states
         self._begin(floor, states, counts, reason)
@@ -488,9 +390,10 @@ class Traffic:
         free = () if self._all_wait else free_to_go_on(here, robots)
         return Pending(here, moment, team, [here.poses], free)
 
-    def _search_again(self, reason: str) -> None:
+    def _search_again(self, occasion: Occasion) -> None:
         """Search for a plan from here while all robots stand."""
-        self.wanted, self._pending, self._all_wait = reason, None, True
+        self.wanted = replace(occasion, gate=None)
+        self._pending, self._all_wait = None, True
 
     def _changes_nothing(
         self, floor: Floor, states: Sequence[Joint], counts: Sequence[Count]
@@ -522,21 +425,21 @@ class Traffic:
         plan = execution.schedule(poses, sizes, floor.problem.conflicts, apart, under_way)
         self.execution = execution.Execution(plan, execution.dues_of(states, counts))
         self.state.changes += 1
-        self._watch.begin_anew()
-        self.state.emit(_record(self.state.tick, floor, plan, reason))
+        self.occasions.watch.begin_anew()
+        self.state.emit(plan_record(self.state.tick, floor, plan, reason))
 
     def resume(self, left: PlanLeft) -> None:
         """Follow the rest of a plan of the run that this one continues."""
         floor, notes = self._searches.floor(), self.state.last_settled.notes
         notes.followed = notes.hurried = notes.cleared = True
-        plan = _scheduled(floor, left)
+        plan = scheduled(floor, left)
         joint = None if plan is None else execution.in_turn(plan)
         if plan is None or joint is None or joint[0] != floor.poses:
             return
         counts, course = self._searches.counts(floor), self._searches.course(floor)
         states = course.along(course.begun(floor.poses, counts, floor.stages), joint[1:])
         self.execution = execution.Execution(plan, execution.dues_of(states, counts))
-        self.state.emit(_record(self.state.tick, floor, plan, left.reason))
+        self.state.emit(plan_record(self.state.tick, floor, plan, left.reason))
 
     def _fixed(self, floor: Floor) -> list[int]:
         """The robots that must end where a plan leads them: that is why it was made, or what makes
@@ -550,37 +453,3 @@ class Traffic:
             or robot.assignment.role is Role.HELPS
             or robot.name == self.search.starved
         ]
-
-
-def _scheduled(floor: Floor, left: PlanLeft) -> execution.Schedule | None:
-    """A plan that a header has; None if it is not one of this team."""
-    if left.robots.keys() != {*floor.names}:
-        return None
-    ways = tuple(
-        tuple(
-            member.graph.number(Pose(region, None if heading is None else HEADINGS[heading]))
-            for region, heading in left.robots[name]
-        )
-        for name, member in zip(floor.names, floor.problem.members, strict=True)
-    )
-    orders = tuple(
-        execution.Order(floor.index(then), j - 1, floor.index(first), i - 1)
-        for first, i, then, j in left.orders
-    )
-    return execution.Schedule(ways, orders)
-
-
-def _record(tick: int, floor: Floor, plan: execution.Schedule, reason: str) -> records.Plan:
-    """A plan as it stands in a trace."""
-    robots = {}
-    for index, (name, way) in enumerate(zip(floor.names, plan.ways, strict=True)):
-        graph = floor.problem.members[index].graph
-        poses = [graph.pose(number) for number in way]
-        robots[name] = tuple((pose.region, heading_in_trace(pose)) for pose in poses)
-    names = floor.names
-    orders = tuple(
-        # Step k leads from place k to place k + 1.
-        (names[order.other], order.before + 1, names[order.robot], order.step + 1)
-        for order in plan.orders
-    )
-    return records.Plan(tick, reason, robots, orders)

@@ -1,0 +1,147 @@
+"""The occasions for a joint plan: something is due, a robot is in a helper's way, or starves."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Hashable, Mapping
+
+from msgspec import Struct
+
+from safenav.runtime.coordination.waiting import in_the_way
+from safenav.runtime.resolution.problem import Floor
+from safenav.runtime.team import RobotState, Role, TeamState
+from safenav.runtime.traffic import budgets, execution
+from safenav.runtime.traffic.searches import Searches
+from safenav.runtime.traffic.starvation import Watch
+from safenav.world.poses import FAR
+
+
+class Occasion(Struct, frozen=True):
+    """Why a joint plan is wanted, and the robot for which it is made. ``gate``: the obstacle that
+    is due, by its number; None: nothing is."""
+
+    reason: str
+    robot: str
+    gate: int | None = None
+
+
+class Occasions:
+    """Finds occasions in the state of a team. ``rivals``: whether each robot shares its floor;
+    ``watch``: how long each has got no nearer to its target."""
+
+    def __init__(
+        self,
+        state: TeamState,
+        searches: Searches,
+        rivals: Mapping[str, bool],
+        clock: Callable[[], float],
+    ) -> None:
+        self.state = state
+        self.watch = Watch(max(robot.model.timing.most for robot in state.scenario.robots))
+        self.tried: Counter[Hashable] = Counter()
+        self._searches = searches
+        self._rivals = rivals
+        self._clock = clock
+
+    def next(self) -> Occasion | None:
+        """The most urgent occasion after a tick."""
+        return self._due() or self._clearing() or self._starving()
+
+    def stuck(self, *, all_still: bool) -> Occasion | None:
+        """Live: robots wait only for robots that wait. ``all_still``: no robot has a command."""
+        robots = self.state.robots
+        waits = {}
+        for name, robot in robots.items():
+            sides = {robot.pose.region, *self.state.scenario.map.neighbours(robot.pose.region)}
+            for each in self.state.scenario.never_together:
+                sides |= each.regions if name in each.robots and sides & each.regions else set()
+            rivals = self.state.rivals(robot.robot)
+            for work in self.state.knowledge.pending.values():
+                if swept := work.obstacle.swept(self.state.scenario.map):
+                    near = swept | set(work.obstacle.resolution_regions(self.state.scenario.map))
+                    sides |= swept if sides & near else set()
+                    rivals = [other for other in robots.values() if other is not robot]
+            waits[name] = [other.name for other in rivals if other.occupied & sides]
+        moving = [name for name, robot in robots.items() if robot.transit is not None]
+        floor = self._searches.aimed(self._searches.floor())
+        unmoved = execution.still(waits, moving)
+        for name in robots:  # in this order: the first is named, and the plan is made for it
+            if name not in unmoved or not self._rivals[name] or not robots[name].active:
+                continue
+            if not 0 < self._distance(floor, name) < FAR:
+                continue
+            # The same again is worth it only while the budgets grow, and somebody must move first.
+            key = floor.poses, floor.stages, tuple(robot.active for robot in robots.values())
+            self.tried[key] += 1
+            if self.tried[key] > (
+                1 if not all_still or not all(key[2]) else 4 * budgets.MOST_FAILURES
+            ):
+                return None
+            return Occasion(f"{name} makes no progress towards its target", name)
+        return None
+
+    def _due(self) -> Occasion | None:
+        """With the requests as they were settled last something is due, and who acts for it next
+        shares a floor. None if not, or a plan was wanted for that."""
+        settled = self.state.last_settled
+        if settled.notes.hurried or settled.in_time is None:
+            return None
+        settled.notes.hurried = True
+        step = next(iter(settled.in_time.steps), None)
+        if step is None or not any(self._rivals[settled.floor.names[i]] for i in step.group):
+            return None
+        first = settled.floor.names[step.group[0]]
+        return Occasion(f"{settled.floor.gates[step.gate]} is due", first, step.gate)
+
+    def _clearing(self) -> Occasion | None:
+        """With the requests as they were settled last a robot that waits for help stands in the
+        helper's way. None if none does, or a plan was wanted for that."""
+        settled = self.state.last_settled
+        if settled.notes.cleared:
+            return None
+        settled.notes.cleared = True
+        floor, duties = self._searches.floor(), settled.found.duties
+        for index, (name, robot) in enumerate(self.state.robots.items()):
+            helpers = sorted(floor.problem.conflicts[index] & duties.keys())
+            if robot.assignment.role is not Role.WAITS or not robot.active or not helpers:
+                continue
+            if in_the_way(floor, duties, index, robot.next_pose.region):
+                helper = floor.names[helpers[0]]
+                return Occasion(f"{name} stands in the way of {helper}", helper)
+        return None
+
+    def _starving(self) -> Occasion | None:
+        """Return the first robot that makes no progress towards its assigned target; None if there
+        is none."""
+        floor = self._searches.aimed(self._searches.floor())
+        found = None
+        for name, robot in self.state.robots.items():
+            if not self._rivals[name]:
+                continue
+            goal = self._searches.goal(floor, name)
+            distance = self._distance(floor, name)
+            told = (robot.assignment.objective, goal, floor.stages)
+            if self.watch.look(name, told, distance, self._clock()) and found is None:
+                found = Occasion(f"{name} makes no progress towards its target", name)
+        return found
+
+    def _distance(self, floor: Floor, name: str) -> int:
+        """Steps of a robot to its goal poses; FAR if it has none, or waits for a charger."""
+        goal, index = self._searches.goal(floor, name), floor.index(name)
+        if not goal or self._awaits_charger(self.state.robots[name]):
+            return FAR
+        allowed = floor.problem.allowed(index, floor.stages)
+        far = floor.problem.members[index].graph.distances(goal, allowed)[floor.poses[index]]
+        duty = self.state.last_settled.found.duties.get(index)
+        if far == 0 and duty is not None and floor.problem.gates[duty.gate].sweeps:
+            return 1  # it stands where it is to act, but others where that sweeps
+        return far
+
+    def _awaits_charger(self, robot: RobotState) -> bool:
+        """Whether another robot charges where this one goes to charge: it leaves when it has, and a
+        plan would only let the two change places, each time with less charge."""
+        return robot.stop is not None and any(
+            each.active and each.transit is None and each.pose.region == each.stop.region
+            for each in self.state.rivals(robot.robot)
+            if each.stop is not None and each.stop.region == robot.stop.region
+        )
