@@ -29,6 +29,7 @@ from safenav.scenario.objective_text import describe
 from safenav.scenario.reading.loader import load_scenario
 from safenav.spec.compile import assumption_names
 from safenav.synthesis.slugs import Synthesizer
+from safenav.trace.words import shortened
 
 EPILOG = """\b
 Examples:
@@ -130,7 +131,7 @@ def _tell(verdict: Mapping[str, Any], words: str, scenario: Path) -> None:
     click.echo(f"{verdict['robot']}: {word}, {words}")
     if verdict["on_demand"]:
         click.echo("    no explicit strategy: each move is computed and checked on demand")
-    for assumption in verdict["assumptions"] or ():
+    for assumption in map(shortened, verdict["assumptions"] or ()):
         click.echo(f"    assumes: {assumption}")
     if not good:
         click.echo(f"    {verdict['explanation']}")

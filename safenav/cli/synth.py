@@ -22,6 +22,7 @@ from safenav.scenario.reading.loader import load_scenario
 from safenav.spec.compile import assumption_names, compile_task
 from safenav.synthesis.export import statistics_of
 from safenav.synthesis.slugs import Synthesizer
+from safenav.trace.words import shortened
 
 EPILOG = """\b
 Examples:
@@ -101,7 +102,7 @@ def _print_statistics(answers: dict[str, TaskResult], plan: Scenario) -> None:
             click.echo(f"{name}: {answer.words(plan.map.word)}")
         if answer.result.served is not None:
             click.echo(f"{name}: no explicit strategy: each move is computed and checked on demand")
-        for assumption in assumption_names(answer.task, plan.map):
+        for assumption in map(shortened, assumption_names(answer.task, plan.map)):
             click.echo(f"{name} assumes: {assumption}")
 
 

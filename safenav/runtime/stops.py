@@ -182,6 +182,11 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         """The steps to a pose; FAR for none."""
         return self.graph.distances(1 << at, self.allowed)[pose]
 
+    def nearest(self, pose: int, places: Mask) -> int:
+        """The steps to the nearest of some poses; FAR for none."""
+        found = self.graph.steps_between(1 << pose, places & self.allowed, self.allowed)
+        return FAR if found is None else found
+
     def _entry(self, pose: int, at: int) -> int:
         """Where to go first on the way to a pose: a strategy for it enters its region in no other
         one, so where the way does, to the pose after that."""

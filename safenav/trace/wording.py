@@ -19,6 +19,7 @@ from safenav.scenario.objective_text import describe
 from safenav.trace import records, vocabulary
 from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.words import (
+    MANY,
     _natural,
     counted,
     listed,
@@ -185,7 +186,9 @@ class Wording(Struct, frozen=True):
                 return f"{self.robot(line.robot)}: assumption broken: {line.name}"
             case records.Plan():
                 reason = _OBSTACLE.sub(lambda found: self.obstacle(found[0]), line.reason)
-                return f"{self._all(line.robots)} move by a joint plan ({reason})"
+                count, whole = len(line.robots), "all " * (len(line.robots) == self.team)
+                who = f"{whole}{count} robots" if count > MANY else self._all(line.robots)
+                return f"{who} move by a joint plan ({reason})"
             case records.PlanEnd():
                 return f"the joint plan is over: {_PLAN_OVER[line.reason]}"
             case records.Depart():
@@ -357,6 +360,18 @@ class Wording(Struct, frozen=True):
                 return f"all {self.team} robots"
             names = sorted(names, key=_natural)
         return listed(self.robot(name) for name in names)
+
+
+def syntheses_words(lines: Sequence[records.Synthesis]) -> str | None:
+    """Many verified strategies in a few words: ``60 strategies (1 to 97 states, 12 from the cache,
+    verified)``; None if each is better named."""
+    sizes = [line.states for line in lines if line.states is not None and line.verified is True]
+    if len(lines) <= MANY or len(sizes) < len(lines):
+        return None
+    cached = sum(line.cached for line in lines)
+    kept = f", {'all' if cached == len(lines) else cached} from the cache" if cached else ""
+    states = f"{min(sizes)} to {max(sizes)} states"
+    return f"{len(lines)} strategies ({states}{kept}, verified)"
 
 
 def synthesis_words(line: records.Synthesis) -> str:

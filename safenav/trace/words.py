@@ -58,6 +58,20 @@ def listed(names: Iterable[str]) -> str:
     return ", ".join(words[:-1]) + " and " + words[-1]
 
 
+MANY = 12
+"""Robots of which a line for people names each."""
+
+
+def shortened(rule: str) -> str:
+    """An assumption whose list of robots at its end is cut where there are many: ``infinitely often
+    no robot is beside it (a, b, c and 57 others)``."""
+    words, bracket, listing = rule.rpartition(" (")
+    names = listing.removesuffix(")").split(", ")
+    if not bracket or not rule.endswith(")") or len(names) <= MANY:
+        return rule
+    return f"{words} ({', '.join(names[:3])} and {len(names) - 3} others)"
+
+
 def counted(number: int, noun: str, plural: str = "") -> str:
     """``1 state``, ``2 states``; ``plural`` where an s is not enough."""
     return f"{number} {noun if number == 1 else plural or noun + 's'}"

@@ -319,6 +319,36 @@ def test_a_thousand_mistakes_are_not_all_listed() -> None:
     assert caught.value.diagnostics[-1].found == "and 901 more"
 
 
+@pytest.mark.parametrize(
+    ("written", "hint"),
+    [
+        ("until: {rounds: 2 rounds}", "write the number alone, without a unit: 2"),
+        ("limits: {ticks: 5km}", "write the number alone, without a unit"),
+        ("until: 90", "for example {rounds: 2}"),
+        ("expect: completed", "for example {outcome: completed}"),
+        ("limits: 500", "for example {ticks: 500}"),
+        ("obstacles: [door@1]", "for example {type: door, region: 47}"),
+        ("never_together: [ann]", "for example {robots: [quad, digit], in: [47]}"),
+        ("catalogue: {obstacles: {a: {action: b, blocks: none}}}", "for none, write []"),
+        (
+            "catalogue: {obstacles: {a: {action: b, blocks: {air}}}}",
+            "put brackets around it: [air]",
+        ),
+        ("catalogue: {obstacles: {a: {action: b, has_truth: yes}}}", "write true"),
+        (
+            "changes: [{tick: 2, robot: ann, service: out}]",
+            "did you mean 'at'? known: at, objective",
+        ),
+    ],
+)
+def test_a_slip_is_answered_by_what_to_write(written: str, hint: str) -> None:
+    robots = "robots: {ann: {model: quadcopter, start: 0, objective: {hold: 0}}}"
+    with pytest.raises(InputError) as raised:
+        load_scenario_text(f"safenav: 1\nmap: {{grid: ['..']}}\n{robots}\n{written}\n")
+    (found,) = raised.value.diagnostics
+    assert found.hint == hint
+
+
 MISSPELT = """
 safenav: 1
 map:

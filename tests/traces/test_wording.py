@@ -9,7 +9,8 @@ from safenav.outcome import Verdict
 from safenav.trace import records, vocabulary
 from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.records import KINDS
-from safenav.trace.wording import Wording
+from safenav.trace.wording import Wording, syntheses_words
+from safenav.trace.words import shortened
 from traces.examples import examples
 
 SILENT = {"header", "move", "backtrack", "belief", "discovered"}
@@ -42,6 +43,44 @@ def test_every_reason_of_a_synthesis_has_its_words(reason: vocabulary.Reason) ->
     sentence = Wording().sentence(line)
     assert sentence.startswith("synthesis for quad ")
     assert sentence.endswith(": 21 states in 2 ms, verified")
+
+
+@pytest.mark.parametrize(
+    ("sizes", "cached", "verified", "told"),
+    [
+        (range(1, 14), 0, True, "13 strategies (1 to 13 states, verified)"),
+        (range(1, 14), 2, True, "13 strategies (1 to 13 states, 2 from the cache, verified)"),
+        (range(1, 14), 13, True, "13 strategies (1 to 13 states, all from the cache, verified)"),
+        (range(1, 14), 0, False, None),
+        (range(1, 13), 0, True, None),
+    ],
+)
+def test_many_strategies_are_told_together(
+    sizes: range, cached: int, verified: bool, told: str | None
+) -> None:
+    objective = TracedObjective.of({"hold": 4})
+    assert objective is not None
+    line = records.Synthesis(
+        *(1, "quad", vocabulary.Reason.INITIAL, Verdict.REALIZABLE, 0.002, 21, False, verified),
+        *("0" * 64, "0" * 64, objective),
+    )
+    lines = [replace(line, states=n, cached=k < cached) for k, n in enumerate(sizes)]
+    assert syntheses_words(lines) == told
+
+
+@pytest.mark.parametrize(
+    ("rule", "told"),
+    [
+        ("never beside it (a, b, c)", "never beside it (a, b, c)"),
+        ("never beside it", "never beside it"),
+        (
+            f"never beside it ({', '.join(map(str, range(20)))})",
+            "never beside it (0, 1, 2 and 17 others)",
+        ),
+    ],
+)
+def test_an_assumption_names_few_robots(rule: str, told: str) -> None:
+    assert shortened(rule) == told
 
 
 @pytest.mark.parametrize("reason", vocabulary.BlockReason)

@@ -269,6 +269,8 @@ def lasts_until(now: Situation, tick: int, robot: str, obstacle: str, turn: int)
     behind = need(now, robot, shut - {now.obstacles[obstacle].region}, turn)
     if not stay or behind is None or behind > charge or (least is not None and least <= charge):
         return None
+    if not _too_far(now, robot, frozenset(now.header.chargers or ()), charge):
+        return None  # it can wait at a charger
     return tick + (charge - behind) // stay
 
 

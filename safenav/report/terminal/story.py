@@ -5,6 +5,7 @@ request, resolution, end)."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 
 import click
@@ -16,8 +17,8 @@ from safenav.scenario.objective import Ltl, station, target_regions
 from safenav.scenario.objective_text import describe
 from safenav.trace import records, vocabulary
 from safenav.trace.labels import labels
-from safenav.trace.wording import Wording, objective_of, synthesis_words
-from safenav.trace.words import counted, seconds_words
+from safenav.trace.wording import Wording, objective_of, syntheses_words, synthesis_words
+from safenav.trace.words import counted, seconds_words, shortened
 from safenav.world.map import HEADINGS, Heading, Region
 
 Echo = Callable[[str], None]
@@ -180,7 +181,11 @@ class Story:
         told = [f"{self._name(event.robot)} ({synthesis_words(event)})" for event in events]
         first = events[0].reason is vocabulary.Reason.INITIAL
         verb = "synthesized" if first else "resynthesized"
-        self._line(events[0].tick, f"{verb} {', '.join(told)}")
+        together = syntheses_words(events)
+        self._line(events[0].tick, f"{verb} {together or ', '.join(told)}")
+        assumed = (rule.rpartition(" (")[0] or rule for e in events for rule in e.assumptions)
+        for rule, count in Counter(assumed).items() if together else ():
+            self._echo(f"             {count} robots assume: {rule}")
         for event in events:
             self._stops.discard(event.robot)
             objective = objective_of(event.objective)
@@ -202,7 +207,7 @@ class Story:
                 self._doing[event.robot] = words
             if charges or allows or another:
                 self._echo(f"             {self._name(event.robot)}: {words}{allows}")
-            for assumption in event.assumptions:
+            for assumption in map(shortened, () if together else event.assumptions):
                 self._echo(f"             {self._name(event.robot)} assumes: {assumption}")
 
     def _say(self, event: records.Record) -> None:

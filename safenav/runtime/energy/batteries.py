@@ -12,7 +12,7 @@ from safenav.runtime.coordination.events import Event, ServiceChanged, Unsettled
 from safenav.runtime.duties.settlement import Duty
 from safenav.runtime.energy.charges import SHARPNESS, Charges
 from safenav.runtime.formulas import graph_of
-from safenav.runtime.stops import NEVER, Stops
+from safenav.runtime.stops import NEVER, SPARE, Stops
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.turns.relocation import Relocation
 from safenav.runtime.worlds.world import SimulatedWorld
@@ -21,7 +21,7 @@ from safenav.scenario.objective import Ltl, targets_of
 from safenav.trace import records
 from safenav.trace.vocabulary import ChangeCause, Reason
 from safenav.world.moves import Pose
-from safenav.world.poses import Mask, region_mask
+from safenav.world.poses import Mask, bits, region_mask
 
 _SEARCHED = 4_000
 """The most poses of a floor on which a sufficient capacity is searched for: below a second."""
@@ -129,6 +129,8 @@ class Batteries:
         need = behind.need(pose, turn)
         if shut.need(pose, turn) <= robot.charge or need > robot.charge:
             return None
+        if shut.nearest(pose, shut.chargers) * battery.move <= robot.charge:
+            return None  # it can wait there
         return self.team.tick + int(robot.charge - need) // battery.stay
 
     def times(self) -> Iterator[float]:
@@ -219,7 +221,29 @@ class Batteries:
         away = (r.pose if r.stop is None else r.stop for r in others)
         taken = stops.graph.poses_on(region_mask(there.region for there in away))
         place = stops.next(pose, turn, robot.charge, kept, taken, helps=duty is not None)
+        if place is None and duty is None:
+            free = stops.chargers & ~kept
+            place = self._waits_at(robot, stops, free & ~taken or free)
         return None if place is None else stops.graph.pose(place)
+
+    def _waits_at(self, robot: RobotState, stops: Stops, chargers: Mask) -> int | None:
+        """The charger to which a robot must return now, or at which it stays, since it waits for
+        others and waiting takes charge; None if it does not, or may wait for longer where it is."""
+        battery, charge = stops.battery, robot.charge
+        pose, turn = stops.graph.number(robot.pose), stops.turn(robot.own.memory.index)
+        assert charge is not None
+        if not battery.stay or stops.need(pose, turn) < NEVER:
+            return None
+        if stops.chargers >> pose & 1:
+            return pose if robot.stop == robot.pose else None
+        steps = stops.nearest(pose, chargers)
+        spare = SPARE if self.team.rivals(robot.robot) else 0
+        later = charge - (1 if self.team.live else battery.stay)
+        takes = steps * battery.move
+        if takes > charge or later >= takes + spare * battery.move:
+            return None
+        there = (at for at in bits(chargers) if stops.steps(pose, at) == steps)
+        return min(there, default=None)
 
     def _duty(self, robot: RobotState) -> Duty | None:
         """The duty of a robot, or the one for which it sets out early; None if it does not help."""

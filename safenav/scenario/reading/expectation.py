@@ -38,6 +38,7 @@ class TickKeys(Table):
 class ExpectKeys(Table):
     about = "The expected result of a run; only the keys that are given are checked."
     definition = "expect"
+    example = "{outcome: completed}"
     outcome = Key(choice(OUTCOMES), "How the run ends.")
     late = Key(form(many(TEXT)), "Exactly the broken promises: robots, obstacles, mission.")
     resolved = Key(_OBSTACLES, "Exactly the obstacles that are resolved.")

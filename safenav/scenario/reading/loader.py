@@ -69,6 +69,7 @@ Change = Callable[[Node, Findings], Node]
 
 class UntilKeys(Table):
     about = "When a run is completed."
+    example = "{rounds: 2}"
     made = settings.Until
     rounds = Key(whole(1), "Rounds of each robot after the last resolution.")
     by = Key(whole(1), "The tick at which the mission is completed at the latest.")
@@ -76,6 +77,7 @@ class UntilKeys(Table):
 
 class LimitKeys(Table):
     about = "When to give up."
+    example = "{ticks: 500}"
     made = settings.Limits
     ticks = Key(whole(1), "Ticks of a run.")
     seconds = Key(POSITIVE, "Seconds of a run (live: on its clock). Default: none.")
@@ -86,6 +88,7 @@ class LimitKeys(Table):
 
 class FailureKeys(Table):
     about = "What follows when robots fail in a live run."
+    example = "{retries: 3}"
     made = settings.Failures
     retries = Key(whole(), "How often a failed move into a region is repeated.")
     then = Key(

@@ -12,6 +12,7 @@ from safenav.scenario.yaml.shapes import TEXT, Key, Shape, Table, either, form, 
 
 
 class ExclusionKeys(Table):
+    example = "{robots: [quad, digit], in: [47]}"
     robots = Key(
         Shape(many(TEXT, 2), read.words),
         "At least two robots.",

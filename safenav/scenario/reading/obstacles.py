@@ -20,6 +20,7 @@ class ChanceKeys(Table):
 
 
 class SuspectKeys(Table):
+    example = "{type: door, region: 47}"
     type = Key(
         form(TEXT), "An obstacle type of the catalogue.", required="for example 'type: door'"
     )

@@ -45,7 +45,19 @@ def wrong_type(node: Node, what: str, expected: str, findings: Findings, hint: s
     """Report that a node is not of the kind that is expected."""
     if isinstance(node, Scalar) and node.style in ("'", '"') and "number" in expected:
         hint = hint or "numbers are written without quotes"
+    elif isinstance(node, Scalar):
+        number = re.fullmatch(r"(-?\d+(?:\.\d+)?) ?([a-z/%°]+)", node.text)
+        truth = {"yes": "true", "on": "true", "no": "false", "off": "false"}.get(node.text.lower())
+        if number is not None and "number" in expected:
+            alone = f": {number[1]}" if number[2] in _UNITS else ""
+            hint = hint or f"write the number alone, without a unit{alone}"
+        elif truth is not None and expected == "true or false":
+            hint = hint or f"write {truth}"
     findings.add(node, f"{what}: found {described(node)}, expected {expected}", hint)
+
+
+_UNITS = {"tick", "ticks", "round", "rounds", "s", "sec", "seconds", "m", "metres", "m/s"}
+"""The units in which numbers of a scenario are."""
 
 
 def mapping(
@@ -125,6 +137,10 @@ _ALSO_CALLED = {
     "location": ("start", "region"),
     "cell": ("start", "region"),
     "initial": ("start",),
+    "facing": ("heading",),
+    "direction": ("heading",),
+    "orientation": ("heading",),
+    "tick": ("at", "from"),
     "goal": ("objective",),
     "goals": ("objective",),
     "task": ("objective",),
@@ -145,7 +161,11 @@ def sequence(node: Node | None, what: str, findings: Findings) -> tuple[Node, ..
         return None
     if not isinstance(node, Sequence):
         shown = clipped(node.text) if isinstance(node, Scalar) else ""
+        if isinstance(node, Mapping) and all(is_nothing(value) for _, value in node.entries):
+            shown = clipped(", ".join(key.text for key, _ in node.entries))
         hint = f"put brackets around it: [{shown}]" if shown else "begin each item with '- '"
+        if shown in ("none", "nothing", "no"):
+            hint = "for none, write []"
         wrong_type(node, what, "a list [...]", findings, hint)
         return None
     return node.items

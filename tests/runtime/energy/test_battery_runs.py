@@ -316,6 +316,36 @@ def test_a_charger_that_is_cut_off_is_a_deadline(start: int, due: int, end: str)
     assert bool(out) is (end == "late")
 
 
+WAITS = """
+map: {grid: ["##########", "#........#", "##########"]}
+catalogue:
+  robots:
+    cart: {mobility: free, layer: ground, speed: 1,
+           battery: {capacity: 16, move: 1, stay: 1, charge: 4}}
+    opener: {mobility: free, layer: air, capabilities: [open], timing: 4, speed: 0.3}
+  obstacles:
+    gate: {needs: [{action: open, at: neighbours}], blocks: [ground]}
+robots:
+  cart: {model: cart, start: [1, 1], objective: {visit: [[1, 7], [1, 1]]}}
+  opener: {model: opener, start: [1, 8], objective: {hold: [1, 8]}}
+obstacles: [{type: gate, region: [1, 4]}]
+chargers: [[1, 1]]
+until: {rounds: 1}
+"""
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+def test_a_robot_that_waits_for_help_returns_to_a_charger_in_time(clock: str) -> None:
+    """It would wait in front of the gate until its battery is empty, two steps from the charger."""
+    played = play(f"{WAITS}clock: {clock}\n")
+    assert played.outcome["outcome"] == "completed"
+    assert not played.all("deadline")
+    (opened,) = played.all("resolved")
+    charges = [line["tick"] for line in played.all("synthesis", robot="cart", reason="charge")]
+    assert min(charges) <= opened["tick"]
+    assert not played.all("service")
+
+
 LIVE = CORRIDOR + "clock: live\n"
 
 PARCELS = """
