@@ -42,7 +42,7 @@ def read_specification(text: str, file: str = "-", robot: str = "robot") -> Spec
         elif line.startswith("#"):
             comment = line.lstrip("# ")
             title = title or comment
-        elif line.startswith("["):
+        elif line.startswith("[") and not line.startswith("[]"):
             section, comment = _section(line), ""
             if section is None:
                 hint = "sections: " + " ".join(f"[{s}]" for s in (*Owner, *Section))

@@ -154,6 +154,7 @@ def test_the_strategy_may_come_on_standard_input(door: tuple[Path, Path], invoke
     ("spec", "strategy", "said"),
     [
         (b"[INPUT]\n1x\n", b"{}", "declares nothing"),
+        (b"[OUTPUT]\nx\n[SYS_TRANS]\n[]<> x\n", b"{}", "one under 'liveness' infinitely often"),
         (b"\xff\xfe", b"{}", "not valid UTF-8 text"),
         (DOOR.encode(), b"{", "not JSON"),
         (DOOR.encode(), b'{"variables": [], "nodes": {}}', "no variable"),

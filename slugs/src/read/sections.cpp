@@ -99,7 +99,7 @@ Sections read_sections(const Source &source, Diagnostics &diagnostics) {
     if (text.empty() || text.front() == '#')
       continue;
     empty = false;
-    if (text.front() == '[') {
+    if (text.front() == '[' && text.substr(0, 2) != "[]") { // else it is an operator of LTL
       current = read_heading(line, number, diagnostics);
       continue;
     }
