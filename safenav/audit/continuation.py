@@ -83,10 +83,16 @@ def continuation_problems(
         done = (begun.robots or {}).get(name)
         if done is not None and now.own[name].kind == "ltl":
             told = done.memory or {}
-            if not memory.memories.may_be(name, told, now):
+            begins = not told and name not in memory.memories.begun
+            if not begins and not memory.memories.may_be(name, told, now):
                 yield f"{name} begins with the memory {told or 'of no step'}, which it cannot have"
     yield from _obstacle_problems(rest, now)
-    if robots.keys() == now.header.robots.keys():
+    follows = any(record.type in ("plan", "move", "depart") for record in records)
+    before = now.header.begun
+    if before is not None and before.plan is not None and not follows:
+        if begun.plan is None or begun.plan.robots != before.plan.robots:
+            yield "the joint plan of the header is not followed further"
+    elif robots.keys() == now.header.robots.keys():
         yield from _plan_problems(begun.plan, plan.left())
     due = {of: max(0, at - tick) for of, at in deadlines.open().items() if of != MISSION}
     told = dict(begun.due or {})
@@ -127,7 +133,8 @@ def _may_owe_goal(robot: str, now: Situation) -> bool:
     if now.is_away(robot) or now.objectives[robot] != own or now.toward[robot] is not None:
         return False
     shape, rounds, seen = shape_of(own.kind), now.rounds(robot), _seen(robot, now)
-    ended = rounds or (now.turn.origin == here and not shape.ends)  # a stay there has no line
+    met = not shape.ends or now.ahead[robot] >= len(own.targets)
+    ended = rounds or (now.turn.origin == here and met)  # a stay there has no line
     if shape.settles and ended and here in own.targets[-1]:
         return False
     turn = _turn(robot, now)

@@ -87,7 +87,7 @@ def goals_before(objective: Objective, done: Line) -> list[Line]:
     count = len(objective.targets)
     if objective.kind == "ltl":
         count = len(json.loads(objective.body).get("liveness", ()))
-    if shape.settles:
+    if shape.settles and rounds:
         return [Made(goal=count - 1, round=number) for number in range(1, rounds + 1)]
     seen, first = [*(done.seen or ())], 0
     if shape.in_turn and count:

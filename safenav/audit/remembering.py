@@ -18,10 +18,13 @@ class Memories:
 
     def __init__(self, now: Situation) -> None:
         self.possible: dict[str, set[Row]] = {}
+        self.begun: set[str] = set()
+        """The robots whose strategy has chosen one."""
         for robot in now.own:
             if (names := remembered(robot, now)) is not None:
                 told = None if robot not in now.done else now.done[robot].memory
                 rows = rules_of(now.own[robot]).begins(pose_of(robot, now))
+                self.begun |= {robot} if told else set()
                 known = {row_of(told, names)} if told else {row[: len(names)] for row in rows}
                 self.possible[robot] = known
 
@@ -33,9 +36,11 @@ class Memories:
         if record.type == "synthesis":
             if record.node is not None and record.memory:
                 self.possible[robot] = {row_of(record.memory, remembered(robot, now) or ())}
+                self.begun.add(robot)
         elif record.toward is None:
             here = now.region[robot], now.heading[robot]
             there = record.to, record.heading
+            self.begun |= {robot} if here != there or record.by == "strategy" else set()
             if now.live or here == there:  # it may have stayed by its strategy
                 self.possible[robot] |= self._after(robot, here, here, now)
             if here != there:

@@ -173,7 +173,8 @@ class Begun(Struct, frozen=True):
     robots that met the first needs of obstacles, where the same robots must meet the next;
     ``asked``: the obstacles that were requested, the oldest first, with the region where each
     requester waits; ``stays``: those of which an operator says that they stay;
-    ``plan``: the rest of the joint plan that was followed;
+    ``plan``: the rest of the joint plan that was followed; ``waited``: the ticks for which robots
+    had stood before, without another target;
     ``ran``: it was not refused before its first tick."""
 
     trace: str | None = None
@@ -186,6 +187,7 @@ class Begun(Struct, frozen=True):
     asked: Mapping[str, Mapping[str, Region]] = {}
     stays: tuple[str, ...] = ()
     plan: PlanLeft | None = None
+    waited: Mapping[str, int] = {}
     ran: bool = False
 
 

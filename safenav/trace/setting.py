@@ -208,7 +208,8 @@ class BegunHeader(Struct, frozen=True):
     robots that met the first needs of obstacles, where the same robots must meet the next;
     ``asked``: the obstacles that were requested, the oldest first, with the region where each
     requester waits; ``stays``: those of which an operator says that they stay;
-    ``plan``: the rest of the joint plan that was followed;
+    ``plan``: the rest of the joint plan that was followed; ``waited``: the ticks for which robots
+    had stood before, without another target;
     ``ran``: it was not refused before its first tick."""
 
     trace: Sha256 | None = None
@@ -221,6 +222,7 @@ class BegunHeader(Struct, frozen=True):
     asked: Mapping[str, Mapping[str, Region]] = {}
     stays: tuple[str, ...] = ()
     plan: PlanHeader | None = None
+    waited: Mapping[str, Count] = {}
     ran: bool = False
 
 

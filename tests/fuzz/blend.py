@@ -134,14 +134,15 @@ def continued(
     *,
     every: int | None = None,
     at: int | None = None,
+    again: int | None = None,
     faults: Mapping[str, float] | None = None,
     operator: bool = False,
     patience: int = 60,
 ) -> Played:
     """A run that is killed after a random record, or after one (``at``), or each so many
     (``every``), within the line after that, and continued: its last rest, and what is wrong with
-    any. Nothing fails in the rest, and no operator helps. Raises InputError for a scenario that is
-    refused."""
+    any; and that rest ``again`` after so many records. Nothing fails in a rest, and no operator
+    helps. Raises InputError for a scenario that is refused."""
     scenario, played = load_scenario_text(json.dumps(data)), Played()
     if faults is not None or operator:
         settings = {"faults": faults, "operator": operator, "certified": False}
@@ -162,6 +163,9 @@ def continued(
         ends = list(range(random.randrange(1, every + 1), len(whole) - 1, every))
     for end in ends:
         _continue(scenario, whole, end, played, patience)
+        played.cuts += 1
+    if again is not None:
+        _continue(scenario, played.lines, again, played, patience)
         played.cuts += 1
     return played
 

@@ -5,11 +5,12 @@ Among the tests the campaign is short; SAFENAV_FUZZ=1000 tries as many other see
 """
 
 import os
+from collections.abc import Callable
 
 import pytest
 
 from fuzz.blend import continued, play
-from fuzz.mixed import formula_mission, mixed_mission
+from fuzz.mixed import Data, formula_mission, mixed_mission
 from fuzz.troubles import faults_of
 from fuzz.watch import Watch
 from safenav.errors import InputError, UsageError
@@ -162,9 +163,10 @@ def test_a_run_with_all_at_once_is_true(
 
 # 95826: a plan names an input
 # 103359: it has no strategy where it was cut off, and waits for an order to come
-# 101551, 103932: a joint plan is followed
+# 101551, 103932: a joint plan is followed; 100159: robots have stood for a while
 @pytest.mark.parametrize(
-    ("seed", "live"), [(95826, True), (103359, False), (101551, False), (103932, True)]
+    ("seed", "live"),
+    [(95826, True), (103359, False), (101551, False), (103932, True), (100159, False)],
 )
 def test_a_run_with_memories_continues(seed: int, live: bool) -> None:
     assert not continued(formula_mission(seed, live=live), seed).found
@@ -215,6 +217,22 @@ def test_a_run_continues_from_one_of_its_lines(
     failing, data = faults_of(seed) if faults else None, mixed_mission(seed, live=live)
     one = continued(data, seed, at=at, faults=failing, operator=operator)
     assert one.cuts == 1
+    assert not one.found
+
+
+TWICE = {
+    "before what is requested is so again": (118003, mixed_mission, 8, 2),
+    "after a turn that was had before": (118010, mixed_mission, 33, 27),
+    "after a robot has met the last target, and rounds begin anew": (118029, mixed_mission, 5, 27),
+    "before a joint plan begins again": (118028, formula_mission, 37, 4),
+    "before a robot's formulas remember anything": (118030, formula_mission, 4, 9),
+}
+
+
+@pytest.mark.parametrize(("seed", "made", "at", "again"), TWICE.values(), ids=TWICE)
+def test_a_rest_continues(seed: int, made: Callable[[int], Data], at: int, again: int) -> None:
+    one = continued(made(seed), seed, at=at, again=again)
+    assert one.cuts == 2
     assert not one.found
 
 

@@ -28,6 +28,13 @@ from safenav.trace.wording import objective_of
 from safenav.world.map import HEADINGS
 from safenav.world.moves import Pose
 
+CHANGES = (
+    *(records.Push, records.Pop, records.Told, records.Synthesis, records.NewObjective),
+    *(records.Resolved, records.KnownObstacle, records.Met, records.Service, records.PlanEnd),
+    *(records.Gone, records.Appeared),
+)
+"""Lines after which robots may have other targets."""
+
 
 class Pursued(Struct):
     """A robot's own objective, ``within`` so many ticks a round, and its progress with it.
@@ -83,11 +90,12 @@ class TraceEnd(Struct):
     robot can resolve as things stood; ``backs_up``: the robot and the obstacle from which it does;
     ``plan``: the joint plan that is followed, with the steps that each robot has ``taken``, or the
     one of the header that is ``to_follow``;
-    ``had``: the robots that have had their turn in the last tick;
+    ``had``: the robots that have had their turn in the last tick, ``had_before``: those of tick 1
+    that had it in the run before;
     ``away``: those that an input keeps from their objective; ``inputs``: the last two ticks in
     which inputs changed, and their values then; ``arrived``: when robots with formulas did;
     ``moved``: the robot whose turn it is, and where it is, until its goal is counted; ``stayed``:
-    it was there before."""
+    it was there before; ``since``: the tick since which each robot stands with the same target."""
 
     poses: dict[str, Pose]
     own: dict[str, Pursued]
@@ -107,10 +115,12 @@ class TraceEnd(Struct):
     backs_up: tuple[str, str] | None = None
     moved: tuple[str, int] | None = None
     stayed: bool = False
+    since: dict[str, int] = field(default_factory=dict)
     plan: PlanLeft | None = None
     taken: dict[str, int] = field(default_factory=dict)
     to_follow: bool = False
     had: set[str] = field(default_factory=set)
+    had_before: frozenset[str] = frozenset()
     away: set[str] = field(default_factory=set)
     inputs: tuple[tuple[int, Mapping[str, bool]], ...] = ()
     arrived: dict[str, float] = field(default_factory=dict)
@@ -152,6 +162,8 @@ class TraceEnd(Struct):
             end.closed, end.stays = {*header.begun.closed}, {*header.begun.stays}
             end._plans(header.begun.plan)
             end.to_follow = True
+            end.had_before = frozenset(header.begun.had)
+            end.since = {name: 1 - age for name, age in header.begun.waited.items()}
             end.asked = {name: {**robots} for name, robots in header.begun.asked.items()}
             end.met = {name: [*groups] for name, groups in header.begun.met.items()}
         for record in trace.records:
@@ -161,6 +173,10 @@ class TraceEnd(Struct):
 
     def take(self, record: records.Record) -> None:
         """Follow a line."""
+        if record.tick and isinstance(record, CHANGES):
+            self.since = dict.fromkeys(self.own, record.tick)
+        elif record.tick and isinstance(record, records.Goal):
+            self.since[record.robot] = record.tick
         if record.t is None and record.tick != self.time:
             self.had.clear()
         self.live = record.t is not None
@@ -179,7 +195,8 @@ class TraceEnd(Struct):
                 if record.toward is None:
                     pose = pose_of(record.to, record.heading)
                     self._step(record.robot, pose, decided=record.by is MovedBy.STRATEGY)
-                    self.moved = record.robot, record.to
+                    if not (record.tick == 1 and record.robot in self.had_before):
+                        self.moved = record.robot, record.to  # else it has had its turn
             case records.Arrive():
                 self._step(record.robot, pose_of(record.at, record.heading), decided=False)
                 self.moved = record.robot, record.at
@@ -267,6 +284,8 @@ class TraceEnd(Struct):
         """Follow a step, or a turn in which a robot stays. ``decided``: by its strategy."""
         before, self.poses[robot] = self.poses[robot], pose
         self.stayed = before.region == pose.region
+        if not self.stayed:
+            self.since[robot] = round(self.time)
         if self.plan is not None and pose != before:
             ahead = self.plan.robots[robot][self.taken[robot] + 1 :]
             self.taken[robot] += bool(ahead) and pose_of(*ahead[0]) == pose
@@ -320,6 +339,11 @@ class TraceEnd(Struct):
         to_come = tuple(order for order in orders if order[1] > 0 and order[3] > 0)
         return PlanLeft(left, to_come, self.plan.reason)
 
+    def _waited(self) -> dict[str, int]:
+        """The ticks for which robots have stood with the same target."""
+        ages = {name: round(self.begins) + 1 - self.since.get(name, 1) for name in self.own}
+        return {name: age for name, age in ages.items() if age > 0}
+
     def _turn_over(self) -> None:
         """Count the turn that is over."""
         if self.moved is not None and self.pursues(self.moved[0]):
@@ -360,6 +384,7 @@ class TraceEnd(Struct):
             asked=self.asked,
             stays=stays,
             plan=self._left(),
+            waited={} if self.live else self._waited(),
             ran=self.ran,
         )
 

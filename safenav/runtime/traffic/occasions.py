@@ -37,7 +37,9 @@ class Occasions:
         clock: Callable[[], float],
     ) -> None:
         self.state = state
-        self.watch = Watch(max(robot.model.timing.most for robot in state.scenario.robots))
+        slowest = max(robot.model.timing.most for robot in state.scenario.robots)
+        begun = state.scenario.begun
+        self.watch = Watch(slowest, None if begun is None else begun.waited)
         self.tried: Counter[Hashable] = Counter()
         self._searches = searches
         self._rivals = rivals
