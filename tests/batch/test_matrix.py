@@ -51,6 +51,14 @@ def test_every_combination_but_the_excluded_and_the_included(
     ("text", "message"),
     [
         ("batch: 1\n", "1:1: the batch: the key 'scenarios' is missing"),
+        (
+            "scenarios: [s.yaml]\nmatrix: {seed: [0]}\n",
+            "1:1: the batch: the key 'batch' is missing\n(.*\n)*.*begin the file with 'batch: 1'",
+        ),
+        (
+            "batch: 1\nscenarios: [s.yaml]\nmatrix: {seed: 0-99}\n",
+            "found the text '0-99'(.*\n)*.*write {from: 0, to: 99}",
+        ),
         ("batch: 1\nscenarios: []\n", "2:12: 'scenarios' is empty"),
         (
             HEAD + "matrix: {sed: [1]}\n",

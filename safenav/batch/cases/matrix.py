@@ -33,7 +33,8 @@ VERSION = 1
 KEYS = ("batch", "scenarios", "matrix", "exclude", "include")
 MOST_COMBINATIONS = 100_000
 
-_MARK = re.compile(r"^batch\s*:", re.MULTILINE)
+_MARK = re.compile(r"^(batch|matrix)\s*:", re.MULTILINE)
+_RANGE = re.compile(r"(\d+) ?(?:-|\.\.+|to) ?(\d+)")
 _FIXED = ("safenav", "name")
 
 
@@ -54,7 +55,8 @@ class Matrix(Struct, frozen=True):
 
 
 def is_matrix(text: str) -> bool:
-    """Whether a file says that it is a matrix file: ``batch:`` at the beginning of a line."""
+    """Whether a file says that it is a matrix file: ``batch:`` at the beginning of a line, or
+    ``matrix:`` where that was forgotten."""
     return _MARK.search(text) is not None
 
 
@@ -69,7 +71,10 @@ def read_matrix(text: str, file: str) -> Matrix:
 
 
 def _matrix(root: Node, findings: Findings) -> Matrix | None:
-    required = {"scenarios": "list the scenarios to run, as paths beside this file"}
+    required = {
+        "batch": f"begin the file with 'batch: {VERSION}', the version of its format",
+        "scenarios": "list the scenarios to run, as paths beside this file",
+    }
     item = read.mapping(root, "the batch", findings, KEYS, required)
     if item is None:
         return None
@@ -139,6 +144,11 @@ def _values(node: Node, what: str, findings: Findings) -> list[Any]:
             findings.add(node, found)
             return []
         return list(range(first, last + 1))
+    ends = _RANGE.fullmatch(node.text) if isinstance(node, Scalar) else None
+    if ends is not None:
+        hint = f"write {{from: {ends[1]}, to: {ends[2]}}}"
+        read.wrong_type(node, what, "a list [...]", findings, hint)
+        return []
     items = read.sequence(node, what, findings)
     if items is not None and not items:
         findings.add(node, f"{what}: a list of no values", "remove it, or give one value")
