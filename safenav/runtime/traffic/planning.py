@@ -280,55 +280,23 @@ class Traffic:
 
     def _plan(self, occasion: Occasion) -> None:
         """Make a plan and begin it. Raises RunEnded with the proof if there is none."""
-        here, notes = self._searches.floor(), self.state.last_settled.notes
-        self.search.starved, reason = occasion.robot, occasion.reason
+        here, self.search.starved = self._searches.floor(), occasion.robot
         helping = any(r.assignment.role is Role.HELPS for r in self.state.robots.values())
         pending = self._search_from(here)
-        plain = pending.floor
-        floor = self._searches.aimed(plain)
-        try:
-            floor, course, start, answer = self.thinking.ask(
-                pending.moment, lambda: self.search.sought(plain, floor, helping)
-            )
-        except Unknown:
-            self.wanted, self._pending = replace(occasion, gate=None), pending
+        found = self._sought(pending, occasion, helping)
+        if found is None:
             return
-        except RunEnded:
-            self.stop.check()
-            if not pending.moved:
-                raise
-            self._search_again(occasion)  # a proof is of where the robots are
-            return
-        self._pending, self._all_wait = None, False
-        if isinstance(answer, Exhausted) and pending.moved:
-            self._search_again(occasion)
-            return
+        floor, course, start, answer = found
         if self.state.live and start.stages != floor.stages:
             return  # a robot is about to resolve something: that changes what is possible
-        without = bool(self.search.hopeless) and isinstance(answer, Found) and floor is plain
-        if isinstance(answer, Exhausted) and not all(r.active for r in self.state.robots.values()):
-            self.search.hopeless, without = frozenset(), True
-            self.search.leg(floor, course, start)  # somebody in the way may come back
-        if without:  # the others complete the mission
-            notes.hopeless = frozenset(floor.gates[gate] for gate in self.search.hopeless)
-            self.occasions.watch.begin_anew()
+        if not isinstance(answer, Found):
+            self._without_plan(floor, course, start, answer, occasion)
             return
-        if isinstance(answer, Exhausted):
-            raise deadlocked(self.state, floor, course, answer)
-        if isinstance(answer, Spent):
-            self.search.failures += 1
-            self.search.used = budgets.MOST_WORK - self.search.work.left
-            self.occasions.watch.begin_anew()
-            most = budgets.MOST_FAILURES_HINDERED if self.search.hindered else budgets.MOST_FAILURES
-            if self.search.failures > most or self.search.work.done:
-                said = f"search budget exhausted while planning joint moves: {reason}"
-                raise RunEnded(Conclusion(Outcome.SEARCH_LIMIT, said))
+        if self.search.hopeless and floor is pending.floor:  # the others complete the mission
+            self._set_aside(frozenset(floor.gates[gate] for gate in self.search.hopeless))
             return
         self.search.failures = self.search.used = 0
-        turned = self.search.turned(floor, course, answer.states)
-        if turned and not notes.turned:
-            self.turned, notes.turned = turned, True
-            self.occasions.watch.begin_anew()
+        if self._must_turn(floor, course, answer):
             return  # their strategies begin with those, and another plan is made
         if self.search.turning:
             self._certificates.keep(course, answer.states)
@@ -339,15 +307,84 @@ class Traffic:
             self._search_again(occasion)
             return
         states = self.search.straightened(here, states) if helping else states
-        charges = self.search.charges(self.state.robots[self.search.starved])
+        charges = self.search.charges(self.state.robots[occasion.robot])
         short = charges and not self.search.leg_done(course, start, states[-1], helping)
         if short or self._changes_nothing(here, states, counts):
             leg = self.search.leg(floor, course, start)
-            if leg is None and floor.index(self.search.starved) in notes.hemmed_in:
+            hemmed_in = self.state.last_settled.notes.hemmed_in
+            if leg is None and floor.index(occasion.robot) in hemmed_in:
                 self.occasions.watch.begin_anew()
                 return
             states = (leg and pending.from_here(course, counts, leg)) or states
-        self._begin(floor, states, counts, reason)
+        self._begin(floor, states, counts, occasion.reason)
+
+    def _sought(
+        self, pending: Pending, occasion: Occasion, helping: bool
+    ) -> tuple[Floor, Course, Joint, Answer] | None:
+        """The result of a search with its problem and first state; None if it is not there yet, or
+        is of no use where the robots are now."""
+        plain = pending.floor
+        floor = self._searches.aimed(plain)
+        try:
+            found = self.thinking.ask(
+                pending.moment, lambda: self.search.sought(plain, floor, helping)
+            )
+        except Unknown:
+            self.wanted, self._pending = replace(occasion, gate=None), pending
+            return None
+        except RunEnded:
+            self.stop.check()
+            if not pending.moved:
+                raise
+            self._search_again(occasion)  # a proof is of where the robots are
+            return None
+        self._pending, self._all_wait = None, False
+        if isinstance(found[-1], Exhausted) and pending.moved:
+            self._search_again(occasion)
+            return None
+        return found
+
+    def _without_plan(
+        self,
+        floor: Floor,
+        course: Course,
+        start: Joint,
+        answer: Exhausted | Spent,
+        occasion: Occasion,
+    ) -> None:
+        """A search has found no plan: the robots wait for one that is out of service, or for a
+        search with a larger budget. Raises RunEnded if neither can help."""
+        if isinstance(answer, Exhausted):
+            if not self.state.out_of_service:
+                raise deadlocked(self.state, floor, course, answer)
+            self.search.hopeless = frozenset()
+            self.search.leg(floor, course, start)  # somebody in the way may come back
+            self._set_aside(frozenset())
+            return
+        self.search.failures += 1
+        self.search.used = budgets.MOST_WORK - self.search.work.left
+        self.occasions.watch.begin_anew()
+        most = budgets.MOST_FAILURES_HINDERED if self.search.hindered else budgets.MOST_FAILURES
+        if self.search.failures > most or self.search.work.done:
+            said = f"search budget exhausted while planning joint moves: {occasion.reason}"
+            raise RunEnded(Conclusion(Outcome.SEARCH_LIMIT, said))
+
+    def _set_aside(self, obstacles: frozenset[str]) -> None:
+        """No plan is made now, and these obstacles are served by none."""
+        self.state.last_settled.notes.hopeless = obstacles
+        self.occasions.watch.begin_anew()
+
+    def _must_turn(self, floor: Floor, course: Course, answer: Found) -> bool:
+        """Whether robots must first have strategies that begin with another target, by a plan."""
+        turned, notes = (
+            self.search.turned(floor, course, answer.states),
+            self.state.last_settled.notes,
+        )
+        if not turned or notes.turned:
+            return False
+        self.turned, notes.turned = turned, True
+        self.occasions.watch.begin_anew()
+        return True
 
     def proven(self, end: Conclusion) -> Conclusion:
         """The end of a run in which a robot has no strategy for the rest of a ``once``, which it
