@@ -176,7 +176,14 @@ def test_the_strategy_may_come_on_standard_input(door: tuple[Path, Path], invoke
         ],
     ],
     ids=[
-        *("declaration", "binary", "truncated", "another specification", "formula"),
+        *(
+            "declaration",
+            "operator of LTL",
+            "binary",
+            "truncated",
+            "another specification",
+            "formula",
+        ),
         *("unknown", "output in ENV_INIT", "next in INIT", "next output in ENV_TRANS"),
         *("number alone", "Boolean compared"),
     ],
