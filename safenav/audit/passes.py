@@ -15,6 +15,9 @@ from safenav.audit.state import State
 MOST_SILENT = 1000
 """Passes without a line that are expanded in a row: no run has as many, a damaged file may."""
 
+EITHER = "either"
+"""What makes a robot stay that gets a strategy in this pass: that, or it had stayed before."""
+
 _DECIDES = ("violation", "backtrack", "depart", "arrive")
 """Lines before the move of a robot's turn, or in its place."""
 _FOLLOWS = ("act", "acted", "met", "resolved", "goal", "belief")
@@ -52,6 +55,8 @@ class Passes:
         self._open: Line | None = None
         """The move of the robot whose turn it is, as far as its lines have shown by now."""
         self._begun: set[str] = set()
+        self._fresh: set[str] = set()
+        """Robots with a strategy of this pass: no line tells whether they stay before or by it."""
 
     def expand(self, records: Iterable[Line]) -> Iterator[Line]:
         """Yield the lines with the moves between them."""
@@ -108,6 +113,7 @@ class Passes:
     def _pass_over(self, record: Line) -> Iterator[Line]:
         yield from self._others(record)
         self._due = 0
+        self._fresh.clear()
 
     def _others(self, record: Line) -> Iterator[Line]:
         """The moves that are left of a pass."""
@@ -122,6 +128,7 @@ class Passes:
         self._begun.clear()
         here, toward = self._now.region[name], self._now.toward[name]
         by = self._by[name] if toward is None else None
+        by = EITHER if by == "strategy" and name in self._fresh else by
         tick = self._tick or record.tick
         about = {"tick": tick, "t": None, "robot": name, "line": record.line, "signal": None}
         where = {"from_": here, "to": here, "heading": self._now.heading[name], "toward": toward}
@@ -158,5 +165,7 @@ class Passes:
                 move.by = "backtrack"
             case "synthesis" | "objective" | "told":
                 self._begun.add(record.robot)
+                if record.type == "synthesis":
+                    self._fresh.add(record.robot)
             case "goal":
                 self._begun.discard(record.robot)

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 
 from safenav.audit.kinds import shape_of
 from safenav.audit.lines import Line, Objective
+from safenav.audit.passes import EITHER
 from safenav.audit.progress import Progress
 from safenav.audit.rules.rule import Rule, Said, judges
 from safenav.audit.situation import Situation
@@ -225,7 +226,7 @@ def _by_strategy(turn: Turn) -> bool:
     """Return whether its strategy decided the robot's move in this turn, as far as the trace
     shows."""
     move = turn.first("move")
-    return move is None or move.by in (None, "strategy")
+    return move is None or move.by in (None, "strategy", EITHER)
 
 
 def _is_target(objective: Objective, index: int, region: int) -> bool:

@@ -14,6 +14,7 @@ from safenav.audit.judging import RULES, findings
 from safenav.audit.kinds import ALTERNATION, STAYING
 from safenav.audit.language import Pose, RefusedError, TooLargeError, require
 from safenav.audit.lines import Line, read_line
+from safenav.audit.passes import EITHER
 from safenav.audit.rules.rule import Finding, Rule, Said
 from safenav.audit.situation import Situation
 from safenav.audit.turn import Status
@@ -392,6 +393,8 @@ class Evidence(Rule):
             seen |= {name: robot.heard[name] for name in task.heard}
             kept = {n for n in there if seen and task.knows(n, seen)} | robot.nodes
             fits = (kept if by == "stay" else kept | fits) if answers else there
+        elif by == EITHER:
+            fits |= robot.nodes
         else:
             said = sorted({str(task.poses[n]) for n in answers})
             require(fits, f"{name} goes to {after}, but its strategy answers {said}")
