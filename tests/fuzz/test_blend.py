@@ -72,6 +72,7 @@ BOTH = {
     "a need is met before the obstacle is known": 90059,
     "what a robot is on its way into is found untraversable by another": 90532,
     "put back while an operator is waited for": 100787,
+    "said once more to be lost after it was put back": 116235,
     "it helps elsewhere after what it helped with is resolved": 93596,
     "an order comes in the moment in which a robot's charge is used up": 90085,
 }
@@ -130,6 +131,7 @@ FORMULAS = {
     "it acts where it waits for others to leave what another act sweeps": (115236, *LOCK),
     "only memory reveals that two cannot change places": (103704, *LOCK),
     "only memory reveals a deadlock in live runs": (103704, True, False, False),
+    "only memory reveals that one out of service cuts it off": (116719, False, False, True),
     "only memory reveals a deadlock of three": (100105, *LOCK),
     "a plan has taken a robot that waits for help elsewhere": (100024, True, False, False),
 }

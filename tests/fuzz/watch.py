@@ -38,6 +38,9 @@ class Watch:
         self.visits = {name: {robot["start"]} for name, robot in robots.items()}
         self.bound: dict[str, int] = {}
         self.out: set[str] = set()
+        self.heard: set[tuple[str, int | None]] = set()
+        self.settled: set[tuple[str, int | None]] = set()
+        """Commands that ended before their robot was put down: told again they mean nothing."""
         self.acting: dict[str, Collection[str]] = {}
         self.known: set[str] = set()
         self.hidden: tuple[Any, ...] = ()
@@ -90,12 +93,16 @@ class Watch:
             case "told":
                 if line["event"] == "blocked":
                     self.known.add(line["obstacle"])
+                self.heard.add((name, line.get("command")))
                 lost = line["event"] == "lost" and len(self.at[name]) > 1  # until it is put down
+                if (name, line.get("command")) in self.settled:
+                    return
                 if lost or (line["fatal"] and name not in self.back):
                     self.out.add(name)
             case "put":
                 self.at[name] = {line["at"]}
                 self.out.discard(name)
+                self.settled |= {told for told in self.heard if told[0] == name}
                 self._apart(line, name)
 
     def _start(self, line: Line, name: str) -> None:

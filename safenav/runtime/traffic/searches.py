@@ -142,10 +142,11 @@ class Searches:
         """The robots that cannot reach their own next target (``every``: or one that they have yet
         to reach in this round) past those out of service. No plan can be for them before one of
         those is back."""
-        robots, members = [*self._state.robots.values()], floor.problem.members
-        found = set[int]()
+        robots, found = [*self._state.robots.values()], set[int]()
         if all(robot.active for robot in robots):
             return frozenset()
+        floor = self.everything(self.floor()) or floor
+        members = floor.problem.members
         for index, robot in enumerate(robots):
             out = [other for other in floor.problem.conflicts[index] if not robots[other].active]
             if not out or not robot.active or robot.assignment.role is not Role.OWN:
