@@ -16,7 +16,7 @@ MOST_SILENT = 1000
 """Passes without a line that are expanded in a row: no run has as many, a damaged file may."""
 
 EITHER = "either"
-"""What makes a robot stay that gets a strategy in this pass: that, or it had stayed before."""
+"""Decides that a robot stays which gets a strategy in this pass: that, or the one before."""
 
 _DECIDES = ("violation", "backtrack", "depart", "arrive")
 """Lines before the move of a robot's turn, or in its place."""
