@@ -16,8 +16,8 @@ struct Spelling {
 
 constexpr const char *temporal_box =
     "GR(1) has no temporal operators: what must always hold is a line of SYS_TRANS or ENV_TRANS";
-constexpr const char *temporal_box_diamond =
-    "GR(1) has no temporal operators: what must hold infinitely often is a line of SYS_LIVENESS or ENV_LIVENESS";
+constexpr const char *temporal_box_diamond = "GR(1) has no temporal operators: what must hold infinitely "
+                                             "often is a line of SYS_LIVENESS or ENV_LIVENESS";
 constexpr const char *temporal_diamond =
     "for 'not equal' write '!='; what must hold infinitely often is a line of SYS_LIVENESS or ENV_LIVENESS";
 
