@@ -34,6 +34,7 @@ def _chance(node: Node | None, what: str, findings: Findings) -> float | None:
 
 
 class InputKeys(shapes.Table):
+    example = "{at: 12-30}; {} for one that a program sets"
     at = shapes.Key(
         shapes.form(shapes.either(_TICKS, shapes.many(_TICKS))),
         "Ticks when a simulation has it on: 12, 20-30 or a list.",
@@ -53,7 +54,7 @@ INPUTS = shapes.form(shapes.named(InputKeys, {"allOf": [VARIABLE, {"not": _RESER
 
 def read_inputs(node: Node | None, reading: Reading) -> tuple[Input, ...]:
     """The inputs that are named; whatever is wrong is reported."""
-    item, found = read.mapping(node, "inputs", reading), []
+    item, found = read.mapping(node, "inputs", reading, example="{alarm: {at: 12-30}}"), []
     taken = RESERVED_WORDS | OWN_VARIABLES | TAKEN | {*reading.named}
     for key, value in item.entries if item else ():
         name = clipped(key.text)

@@ -159,7 +159,7 @@ def _while_waiting(
 def _when(node: Node | None, robot: Robot, reading: Reading) -> tuple[tuple[str, Objective], ...]:
     """Its objectives while inputs are on, in their order."""
     what, found = f"'when' of {robot.name}", []
-    item = read.mapping(node, what, reading)
+    item = read.mapping(node, what, reading, example=f"{{alarm: {EXAMPLE}}}")
     for key, value in item.entries if item else ():
         if key.text not in reading.inputs:
             declare = "declare it in 'inputs'"
