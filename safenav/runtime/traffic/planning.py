@@ -293,7 +293,7 @@ class Traffic:
             self._without_plan(floor, course, start, answer, occasion)
             return
         if self.search.hopeless and floor is pending.floor:  # the others complete the mission
-            self._set_aside(frozenset(floor.gates[gate] for gate in self.search.hopeless))
+            self._set_aside(floor, self.search.hopeless)
             return
         self.search.failures = self.search.used = 0
         if self._must_turn(floor, course, answer):
@@ -359,7 +359,7 @@ class Traffic:
                 raise deadlocked(self.state, floor, course, answer)
             self.search.hopeless = frozenset()
             self.search.leg(floor, course, start)  # somebody in the way may come back
-            self._set_aside(frozenset())
+            self._set_aside(floor, self.search.hopeless)
             return
         self.search.failures += 1
         self.search.used = budgets.MOST_WORK - self.search.work.left
@@ -369,9 +369,10 @@ class Traffic:
             said = f"search budget exhausted while planning joint moves: {occasion.reason}"
             raise RunEnded(Conclusion(Outcome.SEARCH_LIMIT, said))
 
-    def _set_aside(self, obstacles: frozenset[str]) -> None:
+    def _set_aside(self, floor: Floor, gates: frozenset[int]) -> None:
         """No plan is made now, and these obstacles are served by none."""
-        self.state.last_settled.notes.hopeless = obstacles
+        hopeless = frozenset(floor.gates[gate] for gate in gates)
+        self.state.last_settled.notes.hopeless = hopeless
         self.occasions.watch.begin_anew()
 
     def _must_turn(self, floor: Floor, course: Course, answer: Found) -> bool:
