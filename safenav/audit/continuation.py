@@ -89,11 +89,11 @@ def continuation_problems(
     yield from _obstacle_problems(rest, now)
     follows = any(record.type in ("plan", "move", "depart") for record in records)
     before = now.header.begun
+    left = plan.left()
     if before is not None and before.plan is not None and not follows:
-        if begun.plan is None or begun.plan.robots != before.plan.robots:
-            yield "the joint plan of the header is not followed further"
-    elif robots.keys() == now.header.robots.keys():
-        yield from _plan_problems(begun.plan, plan.left())
+        left = before.plan.robots, {*before.plan.orders}
+    if robots.keys() == now.header.robots.keys():
+        yield from _plan_problems(begun.plan, left)
     due = {of: max(0, at - tick) for of, at in deadlines.open().items() if of != MISSION}
     told = dict(begun.due or {})
     if not now.live and told != due:

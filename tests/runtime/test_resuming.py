@@ -390,6 +390,27 @@ def test_a_joint_plan_is_followed_to_its_end(clock: str) -> None:
         assert problems[0].explanation == "no joint plan is to be followed further"
 
 
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+def test_a_joint_plan_that_a_rest_has_not_begun_again(clock: str) -> None:
+    """A rest that is cut before its first step hands the plan on as it was, and to no team with
+    another robot."""
+    scenario = replace(load_scenario(SCENARIOS / "two_digits.yaml"), clock=Clock(clock))
+    whole = play(scenario)
+    cut = [line["type"] for line in whole.records].index("plan") + 9
+    rest = play(resumed(read_lines(whole.text.splitlines()[:cut]), scenario))
+    begin = [line["type"] for line in rest.records].index("plan")
+    second = read_lines(rest.text.splitlines()[:begin])
+    resume = resumed(second, scenario)
+    place = sorted({*scenario.map.free} - {r.start.region for r in resume.robots})[0]
+    another = f"bee: {{model: quadcopter, start: {place}, objective: {{hold: {place}}}}}"
+    for team in (resume, joined(resume, another)):
+        assert audit(read_lines(play(team).text.splitlines()), second).findings == ()
+    run = play(resume)
+    run.records[0]["scenario"]["begun"]["plan"]["orders"].clear()
+    problems = audit(read_lines(run.text.splitlines()), second).findings
+    assert problems[0].explanation == "the orders of the joint plan are not those of the first run"
+
+
 TWO_CARRY = """
 safenav: 1
 map: {grid: [".......", "......."]}
