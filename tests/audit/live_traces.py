@@ -203,9 +203,31 @@ def ended_early() -> list[Line]:
     return s.end("interrupted", {"a": 0, "b": 0})
 
 
+def entered() -> list[Line]:
+    """A robot departs into a region in the moment in which an action resolves what is there; its
+    turn comes before that of the robot that acts."""
+    a, b = robot("ground", [], 7, {"visit": [8]}), robot("ground", ["push"], 9, {"visit": [9]})
+    s = Live({"a": a, "b": b}, [obstacle("door", 8, "push", [9], ["a", "b"])], "simulated")
+    s.at(0).command("act", "b", robots=["b"], obstacles=[]).hold("b", "acting")
+    s.at(2).depart("a", 8).acted("b", door_8="done").resolve("b", "door@8", requested=False)
+    s.synthesize("resolved", "a", "b").hold("b", "strategy").goal("b", 0, 1)
+    s.at(3).arrive("a").goal("a", 0, 1)
+    return s.end("completed", {"a": 1, "b": 1})
+
+
 GOOD_LIVE: dict[str, Callable[[], list[Line]]] = {
     builder.__name__: builder
-    for builder in (delayed, opened, lost, lost_around, waits, simulated, released, ended_early)
+    for builder in (
+        delayed,
+        opened,
+        lost,
+        lost_around,
+        waits,
+        simulated,
+        released,
+        ended_early,
+        entered,
+    )
 }
 
 
@@ -226,6 +248,14 @@ def passes_again(lines: list[Line]) -> None:
     """The other robot has a region ahead that is entered."""
     lines[find(lines, "plan")]["robots"]["b"] += [[15, None], [14, None]]
     edit("plan_end", {}, reason="changed")(lines)
+
+
+def resolved_later(lines: list[Line]) -> None:
+    """The robot has departed a second before the action ends."""
+    at = find(lines, "acted")
+    for line in lines[at:]:
+        line["tick"] += 1
+        line["t"] += 1.0
 
 
 ACTING = ("act", "acted", "resolved")
@@ -254,6 +284,7 @@ CASES_OF_LIVE: list[Case] = [
     ("holds", "lost", edit("hold", {"robot": "a"}, why="acting"), 2, "a"),
     ("backtrack", "lost_around", drop("backtrack"), 2, "a"),
     ("order", "lost_around", insert_after("backtrack", A_BACKS_UP), 2, "a", 2),
+    ("unresolved-obstacle", "entered", resolved_later, 2, "a"),
     ("late", "opened", edit("late", {}, at=4.5), 10, None),
     ("late", "opened", edit("late", {}, reason=""), 10, None),
     ("waiting", "lost", edit("waiting", {}, outcome="completed"), 4, None),

@@ -53,6 +53,7 @@ OPERATOR = {
     "put beside what it can resolve": 61134,
     "an action of two ends, and one of them has used up its charge": 62185,
     "another objective on the way to a stop, and then an order": 61262,
+    "entered in the moment in which it is resolved": 117091,
 }
 BOTH = {
     "an order where the world knows of none": 3053,

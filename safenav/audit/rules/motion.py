@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from safenav.audit.formulas import rules_of
 from safenav.audit.language import RefusedError
 from safenav.audit.lines import Line
-from safenav.audit.rules.rule import Rule, Said, judges
+from safenav.audit.rules.rule import Rule, Said, Wrong, judges
 from safenav.audit.situation import Situation
 from safenav.audit.turn import Status, taken
 from safenav.audit.world import opposite
@@ -59,17 +59,37 @@ class UnresolvedObstacleRule(Rule):
     robot has the action, and the obstacle's region is among those where it is performed (D 5.1). A
     trace of an external world omits the true state."""
 
-    name, kinds = "unresolved-obstacle", ("move",)
+    name, kinds = "unresolved-obstacle", ("move", "resolved")
+
+    def __init__(self) -> None:
+        self._open: list[tuple[str, Wrong]] = []
+        """Findings, unless their obstacle is resolved in the same tick: by an action that has
+        ended, and is only told in a later turn."""
 
     def opening(self, now: Situation) -> Iterator[Said]:
         for robot, region in now.region.items():
-            for problem in _entered(robot, {region}, now, Status.UNRESOLVED):
+            for _, problem in _entered(robot, {region}, now, Status.UNRESOLVED):
                 if not now.external and now.header.begun is None:  # an operator may put it there
                     yield robot, problem
 
     def line(self, record: Line, now: Situation) -> Iterator[Said]:
-        if not now.external:
-            yield from _entered(record.robot, taken(record), now, Status.UNRESOLVED)
+        if record.type == "resolved":
+            self._open = [(name, wrong) for name, wrong in self._open if name != record.obstacle]
+        elif not now.external:
+            yield from self._over(record)
+            for name, problem in _entered(record.robot, taken(record), now, Status.UNRESOLVED):
+                if now.acting.keys() - {record.robot}:
+                    self._open.append((name, (record.robot, problem, record)))
+                else:
+                    yield problem
+
+    def ending(self, now: Situation) -> Iterator[Said]:
+        return (wrong for _, wrong in self._open)
+
+    def _over(self, record: Line) -> list[Wrong]:
+        over = [one for one in self._open if one[1][2].tick < record.tick]
+        self._open = [one for one in self._open if one not in over]
+        return [wrong for _, wrong in over]
 
 
 @judges("line", "move")
@@ -77,7 +97,8 @@ def known_obstacle(record: Line, now: Situation) -> Iterator[Said]:
     """An obstacle that was found untraversable, or that no robot can resolve, has joined O for the
     robots that it stops, whatever they can do: none of them enters it (D 5.1)."""
     for status in (Status.UNTRAVERSABLE, Status.GIVEN_UP):
-        yield from _entered(record.robot, now.entered(record), now, status)
+        for _, problem in _entered(record.robot, now.entered(record), now, status):
+            yield problem
 
 
 class AlwaysRule(Rule):
@@ -167,8 +188,14 @@ _IS = {
 }
 
 
-def _entered(robot: str, regions: set[int], now: Situation, status: Status) -> Iterator[str]:
+def _entered(
+    robot: str, regions: set[int], now: Situation, status: Status
+) -> Iterator[tuple[str, str]]:
+    """Yield the obstacles with that status that a robot has entered, each with what is wrong."""
     for obstacle in (each for region in regions for each in now.obstacles_at(region)):
         if now.status[obstacle.name] is status and robot in now.blocked_by(obstacle.name):
             place = now.show(obstacle.region)
-            yield f"{robot} is at {place} with {obstacle.name}, which is {_IS[status]}"
+            yield (
+                obstacle.name,
+                f"{robot} is at {place} with {obstacle.name}, which is {_IS[status]}",
+            )
