@@ -411,6 +411,37 @@ def test_a_joint_plan_that_a_rest_has_not_begun_again(clock: str) -> None:
     assert problems[0].explanation == "the orders of the joint plan are not those of the first run"
 
 
+CORRIDOR = """
+map: {{grid: ["#########", "#{free}.###..#", "#.......#", "#..###..#", "#########"]}}
+catalogue:
+  robots:
+    cart: {{mobility: free, layer: ground, capabilities: []}}
+robots:
+  a: {{model: cart, start: [2, 1], objective: {{visit: [[2, 7], [2, 1]]}}}}
+  b: {{model: cart, start: [2, 7], objective: {{visit: [[2, 1], [2, 7]]}}}}
+{more}
+until: {{rounds: 2}}
+clock: {clock}
+"""
+WEST = "never_together: [{robots: [a, b], in: [[2, 1], [2, 2], [1, 1], [1, 2], [3, 1], [3, 2]]}]"
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+@pytest.mark.parametrize("change", [{"free": "#"}, {"more": WEST}], ids=["a wall", "apart"])
+def test_a_joint_plan_of_another_scenario_is_not_followed(
+    change: dict[str, str], clock: str
+) -> None:
+    """Where its steps are no longer possible, or robots are to keep apart in other regions."""
+    plain = {"free": ".", "more": "", "clock": clock}
+    whole = play(loaded(CORRIDOR.format(**plain)))
+    cut = [line["type"] for line in whole.records].index("plan") + 6
+    changed = loaded(CORRIDOR.format(**plain | change))
+    resume = resumed(read_lines(whole.text.splitlines()[:cut]), changed)
+    assert resume.begun is not None
+    assert resume.begun.plan is not None
+    assert play(resume).outcome["outcome"] == "completed"
+
+
 TWO_CARRY = """
 safenav: 1
 map: {grid: [".......", "......."]}

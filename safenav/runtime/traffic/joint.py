@@ -174,6 +174,11 @@ class Course(Struct, frozen=True, eq=False, dict=True):
                 if pose % size not in taken and not held >> pose % size & 1:
                     yield robot, pose
 
+    def next_poses(self, state: Joint) -> set[tuple[int, ...]]:
+        """The joint poses after each of ``singles``."""
+        at = state.poses
+        return {(*at[:robot], pose, *at[robot + 1 :]) for robot, pose in self.singles(state)}
+
     def after(self, state: Joint, robot: int, pose: int) -> Joint:
         """The state after one step of one robot."""
         poses = (*state.poses[:robot], pose, *state.poses[robot + 1 :])

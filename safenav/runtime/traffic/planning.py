@@ -9,6 +9,7 @@ possible because the plan is the beginning of one for all of it (docs/coordinati
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
+from itertools import pairwise
 
 from msgspec.structs import replace
 
@@ -467,7 +468,8 @@ class Traffic:
         self.state.emit(plan_record(self.state.tick, floor, plan, reason))
 
     def resume(self, left: PlanLeft) -> None:
-        """Follow the rest of a plan of the run that this one continues."""
+        """Follow the rest of a plan of the run that this one continues, if each of its steps can be
+        taken here."""
         floor, notes = self._searches.floor(), self.state.last_settled.notes
         notes.followed = notes.hurried = notes.cleared = True
         plan = scheduled(floor, left)
@@ -476,6 +478,11 @@ class Traffic:
             return
         counts, course = self._searches.counts(floor), self._searches.course(floor)
         states = course.along(course.begun(floor.poses, counts, floor.stages), joint[1:])
+        if not all(after.poses in course.next_poses(state) for state, after in pairwise(states)):
+            return  # the scenario has changed since then
+        problem, sizes = floor.problem, [member.graph.size for member in floor.problem.members]
+        apart = problem.exclusions(floor.stages)
+        plan = execution.schedule(joint, sizes, problem.conflicts, apart)
         self.execution = execution.Execution(plan, execution.dues_of(states, counts))
         self.state.emit(plan_record(self.state.tick, floor, plan, left.reason))
 
