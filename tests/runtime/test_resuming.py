@@ -442,6 +442,33 @@ def test_a_joint_plan_of_another_scenario_is_not_followed(
     assert play(resume).outcome["outcome"] == "completed"
 
 
+ONE_FLAG = """
+map: {{grid: ["#########", "#.......#", "#########"]}}
+robots:
+  a:
+    model: quadcopter
+    start: [1, 1]
+    objective:
+      ltl: {{memory: {{{name}: bool}}, safety: {name}' <-> ({name} | region = 15),
+             liveness: {name} & region = 10}}
+until: {{rounds: 2}}
+clock: {clock}
+"""
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+@pytest.mark.parametrize("name", ["seen", "went"])
+def test_other_formulas_begin_again(name: str, clock: str) -> None:
+    """Their memory has other variables than that of the run before."""
+    whole = play(loaded(ONE_FLAG.format(name="seen", clock=clock)))
+    cut = [line["type"] for line in whole.records].index("goal") + 1
+    changed = loaded(ONE_FLAG.format(name=name, clock=clock))
+    resume = resumed(read_lines(whole.text.splitlines()[:cut]), changed)
+    assert resume.begun is not None
+    assert ("a" in resume.begun.robots) is (name == "seen")
+    assert play(resume).outcome["outcome"] == "completed"
+
+
 TWO_CARRY = """
 safenav: 1
 map: {grid: [".......", "......."]}

@@ -79,15 +79,18 @@ def resumed(trace: Trace, scenario: Scenario | None = None) -> Scenario:
     there = {obstacle.name for obstacle in obstacles if obstacle.appears is None}
     begun = state.begun(trace, timed=timed)
     met = _met(listed, state)
+    team = tuple(_robot(robot, state, charges) for robot in base.robots)
+    anew = {robot.name for robot in team if _has_other_formulas(robot, state)}
     return replace(
         base,
-        robots=tuple(_robot(robot, state, charges) for robot in base.robots),
+        robots=team,
         obstacles=tuple(obstacles),
         until=replace(base.until, by=by),
         changes=tuple(_changes(base, state)),
         inputs=tuple(_input(each, state, clock, base.limits) for each in base.inputs),
         begun=replace(
             begun,
+            robots={name: done for name, done in begun.robots.items() if name not in anew},
             met={name: groups for name, groups in met.items() if name in left},
             asked={name: waits for name, waits in begun.asked.items() if name in there},
             stays=tuple(name for name in begun.stays if name in there),
@@ -129,6 +132,12 @@ def _robot(robot: Robot, state: TraceEnd, charges: TracedCharges) -> Robot:
         model = replace(model, battery=replace(model.battery, start=charge))
     start = state.poses[robot.name]
     return replace(robot, model=model, start=start, objective=objective, within=within)
+
+
+def _has_other_formulas(robot: Robot, state: TraceEnd) -> bool:
+    """Whether the scenario gives a robot other formulas than its run: they begin again."""
+    formulas = isinstance(robot.objective, Ltl)
+    return formulas and objective_in_trace(robot.objective) != state.own[robot.name].objective
 
 
 def _listed(obstacles: Collection[Obstacle], trace: Trace) -> tuple[Obstacle, ...]:
