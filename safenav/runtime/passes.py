@@ -115,7 +115,8 @@ class Passes(Algorithm):
         """Finish the joint plan, or begin one that is due."""
         ended = self.traffic.tick()
         if ended is not None:
-            self.settle(self.turns.relocation.leave_plan(ended, settling=False))
+            over = self.team.live and self.completes()  # no robot needs a strategy
+            self.settle(self.turns.relocation.leave_plan(ended, settling=over))
         if ended is PlanEndReason.CHANGED:
             self.traffic.tick()
         if names := self.traffic.given_up():

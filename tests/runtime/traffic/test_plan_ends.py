@@ -45,3 +45,5 @@ def test_a_plan_leads_through_the_mission(clock: str, change: dict[str, str], on
     assert run.outcome.get("outcome") == "completed"
     assert not run.findings
     assert (len(run.all("plan")) == 1) is one
+    ends = [line["type"] for line in run.records][-2:]
+    assert not one or ends == ["plan_end", "outcome"]  # no strategies for a mission that is over

@@ -49,7 +49,7 @@ robots:
   b: {model: cart, start: [2, 2], objective: {visit: [[2, 8], [2, 3], [1, 2]]}}
   c: {model: cart, start: [2, 6], objective: {cover: [[2, 6]]}}
   d: {model: cart, start: [2, 7], objective: {cover: [[2, 6], [2, 2]]}}
-  e: {model: cart, start: [2, 3], objective: {cover: [[2, 2]]}}
+  e: {model: cart, start: [2, 3], objective: {ltl: {liveness: [region = 24]}}}
 until: {rounds: 1}
 clock: live
 """
