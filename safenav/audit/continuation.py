@@ -48,6 +48,38 @@ class _Memory(Rule):
         return ()
 
 
+class _Standing(Rule):
+    """Holds the tick since which each robot stands without another target, in lockstep."""
+
+    name = NAME
+    kinds = (
+        *("move", "goal", "push", "pop", "told", "synthesis", "objective", "resolved", "blocked"),
+        *("met", "service", "plan_end", "gone", "appeared"),
+    )
+    since: dict[str, int]
+
+    def opening(self, now: Situation) -> tuple[()]:
+        begun = now.header.begun
+        before = {} if begun is None else dict(begun.waited or {})
+        self.since = {robot: 1 - before.get(robot, 0) for robot in now.header.robots}
+        return ()
+
+    def line(self, record: Line, now: Situation) -> tuple[()]:
+        if not record.tick:
+            return ()
+        if record.type not in ("goal", "move"):
+            self.since = dict.fromkeys(self.since, record.tick)
+        elif record.type == "goal" or (
+            record.toward is None and record.to != now.region[record.robot]
+        ):
+            self.since[record.robot] = record.tick
+        return ()
+
+    def waited(self, tick: int) -> dict[str, int]:
+        """The ticks for which robots have stood so when a tick is over."""
+        return {robot: tick + 1 - at for robot, at in self.since.items() if at <= tick}
+
+
 def continuation_problems(
     first: Line, records: Sequence[Line], digest: str, rest: Line
 ) -> Iterator[str]:
@@ -61,7 +93,8 @@ def continuation_problems(
         yield "it continues another trace than this one"
         return
     end, deadlines, memory, plan = _End(), DeadlineRule(), _Memory(), FollowsPlanRule()
-    for _ in findings(first, records, [end, deadlines, memory, plan]):
+    standing = _Standing()
+    for _ in findings(first, records, [end, deadlines, memory, plan, standing]):
         pass
     now = end.now
     tick, had = _last_tick(now, records, {*(begun.had or ())})
@@ -94,6 +127,9 @@ def continuation_problems(
         left = before.plan.robots, {*before.plan.orders}
     if robots.keys() == now.header.robots.keys():
         yield from _plan_problems(begun.plan, left)
+    waited = {} if now.live else standing.waited(tick)
+    if dict(begun.waited or {}) != waited:
+        yield f"{begun.waited or 'no robot'} has stood before, but it was {waited or 'none'}"
     due = {of: max(0, at - tick) for of, at in deadlines.open().items() if of != MISSION}
     told = dict(begun.due or {})
     if not now.live and told != due:

@@ -840,6 +840,8 @@ def test_the_audit_derives_what_the_header_tells(name: str) -> None:
         (24, ("begun", "asked", "door@2", "q"), 9, "is requested, but was {'door@2'"),
         (40, ("begun", "stays"), ["door@2"], "door@2 stays, but stayed none"),
         (40, ("begun", "closed"), ["door@2"], "door@2 is untraversable, but found was none"),
+        (24, ("begun", "waited"), {}, "no robot has stood before, but it was {'d'"),
+        (24, ("begun", "waited", "d"), 9, "has stood before, but it was {'d'"),
         (40, ("begun", "trace"), "0" * 64, "continues another trace"),
         (40, ("begun",), None, "does not record that it continues"),
         (40, ("robots", "q", "start"), 0, "q begins at 0"),
