@@ -338,7 +338,7 @@ class Passes(Algorithm):
         """Only robots out of service have something left to do. Raises RunEnded unless one may be
         back by itself."""
         if not (self.batteries.returns or (self._times() if self.team.live else self._to_come())):
-            out = [robot for robot in self.team.robots.values() if not robot.active]
+            out = [self.team.robots[name] for name in self.team.out_of_service]
             said = f"{' and '.join(map(self._where_out, out))} out of service"
             flat = " and ".join(robot.name for robot in out if robot.too_flat)
             said += f" (battery of {flat} empty)" if flat else ""

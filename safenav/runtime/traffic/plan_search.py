@@ -55,8 +55,7 @@ class PlanSearch(Struct):
     @property
     def hindered(self) -> bool:
         """Whether a robot out of service shares its floor, and plans are for the whole mission."""
-        robots = self.state.robots
-        out = any(not robot.active and self.rivals[name] for name, robot in robots.items())
+        out = any(self.rivals[name] for name in self.state.out_of_service)
         return out and self.turning
 
     def sought(
@@ -238,11 +237,10 @@ class PlanSearch(Struct):
         remember, so that a plan for all assumes goals as met that are not. None if there are no
         such moves, or the team could not continue after them."""
         answer = self._leg_of_starved(floor, course, start)
-        out = not all(robot.active for robot in self.state.robots.values())
         if isinstance(answer, Exhausted):
             if self.charges(self.state.robots[self.starved]):  # another stop may do
                 self.state.last_settled.notes.hemmed_in |= {floor.index(self.starved)}
-            elif out:
+            elif self.state.out_of_service:
                 self._only_out_hinder(floor)
         if not isinstance(answer, Found):
             return None

@@ -25,6 +25,8 @@ from safenav.synthesis.strategy import Strategy
 from safenav.world.moves import Pose
 from safenav.world.poses import FAR, Mask, region_mask
 
+_Graphs = dict[int, remembering.StateGraph]
+
 
 class Searches:
     """The current start of a search for a joint plan, and such searches."""
@@ -33,8 +35,7 @@ class Searches:
         self._state = state
         self._stop = stop
         self._aims: dict[str, Aims] = {}
-        self._remembering: tuple[Problem | None, frozenset[int], Problem | None]
-        self._remembering = None, frozenset(), None
+        self._remembering: dict[bool, tuple[Problem, _Graphs, Problem]] = {}
         self._hopeless: Problem | None = None
 
     def floor(self) -> Floor:
@@ -46,11 +47,7 @@ class Searches:
         graphs, poses = self._states(floor)
         if not graphs or floor.problem is self._hopeless:
             return floor
-        of, who, problem = self._remembering
-        if problem is None or of is not floor.problem or who != graphs.keys():
-            problem = remembering.with_memory(floor.problem, graphs)
-            self._remembering = floor.problem, frozenset(graphs), problem
-        return replace(floor, problem=problem, poses=poses)
+        return replace(floor, problem=self._with_memory(floor.problem, graphs), poses=poses)
 
     def everything(self, floor: Floor) -> Floor | None:
         """Return the same with all that robots can remember where they stay, too, for proofs; None
@@ -63,13 +60,20 @@ class Searches:
             return None
         if not robots or any(robot.transit is not None for robot in robots):
             return None
-        return replace(floor, problem=remembering.with_memory(floor.problem, graphs), poses=poses)
+        problem = self._with_memory(floor.problem, graphs, stays=True)
+        return replace(floor, problem=problem, poses=poses)
 
-    def _states(
-        self, floor: Floor, *, stays: bool = False
-    ) -> tuple[dict[int, remembering.StateGraph], tuple[int, ...]]:
+    def _with_memory(self, problem: Problem, graphs: _Graphs, *, stays: bool = False) -> Problem:
+        """The problem with these graphs, the same as the last time if they are."""
+        of, last, found = self._remembering.get(stays, (None, {}, problem))
+        if of is not problem or last != graphs:
+            found = remembering.with_memory(problem, graphs)
+            self._remembering[stays] = problem, graphs, found
+        return found
+
+    def _states(self, floor: Floor, *, stays: bool = False) -> tuple[_Graphs, tuple[int, ...]]:
         """The graphs of robots with formulas that remember something, and the states of all."""
-        poses, graphs = list(floor.poses), dict[int, remembering.StateGraph]()
+        poses, graphs = list(floor.poses), _Graphs()
         for index, robot in enumerate(self._state.robots.values()):
             objective, mobility = robot.robot.objective, robot.robot.model.mobility
             if not isinstance(objective, Ltl) or not robot.active:
@@ -143,7 +147,7 @@ class Searches:
         to reach in this round) past those out of service. No plan can be for them before one of
         those is back."""
         robots, found = [*self._state.robots.values()], set[int]()
-        if all(robot.active for robot in robots):
+        if not self._state.out_of_service:
             return frozenset()
         floor = self.everything(self.floor()) or floor
         members = floor.problem.members
@@ -200,7 +204,7 @@ class Searches:
     def only_out(self, robots: Sequence[RobotState]) -> bool:
         """Whether each of some robots is out of service, or cut off by one that is."""
         active = {robot.name for robot in robots if robot.active}
-        if not active or all(robot.active for robot in self._state.robots.values()):
+        if not active or not self._state.out_of_service:
             return not active
         floor = self.floor()
         return active <= {floor.names[index] for index in self.cut_off(floor)}
