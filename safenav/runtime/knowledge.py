@@ -13,10 +13,10 @@ from copy import copy
 from msgspec import Struct
 from msgspec.structs import replace
 
+from safenav.begun import Begun
 from safenav.runtime.worlds.world import NO_TAKERS, Takers, Work, Works, taking, work_on
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.objective import avoided
-from safenav.scenario.settings import Begun
 from safenav.spec.task import Known
 from safenav.world.map import Region
 

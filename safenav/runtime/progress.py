@@ -10,10 +10,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 
+from safenav.begun import Done
 from safenav.formula.evaluator import Predicate, predicate
 from safenav.formula.parser import parse
 from safenav.scenario.objective import Ltl, Objective, Target
-from safenav.scenario.settings import Done
 from safenav.spec.objective import NO_MEMORY, Memory
 from safenav.world.map import Region
 

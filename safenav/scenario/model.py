@@ -12,6 +12,7 @@ from enum import StrEnum
 from msgspec import Struct, field
 from msgspec.structs import replace
 
+from safenav.begun import Begun
 from safenav.scenario import needs, settings
 from safenav.scenario.motion import MotionModel
 from safenav.scenario.objective import Objective
@@ -298,7 +299,7 @@ class Scenario(Struct, frozen=True):
     chargers: frozenset[Region] = frozenset()
     flat: ObstacleType | None = None
     inputs: tuple[settings.Input, ...] = ()
-    begun: settings.Begun | None = None
+    begun: Begun | None = None
 
     def __hash__(self) -> int:
         return hash((self.name, self.map, self.robots, self.obstacles))

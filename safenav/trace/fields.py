@@ -1,7 +1,7 @@
 """Conversion of JSON values to the data that annotations require, with diagnostics.
 
 Knows the annotations that the records of ``safenav.trace`` use: plain types, ``X | None`` and other
-unions, ``Annotated`` with ``Least`` or ``Pattern``, enums, tuples, frozen sets, mappings from
+unions, ``Annotated`` with a ``Meta`` of bounds, enums, tuples, frozen sets, mappings from
 strings, structs (objects, or lists if they are ``array_like``), and ``Objective``.
 """
 
@@ -16,10 +16,9 @@ from functools import cache
 from itertools import repeat
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
-from msgspec import NODEFAULT, Struct
+from msgspec import NODEFAULT, Meta, Struct
 
 from safenav.trace.objective import EXAMPLE, Objective
-from safenav.trace.vocabulary import Least, Pattern
 
 _SHOWN_CHARACTERS = 60
 _EXACT = 2**53
@@ -121,14 +120,14 @@ def _is_struct(annotation: Any) -> bool:
     return isinstance(annotation, type) and issubclass(annotation, Struct)
 
 
-def _bounded(inner: Converter, bound: Least | Pattern) -> Converter:
+def _bounded(inner: Converter, bound: Meta) -> Converter:
     def take(value: object) -> Any:
         taken = inner(value)
-        if isinstance(bound, Pattern):
-            if not re.fullmatch(bound.regex, taken):
-                raise WrongError(("", bound.expected, value))
-        elif taken < bound.value:
-            raise WrongError(("", f"{bound.value} or more", value))
+        if bound.pattern is not None:
+            if not re.fullmatch(bound.pattern, taken):
+                raise WrongError(("", bound.description or "", value))
+        elif bound.ge is not None and taken < bound.ge:
+            raise WrongError(("", f"{bound.ge} or more", value))
         return taken
 
     return take

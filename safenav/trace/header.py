@@ -56,7 +56,7 @@ def scenario_header(
         inputs=convert(scenario.inputs, tuple[setting.InputHeader, ...], from_attributes=True)
         or None,
         flat=None if scenario.flat is None else scenario.flat.name,
-        begun=convert(scenario.begun, setting.BegunHeader | None, from_attributes=True),
+        begun=scenario.begun,
     )
 
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated
 
-from msgspec import Struct
+from msgspec import Meta, Struct
 
-from safenav.trace.vocabulary import Count, Pattern, Place, Sha256
+from safenav.bounds import Count, Place, Sha256
 
 
 class Reach(Struct, frozen=True):
@@ -28,7 +28,7 @@ class Closure(Struct, frozen=True):
     resolved: tuple[str, ...]
     never: tuple[str, ...]
     robots: Mapping[str, Reach]
-    kind: Annotated[str, Pattern("closure", "closure")] = "closure"
+    kind: Annotated[str, Meta(pattern="closure", description="closure")] = "closure"
 
 
 class Option(Struct, frozen=True):
@@ -52,7 +52,7 @@ class Tree(Struct, frozen=True):
     """All options (or one that is lossless), each refuted."""
 
     choices: tuple[Choice, ...]
-    kind: Annotated[str, Pattern("tree", "tree")] = "tree"
+    kind: Annotated[str, Meta(pattern="tree", description="tree")] = "tree"
 
 
 class JointGoal(Struct, frozen=True):
@@ -74,7 +74,7 @@ class JointSearch(Struct, frozen=True):
     states: Count
     sha256: Sha256
     memory: Mapping[str, Mapping[str, int]] | None = None
-    kind: Annotated[str, Pattern("joint", "joint")] = "joint"
+    kind: Annotated[str, Meta(pattern="joint", description="joint")] = "joint"
 
 
 Proof = Closure | Tree | JointSearch

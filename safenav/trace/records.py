@@ -3,8 +3,8 @@
 One frozen class for each type of line. The reader, the writer and the JSON Schema are driven
 by the annotations: a field's JSON name is its name here, without the underscore that
 keeps it apart from a word of Python. A field with a default may be absent; one whose default is
-None is left out when it is None. Of safenav only this package and how a run can end are imported
-here, so that independent checkers can read traces.
+None is left out when it is None. Of safenav only this package and how a run begins and ends are
+imported here, so that independent checkers can read traces.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import ClassVar
 
 from msgspec import Struct
 
+from safenav.bounds import Count, Heading, Place, Region, Seconds, Sha256
 from safenav.outcome import Outcome, Verdict
 from safenav.trace.objective import Objective
 from safenav.trace.proofs import Proof
@@ -22,21 +23,15 @@ from safenav.trace.vocabulary import (
     ActResult,
     BlockReason,
     ChangeCause,
-    Count,
     DeadlineVerdict,
     Form,
-    Heading,
     HoldReason,
     MovedBy,
     MoveEnd,
     OperatorCause,
     OperatorIntervention,
-    Place,
     PlanEndReason,
     Reason,
-    Region,
-    Seconds,
-    Sha256,
     StackReason,
     Verified,
 )

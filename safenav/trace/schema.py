@@ -14,7 +14,6 @@ from msgspec import Struct
 from safenav.trace.fields import entries
 from safenav.trace.objective import EXAMPLE, Objective
 from safenav.trace.records import KINDS, VERSION, Header
-from safenav.trace.vocabulary import Least, Pattern
 
 Schema = dict[str, Any]
 
@@ -85,10 +84,9 @@ def _schema(annotation: Any, definitions: dict[str, Schema]) -> Schema:
     origin, arguments = get_origin(annotation), get_args(annotation)
     if origin is Annotated:
         bound, plain = arguments[1], _schema(arguments[0], definitions)
-        if isinstance(bound, Least):
-            return {**plain, "minimum": bound.value}
-        assert isinstance(bound, Pattern)
-        return {**plain, "pattern": f"^({bound.regex})$"}
+        if bound.pattern is None:
+            return {**plain, "minimum": bound.ge}
+        return {**plain, "pattern": f"^({bound.pattern})$"}
     if origin in (Union, types.UnionType):
         choices = [_schema(a, definitions) for a in arguments if a is not type(None)]
         null = [{"type": "null"}] if type(None) in arguments else []

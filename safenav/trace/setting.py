@@ -3,30 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated
 
 from msgspec import Struct
 
+from safenav.begun import Begun
+from safenav.bounds import Count, Heading, Positive, Region, Seconds
 from safenav.trace.objective import Objective
-from safenav.trace.vocabulary import Count, Heading, Json, Least, Place, Region, Seconds, Sha256
 
 
 class TimingHeader(Struct, frozen=True):
     """Ticks that a step takes: at least and at most."""
 
-    least: Annotated[int, Least(1)]
-    most: Annotated[int, Least(1)]
+    least: Positive
+    most: Positive
 
 
 class BatteryHeader(Struct, frozen=True):
     """Charge: the most that it holds, what it begins with, what a step (``move``) and a tick
     without one (``stay``) take, what a tick on a charger gives."""
 
-    capacity: Annotated[int, Least(1)]
+    capacity: Positive
     start: Count
     move: Count
     stay: Count
-    charge: Annotated[int, Least(1)]
+    charge: Positive
 
 
 class WhenHeader(Struct, frozen=True):
@@ -64,11 +64,11 @@ class RobotHeader(Struct, frozen=True):
     tracking: str | None = None
     tracks: tuple[str, ...] | None = None
     timing: TimingHeader | None = None
-    motion: Json | None = None
+    motion: Mapping[str, object] | None = None
     while_waiting: Objective | None = None
     battery: BatteryHeader | None = None
     when: tuple[WhenHeader, ...] | None = None
-    carries: Annotated[int, Least(1)] | None = None
+    carries: Positive | None = None
 
 
 class NeedHeader(Struct, frozen=True):
@@ -77,7 +77,7 @@ class NeedHeader(Struct, frozen=True):
 
     action: str
     regions: tuple[Region, ...]
-    robots: Annotated[int, Least(1)] = 1
+    robots: Positive = 1
     together: bool = False
     same: bool | None = None
 
@@ -167,65 +167,6 @@ class PromisesHeader(Struct, frozen=True):
     late: str = "go_on"
 
 
-class ClockHeader(Struct, frozen=True):
-    """A round that was begun ``since`` so many ticks (-1: in tick 1). ``disturbed``: the
-    robot has done something else in it, ``before``: in the one before it; ``over``: it is judged
-    already."""
-
-    since: int
-    disturbed: bool = False
-    before: bool = False
-    over: bool = False
-
-
-class DoneHeader(Struct, frozen=True):
-    """A robot's progress with its own objective where the run continues: ``rounds`` since the last
-    resolution, the targets ``seen`` in the present one, the target whose ``turn`` it is if they
-    count in order. ``uncounted``: what it meets where it stands is not counted yet. ``clock``: of
-    its present round, where the scenario has deadlines; ``memory``: of its formulas."""
-
-    rounds: Count = 0
-    seen: tuple[Count, ...] = ()
-    turn: Count = 0
-    uncounted: bool = False
-    clock: ClockHeader | None = None
-    memory: Mapping[str, int] = {}
-
-
-class PlanHeader(Struct, frozen=True):
-    """The rest of a joint plan, as in its line."""
-
-    robots: Mapping[str, tuple[Place, ...]]
-    orders: tuple[tuple[str, Count, str, Count], ...]
-    reason: str
-
-
-class BegunHeader(Struct, frozen=True):
-    """The run that this one continues. ``trace``: the sha256 of its file; ``robots``: their
-    progress, of those that had begun; ``due``: the ticks left for the requests that were open;
-    ``late``: the obstacles whose deadline had passed; ``closed``: those that were found
-    untraversable; ``had``: the robots that have had their turn of tick 1 before; ``met``: the
-    robots that met the first needs of obstacles, where the same robots must meet the next;
-    ``asked``: the obstacles that were requested, the oldest first, with the region where each
-    requester waits; ``stays``: those of which an operator says that they stay;
-    ``plan``: the rest of the joint plan that was followed; ``waited``: the ticks for which robots
-    had stood before, without another target;
-    ``ran``: it was not refused before its first tick."""
-
-    trace: Sha256 | None = None
-    robots: Mapping[str, DoneHeader] = {}
-    due: Mapping[str, Count] = {}
-    late: tuple[str, ...] = ()
-    closed: tuple[str, ...] = ()
-    had: tuple[str, ...] = ()
-    met: Mapping[str, tuple[tuple[str, ...], ...]] = {}
-    asked: Mapping[str, Mapping[str, Region]] = {}
-    stays: tuple[str, ...] = ()
-    plan: PlanHeader | None = None
-    waited: Mapping[str, Count] = {}
-    ran: bool = False
-
-
 class LimitsHeader(Struct, frozen=True):
     """Ticks and seconds of the run; seconds, MiB and states of each synthesis."""
 
@@ -264,4 +205,4 @@ class ScenarioHeader(Struct, frozen=True):
     chargers: tuple[Region, ...] | None = None
     inputs: tuple[InputHeader, ...] | None = None
     flat: str | None = None
-    begun: BegunHeader | None = None
+    begun: Begun | None = None

@@ -1,39 +1,8 @@
-"""The values of a trace's fields: plain values with bounds, and words with a meaning.
-
-The reader and the JSON Schema follow these annotations; docs/trace.md explains the words.
-"""
+"""The words of a trace's fields; docs/trace.md explains them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from enum import StrEnum
-from typing import Annotated
-
-from msgspec import Struct
-
-
-class Least(Struct, frozen=True):
-    """Annotation of a number that must be ``value`` or more."""
-
-    value: int
-
-
-class Pattern(Struct, frozen=True):
-    """Annotation of a string that must match ``regex``; ``expected`` describes it in messages."""
-
-    regex: str
-    expected: str
-
-
-Region = int
-Count = Annotated[int, Least(0)]
-Seconds = Annotated[float, Least(0)]
-Sha256 = Annotated[str, Pattern("[0-9a-f]{64}", "a sha256 (64 digits 0-9a-f)")]
-Heading = Annotated[str, Pattern("north|east|south|west", "north, east, south or west")]
-Json = Mapping[str, object]
-Place = tuple[Region, Heading | None]
-"""A region, and the heading of a robot that has one."""
-
 
 OPERATOR_ACTION = "operator"
 """The action of an obstacle that stands for a failure (``unknown_ground``, ``lost_digit``). No

@@ -16,6 +16,7 @@ from runtime.played import Run, loaded, play
 from runtime.test_operator import GATE, attended
 from safenav import Mission
 from safenav.audit.check import audit
+from safenav.begun import Begun, Done
 from safenav.certify.bundle import make_bundle
 from safenav.certify.check import check_bundle
 from safenav.certify.record import syntheses_of
@@ -29,7 +30,7 @@ from safenav.scenario.model import Scenario
 from safenav.scenario.objective import targets_of
 from safenav.scenario.reading.joining import joined
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
-from safenav.scenario.settings import Begun, Clock, Done
+from safenav.scenario.settings import Clock
 from safenav.synthesis.cache import Cache
 from safenav.trace.header import scenario_header
 from safenav.trace.reading import read_lines, read_trace

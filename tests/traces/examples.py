@@ -11,7 +11,6 @@ from msgspec.structs import fields
 
 from safenav.trace.objective import Objective
 from safenav.trace.records import KINDS, Record
-from safenav.trace.vocabulary import Least, Pattern
 
 _OBJECTIVES = (
     {"patrol": [58, [27, 28]]},
@@ -31,10 +30,9 @@ def _example(annotation: Any, rng: random.Random) -> Any:
     origin, arguments = get_origin(annotation), get_args(annotation)
     if origin is Annotated:
         bound = arguments[1]
-        if isinstance(bound, Least):
-            return arguments[0](bound.value + rng.randrange(9))
-        assert isinstance(bound, Pattern)
-        return "ab" * 32 if "64" in bound.regex else rng.choice(bound.regex.split("|"))
+        if bound.pattern is None:
+            return arguments[0](bound.ge + rng.randrange(9))
+        return "ab" * 32 if "64" in bound.pattern else rng.choice(bound.pattern.split("|"))
     if origin in (Union, types.UnionType):
         return _example(rng.choice([a for a in arguments if a is not type(None)]), rng)
     if origin is tuple and arguments[-1] is not Ellipsis:

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 from msgspec.structs import replace
 
+from safenav.begun import Begun
 from safenav.report.replay.robot_paths import ContradictionError, RobotPaths
 from safenav.report.replay.timeline import Hidden, ObstacleStatus
 from safenav.trace import records, setting
@@ -32,7 +33,7 @@ class ObstacleHistory:
         self.loads: dict[str, list[tuple[int, tuple[str, ...]]]] = {}
         self.met: dict[str, list[tuple[int, int]]] = {}
 
-    def begin(self, begun: setting.BegunHeader) -> None:
+    def begin(self, begun: Begun) -> None:
         """Take over what the run continues."""
         for name in begun.closed:
             if name in self.statuses:

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
+from safenav.begun import Begun
 from safenav.errors import Diagnostic, InputError
 from safenav.outcome import Verdict
 from safenav.report.replay.obstacle_history import ObstacleHistory
@@ -30,7 +31,7 @@ from safenav.report.replay.timeline import (
 )
 from safenav.runtime.energy.charges import TracedCharges
 from safenav.scenario.objective import Ltl, Objective, TargetObjective
-from safenav.trace import records, setting
+from safenav.trace import records
 from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.reading import read_trace
 from safenav.trace.trace import Trace
@@ -91,7 +92,7 @@ class ReplayBuilder:
             self.obstacles.begin(header.begun)
             self._begin(header.begun)
 
-    def _begin(self, begun: setting.BegunHeader) -> None:
+    def _begin(self, begun: Begun) -> None:
         """Take over the rounds of the run that this one continues."""
         for name, done in begun.robots.items():
             told = self._objective(name)

@@ -8,12 +8,13 @@ from collections.abc import Mapping
 
 from msgspec import Struct, field
 
+from safenav.begun import Begun, Done, PlanLeft, RoundClock
+from safenav.bounds import Heading
 from safenav.outcome import Outcome
 from safenav.runtime.analysis.memories import Memories
 from safenav.runtime.promises.ledger import Round
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import Ltl, Objective, targets_of
-from safenav.scenario.settings import Begun, Done, PlanLeft, RoundClock
 from safenav.trace import records, setting, vocabulary
 from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.trace import Trace
@@ -309,7 +310,7 @@ class TraceEnd(Struct):
         for name, pursued in self.own.items():
             pursued.clock.disturbed |= not self.pursues(name) or name in self.out
 
-    def _plans(self, plan: records.Plan | setting.PlanHeader | None) -> None:
+    def _plans(self, plan: records.Plan | PlanLeft | None) -> None:
         """Follow a joint plan from now on."""
         self.plan = None if plan is None else PlanLeft(plan.robots, plan.orders, plan.reason)
         self.taken = dict.fromkeys(self.own, 0)
@@ -470,7 +471,7 @@ class TraceEnd(Struct):
                 self.late.add(record.of)
 
 
-def pose_of(region: int, heading: vocabulary.Heading | None) -> Pose:
+def pose_of(region: int, heading: Heading | None) -> Pose:
     """A pose as a trace has it."""
     return Pose(region, None if heading is None else HEADINGS[str(heading)])
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 
 from msgspec.structs import replace
 
+from safenav.bounds import Place
 from safenav.runtime.coordination.ladder import TaskDraft
 from safenav.runtime.coordination.strategy_search import TaskResult
 from safenav.runtime.duties.reasons import why_nobody
@@ -25,7 +26,6 @@ from safenav.spec.task import Fairness, Task
 from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace, objective_in_trace
 from safenav.trace.objective import Objective
-from safenav.trace.vocabulary import Place
 from safenav.trace.words import listed
 from safenav.world.moves import Pose
 from safenav.world.poses import bits

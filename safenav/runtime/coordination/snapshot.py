@@ -7,6 +7,7 @@ from functools import lru_cache
 
 from msgspec.structs import replace
 
+from safenav.bounds import Place
 from safenav.runtime.formulas import formulas_of, graph_of
 from safenav.runtime.progress import Progress
 from safenav.runtime.resolution.problem import Floor, Member, OpenObstacle, Problem, Stage
@@ -15,7 +16,6 @@ from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.objective import Ltl, targets_of
 from safenav.scenario.settings import RequestOrder
 from safenav.trace.header import heading_in_trace
-from safenav.trace.vocabulary import Place
 from safenav.world.poses import Mask, PoseGraph, bits, region_mask
 
 

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from msgspec import Struct, field
 from msgspec.structs import replace
 
+from safenav.begun import Begun, Done, RoundClock
 from safenav.outcome import Outcome
 from safenav.runtime.deadlines import bound
 from safenav.runtime.deadlines.choice import Dues
@@ -18,9 +19,8 @@ from safenav.runtime.promises.moment import goals_left, moment_of, objectives_ch
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded
-from safenav.scenario.settings import Begun, Done, LatePolicy, RoundClock
+from safenav.scenario.settings import LatePolicy
 from safenav.trace import records
-from safenav.trace.setting import ClockHeader
 from safenav.trace.vocabulary import DeadlineVerdict
 from safenav.trace.wording import Wording
 from safenav.world.map import Region
@@ -51,7 +51,7 @@ class Round(Struct):
     done: int = 0
 
     @classmethod
-    def continued(cls, told: RoundClock | ClockHeader | None, done: int = 0) -> Round:
+    def continued(cls, told: RoundClock | None, done: int = 0) -> Round:
         """The clock of a round that has begun before the run; None: it begins with that."""
         if told is None:
             return cls(done=done)

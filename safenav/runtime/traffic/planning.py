@@ -13,6 +13,7 @@ from itertools import pairwise
 
 from msgspec.structs import replace
 
+from safenav.begun import PlanLeft
 from safenav.outcome import Outcome
 from safenav.runtime.coordination.snapshot import awaited_by, floor_of
 from safenav.runtime.formulas import formulas_of
@@ -42,7 +43,7 @@ from safenav.runtime.traffic.searches import Searches
 from safenav.runtime.traffic.shortening import shortened
 from safenav.runtime.traffic.thinking import Thinking, Unknown
 from safenav.runtime.traffic.timed import keeping_out
-from safenav.scenario.settings import Coordination, PlanLeft
+from safenav.scenario.settings import Coordination
 from safenav.trace import records, vocabulary
 from safenav.world.moves import Pose
 from safenav.world.poses import Mask

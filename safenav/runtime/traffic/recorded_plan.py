@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from safenav.begun import PlanLeft
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.traffic import execution
-from safenav.scenario.settings import PlanLeft
 from safenav.trace import records
 from safenav.trace.header import heading_in_trace
 from safenav.world.map import HEADINGS
