@@ -15,13 +15,14 @@ from msgspec import Struct
 
 from safenav.runtime.worlds import protocol
 from safenav.runtime.worlds.adapter import BlockingAdapter, WorldError
+from safenav.runtime.worlds.reports import claimed, is_time, malformed, wrong_result, wrong_step
 from safenav.runtime.worlds.simulation import pace_on
 from safenav.runtime.worlds.world import NO_TAKERS, Change, ChangingWorld, Takers
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
 from safenav.trace.words import seconds_words
 from safenav.world.map import Region
-from safenav.world.moves import Mobility, Pose
+from safenav.world.moves import Pose
 
 SLICE = 0.05
 """Seconds after which a wait for a real world looks at what others post, and at syntheses."""
@@ -32,7 +33,8 @@ FIRST = 60.0
 
 
 class OpenCommand(Struct):
-    """A command that is not over. ``target``: where a step goes; None: an action."""
+    """A command that is not over. ``target``: where a step goes; None: an action. ``trouble``: why
+    it could not be cancelled."""
 
     command: int
     robot: Robot
@@ -42,6 +44,7 @@ class OpenCommand(Struct):
     since: float
     limit: float | None = None
     cancelled: float | None = None
+    trouble: str = ""
 
     def failed(self, at: float, why: str) -> protocol.Acted:
         """The end of an action that has failed."""
@@ -68,6 +71,7 @@ class Commands:
         """Whether the world knows how long commands take."""
         self.pauses = self.simulated or (isinstance(world, protocol.PausingWorld) and world.pauses)
         """Whether time passes only while the run waits."""
+        self._names = frozenset(robot.name for robot in scenario.robots)
         self._open: dict[str, OpenCommand] = {}
         self._ended: dict[str, protocol.WorldEvent] = {}
         self._posted: queue.SimpleQueue[protocol.WorldEvent] = queue.SimpleQueue()
@@ -83,7 +87,7 @@ class Commands:
 
     def now(self) -> float:
         """Seconds of the run; never less than before."""
-        self._now = max(self._now, self.world.now() - self.zero)
+        self._now = max(self._now, self._clock() - self.zero)
         return self._now
 
     def steps(self) -> float:
@@ -103,11 +107,11 @@ class Commands:
 
     def begin(self) -> None:
         """The run begins now: its times count from ``zero`` on the world's clock."""
-        self.zero = self.world.now() if self.live else 0.0
+        self.zero = self._clock() if self.live else 0.0
 
     def at(self, event: protocol.WorldEvent) -> float:
         """The seconds of the run at which an event was so."""
-        return event.at - self.zero
+        return float(event.at) - self.zero
 
     def number(self, name: str) -> int:
         """The number of a robot's open command, or of its last one."""
@@ -219,6 +223,16 @@ class Commands:
             return ()
         return tuple(self._changing.changes(int(self.now()), occupied))
 
+    def _clock(self) -> float:
+        """Seconds on the world's clock. Raises WorldError."""
+        try:
+            found = self.world.now()
+        except Exception as error:
+            raise WorldError(f"World.now() failed: {error}") from error
+        if not is_time(found):
+            raise WorldError(f"World.now() returned {found!r}, not seconds")
+        return float(found)
+
     def _begin(
         self, robot: Robot, here: Pose, target: Pose | None, obstacles: Sequence[Obstacle]
     ) -> int:
@@ -236,6 +250,8 @@ class Commands:
         command = self._open[robot.name]
         try:
             event = send()
+            if not isinstance(event, protocol.WorldEvent | None):
+                raise TypeError(f"it returned {event!r}, neither None nor an event")
         except WorldError:
             raise
         except Exception as error:
@@ -254,20 +270,15 @@ class Commands:
         return heard
 
     def _take(self, event: protocol.WorldEvent) -> None:
-        if not isinstance(event, protocol.WorldEvent):
-            self.dropped.append(
-                (protocol.WorldEvent(self.world.now()), f"{event!r} is not an event")
-            )
-            return
-        if isinstance(event, protocol.Sensed) and not isinstance(event.obstacle, Obstacle):
-            self.dropped.append((event, f"{event.obstacle!r} is not an Obstacle"))
+        wrong = malformed(event, self._names) if self.live else None
+        open_ = self._ended_by(event)
+        if wrong is not None and open_ is None:
+            self.dropped.append((protocol.WorldEvent(self.zero + self.now()), wrong))
             return
         if isinstance(event, protocol.Sensed):
             self.sensed.append(event)
             return
-        name = getattr(event, "robot", None)
-        open_ = self._open.get(name) if isinstance(name, str) else None
-        if open_ is None or event.command != open_.command:
+        if open_ is None:
             self.dropped.append((event, "it ends no open command"))
             return
         del self._open[open_.robot.name]
@@ -278,49 +289,30 @@ class Commands:
             self._all.append(took)
         self.busy[open_.robot.name] = self.busy.get(open_.robot.name, 0.0) + took
         self.over = self.now()
-        self._ended[open_.robot.name] = self._checked(event, open_) if self.live else event
+        self._ended[open_.robot.name] = self._checked(event, open_, wrong) if self.live else event
 
-    def _checked(self, event: protocol.WorldEvent, open_: OpenCommand) -> protocol.WorldEvent:
+    def _ended_by(self, event: protocol.WorldEvent) -> OpenCommand | None:
+        """The open command that a report ends, if any."""
+        name, number = getattr(event, "robot", None), getattr(event, "command", None)
+        open_ = self._open.get(name) if isinstance(name, str) else None
+        return open_ if open_ is not None and number == open_.command else None
+
+    def _checked(
+        self, event: protocol.WorldEvent, open_: OpenCommand, wrong: str | None
+    ) -> protocol.WorldEvent:
         """The event; a failed action if it cannot be true, or a robot that is lost: where it is
-        cannot be said by one that says so."""
-        name, here = open_.robot.name, open_.start
+        cannot be said by one that says so. ``wrong``: why it is malformed."""
+        name, here, at = open_.robot.name, open_.start, self.zero + self.now()
         if open_.target is None:
-            wrong = _wrong_result(event)
-            return event if wrong is None else open_.failed(event.at, wrong)
-        wrong = self._wrong(event, open_.robot, here, open_.target)
+            wrong = wrong or wrong_result(event)
+            return event if wrong is None else open_.failed(at, wrong)
+        told: Collection[Region] = () if wrong is not None else claimed(event)
+        wrong = wrong or wrong_step(event, self.scenario.map, open_.robot, here, open_.target)
         if wrong is None:
             return event
-        told = getattr(event, "regions", None) or {getattr(event, "pose", here).region}
         free = {region for region in told if self.scenario.map.is_free(region)}
         regions = frozenset({here.region, open_.target.region, *free})
-        return protocol.Lost(event.at, name, regions, wrong, command=open_.command)
-
-    def _wrong(
-        self, event: protocol.WorldEvent, robot: Robot, here: Pose, target: Pose
-    ) -> str | None:
-        """The reason why an event cannot end a step from ``here`` to ``target``."""
-        world = self.scenario.map
-        match event:
-            case protocol.Arrived():
-                return None
-            case protocol.Lost(regions=regions):
-                wrong = [region for region in regions if not world.is_free(region)]
-                return f"it cannot be lost in region {wrong[0]}, a wall" if wrong else None
-            case protocol.Blocked(pose=pose) if pose.region != here.region:
-                return f"blocked, but not back in region {here.region}"
-            case (
-                protocol.Elsewhere(pose=pose)
-                | protocol.Blocked(pose=pose)
-                | protocol.Failed(pose=pose)
-            ):
-                near = {here.region, target.region}
-                near |= {r for region in near for r in world.neighbours(region)}
-                if pose.region not in near:
-                    return f"region {pose.region} is not next to its step"
-                if (pose.heading is None) != (robot.model.mobility is Mobility.FREE):
-                    return f"it is a robot of {robot.model.mobility} mobility"
-                return None
-        return f"{type(event).__name__} ends no step"
+        return protocol.Lost(at, name, regions, wrong, command=open_.command)
 
     def _limit(self, command: OpenCommand) -> float | None:
         """Seconds that a command may take; None: there is no limit."""
@@ -354,30 +346,15 @@ class Commands:
                 continue
             if open_.cancelled is None:
                 open_.cancelled = now
-                self.world.cancel(open_.robot)
+                try:
+                    self.world.cancel(open_.robot)
+                except Exception as error:  # it may end all the same
+                    open_.trouble = f" (cancel: {error})"
             elif open_.target is not None:
                 regions = frozenset({open_.start.region, open_.target.region})
                 waited = seconds_words(now - open_.cancelled)
-                why = f"no end within {waited} after it was cancelled"
+                why = f"no end within {waited} after it was cancelled{open_.trouble}"
                 command = open_.command
                 self._take(protocol.Lost(now, open_.robot.name, regions, why, command=command))
             else:
                 self._take(open_.failed(now, f"no end within {seconds_words(now - open_.since)}"))
-
-
-def _wrong_result(event: protocol.WorldEvent) -> str | None:
-    """The reason why an event reports no results of an action."""
-    match event:
-        case protocol.Acted(found=found, reason=str()) if isinstance(found, Sequence) and all(
-            isinstance(pair, tuple | list)
-            and len(pair) == 2
-            and isinstance(pair[0], Obstacle)
-            and isinstance(pair[1], ActResult)
-            for pair in found
-        ):
-            return None
-        case protocol.Acted():
-            return f"its results are {event.found!r}"
-        case protocol.Failed():
-            return event.reason
-    return f"{type(event).__name__} ends no action"

@@ -1,0 +1,109 @@
+"""Reports of a world, judged before they are used: whether they are well formed, and whether they
+can be true. Any world may report anything, so nothing is taken for granted."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from math import isfinite
+from numbers import Real
+from typing import Any
+
+from safenav.runtime.worlds import protocol
+from safenav.scenario.model import Obstacle, Robot
+from safenav.trace.vocabulary import ActResult
+from safenav.world.map import Heading, Region, RegionMap
+from safenav.world.moves import Mobility, Pose
+
+
+def is_time(found: Any) -> bool:
+    """Whether a value can be a time in seconds."""
+    return isinstance(found, Real) and isfinite(found)
+
+
+def malformed(event: Any, robots: Collection[str]) -> str | None:
+    """The reason why a report says nothing, as its parts are of wrong types; None if it does."""
+    if not isinstance(event, protocol.WorldEvent):
+        return f"{event!r} is not an event"
+    if not is_time(event.at):
+        return f"its time is {event.at!r}, not seconds"
+    for part, kinds in _PARTS.items():
+        found = getattr(event, part, None)
+        if found is not None and not isinstance(found, kinds):
+            expected = " or ".join(kind.__name__ for kind in kinds)
+            return f"its {part} is {found!r}, not {expected}"
+    for name in (getattr(event, "robot", None), getattr(event, "by", None)):
+        if name is not None and name not in robots:
+            return f"no robot is named {name!r}"
+    if isinstance(event, protocol.Sensed) and event.obstacle is None:
+        return "it names no obstacle"
+    pose = getattr(event, "pose", None)
+    if pose is not None and not isinstance(pose.heading, Heading | None):
+        return f"its heading is {pose.heading!r}"
+    for region in claimed(event):
+        if type(region) is not int:
+            return f"region {region!r} is not an int"
+    return None
+
+
+_PARTS: dict[str, tuple[type, ...]] = {
+    "robot": (str,),
+    "by": (str,),
+    "reason": (str,),
+    "pose": (Pose,),
+    "regions": (frozenset, set),
+    "obstacle": (Obstacle,),
+}
+"""Parts of events, and their types where they are given."""
+
+
+def claimed(event: protocol.WorldEvent) -> Collection[Region]:
+    """The regions in which a report places its robot."""
+    pose = getattr(event, "pose", None)
+    return getattr(event, "regions", ()) if pose is None else (pose.region,)
+
+
+def wrong_step(
+    event: protocol.WorldEvent, world: RegionMap, robot: Robot, here: Pose, target: Pose
+) -> str | None:
+    """The reason why a well-formed event cannot end a step from ``here`` to ``target``."""
+    match event:
+        case protocol.Arrived():
+            return None
+        case protocol.Lost(regions=regions):
+            wrong = [region for region in regions if not world.is_free(region)]
+            return f"it cannot be lost in region {wrong[0]}, a wall" if wrong else None
+        case protocol.Blocked(pose=pose) if pose.region != here.region:
+            return f"blocked, but not back in region {here.region}"
+        case protocol.Blocked(obstacle=Obstacle(name=name, region=region)) if (
+            region != target.region
+        ):
+            return f"blocked by {name}, which is not in region {target.region}"
+        case (
+            protocol.Elsewhere(pose=pose) | protocol.Blocked(pose=pose) | protocol.Failed(pose=pose)
+        ):
+            near = {here.region, target.region}
+            near |= {r for region in near for r in world.neighbours(region)}
+            if pose.region not in near:
+                return f"region {pose.region} is not next to its step"
+            if (pose.heading is None) != (robot.model.mobility is Mobility.FREE):
+                return f"it is a robot of {robot.model.mobility} mobility"
+            return None
+    return f"{type(event).__name__} ends no step"
+
+
+def wrong_result(event: protocol.WorldEvent) -> str | None:
+    """The reason why a well-formed event reports no results of an action."""
+    match event:
+        case protocol.Acted(found=found) if isinstance(found, Sequence) and all(
+            isinstance(pair, tuple | list)
+            and len(pair) == 2
+            and isinstance(pair[0], Obstacle)
+            and isinstance(pair[1], ActResult)
+            for pair in found
+        ):
+            return None
+        case protocol.Acted():
+            return f"its results are {event.found!r}"
+        case protocol.Failed():
+            return event.reason
+    return f"{type(event).__name__} ends no action"

@@ -1,0 +1,162 @@
+"""Live worlds by others whose reports are of wrong types: a run names them, and never breaks."""
+
+import math
+import re
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from runtime.played import Run, loaded
+from safenav import Mission
+from safenav.errors import ExitCode
+from safenav.runtime.worlds.adapter import WorldError
+from safenav.runtime.worlds.protocol import (
+    Arrived,
+    Blocked,
+    Elsewhere,
+    Failed,
+    Lost,
+    Sensed,
+    WorldEvent,
+)
+from safenav.runtime.worlds.simulation import LiveSimulation
+from safenav.scenario.model import Obstacle, Robot
+from safenav.scenario.reading.catalogue import built_in
+from safenav.world.moves import Pose
+
+SCENARIO = """
+map: {grid: ["#######", "#.....#", "#.###.#", "#.....#", "#######"]}
+robots:
+  a: {model: quadcopter, start: [1, 1], objective: {visit: [[1, 5], [1, 1]]}}
+  b: {model: digit, start: [3, 2], heading: east, objective: {once: [[3, 4]]}}
+until: {rounds: 1}
+limits: {seconds: 200}
+clock: live
+"""
+DOOR = built_in().obstacles["door"]
+
+
+class Reporting(LiveSimulation):
+    """Instead of the second arrival of ``a``, or beside it, something else is reported."""
+
+    report: Callable[[Arrived], Any]
+    beside = False
+    arrivals = 0
+
+    def wait(self, timeout: float | None) -> list[WorldEvent]:
+        return [each for event in super().wait(timeout) for each in self._told(event)]
+
+    def _told(self, event: WorldEvent) -> list[Any]:
+        self.arrivals += isinstance(event, Arrived) and event.robot == "a"
+        if self.arrivals != 2 or not isinstance(event, Arrived) or event.robot != "a":
+            return [event]
+        found = self.report(event)
+        return [found, event] if self.beside else [found]
+
+
+def play(report: Callable[[Arrived], Any], *, beside: bool) -> Run:
+    scenario = loaded(SCENARIO)
+    world, run = Reporting(scenario), Run()
+    world.report, world.beside = report, beside  # type: ignore[method-assign]
+    Mission(scenario, world=world, listeners=[run]).run()
+    assert not {"names", "arrive", "late"} & {*run.broken}
+    return run
+
+
+ENDS: list[tuple[Callable[[Arrived], Any], str]] = [
+    (lambda e: Elsewhere(e.at, "a", Pose("9"), command=e.command), "region '9' is not an int"),  # type: ignore[arg-type]
+    (lambda e: Elsewhere(e.at, "a", (1, 2), command=e.command), r"its pose is \(1, 2\), not Pose"),  # type: ignore[arg-type]
+    (lambda e: Elsewhere(e.at, "a", Pose(9, "up"), command=e.command), "its heading is 'up'"),  # type: ignore[arg-type]
+    (lambda e: Lost(e.at, "a", [9], command=e.command), r"its regions is \[9\], not frozenset"),  # type: ignore[arg-type]
+    (lambda e: Blocked(e.at, "a", Pose(9), "door", command=e.command), "'door', not Obstacle"),  # type: ignore[arg-type]
+    (lambda e: Failed(e.at, "a", Pose(9), 42, command=e.command), "its reason is 42, not str"),  # type: ignore[arg-type]
+    (lambda e: Failed(e.at, "a", Pose(9), b"x", command=e.command), "its reason is b'x', not str"),  # type: ignore[arg-type]
+    (lambda e: Arrived("now", "a", command=e.command), "its time is 'now', not seconds"),  # type: ignore[arg-type]
+    (lambda e: Arrived(math.nan, "a", command=e.command), "its time is nan, not seconds"),
+    (
+        lambda e: Blocked(e.at, "a", Pose(9), Obstacle(DOOR, 26), command=e.command),
+        "blocked by door@26, which is not in region 10",
+    ),
+]
+"""Ends of a step."""
+
+
+@pytest.mark.parametrize(("report", "reason"), ENDS, ids=[reason for _, reason in ENDS])
+def test_a_robot_whose_step_ends_by_nonsense_is_lost(
+    report: Callable[[Arrived], Any], reason: str
+) -> None:
+    run = play(report, beside=False)
+    lost = run.one("arrive", result="lost")
+    assert {9, 10} == {*lost["regions"]}
+    assert lost["reason"] and re.search(reason, lost["reason"])
+    assert run.outcome["cause"] == "out_of_service"
+
+
+BESIDE: list[tuple[Callable[[Arrived], Any], str]] = [
+    (lambda e: Arrived(e.at, "nobody", command=e.command), "no robot is named 'nobody'"),
+    (lambda e: Sensed(e.at, Obstacle(DOOR, 29), by="nobody"), "no robot is named 'nobody'"),
+    (lambda e: Sensed(e.at, "door"), "its obstacle is 'door', not Obstacle"),  # type: ignore[arg-type]
+    (lambda _: Sensed("now", Obstacle(DOOR, 29), there=False), "its time is 'now'"),  # type: ignore[arg-type]
+    (lambda e: Arrived(e.at, 7, command=e.command), "its robot is 7, not str"),  # type: ignore[arg-type]
+    (lambda _: "arrived", "'arrived' is not an event"),
+]
+"""Reports beside the ends of commands."""
+
+
+@pytest.mark.parametrize(("report", "reason"), BESIDE, ids=[reason for _, reason in BESIDE])
+def test_nonsense_beside_the_ends_of_commands_is_dropped(
+    report: Callable[[Arrived], Any], reason: str
+) -> None:
+    run = play(report, beside=True)
+    assert run.outcome["outcome"] == "completed"
+    (late,) = run.all("late")
+    assert reason in late["reason"]
+
+
+@pytest.mark.parametrize("answer", [True, 7, Pose(9)])
+def test_a_command_that_is_answered_by_nonsense_has_failed(answer: Any) -> None:
+    class Answering(LiveSimulation):
+        def start(self, robot: Robot, pose: Pose, command: int) -> Any:
+            return answer if robot.name == "a" else super().start(robot, pose, command)
+
+    scenario, run = loaded(SCENARIO), Run()
+    Mission(scenario, world=Answering(scenario), listeners=[run]).run()
+    failed = run.one("arrive", robot="a", result="failed")
+    assert "neither None nor an event" in failed["reason"]
+    assert run.outcome["cause"] == "out_of_service"
+
+
+def broken() -> float:
+    raise OSError("no route to the clock")
+
+
+@pytest.mark.parametrize(
+    ("clock", "told"),
+    [
+        (lambda: "12", r"World.now\(\) returned '12', not seconds"),
+        (lambda: math.nan, r"World.now\(\) returned nan, not seconds"),
+        (broken, r"World.now\(\) failed: no route to the clock"),
+    ],
+)
+def test_a_clock_without_a_time_is_named(clock: Callable[[], Any], told: str) -> None:
+    scenario = loaded(SCENARIO)
+    world = LiveSimulation(scenario)
+    world.now = clock  # type: ignore[method-assign]
+    with pytest.raises(WorldError, match=told) as caught:
+        Mission(scenario, world=world).run()
+    assert caught.value.exit_code is ExitCode.INTERNAL
+
+
+def test_a_robot_that_cannot_be_cancelled_is_lost_like_any_other() -> None:
+    class Deaf(LiveSimulation):
+        def wait(self, timeout: float | None) -> list[WorldEvent]:
+            return [e for e in super().wait(timeout) if getattr(e, "robot", None) != "a"]
+
+        def cancel(self, robot: Robot) -> None:
+            raise OSError(f"no connection to {robot.name}")
+
+    scenario, run = loaded(SCENARIO + "failures: {timeout: 20}\n"), Run()
+    Mission(scenario, world=Deaf(scenario), listeners=[run]).run()
+    reason = run.one("arrive", result="lost")["reason"]
+    assert reason == "no end within 20.0 s after it was cancelled (cancel: no connection to a)"
