@@ -57,9 +57,18 @@ class Run:
         return [(r["type"], r.get("obstacle")) for r in self.records if r["type"] in kinds]
 
     @property
-    def text(self) -> str:
+    def lines(self) -> list[str]:
         """The trace as its file has it."""
-        return "".join(map(json_line, self.records))
+        return [*map(json_line, self.records)]
+
+    @property
+    def text(self) -> str:
+        return "".join(self.lines)
+
+    def upto(self, kind: str, nth: int = 0, **fields: object) -> list[str]:
+        """The lines up to one of the records of a type whose fields have these values."""
+        last = self.all(kind, **fields)[nth]
+        return self.lines[: next(k for k, r in enumerate(self.records, 1) if r is last)]
 
     @property
     def audit(self) -> tuple[Finding, ...]:

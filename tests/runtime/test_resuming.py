@@ -5,6 +5,7 @@ import random
 import re
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from msgspec.structs import replace
@@ -12,7 +13,7 @@ from msgspec.structs import replace
 import warm
 from once import SCENARIOS
 from runtime.counting import COUNTING
-from runtime.played import Run, loaded, play
+from runtime.played import Line, Run, loaded, play
 from runtime.test_operator import GATE, attended
 from safenav import Mission
 from safenav.audit.check import audit
@@ -22,100 +23,93 @@ from safenav.certify.check import check_bundle
 from safenav.certify.record import syntheses_of
 from safenav.certify.run import Kept
 from safenav.errors import UsageError
-from safenav.lines import json_line
 from safenav.runtime.analysis.resuming import resumed
 from safenav.runtime.mission import default_synthesizer
 from safenav.runtime.user_changes import SetInput
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import targets_of
 from safenav.scenario.reading.joining import joined
-from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.settings import Clock
 from safenav.synthesis.cache import Cache
 from safenav.trace.header import scenario_header
-from safenav.trace.reading import read_lines, read_trace
-from safenav.trace.writing import as_data
+from safenav.trace.reading import read_bytes, read_lines, read_trace
 
 BACK = "objective cart {visit: [[1, 1], [2, 1]]}"
 
 
-def written(scenario: Scenario, path: Path) -> str:
-    run = play(scenario)
-    path.write_text(run.text)
-    return str(run.outcome["outcome"])
+def begun(rest: Scenario) -> Begun:
+    assert rest.begun is not None
+    return rest.begun
+
+
+def continued(run: Run, end: int, scenario: Scenario | None = None) -> Run:
+    return play(resumed(read_lines(run.lines[:end]), scenario))
+
+
+def with_another(rest: Scenario) -> Scenario:
+    """The rest with a robot that joins the team where no other is."""
+    place = min({*rest.map.free} - {robot.start.region for robot in rest.robots})
+    return joined(rest, f"bee: {{model: quadcopter, start: {place}, objective: {{hold: {place}}}}}")
+
+
+def goals(records: Iterable[Line]) -> list[tuple[str, int, int]]:
+    return [(one["robot"], one["goal"], one["round"]) for one in records if one["type"] == "goal"]
 
 
 @pytest.mark.parametrize("clock", ["live", "lockstep"])
 @pytest.mark.parametrize("name", ["case_study_3", "corridor_swap", "beam", "two_digits"])
-def test_a_run_that_is_cut_off_continues(name: str, clock: str, tmp_path: Path) -> None:
-    whole, cut = tmp_path / "whole.jsonl", tmp_path / "cut.jsonl"
-    warm.safenav("run", SCENARIOS / f"{name}.yaml", "--clock", clock, "--trace", whole)
-    lines = whole.read_text().splitlines(keepends=True)
+def test_a_run_that_is_cut_off_continues(name: str, clock: str) -> None:
+    whole = play(replace(load_scenario(SCENARIOS / f"{name}.yaml"), clock=Clock(clock))).lines
     rng = random.Random(f"{name} {clock}")
-    for end in rng.sample(range(1, len(lines) - 1), 2):
-        cut.write_text("".join(lines[:end]) + '{"type":"mo')
-        scenario = resumed(read_trace(cut))
-        assert play(scenario).outcome["outcome"] == "completed"
+    for end in rng.sample(range(1, len(whole) - 1), 2):
+        torn = "".join(whole[:end]) + '{"type":"mo'
+        assert play(resumed(read_bytes(torn.encode()))).outcome["outcome"] == "completed"
 
 
-def test_what_is_known_is_kept(tmp_path: Path) -> None:
+def test_what_is_known_is_kept() -> None:
     """After the door of case study 3 is open, robots begin where they are, without the door."""
-    path = tmp_path / "trace.jsonl"
-    original = load_scenario(SCENARIOS / "case_study_3.yaml")
-    written(original, path)
-    lines = path.read_text().splitlines(keepends=True)
-    told = [json.loads(line) for line in lines]
-    end = next(i for i, line in enumerate(told) if line["type"] == "resolved")
-    path.write_text("".join(lines[: end + 1]))
-    scenario = resumed(read_trace(path))
+    run = play(load_scenario(SCENARIOS / "case_study_3.yaml"))
+    first = run.upto("resolved")
+    scenario = resumed(read_lines(first))
     assert [o.name for o in scenario.obstacles] == ["uncertainty@43"]
-    for robot in scenario.robots:
-        moves = [line for line in told[:end] if line["type"] == "move"]
-        at = [line["to"] for line in moves if line["robot"] == robot.name][-1]
-        assert robot.start.region == at
+    moved = {one["robot"]: one["to"] for one in map(json.loads, first) if one["type"] == "move"}
+    assert {robot.name: robot.start.region for robot in scenario.robots} == moved
 
 
-def test_a_literal_objective_stays_literal(tmp_path: Path) -> None:
-    path = tmp_path / "trace.jsonl"
-    robot = "r: {model: husky, start: 5, objective: {circuit: [4, 0, 9], form: literal, avoid: 2}}"
-    original = load_scenario_text(
-        f'{{safenav: 1, map: {{grid: [".....", "....."]}}, robots: {{{robot}}}}}'
-    )
-    written(original, path)
-    lines = path.read_text().splitlines(keepends=True)
-    end = next(i for i, line in enumerate(lines) if json.loads(line)["type"] == "goal")
-    path.write_text("".join(lines[: end + 1]))
-    rest = resumed(read_trace(path))
-    assert rest.begun is not None
+def test_a_literal_objective_stays_literal() -> None:
+    original = loaded("""
+        map: {grid: [".....", "....."]}
+        robots:
+          r: {model: husky, start: 5, objective: {circuit: [4, 0, 9], form: literal, avoid: 2}}
+        """)
+    rest = resumed(read_lines(play(original).upto("goal")))
     assert rest.robots[0].objective == original.robots[0].objective
-    assert rest.begun.robots["r"].turn == 1
+    assert begun(rest).robots["r"].turn == 1
 
 
-def test_what_a_trace_does_not_describe_is_named(tmp_path: Path) -> None:
-    path = tmp_path / "trace.jsonl"
-    written(load_scenario(SCENARIOS / "battery_delivery.yaml"), path)
-    path.write_text("".join(path.read_text().splitlines(keepends=True)[:20]))
+def test_what_a_trace_does_not_describe_is_named() -> None:
+    first = read_lines(play(load_scenario(SCENARIOS / "battery_delivery.yaml")).lines[:20])
     said = "does not fully describe batteries: also name the scenario"
     with pytest.raises(UsageError, match=said):
-        resumed(read_trace(path))
+        resumed(first)
 
 
 def test_a_run_that_never_began_is_refused_again() -> None:
-    scenario = load_scenario_text(DUE % (10, "stop"))
-    lines = play(scenario).text.splitlines(keepends=True)
-    assert json.loads(lines[-1])["outcome"] == "unrealizable"
-    assert continued(lines, 1, scenario).outcome["outcome"] == "unrealizable"
+    scenario = loaded(DUE % (10, "stop"))
+    run = play(scenario)
+    assert run.outcome["outcome"] == "unrealizable"
+    assert continued(run, 1, scenario).outcome["outcome"] == "unrealizable"
 
 
 def test_a_finished_run_is_not_resumed(tmp_path: Path) -> None:
-    path = tmp_path / "trace.jsonl"
-    written(load_scenario(SCENARIOS / "hello.yaml"), path)
+    path, rest = tmp_path / "trace.jsonl", tmp_path / "rest.jsonl"
+    lines = play(load_scenario(SCENARIOS / "hello.yaml")).lines
     with pytest.raises(UsageError, match="nothing to resume"):
-        resumed(read_trace(path))
-    done = warm.safenav("resume", path)
-    assert done.returncode == 2
-    path.write_text("".join(path.read_text().splitlines(keepends=True)[:9]))
-    rest = tmp_path / "rest.jsonl"
+        resumed(read_lines(lines))
+    path.write_text("".join(lines))
+    assert warm.safenav("resume", path).returncode == 2
+    path.write_text("".join(lines[:9]))
     assert warm.safenav("resume", path, "--trace", rest, "--no-map").returncode == 0
     assert json.loads(rest.read_text().splitlines()[-1])["outcome"] == "completed"
 
@@ -165,16 +159,11 @@ obstacles:
     [ORDERS, COMES_BACK, COUNTING, BATTERY, CLOSED],
     ids=["orders", "back", "memory", "charge", "closed"],
 )
-def test_a_run_continues_from_each_of_its_lines(text: str, tmp_path: Path) -> None:
-    source, whole, cut = (tmp_path / part for part in ("s.yaml", "whole", "cut"))
-    source.write_text(text)
-    scenario = load_scenario(source)
-    assert written(scenario, whole) == "completed"
-    lines = whole.read_text().splitlines(keepends=True)
-    for end in range(2, len(lines) - 1, 3):
-        cut.write_text("".join(lines[:end]))
-        resume = resumed(read_trace(cut), scenario)
-        assert play(resume).outcome["outcome"] == "completed", end
+def test_a_run_continues_from_each_of_its_lines(text: str) -> None:
+    scenario = loaded(text)
+    run = play(scenario)
+    for end in range(2, len(run.lines) - 1, 3):
+        assert continued(run, end, scenario).outcome["outcome"] == "completed", end
 
 
 ALARM = """
@@ -187,50 +176,37 @@ until: {rounds: 1}
 """
 
 
-def test_what_an_input_has_changed_is_as_it_was(tmp_path: Path) -> None:
+def test_what_an_input_has_changed_is_as_it_was() -> None:
     """The robot has its own objective afterwards, and the input goes off at the same time."""
-    cut, scenario = cut_after("objective", ALARM, tmp_path)
-    rest = resumed(read_trace(cut), scenario)
+    scenario = loaded(ALARM)
+    rest = resumed(read_lines(play(scenario).upto("objective")), scenario)
     (robot,), (alarm,) = rest.robots, rest.inputs
     assert {*targets_of(robot.objective)} == {*targets_of(scenario.robots[0].objective)}
     assert alarm.spans == ((1, 3),)  # its first tick is the one in which the trace ends
     assert play(rest).outcome["outcome"] == "completed"
 
 
-def cut_after(line_type: str, text: str, tmp_path: Path, index: int = 0) -> tuple[Path, Scenario]:
-    source, whole = tmp_path / "s.yaml", tmp_path / "whole.jsonl"
-    source.write_text(text)
-    scenario = load_scenario(source)
-    written(scenario, whole)
-    lines = whole.read_text().splitlines(keepends=True)
-    end = [i for i, line in enumerate(lines) if json.loads(line)["type"] == line_type][index]
-    whole.write_text("".join(lines[: end + 1]))
-    return whole, scenario
-
-
-def test_what_turned_out_untraversable_stays(tmp_path: Path) -> None:
+def test_what_turned_out_untraversable_stays() -> None:
     """Nor does the truth of another one change when the first is left out of the draw."""
-    cut, scenario = cut_after("blocked", CLOSED, tmp_path)
+    scenario = loaded(CLOSED)
+    first = read_lines(play(scenario).upto("blocked"))
     for given in (None, scenario):
-        left = {o.name: o.traversable for o in resumed(read_trace(cut), given).obstacles}
+        left = {o.name: o.traversable for o in resumed(first, given).obstacles}
         assert left == {"uncertainty@2": False, "uncertainty@7": True}
-    rest = play(resumed(read_trace(cut), scenario))
+    rest = play(resumed(first, scenario))
     assert rest.outcome["outcome"] == "completed"
     assert "uncertainty@2" not in [line["obstacle"] for line in rest.all("resolved")]
-    assert {tuple(shut) for shut in rest.all("synthesis", robot="r")[0]["closed"]} == {
-        (2, "obstacles.uncertainty@2")
-    }
+    shut = rest.all("synthesis", robot="r")[0]["closed"]
+    assert shut == [[2, "obstacles.uncertainty@2"]]
 
 
 @pytest.mark.parametrize("clock", ["lockstep", "live"])
 def test_what_is_requested_is_known_in_the_rest(clock: str) -> None:
     """From the first encounter on: it is asked for at once, and no robot meets it there again."""
-    scenario = replace(load_scenario(SCENARIOS / "case_study_3.yaml"), clock=Clock(clock))
-    lines = play(scenario).text.splitlines(keepends=True)
-    told = [json.loads(line) for line in lines]
-    first = next(i for i, line in enumerate(told) if line["type"] == "violation")
-    for end in (first + 1, first + 3, first + 6):
-        rest = play(resumed(read_lines(lines[:end]), scenario))
+    run = play(replace(load_scenario(SCENARIOS / "case_study_3.yaml"), clock=Clock(clock)))
+    first = len(run.upto("violation"))
+    for end in (first, first + 2, first + 5):
+        rest = continued(run, end)
         assert rest.records[0]["scenario"]["begun"]["asked"] == {"uncertainty@43": {"digit": 44}}
         asked = rest.all("request")[0]
         assert (asked["tick"], asked["requester"], asked["helper"]) == (1, "digit", "quad")
@@ -254,17 +230,15 @@ def test_a_run_that_waits_for_an_operator_still_does(
 ) -> None:
     """With what he has said before: it stays out of service, or where it is."""
     words = [["service bee out"], ["service bee back", "permanent gate@27"], [BACK]]
-    lines = attended(GATE, *words).text.splitlines(keepends=True)
-    end = [i for i, each in enumerate(lines) if json.loads(each)["type"] == line][index]
-    rest = resumed(read_lines(lines[: end + 1]), loaded(GATE))
-    assert rest.begun is not None
-    assert rest.begun.asked == asked
-    assert rest.begun.stays == (() if asked else ("gate@27",))
+    first = read_lines(attended(GATE, *words).upto(line, index))
+    rest = resumed(first, loaded(GATE))
+    assert begun(rest).asked == asked
+    assert begun(rest).stays == (() if asked else ("gate@27",))
     run = attended(rest, *([answers] if answers else []))
     assert run.outcome["outcome"] == "completed"
     assert len(run.all("waiting")) == waits
     assert run.all("violation") == []
-    assert audit(read_lines(run.text.splitlines()), read_lines(lines[: end + 1])).findings == ()
+    assert audit(read_lines(run.lines), first).findings == ()
 
 
 REMEMBERS = """
@@ -310,16 +284,15 @@ def test_formulas_remember_in_the_rest(name: str, clock: str) -> None:
         mission.step()
         if mission.result is not None:
             break
-        first, begins = read_lines(run.text.splitlines()), Run()
+        first, begins = read_lines(run.lines), Run()
         rest = resumed(first, mission.scenario)
-        assert rest.begun is not None
         remembered = dict(mission.state.robots["r"].memory.values)
-        assert rest.begun.robots["r"].memory == remembered, mission.state.tick
+        assert begun(rest).robots["r"].memory == remembered, mission.state.tick
         Mission(rest, listeners=[begins]).start()
-        assert audit(read_lines(begins.text.splitlines()), first).findings == ()
+        assert audit(read_lines(begins.lines), first).findings == ()
         told = begins.records[0]["scenario"]["begun"]["robots"]["r"]
         told["memory"] = {key: int(not value) for key, value in told["memory"].items()}
-        wrong = audit(read_lines(begins.text.splitlines()), first).findings
+        wrong = audit(read_lines(begins.lines), first).findings
         known = clock == "lockstep" and name != "input"  # else another one fits, too
         assert not known or any("memory" in one.explanation for one in wrong)
 
@@ -327,9 +300,8 @@ def test_formulas_remember_in_the_rest(name: str, clock: str) -> None:
 def test_what_comes_first_is_not_done_again() -> None:
     """The robot may enter 7 only after 6; cut on its way back, it goes straight there."""
     scenario = loaded(REMEMBERS % tuple(map(json.dumps, FORMULAS["flag"])))
-    lines = play(scenario).text.splitlines(keepends=True)
-    end = next(i for i, line in enumerate(lines) if '"from":6' in line)
-    rest = play(resumed(read_lines(lines[: end + 1]), scenario))
+    first = play(scenario).upto("move", **{"from": 6})
+    rest = play(resumed(read_lines(first), scenario))
     assert 6 not in rest.path("r")
     assert rest.outcome["outcome"] == "completed"
 
@@ -337,20 +309,17 @@ def test_what_comes_first_is_not_done_again() -> None:
 @pytest.mark.parametrize(
     ("text", "last"),
     [
-        (REMEMBERS % tuple(map(json.dumps, FORMULAS["flag"])), '"from":6'),
-        ((SCENARIOS / "case_study_3.yaml").read_text(), '"violation"'),
+        (REMEMBERS % tuple(map(json.dumps, FORMULAS["flag"])), {"kind": "move", "from": 6}),
+        ((SCENARIOS / "case_study_3.yaml").read_text(), {"kind": "violation"}),
     ],
     ids=["memory", "requests"],
 )
-def test_the_rest_is_certified(text: str, last: str, tmp_path: Path) -> None:
-    lines = play(text).text.splitlines(keepends=True)
-    end = [i for i, line in enumerate(lines) if last in line][-1]
-    rest = resumed(read_lines(lines[: end + 1]), loaded(text))
-    cache, kept, told = Cache(tmp_path / "cache"), Kept(), list[str]()
+def test_the_rest_is_certified(text: str, last: dict[str, Any], tmp_path: Path) -> None:
+    rest = resumed(read_lines(play(text).upto(nth=-1, **last)), loaded(text))
+    cache, kept, run = Cache(tmp_path / "cache"), Kept(), Run()
     synthesizer = default_synthesizer(rest, cache=cache)
-    listeners = [lambda record: told.append(json_line(as_data(record)))]
-    Mission(rest, synthesizer, listeners=listeners, progress=kept).run()
-    trace = "".join(told).encode()
+    Mission(rest, synthesizer, listeners=[run], progress=kept).run()
+    trace = run.text.encode()
     kept.complete(syntheses_of(trace, "rest"), cache, synthesizer)
     make_bundle(tmp_path / "bundle", trace, {}, kept, synthesizer)
     assert check_bundle(tmp_path / "bundle").accepted
@@ -361,33 +330,28 @@ def test_a_joint_plan_is_followed_to_its_end(clock: str) -> None:
     """Wherever the run is cut: it takes no more ticks than the run that is not cut."""
     scenario = replace(load_scenario(SCENARIOS / "two_digits.yaml"), clock=Clock(clock))
     whole = play(scenario)
-    lines = whole.text.splitlines(keepends=True)
-    kinds = [line["type"] for line in whole.records]
-    begin, end = kinds.index("plan"), kinds.index("plan_end")
-    for cut in range(begin + 1, end - 2, 7):  # before the last arrival
+    lines = whole.lines
+    ends = range(len(whole.upto("plan")), len(whole.upto("plan_end")) - 3, 7)
+    for cut in ends:  # before the last arrival
         first = read_lines(lines[:cut])
         resume = resumed(first, scenario)
-        assert resume.begun is not None
-        assert resume.begun.plan is not None
-        place = sorted({*scenario.map.free} - {r.start.region for r in resume.robots})[0]
-        another = f"bee: {{model: quadcopter, start: {place}, objective: {{hold: {place}}}}}"
-        changed = joined(resume, another).begun
-        assert changed is not None
-        assert changed.plan is None
+        plan = begun(resume).plan
+        assert plan is not None
+        assert begun(with_another(resume)).plan is None
         rest = play(resume)
-        left = {name: [list(at) for at in way] for name, way in resume.begun.plan.robots.items()}
+        left = {name: [list(at) for at in way] for name, way in plan.robots.items()}
         assert rest.one("plan")["robots"] == left
         assert rest.outcome["outcome"] == "completed"
         if clock == "lockstep":
             before = whole.records[cut - 1]["tick"]
             assert rest.outcome["ticks"] + before <= whole.outcome["ticks"] + 1
-        assert audit(read_lines(rest.text.splitlines()), first).findings == ()
+        assert audit(read_lines(rest.lines), first).findings == ()
         header = rest.records[0]["scenario"]["begun"]
         header["plan"]["robots"]["left"].insert(1, header["plan"]["robots"]["left"][0])
-        problems = audit(read_lines(rest.text.splitlines()), first).findings
+        problems = audit(read_lines(rest.lines), first).findings
         assert "left has other places of the joint plan left" in problems[0].explanation
         header["plan"] = None
-        problems = audit(read_lines(rest.text.splitlines()), first).findings
+        problems = audit(read_lines(rest.lines), first).findings
         assert problems[0].explanation == "no joint plan is to be followed further"
 
 
@@ -397,18 +361,14 @@ def test_a_joint_plan_that_a_rest_has_not_begun_again(clock: str) -> None:
     another robot."""
     scenario = replace(load_scenario(SCENARIOS / "two_digits.yaml"), clock=Clock(clock))
     whole = play(scenario)
-    cut = [line["type"] for line in whole.records].index("plan") + 9
-    rest = play(resumed(read_lines(whole.text.splitlines()[:cut]), scenario))
-    begin = [line["type"] for line in rest.records].index("plan")
-    second = read_lines(rest.text.splitlines()[:begin])
+    rest = continued(whole, len(whole.upto("plan")) + 8, scenario)
+    second = read_lines(rest.upto("plan")[:-1])
     resume = resumed(second, scenario)
-    place = sorted({*scenario.map.free} - {r.start.region for r in resume.robots})[0]
-    another = f"bee: {{model: quadcopter, start: {place}, objective: {{hold: {place}}}}}"
-    for team in (resume, joined(resume, another)):
-        assert audit(read_lines(play(team).text.splitlines()), second).findings == ()
+    for team in (resume, with_another(resume)):
+        assert audit(read_lines(play(team).lines), second).findings == ()
     run = play(resume)
     run.records[0]["scenario"]["begun"]["plan"]["orders"].clear()
-    problems = audit(read_lines(run.text.splitlines()), second).findings
+    problems = audit(read_lines(run.lines), second).findings
     assert problems[0].explanation == "the orders of the joint plan are not those of the first run"
 
 
@@ -435,11 +395,10 @@ def test_a_joint_plan_of_another_scenario_is_not_followed(
     """Where its steps are no longer possible, or robots are to keep apart in other regions."""
     plain = {"free": ".", "more": "", "clock": clock}
     whole = play(loaded(CORRIDOR.format(**plain)))
-    cut = [line["type"] for line in whole.records].index("plan") + 6
+    cut = len(whole.upto("plan")) + 5
     changed = loaded(CORRIDOR.format(**plain | change))
-    resume = resumed(read_lines(whole.text.splitlines()[:cut]), changed)
-    assert resume.begun is not None
-    assert resume.begun.plan is not None
+    resume = resumed(read_lines(whole.lines[:cut]), changed)
+    assert begun(resume).plan is not None
     assert play(resume).outcome["outcome"] == "completed"
 
 
@@ -462,11 +421,9 @@ clock: {clock}
 def test_other_formulas_begin_again(name: str, clock: str) -> None:
     """Their memory has other variables than that of the run before."""
     whole = play(loaded(ONE_FLAG.format(name="seen", clock=clock)))
-    cut = [line["type"] for line in whole.records].index("goal") + 1
     changed = loaded(ONE_FLAG.format(name=name, clock=clock))
-    resume = resumed(read_lines(whole.text.splitlines()[:cut]), changed)
-    assert resume.begun is not None
-    assert ("a" in resume.begun.robots) is (name == "seen")
+    resume = resumed(read_lines(whole.upto("goal")), changed)
+    assert ("a" in begun(resume).robots) is (name == "seen")
     assert play(resume).outcome["outcome"] == "completed"
 
 
@@ -494,54 +451,45 @@ until: {rounds: 1}
 @pytest.mark.parametrize("text", [ORDERS, TWO_CARRY], ids=["one", "two"])
 def test_a_load_is_taken_once(text: str, clock: str) -> None:
     """Robots that carry it when the run is cut off put it down."""
-    scenario = load_scenario_text(f"{text}\nclock: {clock}\n")
-    lines = play(scenario).text.splitlines(keepends=True)
-    told = [json.loads(line) for line in lines]
-    met = [n for n, line in enumerate(told) if line["type"] == "met"]
-    for end in range(met[0] + 1, met[-1], max(1, (met[-1] - met[0]) // 5)):
-        rest = continued(lines, end, scenario)
-        taken = [
-            (one["obstacle"], one["need"])
-            for one in (*told[:end], *rest.all("met"))
-            if one["type"] == "met"
-        ]
+    scenario = loaded(f"{text}\nclock: {clock}\n")
+    run = play(scenario)
+    begin, last = len(run.upto("met")), len(run.upto("met", -1)) - 1
+    for end in range(begin, last, max(1, (last - begin + 1) // 5)):
+        rest = continued(run, end, scenario)
+        met = Run(run.records[:end]).all("met") + rest.all("met")
+        taken = [(one["obstacle"], one["need"]) for one in met]
         assert sorted(taken) == sorted({*taken}), end
         assert rest.outcome["outcome"] == "completed", end
-        again = play(resumed(read_lines(rest.text.splitlines()[:12])))  # and once more
+        again = play(resumed(read_lines(rest.lines[:12])))  # and once more
         assert again.outcome["outcome"] == "completed", end
 
 
-def test_the_same_robot_keeps_a_load(tmp_path: Path) -> None:
-    cut, _ = cut_after("met", ORDERS, tmp_path)
-    left = resumed(read_trace(cut)).obstacles
-    assert [(o.name, len(o.needs), o.ordered) for o in left] == [
+def test_the_same_robot_keeps_a_load() -> None:
+    rest = resumed(read_lines(play(ORDERS).upto("met")))
+    assert [(o.name, len(o.needs), o.ordered) for o in rest.obstacles] == [
         ("load@13", 2, True),
         ("load@13#2", 2, True),
     ]
-    begun = resumed(read_trace(cut)).begun
-    assert begun is not None
-    assert begun.met == {"load@13#2": (("a",),)}
+    assert begun(rest).met == {"load@13#2": (("a",),)}
 
 
-def test_a_robot_keeps_its_charge(tmp_path: Path) -> None:
+def test_a_robot_keeps_its_charge() -> None:
     """It has charged to 12 and made six steps; its stop at the charger is no target met."""
-    text = BATTERY.replace("objective: {visit: [6, 0]}", "objective: {visit: [6, 5, 0]}")
-    cut, scenario = cut_after("goal", text, tmp_path, index=1)
-    begun = resumed(read_trace(cut), scenario).begun
-    assert begun is not None
-    assert begun.robots["c"].turn == 1
-    battery = resumed(read_trace(cut), scenario).robots[0].model.battery
+    scenario = loaded(BATTERY.replace("visit: [6, 0]", "visit: [6, 5, 0]"))
+    rest = resumed(read_lines(play(scenario).upto("goal", 1)), scenario)
+    assert begun(rest).robots["c"].turn == 1
+    battery = rest.robots[0].model.battery
     assert battery is not None
     assert battery.start == 6
 
 
-def test_a_model_of_its_own_keeps_how_it_moves(tmp_path: Path) -> None:
+def test_a_model_of_its_own_keeps_how_it_moves() -> None:
     """Seconds of a live run follow from it, and the motion of the rest."""
     model = "{mobility: free, layer: ground, size: 0.8, speed: 0.3, motion: rover}"
     text = CLOSED.replace("robots:", f"catalogue: {{robots: {{husky: {model}}}}}\nrobots:", 1)
-    cut, _ = cut_after("move", text, tmp_path)
-    header = scenario_header(resumed(read_trace(cut)), None).robots["r"].motion
-    assert header == read_trace(cut).header.scenario.robots["r"].motion
+    first = read_lines(play(text).upto("move"))
+    header = scenario_header(resumed(first), None).robots["r"].motion
+    assert header == first.header.scenario.robots["r"].motion
     assert header is not None
     assert (header["kind"], header["speed"]) == ("rover", 0.3)
 
@@ -577,28 +525,24 @@ late: %s
     ],
 )
 def test_a_deadline_is_due_at_the_same_time(
-    by: int, late: str, tick: int, due: int, outcome: str, broken: list[str], tmp_path: Path
+    by: int, late: str, tick: int, due: int, outcome: str, broken: list[str]
 ) -> None:
     """Of a run that was cut off in that tick; also if the rest cannot keep it."""
-    source, cut = tmp_path / "s.yaml", tmp_path / "cut"
-    source.write_text(DUE % (by, late))
-    scenario = load_scenario(source)
-    open_end = replace(scenario, until=replace(scenario.until, by=99))
-    lines = play(open_end).text.splitlines(keepends=True)
-    cut.write_text("".join(line for line in lines if json.loads(line).get("tick", 0) <= tick))
-    rest = resumed(read_trace(cut), scenario)
+    scenario = loaded(DUE % (by, late))
+    whole = play(replace(scenario, until=replace(scenario.until, by=99)))
+    first = [line for line in whole.lines if json.loads(line).get("tick", 0) <= tick]
+    rest = resumed(read_lines(first), scenario)
     assert rest.until.by == due
     run = play(rest)
     assert (run.outcome["outcome"], run.outcome["late"]) == (outcome, broken)
-    assert not run.findings
 
 
-def test_a_run_that_its_deadline_has_ended_goes_on_without_it(tmp_path: Path) -> None:
-    scenario, path = load_scenario_text(DUE % (18, "stop")), tmp_path / "trace.jsonl"
+def test_a_run_that_its_deadline_has_ended_goes_on_without_it() -> None:
+    scenario = loaded(DUE % (18, "stop"))
     until = replace(scenario.until, by=12)
-    slow = replace(scenario, until=until, begun=Begun(robots={"r": Done()}, ran=True))
-    assert written(slow, path) == "late"
-    rest = resumed(read_trace(path), scenario)
+    late = play(replace(scenario, until=until, begun=Begun(robots={"r": Done()}, ran=True)))
+    assert late.outcome["outcome"] == "late"
+    rest = resumed(read_lines(late.lines), scenario)
     assert rest.until.by is None
     assert play(rest).outcome["outcome"] == "completed"
 
@@ -610,11 +554,11 @@ def test_a_run_that_its_deadline_has_ended_goes_on_without_it(tmp_path: Path) ->
     ids=["on", "off"],
 )
 def test_an_input_that_a_user_has_set_stays_so(
-    on: bool, outcome: str, last: list[int], clock: str, tmp_path: Path
+    on: bool, outcome: str, last: list[int], clock: str
 ) -> None:
     text = ALARM.replace("2-4", "2-8").replace("rounds: 1}", "rounds: 3}\nlimits: {ticks: 30}")
-    scenario = load_scenario_text(f"{text}\nclock: {clock}\n")
-    first, path = Run(), tmp_path / "trace.jsonl"
+    scenario = loaded(f"{text}\nclock: {clock}\n")
+    first = Run()
     mission = Mission(scenario, listeners=[first])
     mission.start()
     mission.step()
@@ -624,8 +568,7 @@ def test_an_input_that_a_user_has_set_stays_so(
     mission.give_up()
     assert not first.findings
     assert first.all("inputs")[-1]["user"] == ["alarm"]
-    path.write_text(first.text)
-    rest = play(resumed(read_trace(path), scenario))
+    rest = play(resumed(read_lines(first.lines), scenario))
     assert rest.outcome["outcome"].endswith(outcome)
     assert sorted({goal["region"] for goal in rest.all("goal")}) == last
     assert not rest.findings
@@ -649,16 +592,13 @@ until: {rounds: 1}
 
 
 @pytest.mark.parametrize("clock", ["lockstep", "live"])
-def test_a_run_continues_with_an_empty_battery(clock: str, tmp_path: Path) -> None:
-    text = f"{FLAT}clock: {clock}\n"
-    cut, scenario = cut_after("appeared", text, tmp_path)
-    rest = resumed(read_trace(cut), scenario)
+def test_a_run_continues_with_an_empty_battery(clock: str) -> None:
+    scenario = loaded(f"{FLAT}clock: {clock}\n")
+    rest = resumed(read_lines(play(scenario).upto("appeared")), scenario)
     battery = rest.robots[0].model.battery
     assert battery is not None
     assert battery.start == 0
-    run = play(rest)
-    assert run.outcome["outcome"] == "completed"
-    assert not run.findings
+    assert play(rest).outcome["outcome"] == "completed"
 
 
 ONE = """
@@ -688,44 +628,32 @@ KINDS = {
 }
 
 
-def continued(lines: list[str], end: int, scenario: Scenario) -> Run:
-    return play(resumed(read_lines(lines[:end]), scenario))
-
-
-def goals(lines: Iterable[str]) -> list[tuple[str, int, int]]:
-    told = map(json.loads, lines)
-    return [(one["robot"], one["goal"], one["round"]) for one in told if one["type"] == "goal"]
-
-
 @pytest.mark.parametrize("kind", KINDS)
 def test_no_part_of_a_round_is_done_twice(kind: str) -> None:
     """Wherever the run is cut off, its rest meets the goals that are left, and completes it."""
-    scenario = load_scenario_text(ONE % KINDS[kind])
+    scenario = loaded(ONE % KINDS[kind])
     whole = play(scenario)
-    lines = whole.text.splitlines(keepends=True)
-    for end in range(2, len(lines) - 1, 2):
-        rest = continued(lines, end, scenario)
-        told = rest.text.splitlines()
+    met = goals(whole.records)
+    for end in range(2, len(whole.records) - 1, 2):
+        rest = continued(whole, end, scenario)
         assert rest.outcome["outcome"] == "completed", end
         assert rest.outcome["rounds"] == whole.outcome["rounds"], end
-        before, after = goals(lines[:end]), goals(told)
-        if kind in ("once", "hold", "shared once") and before and before[-1] == goals(lines)[-1]:
+        before, after = goals(whole.records[:end]), goals(rest.records)
+        if kind in ("once", "hold", "shared once") and before[-1:] == met[-1:]:
             assert {goal for _, goal, _ in after} == {before[-1][1]}  # it stays there
         else:
-            assert before + after == goals(lines), end
+            assert before + after == met, end
 
 
 def test_deadlines_keep_their_ages() -> None:
     """At the end of a tick those of the rest are due when those of the run are, and the mission
     is completed no later."""
-    scenario = load_scenario_text(DOOR)
+    scenario = loaded(DOOR)
     whole = play(scenario)
-    lines = whole.text.splitlines(keepends=True)
-    told = [json.loads(line) for line in lines]
-    ticks = [line.get("tick", 0) for line in told]
-    due = {(line["of"], line["due"]) for line in told if line["type"] == "deadline"}
+    ticks = [line.get("tick", 0) for line in whole.records]
+    due = {(line["of"], line["due"]) for line in whole.all("deadline")}
     for tick in range(3, 29, 5):
-        rest = continued(lines, ticks.index(tick + 1), scenario)
+        rest = continued(whole, ticks.index(tick + 1), scenario)
         judged = {(one["of"], tick + one["due"]) for one in rest.all("deadline")}
         assert judged, tick
         assert judged <= due, tick
@@ -747,14 +675,13 @@ late: stop
 @pytest.mark.parametrize("by", [20, 19], ids=["in time", "late"])
 def test_the_rest_is_late_where_the_run_is(by: int) -> None:
     """Though the tick in which the trace ends may not be over."""
-    scenario, begun = load_scenario_text(TIGHT % 20), Begun(robots={"a": Done()}, ran=True)
-    scenario = replace(scenario, until=replace(scenario.until, by=by), begun=begun)
+    scenario, before = loaded(TIGHT % 20), Begun(robots={"a": Done()}, ran=True)
+    scenario = replace(scenario, until=replace(scenario.until, by=by), begun=before)
     whole = play(scenario)
-    lines = whole.text.splitlines(keepends=True)
     assert whole.outcome["outcome"] == ("completed" if by == 20 else "late")
-    for end in range(2, len(lines) - 1, 3):
-        if json.loads(lines[end])["type"] != "deadline":
-            rest = continued(lines, end, scenario)
+    for end in range(2, len(whole.records) - 1, 3):
+        if whole.records[end]["type"] != "deadline":
+            rest = continued(whole, end, scenario)
             assert rest.outcome["outcome"] == whole.outcome["outcome"], end
 
 
@@ -771,8 +698,8 @@ def test_a_header_that_tells_otherwise_breaks_a_rule(
     end: int, robot: str, other: dict[str, object], rule: str
 ) -> None:
     """The audit counts from what the header tells of the run before."""
-    scenario = load_scenario_text(DOOR if robot == "q" else ONE % KINDS["cover"])
-    run = continued(play(scenario).text.splitlines(keepends=True), end, scenario)
+    scenario = loaded(DOOR if robot == "q" else ONE % KINDS["cover"])
+    run = continued(play(scenario), end, scenario)
     run.records[0]["scenario"]["begun"]["robots"][robot] |= other
     assert rule in run.broken
 
@@ -792,16 +719,16 @@ until: {rounds: 1, by: 22}
 
 def test_the_rest_of_a_rest_begins_where_that_ends() -> None:
     """Also with the scenario of the whole run, whose doors are open and whose times are past."""
-    scenario = load_scenario_text(TWICE)
-    lines = play(scenario).text.splitlines(keepends=True)
-    ticks = [json.loads(line).get("tick", 0) for line in lines]
-    first = play(resumed(read_lines(lines[: ticks.index(5)]), scenario)).text.splitlines()
-    later = [json.loads(line).get("tick", 0) for line in first]
-    rest = resumed(read_lines(first[: later.index(2)]), scenario)
+    scenario = loaded(TWICE)
+    run = play(scenario)
+    for tick in (5, 2):
+        ticks = [line.get("tick", 0) for line in run.records]
+        rest = resumed(read_lines(run.lines[: ticks.index(tick)]), scenario)
+        run = play(rest)
     assert [obstacle.name for obstacle in rest.obstacles] == ["door@6"]
     assert (rest.until.by, [change.at for change in rest.changes]) == (17, [9])
     assert rest.inputs[0].spans == ((25, 25),)
-    assert play(rest).outcome["outcome"] == "completed"
+    assert run.outcome["outcome"] == "completed"
 
 
 CONTINUED = {
@@ -819,12 +746,12 @@ CONTINUED = {
 @pytest.mark.parametrize("name", CONTINUED)
 def test_the_audit_derives_what_the_header_tells(name: str) -> None:
     """By its own replay of the run before."""
-    scenario = load_scenario_text(CONTINUED[name])
-    lines = play(scenario).text.splitlines(keepends=True)
+    scenario = loaded(CONTINUED[name])
+    lines = play(scenario).lines
     for end in range(2, len(lines) - 1, 3):
         first, begins = read_lines(lines[:end]), Run()
         Mission(resumed(first, scenario), listeners=[begins]).start()
-        assert audit(read_lines(begins.text.splitlines()), first).findings == (), end
+        assert audit(read_lines(begins.lines), first).findings == (), end
 
 
 @pytest.mark.parametrize(
@@ -852,15 +779,14 @@ def test_the_audit_derives_what_the_header_tells(name: str) -> None:
 def test_a_header_that_tells_otherwise_is_found(
     end: int, where: tuple[str, ...], other: object, said: str
 ) -> None:
-    scenario = load_scenario_text(DOOR)
-    lines = play(scenario).text.splitlines(keepends=True)
-    first = read_lines(lines[:end])
+    scenario = loaded(DOOR)
+    first = read_lines(play(scenario).lines[:end])
     run = play(resumed(first, scenario))
     place = run.records[0]["scenario"]
     for key in where[:-1]:
         place = place[key]
     place[where[-1]] = other
-    found = audit(read_lines(run.text.splitlines()), first).findings
+    found = audit(read_lines(run.lines), first).findings
     told = [one.explanation for one in found if one.rule == "continuation"]
     assert any(re.search(said, one) for one in told), told
 
@@ -869,7 +795,7 @@ def test_check_trace_compares_a_rest_with_the_run_before(tmp_path: Path) -> None
     first, rest = tmp_path / "first.jsonl", tmp_path / "rest.jsonl"
     source = tmp_path / "s.yaml"
     source.write_text(DOOR)
-    lines = play(DOOR).text.splitlines(keepends=True)
+    lines = play(DOOR).lines
     first.write_text("".join(lines[:40]))
     assert warm.safenav("resume", first, source, "--trace", rest, "--no-map").returncode == 0
     assert warm.safenav("check-trace", rest, "--after", first).returncode == 0
