@@ -16,25 +16,10 @@ from msgspec import Struct
 
 from safenav.bounds import Count, Heading, Place, Region, Seconds, Sha256
 from safenav.outcome import Outcome, Verdict
+from safenav.trace import vocabulary
 from safenav.trace.objective import Objective
 from safenav.trace.proofs import Proof
 from safenav.trace.setting import ObstacleHeader, ScenarioHeader
-from safenav.trace.vocabulary import (
-    ActResult,
-    BlockReason,
-    ChangeCause,
-    DeadlineVerdict,
-    Form,
-    HoldReason,
-    MovedBy,
-    MoveEnd,
-    OperatorCause,
-    OperatorIntervention,
-    PlanEndReason,
-    Reason,
-    StackReason,
-    Verified,
-)
 
 VERSION = 3
 """The version of the format; there is no other."""
@@ -78,7 +63,7 @@ class Header(Record, frozen=True, tag="header"):
 class Tried(Struct, frozen=True):
     """A synthesis that failed before: weaker assumptions, or a stronger form."""
 
-    form: Form
+    form: vocabulary.Form
     fairness: str
     spec: Sha256
     verdict: Verdict
@@ -109,12 +94,12 @@ class Synthesis(Record, frozen=True, tag="synthesis"):
     """
 
     robot: str
-    reason: Reason
+    reason: vocabulary.Reason
     verdict: Verdict
     seconds: Seconds
     states: Count | None
     cached: bool
-    verified: bool | Verified | None
+    verified: bool | vocabulary.Verified | None
     spec: Sha256
     strategy: Sha256 | None
     objective: Objective
@@ -139,7 +124,7 @@ class Synthesis(Record, frozen=True, tag="synthesis"):
     places_from: tuple[PlacesFrom, ...] | None = None
     forbidden: tuple[Place, ...] | None = None
     goal_places: tuple[tuple[Place, ...], ...] | None = None
-    form: Form | None = None
+    form: vocabulary.Form | None = None
     allows: str | None = None
     tried: tuple[Tried, ...] | None = None
 
@@ -164,7 +149,7 @@ class Move(Record, frozen=True, tag="move"):
     to: Region
     heading: Heading | None
     toward: Region | None = None
-    by: MovedBy | None = None
+    by: vocabulary.MovedBy | None = None
     signal: Signal | None = None
     busy: tuple[Region, ...] | None = None
 
@@ -180,7 +165,7 @@ class Depart(Record, frozen=True, tag="depart"):
     from_: Region
     to: Region
     heading: Heading | None
-    by: MovedBy
+    by: vocabulary.MovedBy
     node: Count | None = None
     shown: tuple[Region, ...] | None = None
     signal: Signal | None = None
@@ -196,7 +181,7 @@ class Arrive(Record, frozen=True, tag="arrive"):
     robot: str
     at: Region
     heading: Heading | None
-    result: MoveEnd
+    result: vocabulary.MoveEnd
     reason: str | None = None
     regions: tuple[Region, ...] | None = None
 
@@ -218,7 +203,7 @@ class ActionEnd(Record, frozen=True, tag="acted"):
 
     command: Count
     robot: str
-    results: Mapping[str, ActResult]
+    results: Mapping[str, vocabulary.ActResult]
     barred: tuple[str, ...] | None = None
     reason: str | None = None
 
@@ -228,7 +213,7 @@ class Held(Record, frozen=True, tag="hold"):
     regions that were shown to its strategy as occupied although no robot is there."""
 
     robot: str
-    why: HoldReason
+    why: vocabulary.HoldReason
     signal: Signal | None = None
     shown: tuple[Region, ...] | None = None
 
@@ -259,7 +244,7 @@ class Waiting(Record, frozen=True, tag="waiting"):
 
     outcome: Outcome
     explanation: str
-    cause: OperatorCause | None = None
+    cause: vocabulary.OperatorCause | None = None
     proof: Proof | None = None
     until: Seconds | None = None
 
@@ -267,7 +252,7 @@ class Waiting(Record, frozen=True, tag="waiting"):
 class Operator(Record, frozen=True, tag="operator"):
     """Live: an intervention of an operator."""
 
-    intervention: OperatorIntervention
+    intervention: vocabulary.OperatorIntervention
     robot: str | None = None
     obstacle: str | None = None
     region: Region | None = None
@@ -285,7 +270,7 @@ class ObstacleChange(Record, frozen=True):
     """A change of an obstacle that no robot caused."""
 
     obstacle: str
-    cause: ChangeCause
+    cause: vocabulary.ChangeCause
 
 
 class Appeared(ObstacleChange, frozen=True, tag="appeared"):
@@ -306,7 +291,7 @@ class Truth(Record, frozen=True, tag="truth"):
 
     obstacle: str
     traversable: bool
-    cause: ChangeCause
+    cause: vocabulary.ChangeCause
 
 
 class NewObjective(Record, frozen=True, tag="objective"):
@@ -316,7 +301,7 @@ class NewObjective(Record, frozen=True, tag="objective"):
     robot: str
     objective: Objective
     at_once: bool
-    cause: ChangeCause
+    cause: vocabulary.ChangeCause
     within: Count | None = None
 
 
@@ -335,7 +320,7 @@ class Service(Record, frozen=True, tag="service"):
 
     robot: str
     active: bool
-    cause: ChangeCause
+    cause: vocabulary.ChangeCause
 
 
 class Violation(Record, frozen=True, tag="violation"):
@@ -384,7 +369,7 @@ class StackEntry(Record, frozen=True):
     obstacle: str
     requester: str | None
     helper: str | None
-    reason: StackReason = StackReason.REQUEST
+    reason: vocabulary.StackReason = vocabulary.StackReason.REQUEST
     helpers: tuple[str, ...] | None = None
     need: Count | None = None
 
@@ -436,7 +421,7 @@ class KnownObstacle(Record, frozen=True, tag="blocked"):
 
     obstacle: str
     robots: frozenset[str]
-    reason: BlockReason
+    reason: vocabulary.BlockReason
     proof: Proof | None = None
     because: str | None = None
     for_now: bool | None = None
@@ -475,7 +460,7 @@ class Deadline(Record, frozen=True, tag="deadline"):
 
     of: str
     due: Count
-    verdict: DeadlineVerdict
+    verdict: vocabulary.DeadlineVerdict
     earliest: Count | None = None
     cause: str | None = None
     planned: Count | None = None
@@ -517,7 +502,7 @@ class PlanEnd(Record, frozen=True, tag="plan_end"):
     """``nodes``: the next node of each robot's strategy (None: nowhere; it keeps
     its place until it is synthesized)."""
 
-    reason: PlanEndReason
+    reason: vocabulary.PlanEndReason
     nodes: Mapping[str, Count | None] | None = None
 
 
@@ -536,7 +521,7 @@ class End(Record, frozen=True, tag="outcome"):
     seconds: Seconds
     syntheses: Count
     synthesis_seconds: Seconds
-    cause: OperatorCause | None = None
+    cause: vocabulary.OperatorCause | None = None
     proof: Proof | None = None
     unrealizable: Mapping[str, Sha256] | None = None
     makespan: Seconds | None = None

@@ -13,23 +13,7 @@ from collections.abc import Callable, Sequence
 from functools import reduce
 from operator import and_, or_, xor
 
-from safenav.formula.syntax import (
-    And,
-    Comparison,
-    Constant,
-    Formula,
-    Iff,
-    Implies,
-    Name,
-    Next,
-    Not,
-    Number,
-    Or,
-    Relation,
-    Sum,
-    Term,
-    Xor,
-)
+from safenav.formula import syntax
 
 Vector = Sequence[int]
 """Planes of a natural number, least significant first."""
@@ -45,34 +29,34 @@ class Evaluator:
         self.everywhere = (1 << count) - 1
         self._lookup = lookup
         self._numbers: dict[tuple[str, bool], Vector] = {}
-        self._comparisons: dict[tuple[Comparison, bool], int] = {}
+        self._comparisons: dict[tuple[syntax.Comparison, bool], int] = {}
 
-    def holds(self, formula: Formula, primed: bool = False) -> int:
+    def holds(self, formula: syntax.Formula, primed: bool = False) -> int:
         """The rows in which ``formula`` is true; ``primed`` reads it in the next state."""
         match formula:
-            case Name(name, own_prime):
+            case syntax.Name(name, own_prime):
                 return self._number(name, primed or own_prime)[0]
-            case Comparison():
+            case syntax.Comparison():
                 key = (formula, primed)
                 if key not in self._comparisons:
                     self._comparisons[key] = self._compare(formula, primed)
                 return self._comparisons[key]
-            case And(operands):
+            case syntax.And(operands):
                 planes = (self.holds(operand, primed) for operand in operands)
                 return reduce(and_, planes, self.everywhere)
-            case Or(operands):
+            case syntax.Or(operands):
                 return reduce(or_, (self.holds(operand, primed) for operand in operands), 0)
-            case Not(operand):
+            case syntax.Not(operand):
                 return self.everywhere ^ self.holds(operand, primed)
-            case Implies(left, right):
+            case syntax.Implies(left, right):
                 return (self.everywhere ^ self.holds(left, primed)) | self.holds(right, primed)
-            case Iff(left, right):
+            case syntax.Iff(left, right):
                 return self.everywhere ^ self.holds(left, primed) ^ self.holds(right, primed)
-            case Xor(operands):
+            case syntax.Xor(operands):
                 return reduce(xor, (self.holds(operand, primed) for operand in operands), 0)
-            case Next(operand):
+            case syntax.Next(operand):
                 return self.holds(operand, True)
-            case Constant(value):
+            case syntax.Constant(value):
                 return self.everywhere if value else 0
 
     def _number(self, name: str, primed: bool) -> Vector:
@@ -80,34 +64,34 @@ class Evaluator:
             self._numbers[name, primed] = self._lookup(name, primed)
         return self._numbers[name, primed]
 
-    def _term(self, term: Term, primed: bool) -> Vector:
+    def _term(self, term: syntax.Term, primed: bool) -> Vector:
         match term:
-            case Number(value):
+            case syntax.Number(value):
                 return self.constant(value)
-            case Name(name, own_prime):
+            case syntax.Name(name, own_prime):
                 return self._number(name, primed or own_prime)
-            case Sum(terms):
+            case syntax.Sum(terms):
                 return reduce(add, (self._term(part, primed) for part in terms))
 
     def constant(self, value: int) -> Vector:
         return [self.everywhere if value >> i & 1 else 0 for i in range(value.bit_length())]
 
-    def _compare(self, formula: Comparison, primed: bool) -> int:
+    def _compare(self, formula: syntax.Comparison, primed: bool) -> int:
         less, equal = self._order(
             self._term(formula.left, primed), self._term(formula.right, primed)
         )
         match formula.relation:
-            case Relation.EQUAL:
+            case syntax.Relation.EQUAL:
                 return equal
-            case Relation.UNEQUAL:
+            case syntax.Relation.UNEQUAL:
                 return self.everywhere ^ equal
-            case Relation.LESS:
+            case syntax.Relation.LESS:
                 return less
-            case Relation.AT_MOST:
+            case syntax.Relation.AT_MOST:
                 return less | equal
-            case Relation.GREATER:
+            case syntax.Relation.GREATER:
                 return self.everywhere ^ (less | equal)
-            case Relation.AT_LEAST:
+            case syntax.Relation.AT_LEAST:
                 return self.everywhere ^ less
 
     def _order(self, left: Vector, right: Vector) -> tuple[int, int]:

@@ -4,18 +4,9 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+from safenav.fleet import transport
 from safenav.fleet.fleet_file import Station
 from safenav.fleet.steps import FleetClock
-from safenav.fleet.transport import (
-    GoalEnd,
-    GoalEnded,
-    GoalPoint,
-    Located,
-    Message,
-    Performed,
-    Reported,
-    Scanned,
-)
 from safenav.fleet.world import FleetWorld
 from safenav.runtime.worlds.protocol import WorldEvent
 from safenav.scenario.model import Obstacle, Scenario
@@ -38,7 +29,7 @@ robots:
   {{digit: {{model: digit, start: 8, heading: east, objective: {{visit: [8, 12]}}}},
    quad: {{model: quadcopter, start: 15, objective: {{visit: [15, 19]}}}}}}
 """
-ENDS = {end.value: end for end in GoalEnd}
+ENDS = {end.value: end for end in transport.GoalEnd}
 
 
 class Robots:
@@ -50,19 +41,19 @@ class Robots:
         self.side = side
         self.script: list[tuple[str | None, float | None]] = []
         self.results: list[tuple[ActResult, str]] = []
-        self.goals: list[GoalPoint] = []
+        self.goals: list[transport.GoalPoint] = []
         self.cancelled: list[str] = []
         self.stamp = self.now = 0.0
         self.clock = FleetClock(lambda: self.now, self.step)
         self.x = {"digit": 1.5, "quad": 1.5}
         self.y = {"digit": 2.5, "quad": 1.5}
-        self.post: Callable[[Message], None] = print
+        self.post: Callable[[transport.Message], None] = print
         self.closed = False
 
     def step(self) -> None:
         self.now += 0.01
 
-    def open(self, post: Callable[[Message], None]) -> None:
+    def open(self, post: Callable[[transport.Message], None]) -> None:
         self.post = post
         for name in self.x:
             self.locate(name)
@@ -70,30 +61,30 @@ class Robots:
     def locate(self, name: str, yaw: float = 0.0) -> None:
         self.stamp += 1.0
         x, y = self.x[name] * self.side, self.y[name] * self.side
-        self.post(Located(name, self.stamp, x, y, yaw))
+        self.post(transport.Located(name, self.stamp, x, y, yaw))
 
     def missing(self) -> list[str]:
         return [] if "digit" in self.x else ["/digit/move_base"]
 
-    def navigate(self, robot: str, goal: GoalPoint) -> None:
+    def navigate(self, robot: str, goal: transport.GoalPoint) -> None:
         self.goals.append(goal)
         end, at = self.script.pop(0)
         if at is not None:
             self.x[robot] = at
             self.locate(robot)
         if end is not None:
-            self.post(GoalEnded(robot, goal.number, ENDS[end], ""))
+            self.post(transport.GoalEnded(robot, goal.number, ENDS[end], ""))
 
     def cancel(self, robot: str) -> None:
         self.cancelled.append(robot)
         if self.script and self.script[0][0] == "canceled":
             self.script.pop(0)
-            self.post(GoalEnded(robot, self.goals[-1].number, GoalEnd.CANCELED))
+            self.post(transport.GoalEnded(robot, self.goals[-1].number, transport.GoalEnd.CANCELED))
 
     def perform(self, robot: str, action: str, obstacle: str, number: int) -> None:
         assert (action, obstacle) == ("push", "door@9")
         result, text = self.results.pop(0)
-        self.post(Performed(robot, number, result, text))
+        self.post(transport.Performed(robot, number, result, text))
 
     def close(self) -> None:
         self.closed = True
@@ -126,7 +117,7 @@ HOME = Pose(8, Heading.EAST)
 
 def seen(world: FleetWorld, robots: Robots, scenario: Scenario) -> Obstacle:
     """A door in region 9, which the quadcopter has reported."""
-    robots.post(Reported("quad", "door@9"))
+    robots.post(transport.Reported("quad", "door@9"))
     world.wait(0.05)
     door = world.sense(scenario.robots[0], 9)
     assert door is not None
@@ -141,5 +132,5 @@ def rays(metres: float, ahead: int) -> list[float]:
 def scanned(robots: Robots, name: str, metres: float, ahead: int = 0) -> None:
     """A scan where the robot stands, and odometry from after it."""
     robots.stamp += 1.0
-    robots.post(Scanned(name, robots.stamp, 0.0, math.pi / 2, rays(metres, ahead)))
+    robots.post(transport.Scanned(name, robots.stamp, 0.0, math.pi / 2, rays(metres, ahead)))
     robots.locate(name)

@@ -9,30 +9,21 @@ import pytest
 import yaml
 
 from safenav.errors import Diagnostic, InputError
-from safenav.fleet.fleet_file import (
-    FleetFile,
-    Network,
-    ScanUse,
-    Station,
-    TransportKind,
-    load_fleet,
-    schema_text,
-    template_text,
-)
+from safenav.fleet import fleet_file
 from safenav.scenario.reading.loader import load_scenario
 from scenario.mistakes import disagreement, keys_of, mistakes, places
 from warm import safenav
 
 ROOT = Path(__file__).parents[2]
 CASE = ROOT / "scenarios" / "case_study_1.yaml"
-SCHEMA = json.loads(schema_text())
+SCHEMA = json.loads(fleet_file.schema_text())
 HEAD = "safenav-fleet: 1\ntransport: ros2\n"
 
 
-def loaded(text: str, folder: Path) -> FleetFile:
+def loaded(text: str, folder: Path) -> fleet_file.FleetFile:
     path = folder / "fleet.yaml"
     path.write_text(text)
-    return load_fleet(path, load_scenario(CASE))
+    return fleet_file.load_fleet(path, load_scenario(CASE))
 
 
 def test_own_keys_win_over_defaults(tmp_path: Path) -> None:
@@ -46,27 +37,29 @@ robots:
 """
     )
     fleet = loaded(text, tmp_path)
-    assert fleet.transport is TransportKind.ROS2
-    assert fleet.network == Network(7, "wlan0", ("10.0.0.7",))
-    scan = ScanUse("scan", "door", 0.35)
+    assert fleet.transport is fleet_file.TransportKind.ROS2
+    assert fleet.network == fleet_file.Network(7, "wlan0", ("10.0.0.7",))
+    scan = fleet_file.ScanUse("scan", "door", 0.35)
     assert fleet.stations == {
-        "quad": Station("/quad", speed=0.4, retries=0, scan=scan),
-        "digit": Station("/d", 0.3, 0.8, 3.0, 0, scan, "seen", None, {"push": "open_door"}),
+        "quad": fleet_file.Station("/quad", speed=0.4, retries=0, scan=scan),
+        "digit": fleet_file.Station(
+            "/d", 0.3, 0.8, 3.0, 0, scan, "seen", None, {"push": "open_door"}
+        ),
     }
     jsonschema.validate(yaml.safe_load(text), SCHEMA)
 
 
 def test_without_a_network_nothing_leaves_the_machine(tmp_path: Path) -> None:
-    assert loaded(HEAD, tmp_path).network == Network(0, "lo", ("127.0.0.1",))
+    assert loaded(HEAD, tmp_path).network == fleet_file.Network(0, "lo", ("127.0.0.1",))
 
 
 @pytest.mark.parametrize("name", ["case_study_1", "team_of_six", "beam", "hello"])
 def test_the_template_loads_and_fits_the_schema(name: str, tmp_path: Path) -> None:
     scenario = load_scenario(ROOT / "scenarios" / f"{name}.yaml")
-    text = template_text(scenario)
+    text = fleet_file.template_text(scenario)
     path = tmp_path / "fleet.yaml"
     path.write_text(text)
-    fleet = load_fleet(path, scenario)
+    fleet = fleet_file.load_fleet(path, scenario)
     assert set(fleet.stations) == {robot.name for robot in scenario.robots}
     for robot in scenario.robots:
         assert set(fleet.stations[robot.name].act) == set(robot.capabilities)
@@ -110,7 +103,7 @@ def test_a_mistake_is_told_with_its_place(text: str, told: str, tmp_path: Path) 
 def test_new_writes_a_fleet_file(tmp_path: Path) -> None:
     done: Any = safenav("new", "--fleet", CASE, cwd=tmp_path)
     assert done.returncode == 0 and "--fleet fleet.yaml --rehearse" in done.stderr
-    load_fleet(tmp_path / "fleet.yaml", load_scenario(CASE))
+    fleet_file.load_fleet(tmp_path / "fleet.yaml", load_scenario(CASE))
 
 
 FULL: dict[str, Any] = {
@@ -140,7 +133,7 @@ def test_loader_and_schema_judge_mistakes_alike(tmp_path: Path) -> None:
         path.write_text(json.dumps(data))
         found: tuple[Diagnostic, ...] = ()
         try:
-            load_fleet(path, scenario)
+            fleet_file.load_fleet(path, scenario)
         except InputError as error:
             found = error.diagnostics
         if told := disagreement(data, found, validator):

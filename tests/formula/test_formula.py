@@ -6,85 +6,73 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from safenav.formula import syntax
 from safenav.formula.checking import check
 from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import MAX_DEPTH, FormulaError, parse
 from safenav.formula.printer import to_text
-from safenav.formula.syntax import (
-    And,
-    Comparison,
-    Constant,
-    Formula,
-    Iff,
-    Implies,
-    Name,
-    Next,
-    Not,
-    Number,
-    Or,
-    Relation,
-    Sum,
-    Term,
-    Xor,
-    resolve_constants,
-    variables,
-)
 
 BOOLEANS = ("a", "b", "next_one", "Xs")
 INTEGERS = ("x", "y")
 
-booleans = st.builds(Name, st.sampled_from(BOOLEANS), st.booleans())
-atoms = st.builds(Name, st.sampled_from(INTEGERS), st.booleans()) | st.builds(
-    Number, st.integers(0, 9)
+booleans = st.builds(syntax.Name, st.sampled_from(BOOLEANS), st.booleans())
+atoms = st.builds(syntax.Name, st.sampled_from(INTEGERS), st.booleans()) | st.builds(
+    syntax.Number, st.integers(0, 9)
 )
-sums = st.builds(lambda parts: Sum(tuple(parts)), st.lists(atoms, min_size=2, max_size=3))
-comparisons = st.builds(Comparison, st.sampled_from(Relation), atoms | sums, atoms | sums)
-leaves = booleans | comparisons | st.builds(Constant, st.booleans())
+sums = st.builds(lambda parts: syntax.Sum(tuple(parts)), st.lists(atoms, min_size=2, max_size=3))
+comparisons = st.builds(
+    syntax.Comparison, st.sampled_from(syntax.Relation), atoms | sums, atoms | sums
+)
+leaves = booleans | comparisons | st.builds(syntax.Constant, st.booleans())
 
 
-def _several(children: st.SearchStrategy[Formula]) -> st.SearchStrategy[tuple[Formula, ...]]:
+def _several(
+    children: st.SearchStrategy[syntax.Formula],
+) -> st.SearchStrategy[tuple[syntax.Formula, ...]]:
     return st.lists(children, min_size=2, max_size=3).map(tuple)
 
 
-def _unprimed(formula: Formula) -> Formula:
+def _unprimed(formula: syntax.Formula) -> syntax.Formula:
     """The formula as it may stand inside next(...)."""
     match formula:
-        case Name(name):
-            return Name(name)
-        case Comparison(relation, left, right):
-            return Comparison(relation, _unprimed_term(left), _unprimed_term(right))
-        case Next(operand):
+        case syntax.Name(name):
+            return syntax.Name(name)
+        case syntax.Comparison(relation, left, right):
+            return syntax.Comparison(relation, _unprimed_term(left), _unprimed_term(right))
+        case syntax.Next(operand):
             return _unprimed(operand)
-        case Not(operand):
-            return Not(_unprimed(operand))
-        case And(operands):
-            return And(tuple(map(_unprimed, operands)))
-        case Or(operands):
-            return Or(tuple(map(_unprimed, operands)))
-        case Xor(operands):
-            return Xor(tuple(map(_unprimed, operands)))
-        case Implies(left, right):
-            return Implies(_unprimed(left), _unprimed(right))
-        case Iff(left, right):
-            return Iff(_unprimed(left), _unprimed(right))
+        case syntax.Not(operand):
+            return syntax.Not(_unprimed(operand))
+        case syntax.And(operands):
+            return syntax.And(tuple(map(_unprimed, operands)))
+        case syntax.Or(operands):
+            return syntax.Or(tuple(map(_unprimed, operands)))
+        case syntax.Xor(operands):
+            return syntax.Xor(tuple(map(_unprimed, operands)))
+        case syntax.Implies(left, right):
+            return syntax.Implies(_unprimed(left), _unprimed(right))
+        case syntax.Iff(left, right):
+            return syntax.Iff(_unprimed(left), _unprimed(right))
     return formula
 
 
-def _unprimed_term(term: Term) -> Term:
-    if isinstance(term, Sum):
-        return Sum(tuple(Name(t.name) if isinstance(t, Name) else t for t in term.terms))
-    return Name(term.name) if isinstance(term, Name) else term
+def _unprimed_term(term: syntax.Term) -> syntax.Term:
+    if isinstance(term, syntax.Sum):
+        return syntax.Sum(
+            tuple(syntax.Name(t.name) if isinstance(t, syntax.Name) else t for t in term.terms)
+        )
+    return syntax.Name(term.name) if isinstance(term, syntax.Name) else term
 
 
-def _larger(children: st.SearchStrategy[Formula]) -> st.SearchStrategy[Formula]:
+def _larger(children: st.SearchStrategy[syntax.Formula]) -> st.SearchStrategy[syntax.Formula]:
     return st.one_of(
-        st.builds(Not, children),
-        st.builds(Next, children.map(_unprimed)),
-        st.builds(And, _several(children)),
-        st.builds(Or, _several(children)),
-        st.builds(Xor, _several(children)),
-        st.builds(Implies, children, children),
-        st.builds(Iff, children, children),
+        st.builds(syntax.Not, children),
+        st.builds(syntax.Next, children.map(_unprimed)),
+        st.builds(syntax.And, _several(children)),
+        st.builds(syntax.Or, _several(children)),
+        st.builds(syntax.Xor, _several(children)),
+        st.builds(syntax.Implies, children, children),
+        st.builds(syntax.Iff, children, children),
     )
 
 
@@ -95,7 +83,7 @@ states = st.fixed_dictionaries(
 
 
 @given(formulas)
-def test_what_is_printed_reads_back_as_the_same_formula(formula: Formula) -> None:
+def test_what_is_printed_reads_back_as_the_same_formula(formula: syntax.Formula) -> None:
     assert parse(to_text(formula)) == formula
 
 
@@ -195,13 +183,13 @@ def test_long_chains_are_flat() -> None:
 
 
 def test_variables_of_a_formula() -> None:
-    assert variables(parse("a & (x + y' < 3) -> next(b)")) == {"a", "x", "y", "b"}
+    assert syntax.variables(parse("a & (x + y' < 3) -> next(b)")) == {"a", "x", "y", "b"}
 
 
 def test_named_constants_become_numbers() -> None:
     places = {"dock": 47}
     formula = parse("x = dock | next(!(dock < x + 1)) | x = dock'")
-    resolved = resolve_constants(formula, lambda name, _: places.get(name.name))
+    resolved = syntax.resolve_constants(formula, lambda name, _: places.get(name.name))
     assert to_text(resolved) == "x = 47 | next(!(47 < x + 1)) | x = dock'"
 
 

@@ -7,24 +7,12 @@ leave both players some freedom, so that both verdicts are frequent and strategi
 from dataclasses import dataclass
 from random import Random
 
-from oracle.formula import (
-    FALSE,
-    TRUE,
-    Atom,
-    Binary,
-    Compare,
-    Connective,
-    Formula,
-    Next,
-    Not,
-    Number,
-    Relation,
-)
+from oracle import formula
 from oracle.specification import Specification, Variable
 
 _NAMES = ("a", "b", "c", "go", "x_1", "y2", "Done", "in_put")
-_CONNECTIVES: tuple[Connective, ...] = ("&", "|", "|", "^", "->", "<->")
-_RELATIONS: tuple[Relation, ...] = ("=", "!=", "<", "<=", ">", ">=")
+_CONNECTIVES: tuple[formula.Connective, ...] = ("&", "|", "|", "^", "->", "<->")
+_RELATIONS: tuple[formula.Relation, ...] = ("=", "!=", "<", "<=", ">", ">=")
 
 
 @dataclass(frozen=True)
@@ -93,7 +81,7 @@ def _variables(source: Random, integers: bool, bits: int) -> tuple[Variable, ...
 
 def _conjuncts(
     source: Random, vocabulary: Vocabulary, counts: tuple[int, ...]
-) -> tuple[Formula, ...]:
+) -> tuple[formula.Formula, ...]:
     return tuple(_tree(source, vocabulary, 2) for _ in range(source.choice(counts)))
 
 
@@ -102,7 +90,7 @@ def _steps(
     vocabulary: Vocabulary,
     own: tuple[Variable, ...],
     counts: tuple[int, ...],
-) -> tuple[Formula, ...]:
+) -> tuple[formula.Formula, ...]:
     """Constraints on the own next values: rarely so tight that nobody can move."""
     steps = []
     for _ in range(source.choice(counts)):
@@ -110,63 +98,67 @@ def _steps(
         if not own or source.random() < 0.1:
             steps.append(_tree(source, vocabulary, 2))
         elif source.random() < 0.3:
-            steps.append(Binary("<->", _leaf(source, target), _tree(source, vocabulary, 1)))
+            steps.append(formula.Binary("<->", _leaf(source, target), _tree(source, vocabulary, 1)))
         else:
             guard = _tree(source, vocabulary, 1)
-            steps.append(Binary("|", Not(guard), _tree(source, target, 1)))
+            steps.append(formula.Binary("|", formula.Not(guard), _tree(source, target, 1)))
     return tuple(steps)
 
 
 def _goals(
     source: Random, vocabulary: Vocabulary, wider: Vocabulary, counts: tuple[int, ...]
-) -> tuple[Formula, ...]:
+) -> tuple[formula.Formula, ...]:
     return tuple(
         _tree(source, wider if source.random() < 0.4 else vocabulary, source.choice((0, 0, 1, 2)))
         for _ in range(source.choice(counts))
     )
 
 
-def _tree(source: Random, vocabulary: Vocabulary, depth: int) -> Formula:
+def _tree(source: Random, vocabulary: Vocabulary, depth: int) -> formula.Formula:
     if depth == 0 or source.random() < 0.2:
         return _leaf(source, vocabulary)
     shape = source.random()
     if shape < 0.15:
-        return Not(_tree(source, vocabulary, depth - 1))
+        return formula.Not(_tree(source, vocabulary, depth - 1))
     if shape < 0.25 and vocabulary.later:
-        return Next(_tree(source, Vocabulary(vocabulary.later, ()), depth - 1))
-    return Binary(
+        return formula.Next(_tree(source, Vocabulary(vocabulary.later, ()), depth - 1))
+    return formula.Binary(
         source.choice(_CONNECTIVES),
         _tree(source, vocabulary, depth - 1),
         _tree(source, vocabulary, depth - 1),
     )
 
 
-def _leaf(source: Random, vocabulary: Vocabulary) -> Formula:
+def _leaf(source: Random, vocabulary: Vocabulary) -> formula.Formula:
     choices = [(v, False) for v in vocabulary.now] + [(v, True) for v in vocabulary.later]
     if not choices or source.random() < 0.03:
-        return source.choice((TRUE, TRUE, TRUE, TRUE, TRUE, FALSE))
+        return source.choice(
+            (formula.TRUE, formula.TRUE, formula.TRUE, formula.TRUE, formula.TRUE, formula.FALSE)
+        )
     variable, primed = source.choice(choices)
     if variable.range is not None:
-        return _comparison(source, choices, Number(variable.name, primed), variable.range)
-    atom = Atom(variable.name, primed)
-    return Not(atom) if source.random() < 0.5 else atom
+        return _comparison(source, choices, formula.Number(variable.name, primed), variable.range)
+    atom = formula.Atom(variable.name, primed)
+    return formula.Not(atom) if source.random() < 0.5 else atom
 
 
 def _comparison(
     source: Random,
     choices: list[tuple[Variable, bool]],
-    number: Number,
+    number: formula.Number,
     limits: tuple[int, int],
-) -> Compare:
-    numbers = [Number(v.name, primed) for v, primed in choices if v.range is not None]
-    left: tuple[Number, ...] = (number,)
-    right: tuple[Number, ...] = (Number(source.randint(*limits)),)
+) -> formula.Compare:
+    numbers = [formula.Number(v.name, primed) for v, primed in choices if v.range is not None]
+    left: tuple[formula.Number, ...] = (number,)
+    right: tuple[formula.Number, ...] = (formula.Number(source.randint(*limits)),)
     if source.random() < 0.4:
         right = (source.choice(numbers),)
     if source.random() < 0.3:
-        extra = source.choice((Number(1), Number(source.randint(0, 3)), source.choice(numbers)))
+        extra = source.choice(
+            (formula.Number(1), formula.Number(source.randint(0, 3)), source.choice(numbers))
+        )
         if source.random() < 0.5:
             left = (*left, extra)
         else:
             right = (*right, extra)
-    return Compare(source.choice(_RELATIONS), left, right)
+    return formula.Compare(source.choice(_RELATIONS), left, right)

@@ -14,17 +14,7 @@ from typing import Any
 
 from safenav.errors import Diagnostic, InputError
 from safenav.lines import json_line
-from safenav.motion.file.records import (
-    TYPES,
-    VERSION,
-    Arc,
-    Curve,
-    Line,
-    Motion,
-    MotionHeader,
-    MotionOutcome,
-    Numbers,
-)
+from safenav.motion.file import records
 from safenav.trace.fields import WrongError, convert, entries, is_row
 
 _DIAGNOSTIC_LIMIT = 20
@@ -34,7 +24,7 @@ class _HeaderError(Exception):
     """The first line is not a header that can be read."""
 
 
-def read_motion(path: Path) -> Motion:
+def read_motion(path: Path) -> records.Motion:
     """The motion in a file. Raises InputError if it cannot be read or is none."""
     try:
         content = path.read_bytes()
@@ -44,11 +34,11 @@ def read_motion(path: Path) -> Motion:
     return parsed(content, str(path))
 
 
-def parsed(content: bytes, source: str) -> Motion:
+def parsed(content: bytes, source: str) -> records.Motion:
     """The motion in some bytes. Raises InputError with up to twenty diagnostics."""
-    header: MotionHeader | None = None
-    outcome: MotionOutcome | None = None
-    lines: list[Line] = []
+    header: records.MotionHeader | None = None
+    outcome: records.MotionOutcome | None = None
+    lines: list[records.Line] = []
     wrong: list[Diagnostic] = []
     number = 0
     for number, line in enumerate(content.split(b"\n"), start=1):
@@ -60,9 +50,9 @@ def parsed(content: bytes, source: str) -> Motion:
             if header is None:
                 header = _header(data, kind)
             elif kind == "outcome":
-                outcome = convert(MotionOutcome, data)
-            elif isinstance(kind, str) and kind in TYPES:
-                lines.append(convert(TYPES[kind], data))
+                outcome = convert(records.MotionOutcome, data)
+            elif isinstance(kind, str) and kind in records.TYPES:
+                lines.append(convert(records.TYPES[kind], data))
         except (ValueError, RecursionError) as error:
             wrong.append(Diagnostic(source, number, 1, f"this line is not JSON: {error}"))
         except WrongError as error:
@@ -80,28 +70,32 @@ def parsed(content: bytes, source: str) -> Motion:
         raise InputError(wrong)
     assert header is not None
     assert outcome is not None
-    return Motion(header, tuple(lines), outcome)
+    return records.Motion(header, tuple(lines), outcome)
 
 
-def _header(data: Any, kind: object) -> MotionHeader:
+def _header(data: Any, kind: object) -> records.MotionHeader:
     if kind != "header" or "motion" not in data:
         raise _HeaderError("the first line must be the header of a motion file")
-    if data["motion"] != VERSION:
-        raise _HeaderError(f"motion version {data['motion']!r}: this safenav reads {VERSION}")
-    header: MotionHeader = convert(MotionHeader, data)
+    if data["motion"] != records.VERSION:
+        raise _HeaderError(
+            f"motion version {data['motion']!r}: this safenav reads {records.VERSION}"
+        )
+    header: records.MotionHeader = convert(records.MotionHeader, data)
     return header
 
 
-NAMES = {kind: name for name, kind in TYPES.items()}
+NAMES = {kind: name for name, kind in records.TYPES.items()}
 
 DECIMALS = 12
 """Decimals of metres, seconds and radians: joins are exact to 1e-9."""
 
 
-def text_of(motion: Motion) -> str:
+def text_of(motion: records.Motion) -> str:
     """The lines of the file."""
     header = motion.header
-    lines: list[dict[str, object]] = [{"type": "header", "motion": VERSION, **_object(header)}]
+    lines: list[dict[str, object]] = [
+        {"type": "header", "motion": records.VERSION, **_object(header)}
+    ]
     lines += [{"type": NAMES[type(line)], **_object(line)} for line in motion.lines]
     lines.append({"type": "outcome", **_object(motion.outcome)})
     return "".join(map(json_line, lines))
@@ -119,10 +113,10 @@ def _plain(value: object) -> object:
         return [_plain(item) for item in value]
     if isinstance(value, Mapping):
         return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, Curve):
+    if isinstance(value, records.Curve):
         polynomials = (value.x, value.y, value.z, value.yaw)
         return [_plain(value.seconds), *(_polynomial(p, value.seconds) for p in polynomials)]
-    if isinstance(value, Arc):
+    if isinstance(value, records.Arc):
         pose = _plain((value.x, value.y, value.yaw, value.curvature))
         assert isinstance(pose, list)
         return [_plain(value.seconds), *pose, _polynomial(value.way, value.seconds)]
@@ -132,7 +126,7 @@ def _plain(value: object) -> object:
     return value
 
 
-def _polynomial(coefficients: Numbers, seconds: float) -> list[float]:
+def _polynomial(coefficients: records.Numbers, seconds: float) -> list[float]:
     """With more decimals for higher powers: at the end each adds the same error."""
     more = log10(max(seconds, 1.0))
     return [round(c, DECIMALS + ceil(k * more)) + 0.0 for k, c in enumerate(coefficients)]

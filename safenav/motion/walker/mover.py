@@ -14,15 +14,7 @@ from msgspec import Struct, to_builtins
 from msgspec.structs import replace
 
 from safenav.errors import UsageError
-from safenav.motion.file.records import (
-    Foothold,
-    FootState,
-    Moving,
-    Piece,
-    PressurePhase,
-    Segment,
-    Swing,
-)
+from safenav.motion.file import records
 from safenav.motion.geometry import MetricFloor, turn, way, yaw
 from safenav.motion.mover import Crossing, Mover
 from safenav.motion.pendulum import Array, sampled
@@ -139,7 +131,7 @@ class WalkerMover(Mover):
         own = {"size": self.size, "omega": self.gait.omega, "height": walker.height}
         return {**own, "foot": walker.foot, "clearance": walker.clearance, **to_builtins(LIMITS)}
 
-    def move(self, crossing: Crossing) -> list[Moving]:
+    def move(self, crossing: Crossing) -> list[records.Moving]:
         assert self.heading is not None
         quarters = turn(self.heading, crossing.heading)
         if self.foot:
@@ -148,14 +140,14 @@ class WalkerMover(Mover):
             primitive = primitives.start(self.gait, quarters, LEFT)
         return [self._carried_out(primitive, crossing.tick, crossing.to, crossing.heading)]
 
-    def halt(self, tick: int) -> list[Moving]:
+    def halt(self, tick: int) -> list[records.Moving]:
         if not self.foot:
             return []
         stop = primitives.stop(self.gait, self.foot)
         assert self.heading is not None
         return [self._carried_out(stop, tick, self.region, self.heading)]
 
-    def rest(self, tick: int, until: float) -> list[Moving]:
+    def rest(self, tick: int, until: float) -> list[records.Moving]:
         assert not self.foot, "a walker in mid-step cannot rest"
         assert self.heading is not None
         stand = primitives.stand(self.gait, until - self.time)
@@ -163,11 +155,11 @@ class WalkerMover(Mover):
 
     def _carried_out(
         self, primitive: Primitive, tick: int, to: int, heading: str, until: float | None = None
-    ) -> Segment:
+    ) -> records.Segment:
         assert self.heading is not None
         end = self.time + primitive.seconds if until is None else until
         place = Placing(self.floor, self.region, self.heading)
-        who = Piece(self.robot, tick, primitive.name, self.region, to, self.time, end)
+        who = records.Piece(self.robot, tick, primitive.name, self.region, to, self.time, end)
         segment = place.segment(who, primitive)
         self.region, self.heading, self.foot, self.time = to, heading, primitive.foot, end
         return segment
@@ -184,12 +176,12 @@ class Placing:
         self._x, self._y = x - self._cos * half, y - self._sin * half
         self._yaw = yaw(heading)
 
-    def segment(self, who: Piece, primitive: Primitive) -> Segment:
+    def segment(self, who: records.Piece, primitive: Primitive) -> records.Segment:
         """The primitive in the frame of the map."""
         pressures = (self._point(x, y) for x, y in primitive.pressures.tolist())
         phases = zip(primitive.durations.tolist(), pressures, strict=True)
         begin, end = primitive.turning
-        return Segment(
+        return records.Segment(
             who.robot,
             who.tick,
             who.primitive,
@@ -197,7 +189,7 @@ class Placing:
             who.to,
             who.t0,
             who.t1,
-            phases=tuple(PressurePhase(seconds, x, y) for seconds, (x, y) in phases),
+            phases=tuple(records.PressurePhase(seconds, x, y) for seconds, (x, y) in phases),
             feet=tuple(self._foot(hold) for hold in primitive.footholds),
             swings=tuple(self._swing(swing) for swing in primitive.swings),
             turning=(self._yaw, self._yaw + primitive.turn * pi / 2, begin, end),
@@ -215,15 +207,15 @@ class Placing:
         x, y, vx, vy = state.tolist()
         return (*self._point(x, y), *self._turned(vx, vy))
 
-    def _foot(self, hold: Foothold) -> Foothold:
+    def _foot(self, hold: records.Foothold) -> records.Foothold:
         x, y = self._point(hold.x, hold.y)
-        return Foothold(x, y, hold.yaw + self._yaw, hold.side, hold.down, hold.up)
+        return records.Foothold(x, y, hold.yaw + self._yaw, hold.side, hold.down, hold.up)
 
-    def _swing(self, swing: Swing) -> Swing:
+    def _swing(self, swing: records.Swing) -> records.Swing:
         start, goal = self._passed(swing.start), self._passed(swing.goal)
-        return Swing(swing.side, swing.t0, swing.t1, swing.u0, swing.u1, start, goal)
+        return records.Swing(swing.side, swing.t0, swing.t1, swing.u0, swing.u1, start, goal)
 
-    def _passed(self, state: FootState) -> FootState:
+    def _passed(self, state: records.FootState) -> records.FootState:
         x, y, yaw, vx, vy, turning, ax, ay, bending = state
         speed, pull = (*self._turned(vx, vy), turning), (*self._turned(ax, ay), bending)
         return (*self._point(x, y), yaw + self._yaw, *speed, *pull)

@@ -16,20 +16,8 @@ from msgspec.structs import asdict
 
 from safenav.report.picture.glyphs import EVENT_MARKS, NOSE, STATUS_MARKS
 from safenav.report.picture.pictograms import CHARGER, obstacle_pictogram, robot_pictogram
+from safenav.report.replay import timeline
 from safenav.report.replay.perception import SightCache, viewers
-from safenav.report.replay.timeline import (
-    Changes,
-    Event,
-    Hidden,
-    LongStep,
-    ObstacleStatus,
-    Replay,
-    RobotBelief,
-    RobotProgress,
-    RobotTrack,
-    Slack,
-    StackRow,
-)
 from safenav.scenario.objective import Objective, target_regions
 from safenav.trace.looks import looks
 from safenav.trace.vocabulary import OPERATOR_ACTION
@@ -66,7 +54,7 @@ def written(regions: Iterable[Region]) -> str:
     return ",".join(map(str, numbers))
 
 
-def encoded(replay: Replay, source: str) -> dict[str, Any]:
+def encoded(replay: timeline.Replay, source: str) -> dict[str, Any]:
     """Return the data of the page. ``source`` is the name of the trace, for its reader."""
     ending = replay.ending
     index = {track.name: i for i, track in enumerate(replay.robots)}
@@ -96,9 +84,9 @@ def encoded(replay: Replay, source: str) -> dict[str, Any]:
             {
                 **obstacle_data(hidden, replay.map),
                 "status": _changes(replay.statuses[hidden.name], status_data),
-                "met": _changes(replay.met.get(hidden.name, Changes.of(0, ())), met_data),
+                "met": _changes(replay.met.get(hidden.name, timeline.Changes.of(0, ())), met_data),
                 "carried": _changes(
-                    replay.loads.get(hidden.name, Changes.of((), ())),
+                    replay.loads.get(hidden.name, timeline.Changes.of((), ())),
                     lambda robots: carriers_data(robots, index),
                 ),
             }
@@ -127,7 +115,7 @@ def encoded(replay: Replay, source: str) -> dict[str, Any]:
     }
 
 
-def obstacle_data(hidden: Hidden, world: RegionMap) -> dict[str, Any]:
+def obstacle_data(hidden: timeline.Hidden, world: RegionMap) -> dict[str, Any]:
     return {
         "name": hidden.name,
         "label": hidden.label(world),
@@ -146,7 +134,7 @@ def open_need(action: str) -> str:
     return "an operator" if action == OPERATOR_ACTION else f"'{action}'"
 
 
-def event_data(event: Event, index: dict[str, int]) -> list[Any]:
+def event_data(event: timeline.Event, index: dict[str, int]) -> list[Any]:
     """Return an event; ``index`` numbers the robots."""
     return [
         event.tick,
@@ -157,11 +145,11 @@ def event_data(event: Event, index: dict[str, int]) -> list[Any]:
     ]
 
 
-def slack_data(slack: Slack) -> list[Any]:
+def slack_data(slack: timeline.Slack) -> list[Any]:
     return [slack.tick, slack.of, slack.begin, slack.due, slack.verdict]
 
 
-def _robot(replay: Replay, track: RobotTrack) -> dict[str, Any]:
+def _robot(replay: timeline.Replay, track: timeline.RobotTrack) -> dict[str, Any]:
     facing = [heading.name[0] for heading in track.headings if heading is not None]
     return {
         "name": track.name,
@@ -180,7 +168,9 @@ def _robot(replay: Replay, track: RobotTrack) -> dict[str, Any]:
     }
 
 
-def _view(replay: Replay, viewer: str, index: dict[str, int], sets: RegionSets) -> dict[str, Any]:
+def _view(
+    replay: timeline.Replay, viewer: str, index: dict[str, int], sets: RegionSets
+) -> dict[str, Any]:
     """Return a robot's sight and beliefs, each set of regions by its index in ``sets``."""
     sight = SightCache(replay.map)
     views = (sight.after(replay, viewer, tick) for tick in range(replay.last + 1))
@@ -201,12 +191,12 @@ def _view(replay: Replay, viewer: str, index: dict[str, int], sets: RegionSets) 
     }
 
 
-def steps_data(steps: Sequence[LongStep]) -> list[list[Any]]:
+def steps_data(steps: Sequence[timeline.LongStep]) -> list[list[Any]]:
     return [[s.first, s.last, s.toward, round(s.begin, 3), round(s.end, 3)] for s in steps]
 
 
 def belief_data(
-    belief: RobotBelief | None, placed: Callable[[Sequence[Region]], int | str]
+    belief: timeline.RobotBelief | None, placed: Callable[[Sequence[Region]], int | str]
 ) -> list[Any]:
     """Return a belief; ``placed``: how a set of regions is written."""
     return [0, -1] if belief is None else [int(belief.seen), placed(sorted(belief.regions))]
@@ -216,7 +206,7 @@ def met_data(needs: int) -> list[Any]:
     return [needs]
 
 
-def status_data(status: ObstacleStatus) -> list[Any]:
+def status_data(status: timeline.ObstacleStatus) -> list[Any]:
     return [status.value]
 
 
@@ -224,11 +214,11 @@ def carriers_data(robots: Sequence[str], index: dict[str, int]) -> list[Any]:
     return [[index[robot] for robot in robots]]
 
 
-def progress_data(done: RobotProgress) -> list[Any]:
+def progress_data(done: timeline.RobotProgress) -> list[Any]:
     return [done.rounds, -1 if done.reached is None else done.reached]
 
 
-def stack_data(frames: Sequence[StackRow], world: RegionMap) -> list[Any]:
+def stack_data(frames: Sequence[timeline.StackRow], world: RegionMap) -> list[Any]:
     return [
         [
             [frame.about(world.word), frame.roles, frame.requester, [*frame.helpers]]
@@ -241,7 +231,7 @@ def task_data(objective: Objective | None, world: RegionMap) -> list[Any]:
     return [objective_words(objective, world.word), sorted(target_regions(objective))]
 
 
-def _changes(changes: Changes[Any], value: Callable[[Any], list[Any]]) -> list[list[Any]]:
+def _changes(changes: timeline.Changes[Any], value: Callable[[Any], list[Any]]) -> list[list[Any]]:
     return changed(zip(changes.ticks, changes.values, strict=True), value)
 
 

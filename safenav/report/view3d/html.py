@@ -24,16 +24,7 @@ from numpy.typing import NDArray
 
 from safenav.errors import UsageError
 from safenav.motion.columns import columns_of
-from safenav.motion.file.records import (
-    Action,
-    FlownTrack,
-    GoalLine,
-    Measured,
-    Motion,
-    Release,
-    Reserve,
-    Segment,
-)
+from safenav.motion.file import records
 from safenav.motion.in_time import in_time, turns_in_time
 from safenav.motion.requirements import curves
 from safenav.report.page.encode import encoded
@@ -60,7 +51,7 @@ _WALKER = {
 _BODY = {name: name for name in ("x", "y", "z", "yaw")}
 
 
-def encoded_motion(motion: Motion) -> dict[str, Any]:
+def encoded_motion(motion: records.Motion) -> dict[str, Any]:
     """Return the data of the page."""
     names = list(motion.header.robots)
     tracks = [_track(motion, name) for name in names]
@@ -76,12 +67,12 @@ def encoded_motion(motion: Motion) -> dict[str, Any]:
         ],
         "actions": [
             [names.index(a.robot), a.obstacle, a.action, round(a.t0, 3), round(a.t1, 3)]
-            for a in motion.of(Action)
+            for a in motion.of(records.Action)
         ],
     }
 
 
-def _track(motion: Motion, robot: str) -> dict[str, Any]:
+def _track(motion: records.Motion, robot: str) -> dict[str, Any]:
     described = motion.header.robots[robot]
     columns = columns_of(motion, robot, RATE, in_world=False)
     walks = "com_x" in columns.columns
@@ -98,12 +89,12 @@ def _track(motion: Motion, robot: str) -> dict[str, Any]:
     }
 
 
-def _ghost(motion: Motion, robot: str, times: Array, names: list[str]) -> dict[str, Any]:
+def _ghost(motion: records.Motion, robot: str, times: Array, names: list[str]) -> dict[str, Any]:
     """Return the plan of a robot whose columns are measured: of one with a reference that, of one
     with goals the goal that it has, or had last."""
-    if not motion.of(Measured, robot):
+    if not motion.of(records.Measured, robot):
         return {}
-    goals = motion.of(GoalLine, robot)
+    goals = motion.of(records.GoalLine, robot)
     columns = columns_of(motion, robot, RATE, in_world=False, planned=not goals).columns
     wanted = _WALKER if "com_x" in columns else _BODY
     found = {name: columns[wanted[name]].copy() for name in names if name in wanted}
@@ -126,13 +117,13 @@ def _packed(found: Mapping[str, Array]) -> dict[str, Any]:
 
 
 def _attitude(
-    motion: Motion, robot: str, times: Array, columns: Mapping[str, Array]
+    motion: records.Motion, robot: str, times: Array, columns: Mapping[str, Array]
 ) -> dict[str, Array]:
     """Return position and quaternion of a flyer: as it was simulated in wind, else tilted by the
     thrust that its reference takes (thrust along the body's z axis, then turned by its yaw)."""
     rows = [
         (line.t0 + index * line.step, row)
-        for line in motion.of(FlownTrack, robot)
+        for line in motion.of(records.FlownTrack, robot)
         for index, row in enumerate(line.rows)
     ]
     if rows:
@@ -154,10 +145,10 @@ def _attitude(
     }
 
 
-def _feet(motion: Motion, robot: str) -> Iterator[tuple[int, ...]]:
+def _feet(motion: records.Motion, robot: str) -> Iterator[tuple[int, ...]]:
     """Yield the footholds: x, y and yaw (thousandths), side, down and up (ms), each once."""
     latest: dict[int, tuple[int, int]] = {}
-    for line in motion.of(Segment, robot):
+    for line in motion.of(records.Segment, robot):
         for foot in sorted(line.feet, key=lambda foot: foot.down):
             place = (round(foot.x * 1000), round(foot.y * 1000))
             if latest.get(foot.side) != place:
@@ -166,13 +157,13 @@ def _feet(motion: Motion, robot: str) -> Iterator[tuple[int, ...]]:
                 yield (*place, round(foot.yaw * 1000), foot.side, down, up)
 
 
-def _reserved(motion: Motion) -> Iterator[tuple[str, int, float, float]]:
+def _reserved(motion: records.Motion) -> Iterator[tuple[str, int, float, float]]:
     """Yield each reservation: robot, region, start and end time."""
     since: dict[tuple[str, int], float] = {}
     for line in motion.lines:
-        if isinstance(line, Reserve):
+        if isinstance(line, records.Reserve):
             since.setdefault((line.robot, line.region), line.t)
-        elif isinstance(line, Release):
+        elif isinstance(line, records.Release):
             begin = since.pop((line.robot, line.region), None)
             if begin is not None:
                 yield line.robot, line.region, begin, line.t
@@ -213,7 +204,7 @@ _LOADER = """\
 """
 
 
-def page3d_of(trace: Trace, source: str, motion: Motion) -> str:
+def page3d_of(trace: Trace, source: str, motion: records.Motion) -> str:
     """Return the run of a trace in 3D as an HTML document, told by the clock of its motion.
     ``source`` is the name of the trace."""
     replay = replay_of(in_time(trace, motion))
@@ -229,7 +220,9 @@ def page3d_of(trace: Trace, source: str, motion: Motion) -> str:
     )
 
 
-def _charges(trace: Trace, motion: Motion, instants: Sequence[float]) -> dict[str, Changes[int]]:
+def _charges(
+    trace: Trace, motion: records.Motion, instants: Sequence[float]
+) -> dict[str, Changes[int]]:
     """Return the charges of a run in lockstep, in ticks, at the instants of its motion."""
     found = {}
     turns = turns_in_time(trace, motion)
