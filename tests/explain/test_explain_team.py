@@ -91,8 +91,7 @@ def test_a_lonely_lifter_gets_a_colleague_or_a_lighter_crate() -> None:
 
 def test_lifters_that_fit_on_one_side_only_get_an_answer() -> None:
     """No robot is named as stuck: it ended in an empty maximum."""
-    found = explained(
-        """
+    found = explained("""
 safenav: 1
 map: {grid: ["#########", "#...#...#", "#.......#", "#...#...#", "#########"]}
 catalogue:
@@ -102,8 +101,7 @@ robots:
   leo: {model: lifter, start: [2, 1], objective: {visit: [[2, 1], [2, 7]]}}
   mia: {model: lifter, start: [1, 1], objective: {patrol: [[1, 1], [3, 1]]}}
 obstacles: [{type: crate, region: [2, 4]}]
-"""
-    )
+""")
     assert found.result.outcome.value == "operator_needed"
     assert "because no order of actions lets every robot continue:" in "\n".join(
         postmortem_lines(found, str)

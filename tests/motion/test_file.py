@@ -23,15 +23,13 @@ def test_file_is_read_as_it_was_written(name: str) -> None:
 @pytest.mark.parametrize("kind", ["disc", "rover", "flyer"])
 def test_steps_of_a_minute_join_as_steps_of_a_second_do(kind: str) -> None:
     """Coefficients of high powers were cut to twelve decimals, whatever the seconds."""
-    trace = played(
-        f"""
+    trace = played(f"""
 safenav: 1
 map: {{grid: ["#####", "#...#", "#####"]}}
 catalogue: {{robots: {{snail: {{mobility: free, layer: ground, motion: {kind}, speed: 0.08}}}}}}
 robots: {{gary: {{model: snail, start: [1, 1], objective: {{visit: [[1, 3], [1, 1]]}}}}}}
 until: {{rounds: 1}}
-"""
-    )
+""")
     read = read_bytes(trace, "trace.jsonl")
     written = text_of(motion_of(read))
     assert check_motion(parsed(written.encode(), "slow"), read) == []

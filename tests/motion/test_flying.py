@@ -64,14 +64,12 @@ def test_gusts_beyond_the_tilt_limit_are_refused() -> None:
 
 
 def test_same_seed_gives_the_same_wind() -> None:
-    run = played(
-        """
+    run = played("""
         safenav: 1
         map: {grid: ["#####", "#...#", "#####"]}
         robots: {quad: {model: quadcopter, start: 6, objective: {visit: [8, 6]}}}
         until: {rounds: 1}
-        """
-    )
+        """)
 
     def flown(seed: int) -> str:
         wind = Disturbances(seed, gust=2.0)

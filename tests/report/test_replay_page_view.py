@@ -120,16 +120,14 @@ def test_no_event_row_is_cut(browser: Browser, pages: dict[str, Path]) -> None:
 
 def test_the_saved_picture_stands_alone(browser: Browser, pages: dict[str, Path]) -> None:
     browser.open(pages["door"], "#tick=12")
-    browser.run(
-        """
+    browser.run("""
         window.saved = [];
         URL.createObjectURL = (blob) => {
             blob.text().then((text) => saved.push([blob.type, text]));
             return "#";
         };
         HTMLAnchorElement.prototype.click = () => {};
-        """
-    )
+        """)
     for form in ("SVG", "PNG"):
         browser.one(f'button[title="Save this frame as {form}"]').click()
     browser.wait(lambda: browser.run("return saved.length") == 2)

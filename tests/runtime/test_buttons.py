@@ -88,8 +88,7 @@ def test_a_button_inside_the_room_behind_the_door_needs_an_operator() -> None:
 
 
 def test_two_lifters_keep_out_of_a_crate_that_takes_two() -> None:
-    trace = play(
-        """
+    trace = play("""
         map: {grid: ["#########", "#.......#", "###.#####", "#########"]}
         catalogue:
           robots:
@@ -101,8 +100,7 @@ def test_two_lifters_keep_out_of_a_crate_that_takes_two() -> None:
           ben: {model: lifter, start: [1, 2], objective: {hold: [1, 2]}}
         obstacles: [{type: crate, region: [1, 4]}]
         until: {rounds: 1}
-        """
-    )
+        """)
     resolved = trace.one("resolved")
     assert resolved["robots"] == ["ann", "ben"]
     assert min(inside(trace, 13, {"ann", "ben"})) > resolved["tick"]
@@ -110,8 +108,7 @@ def test_two_lifters_keep_out_of_a_crate_that_takes_two() -> None:
 
 
 def test_the_last_need_may_be_met_by_entering_the_others_not() -> None:
-    trace = play(
-        """
+    trace = play("""
         map: {grid: ["########", "#......#", "########"]}
         catalogue:
           robots: {smith: {mobility: free, layer: ground, capabilities: [unlock, push]}}
@@ -119,8 +116,7 @@ def test_the_last_need_may_be_met_by_entering_the_others_not() -> None:
         robots: {sam: {model: smith, start: [1, 2], objective: {visit: [[1, 6], [1, 1]]}}}
         obstacles: [{type: gate, region: [1, 4]}]
         until: {rounds: 1}
-        """
-    )
+        """)
     unlocked = trace.one("met", need=0)
     assert (unlocked["at"], trace.one("violation")["action"]) == (9, "unlock")
     assert min(inside(trace, 12, {"sam"})) == trace.one("resolved")["tick"] > unlocked["tick"]
@@ -129,8 +125,7 @@ def test_the_last_need_may_be_met_by_entering_the_others_not() -> None:
 
 def test_what_turns_out_untraversable_from_inside_is_left_and_not_entered_again() -> None:
     """A robot that can tell only by entering; it is inside when it learns, and goes back."""
-    trace = play(
-        """
+    trace = play("""
         map: {grid: ["#######", "#.....#", "#.###.#", "#.....#", "#######"]}
         catalogue:
           robots: {tester: {mobility: free, layer: ground, capabilities: [test]}}
@@ -138,8 +133,7 @@ def test_what_turns_out_untraversable_from_inside_is_left_and_not_entered_again(
         robots: {tess: {model: tester, start: [1, 1], objective: {visit: [[1, 5], [1, 1]]}}}
         obstacles: [{type: ice, region: [1, 3], traversable: false}]
         until: {rounds: 1}
-        """
-    )
+        """)
     found = trace.one("resolved")
     assert found["traversable"] is False and found["at"] == 10
     assert inside(trace, 10, {"tess"}) == [found["tick"]]

@@ -82,8 +82,7 @@ def test_nobody_does_with_resolution_off(name: str) -> None:
 
 def test_requester_waits_where_it_does_not_block_its_helper() -> None:
     # The only way to the lever is past the region from which the walker has met the debris.
-    trace = play(
-        """
+    trace = play("""
         map:
           grid: |
             ########
@@ -103,16 +102,14 @@ def test_requester_waits_where_it_does_not_block_its_helper() -> None:
         obstacles: [{type: debris, region: [1, 4]}]
         until: {rounds: 1}
         limits: {ticks: 120}
-        """
-    )
+        """)
     assert trace.one("resolved")["robot"] == "digger"
     assert trace.outcome["outcome"] == "completed"
 
 
 def test_corridor_is_used_in_one_direction_at_a_time() -> None:
     # Robots with heading mobility could not back out of it.
-    trace = play(
-        """
+    trace = play("""
         map:
           grid: |
             #############
@@ -125,8 +122,7 @@ def test_corridor_is_used_in_one_direction_at_a_time() -> None:
           b: {model: digit, start: [3, 11], heading: west, objective: {visit: [[3, 1], [3, 11]]}}
         until: {rounds: 2}
         limits: {ticks: 300}
-        """
-    )
+        """)
     assert trace.outcome["outcome"] == "completed", trace.outcome["explanation"]
     corridor = set(range(2 * 13 + 4, 2 * 13 + 9))
     inside: dict[str, int] = {}
@@ -143,8 +139,7 @@ def test_corridor_is_used_in_one_direction_at_a_time() -> None:
 def test_formulas_that_remember_get_what_they_wait_for() -> None:
     """To be back at the west end after having been further east: places alone do not say whether
     that is met, so a plan takes the robot where its strategy is going."""
-    trace = play(
-        """
+    trace = play("""
         map: {grid: ["#########", "#.......#", "####.####", "#########"]}
         robots:
           a:
@@ -162,8 +157,7 @@ def test_formulas_that_remember_get_what_they_wait_for() -> None:
             objective: {ltl: {liveness: ["region = 11", "region = 16"]}}
         until: {rounds: 2}
         limits: {ticks: 500}
-        """
-    )
+        """)
     assert trace.outcome["outcome"] == "completed", trace.outcome["explanation"]
     assert trace.all("plan")
     remembered, done = False, 0

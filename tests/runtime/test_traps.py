@@ -7,8 +7,7 @@ from safenav.errors import InputError
 
 
 def test_resolving_what_nobody_asked_for_pops_nothing() -> None:
-    trace = play(
-        """
+    trace = play("""
         map:
           grid: |
             ########
@@ -19,8 +18,7 @@ def test_resolving_what_nobody_asked_for_pops_nothing() -> None:
           flyer: {model: quadcopter, start: 9, objective: {visit: [14, 9]}}
         obstacles: [{type: door, region: 12}]
         until: {rounds: 2}
-        """
-    )
+        """)
     assert trace.one("resolved")["requested"] is False
     assert trace.all("pop") == trace.all("push") == []
     assert trace.outcome["outcome"] == "completed"
@@ -28,8 +26,7 @@ def test_resolving_what_nobody_asked_for_pops_nothing() -> None:
 
 def test_unasked_resolution_while_a_request_is_open_leaves_the_stack_alone() -> None:
     # The flyer waits for door 12; on its way there the opener opens door 16, too.
-    trace = play(
-        """
+    trace = play("""
         map:
           grid: |
             ##########
@@ -43,8 +40,7 @@ def test_unasked_resolution_while_a_request_is_open_leaves_the_stack_alone() -> 
         obstacles: [{type: door, region: 12}, {type: door, region: 16}]
         until: {rounds: 1}
         limits: {ticks: 100}
-        """
-    )
+        """)
     first, second = trace.all("resolved")
     assert (first["obstacle"], first["requested"]) == ("door@16", False)
     assert (second["obstacle"], second["requested"]) == ("door@12", True)
@@ -53,8 +49,7 @@ def test_unasked_resolution_while_a_request_is_open_leaves_the_stack_alone() -> 
 
 
 def test_helper_that_stands_on_its_own_target_still_goes() -> None:
-    trace = play(
-        """
+    trace = play("""
         map:
           grid: |
             #########
@@ -67,8 +62,7 @@ def test_helper_that_stands_on_its_own_target_still_goes() -> None:
         obstacles: [{type: door, region: 12}, {type: door, region: 21}]
         until: {rounds: 1}
         limits: {ticks: 60}
-        """
-    )
+        """)
     assert trace.all("request")[0]["helper"] == "opener"
     assert trace.all("resolved")[0]["robot"] == "opener"
     assert trace.outcome["outcome"] == "completed"
@@ -77,8 +71,7 @@ def test_helper_that_stands_on_its_own_target_still_goes() -> None:
 def test_robot_that_faces_the_obstacle_can_wait_and_turn() -> None:
     # Digit faces the uncertain region with a wall on its left: it cannot turn on the spot. It
     # waits, and when the region proves untraversable it turns off to the right.
-    trace = play(
-        """
+    trace = play("""
         map:
           grid: |
             ########
@@ -92,8 +85,7 @@ def test_robot_that_faces_the_obstacle_can_wait_and_turn() -> None:
         obstacles: [{type: uncertainty, region: 11, traversable: false}]
         until: {rounds: 1}
         limits: {ticks: 80}
-        """
-    )
+        """)
     violation, resolved = trace.one("violation"), trace.one("resolved")
     assert (violation["at"], violation["proposed"]) == (10, 11)
     waiting = range(violation["tick"], resolved["tick"])  # quad's turn is before digit's
@@ -104,8 +96,7 @@ def test_robot_that_faces_the_obstacle_can_wait_and_turn() -> None:
 
 
 def test_second_request_while_the_first_is_pending() -> None:
-    trace = play(
-        """
+    trace = play("""
         map:
           grid: |
             ###########
@@ -120,8 +111,7 @@ def test_second_request_while_the_first_is_pending() -> None:
         obstacles: [{type: door, region: 13}, {type: door, region: 18}]
         until: {rounds: 1}
         limits: {ticks: 150}
-        """
-    )
+        """)
     assert [r["obstacle"] for r in trace.all("request")][:2] == ["door@13", "door@18"]
     assert [p["depth"] for p in trace.all("push")][:2] == [1, 2]
     assert {r["obstacle"] for r in trace.all("resolved")} == {"door@13", "door@18"}
@@ -129,8 +119,7 @@ def test_second_request_while_the_first_is_pending() -> None:
 
 
 def test_two_robots_meet_the_same_obstacle() -> None:
-    trace = play(
-        """
+    trace = play("""
         map:
           grid: |
             ###########
@@ -149,8 +138,7 @@ def test_two_robots_meet_the_same_obstacle() -> None:
         obstacles: [{type: door, region: 26}]
         until: {rounds: 1}
         limits: {ticks: 150}
-        """
-    )
+        """)
     requests = trace.all("request")
     assert [(r["obstacle"], r["helper"]) for r in requests] == [("door@26", "opener")] * 2
     assert len(trace.all("resolved")) == 1
@@ -161,8 +149,7 @@ def test_two_robots_meet_the_same_obstacle() -> None:
 def test_a_resolved_request_leaves_the_stack_wherever_it_stands_in_it() -> None:
     # 'one' asks first, but 'near' opens its door after 'far' has been asked for the other and
     # before 'far' gets there.
-    trace = play(
-        """
+    trace = play("""
         map:
           grid: |
             ###############
@@ -187,8 +174,7 @@ def test_a_resolved_request_leaves_the_stack_wherever_it_stands_in_it() -> None:
                     {type: door, region: 32}, {type: fence, region: 33}]
         until: {rounds: 1}
         limits: {ticks: 150}
-        """
-    )
+        """)
     pops = trace.all("pop")
     door, fence = trace.all("resolved")[:2]
     assert (door["obstacle"], fence["obstacle"]) == ("door@17", "fence@48")
@@ -199,8 +185,7 @@ def test_a_resolved_request_leaves_the_stack_wherever_it_stands_in_it() -> None:
 
 
 def test_untraversable_region_blocks_only_whom_it_blocks() -> None:
-    trace = play(
-        """
+    trace = play("""
         map:
           grid: |
             #######
@@ -213,8 +198,7 @@ def test_untraversable_region_blocks_only_whom_it_blocks() -> None:
         obstacles: [{type: uncertainty, region: 10, traversable: false}]
         until: {rounds: 2}
         limits: {ticks: 100}
-        """
-    )
+        """)
     assert trace.one("blocked")["robots"] == ["digit"]
     assert 10 in trace.path("quad")
     assert 10 not in trace.path("digit")
@@ -224,8 +208,7 @@ def test_untraversable_region_blocks_only_whom_it_blocks() -> None:
 def test_helper_leaves_the_doorway_on_the_far_side_and_comes_back() -> None:
     # With heading mobility the opener can only walk on through the door; the literal Patrol
     # formula would forbid it to come back through it.
-    trace = play(
-        """
+    trace = play("""
         map:
           grid: |
             #########
@@ -239,8 +222,7 @@ def test_helper_leaves_the_doorway_on_the_far_side_and_comes_back() -> None:
         obstacles: [{type: door, region: 22}]
         until: {rounds: 2}
         limits: {ticks: 150}
-        """
-    )
+        """)
     resolved = trace.one("resolved")
     after = trace.path("opener")[resolved["tick"] :]
     assert after[0] == 23  # the far side
@@ -250,18 +232,15 @@ def test_helper_leaves_the_doorway_on_the_far_side_and_comes_back() -> None:
 
 def test_patrol_with_both_targets_equal_is_told_to_hold() -> None:
     with pytest.raises(InputError, match="hold"):
-        play(
-            """
+        play("""
             map: {grid: "####\\n#..#\\n####\\n"}
             robots: {a: {model: quadcopter, start: 5, objective: {patrol: [6, 6]}}}
-            """
-        )
+            """)
 
 
 @pytest.mark.parametrize(("start", "first"), [(8, 0), (11, 1)], ids=["first", "second"])
 def test_patrol_may_start_on_either_target(start: int, first: int) -> None:
-    trace = play(
-        f"""
+    trace = play(f"""
         map:
           grid: |
             ######
@@ -269,8 +248,7 @@ def test_patrol_may_start_on_either_target(start: int, first: int) -> None:
             ######
         robots: {{a: {{model: quadcopter, start: {start - 1}, objective: {{patrol: [7, 10]}}}}}}
         until: {{rounds: 2}}
-        """
-    )
+        """)
     goals = trace.all("goal")
     assert goals[0]["goal"] == first
     assert [g["goal"] for g in goals] == [(first + i) % 2 for i in range(len(goals))]
@@ -278,8 +256,7 @@ def test_patrol_may_start_on_either_target(start: int, first: int) -> None:
 
 
 def test_detour_around_what_nobody_can_resolve() -> None:
-    trace = play(
-        """
+    trace = play("""
         map:
           grid: |
             #######
@@ -290,8 +267,7 @@ def test_detour_around_what_nobody_can_resolve() -> None:
         robots: {flyer: {model: quadcopter, start: 8, objective: {visit: [12, 8]}}}
         obstacles: [{type: door, region: 10}]
         until: {rounds: 2}
-        """
-    )
+        """)
     assert trace.one("request")["bids"] == {}
     assert trace.one("blocked")["reason"] == "no_capable_robot"
     assert 10 not in trace.path("flyer")

@@ -77,8 +77,7 @@ def test_formulas_compare_the_region_with_an_area() -> None:
 
 
 def test_resolution_regions_cells_and_events_take_areas() -> None:
-    scenario = load(
-        """\
+    scenario = load("""\
 catalogue:
   obstacles:
     debris: {action: push, resolve_at: [corner, gate]}
@@ -87,8 +86,7 @@ robots:
 obstacles: [{type: debris, region: 18}]
 partition: [[west], [gate], [east]]
 expect: {order: [goal ann east, goal ann west]}
-"""
-    )
+""")
     assert scenario.obstacles[0].resolution_regions(scenario.map) == (17, 25, 26)
     assert set(scenario.partition or ()) == {frozenset(WEST), frozenset({17}), frozenset(EAST)}
     assert scenario.expect.order is not None

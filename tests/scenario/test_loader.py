@@ -37,8 +37,7 @@ def test_everything_at_its_default() -> None:
 
 
 def test_everything_given() -> None:
-    scenario = load(
-        """\
+    scenario = load("""\
 name: all of it
 robots:
   ann: {model: digit, start: dock, heading: south, objective: {patrol: [8, [3, 5]]}}
@@ -59,8 +58,7 @@ expect:
   blocked: [uncertainty@23]
   helpers: {door@gate: ann}
   ticks: 40
-"""
-    )
+""")
     ann, fly = scenario.robots
     assert ann.start == Pose(9, Heading.SOUTH)
     assert ann.objective == Patrol((frozenset({8}), frozenset({26})))
@@ -147,13 +145,11 @@ def test_what_is_written_to_a_trace_reads_back() -> None:
 
 
 def team(first: str, second: str) -> tuple[Scenario, Robot, Robot]:
-    scenario = load(
-        f"""\
+    scenario = load(f"""\
 robots:
   ann: {{model: digit, start: 8, heading: east, objective: {{hold: 26}}, {first}}}
   bob: {{model: digit, start: 9, heading: east, objective: {{hold: 26}}, {second}}}
-"""
-    )
+""")
     ann, bob = scenario.robots
     return scenario, ann, bob
 
@@ -172,15 +168,13 @@ def test_whom_a_robot_avoids_and_tracks_and_how() -> None:
 
 
 def test_a_robot_may_see_otherwise_than_its_model() -> None:
-    scenario = load(
-        """\
+    scenario = load("""\
 robots:
   ann: {model: rover, start: 8, objective: {hold: 26}}
   bob: {model: rover, start: 9, objective: {hold: 26}, vision: 2.5}
   cat: {model: rover, start: 11, objective: {hold: 26}, vision: unlimited}
 catalogue: {robots: {rover: {mobility: free, layer: rail, vision: 4}}}
-"""
-    )
+""")
     assert [robot.model.vision for robot in scenario.robots] == [4.0, 2.5, None]
     assert {robot.model.name for robot in scenario.robots} == {"rover"}
 
@@ -196,12 +190,10 @@ catalogue: {robots: {rover: {mobility: free, layer: rail, vision: 4}}}
 )
 def test_ticks_of_a_step(written: str | None, expected: Timing) -> None:
     timing = "" if written is None else f", timing: {written}"
-    scenario = load(
-        f"""\
+    scenario = load(f"""\
 robots: {{ann: {{model: rover, start: 8, objective: {{hold: 26}}}}}}
 catalogue: {{robots: {{rover: {{mobility: free, layer: rail{timing}}}}}}}
-"""
-    )
+""")
     assert scenario.robots[0].model.timing == expected
 
 

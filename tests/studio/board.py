@@ -36,8 +36,7 @@ class Board:
 
     def rest(self) -> None:
         """Wait until the map has found its place in the window."""
-        self.browser.run(
-            """
+        self.browser.run("""
             const place = () => {
                 const box = document.querySelector("svg.floor").getBoundingClientRect();
                 return [box.left, box.top, box.width, box.height].join();
@@ -52,8 +51,7 @@ class Board:
                 };
                 look();
             });
-            """
-        )
+            """)
 
     def click(self, region: int) -> None:
         self.drag(region)

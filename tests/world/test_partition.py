@@ -80,13 +80,11 @@ def test_rooms_are_divided_by_doorways(text: str) -> None:
 
 
 def test_tiles_are_divided_by_walls() -> None:
-    world, cells = drawn(
-        """
+    world, cells = drawn("""
         a#bcc
         a#bcc
         dddee
-        """
-    )
+        """)
     assert [set(cell) for cell in tiles(world, 2, 3).cells] == sorted(cells, key=min)
 
 
