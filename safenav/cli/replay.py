@@ -192,7 +192,7 @@ def _show(replay: Replay, ticks: range, speed: float) -> int:
 def _film(
     replay: Replay, path: Path, ticks: range, speed: float, width: int, sight: str | None
 ) -> int:
-    from safenav.report.picture.raster import Film, write_gif
+    from safenav.report.picture.film import Film, write_gif
 
     steps = max(1, min(3, round(12 / speed)))
     film = Film(ticks.start, ticks.stop - 1, speed, steps, width, sight)

@@ -29,10 +29,17 @@ Box = tuple[float, float, float, float]
 def _texts(svg: str) -> list[tuple[str, Box]]:
     """All texts outside the map, with the boxes that they take."""
     root = ElementTree.fromstring(svg)
+    floor, moment = root.findall(f"{SVG}g")
+    height = float(floor[0].attrib["height"])
+    left, top = map(float, moment.attrib["transform"][len("translate(") : -1].split())
+    texts = [(element, 0.0, 0.0) for element in root.findall(f"{SVG}text")]
+    for element in moment.findall(f"{SVG}text"):
+        if not 0 <= float(element.attrib["y"]) <= height:
+            texts.append((element, left, top))
     found = []
-    for element in root.findall(f"{SVG}text"):
+    for element, left, top in texts:
         words, size = element.text or "", float(element.attrib["font-size"])
-        x, y = float(element.attrib["x"]), float(element.attrib["y"])
+        x, y = left + float(element.attrib["x"]), top + float(element.attrib["y"])
         width = text_width(words, size, element.get("font-weight") == "bold")
         if element.get("text-anchor") == "middle":
             x -= width / 2
@@ -180,14 +187,14 @@ def test_figures_can_be_read_and_targets_are_framed(name: str) -> None:
         if "font-size" in element.attrib
     ]
     assert min(sizes) >= 8
-    floor = next(group for group in root.findall(f"{SVG}g"))
+    _, moment = root.findall(f"{SVG}g")
     frames = {
         (
             element.get("stroke"),
             int((float(element.attrib["y"]) + 5) // _cell(root, scenario.map.cols)),
             int((float(element.attrib["x"]) + 5) // _cell(root, scenario.map.cols)),
         )
-        for element in floor.findall(f"{SVG}rect")
+        for element in moment.findall(f"{SVG}rect")
         if element.get("fill") == "none"
     }
     for robot, look in zip(scenario.robots, looks([r.name for r in scenario.robots]), strict=True):

@@ -7,13 +7,17 @@ from pathlib import Path
 import pytest
 
 from safenav.errors import UsageError
-from safenav.report.picture.raster import Film, png_of, write_gif
-from safenav.report.picture.scene import svg_of
+from safenav.report.picture.film import Film, write_gif
+from safenav.report.picture.raster import png_of
+from safenav.report.picture.scene import Options, svg_of
 from safenav.report.replay.timeline import Replay
 from safenav.trace.looks import BLUE, ORANGE
 
 pytest.importorskip("resvg_py", reason="PNG needs the extra `pictures` (resvg-py)")
 Image = pytest.importorskip("PIL.Image", reason="GIF needs the extra `pictures` (pillow)")
+from PIL import ImageChops  # noqa: E402
+
+from safenav.report.picture.canvas import Canvas  # noqa: E402
 
 
 def _colours(png: bytes) -> dict[tuple[int, int, int], int]:
@@ -64,6 +68,30 @@ def test_a_film_rests_where_something_happens(replays: dict[str, Replay], tmp_pa
             durations.append(gif.info["duration"])
     assert sum(durations) == 9 * 120 + 1200 + 2500  # frames, the violation, the end
     assert max(durations[:-1]) >= 1200
+
+
+@pytest.mark.parametrize("sight", [None, "digit"])
+def test_a_frame_drawn_onto_the_last_one_is_the_picture(
+    replays: dict[str, Replay], sight: str | None
+) -> None:
+    """Only what differs is drawn again, which must leave nothing behind."""
+    film, replay = Film(9, 13, steps=2, width=400, sight=sight), replays["door"]
+    canvas, drawn = Canvas(film.width), []
+    for tick, part in film.moments(replay):
+        layers = film.layers(replay, tick, part, f"caption {tick}")
+        boxes = canvas.show(layers)
+        drawn.append(sum((right - left) * (down - up) for left, up, right, down in boxes))
+        whole = Canvas(film.width)
+        whole.show(layers)
+        off = ImageChops.difference(canvas.image, whole.image).convert("L")
+        assert sum(off.histogram()[24:]) <= 5, (tick, part)
+    assert drawn[0] == canvas.image.width * canvas.image.height
+    assert max(drawn[1:]) < drawn[0] / 2
+    options = Options(legend=False, caption="caption 13", shading=film.shading(replay, 13))
+    picture = Image.open(io.BytesIO(png_of(svg_of(replay.scene(13), options), film.width)))
+    off = ImageChops.difference(canvas.image, picture.convert("RGB")).convert("L")
+    assert sum(off.histogram()[24:]) <= 5
+    assert canvas.show(layers) == []
 
 
 def test_frames_of_a_film_differ(replays: dict[str, Replay], tmp_path: Path) -> None:

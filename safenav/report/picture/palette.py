@@ -19,31 +19,36 @@ class Palette:
     """
 
     def __init__(self, images: Sequence[Image.Image], size: int = 256) -> None:
-        packed = np.concatenate([self._packed(image).ravel() for image in images])
+        packed = np.concatenate([_packed(image).ravel() for image in images])
         colours, counts = np.unique(packed, return_counts=True)
-        self._colours = colours[np.argsort(-counts, kind="stable")[:size]]
-        self._nearest: dict[int, int] = {}
+        self._colours = colours[np.argsort(-counts, kind="stable")[:size]].astype(np.int64)
+        self._numbers = np.zeros(1 << 24, dtype=np.uint16)
+        """The number of the nearest colour of each one, from 1 on; 0 until it is looked for."""
+
+    def blank(self, size: tuple[int, int]) -> Image.Image:
+        image = Image.new("P", size)
+        image.putpalette([int(part) for part in _parts(self._colours).ravel()])
+        return image
 
     def applied(self, image: Image.Image) -> Image.Image:
-        found, where = np.unique(self._packed(image), return_inverse=True)
-        table = np.array([self._index(int(colour)) for colour in found], dtype=np.uint8)
-        result = Image.fromarray(table[where].reshape(image.height, image.width), "P")
-        result.putpalette([int(part) for part in self._parts(self._colours).ravel()])
+        packed = _packed(image)
+        numbers = self._numbers[packed]
+        if not numbers.all():
+            for colour in np.unique(packed[numbers == 0]):
+                away = _parts(self._colours) - _parts(np.array([colour], dtype=np.int64))
+                self._numbers[colour] = int(np.argmin((away * away).sum(axis=1))) + 1
+            numbers = self._numbers[packed]
+        result = Image.fromarray((numbers - 1).astype(np.uint8), "P")
+        result.putpalette(self.blank((1, 1)).getpalette() or [])
         return result
 
-    def _index(self, colour: int) -> int:
-        if colour not in self._nearest:
-            away = self._parts(self._colours) - self._parts(np.array([colour]))
-            self._nearest[colour] = int(np.argmin((away * away).sum(axis=1)))
-        return self._nearest[colour]
 
-    @staticmethod
-    def _packed(image: Image.Image) -> Ints:
-        """Return each pixel as one number."""
-        pixels = np.asarray(image.convert("RGB"), dtype=np.int64)
-        return (pixels[..., 0] << 16) | (pixels[..., 1] << 8) | pixels[..., 2]
+def _packed(image: Image.Image) -> npt.NDArray[np.uint32]:
+    """Return each pixel as one number."""
+    pixels = np.asarray(image.convert("RGB"), dtype=np.uint32)
+    return pixels @ np.array([1 << 16, 1 << 8, 1], dtype=np.uint32)
 
-    @staticmethod
-    def _parts(colours: Ints) -> Ints:
-        """Return red, green and blue of packed colours, one row per colour."""
-        return np.stack([colours >> 16, colours >> 8 & 255, colours & 255], axis=1)
+
+def _parts(colours: Ints) -> Ints:
+    """Return red, green and blue of packed colours, one row per colour."""
+    return np.stack([colours >> 16, colours >> 8 & 255, colours & 255], axis=1)

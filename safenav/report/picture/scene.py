@@ -23,7 +23,7 @@ from safenav.report.picture.glyphs import (
     separated,
 )
 from safenav.report.picture.legend import Row, key_row, legend_of, lines_of
-from safenav.report.picture.names import draw_areas, draw_names, outline, placed_names
+from safenav.report.picture.names import PlacedName, draw_areas, draw_names, outline, placed_names
 from safenav.report.picture.pictograms import (
     CHARGER,
     OBSTACLES,
@@ -32,7 +32,7 @@ from safenav.report.picture.pictograms import (
     robot_pictogram,
 )
 from safenav.report.picture.shading import draw_shading, draw_taken, shading_rows, taken_row
-from safenav.report.picture.svg import SvgWriter, number, wrapped
+from safenav.report.picture.svg import Layers, SvgWriter, number, wrapped
 from safenav.report.replay.perception import Shading
 from safenav.report.replay.timeline import Hidden, ObstacleStatus, Placed, Scene, StoryKind
 from safenav.scenario.objective import avoided, target_regions
@@ -68,7 +68,18 @@ class Options(Struct, frozen=True):
 
 
 def svg_of(scene: Scene, options: Options | None = None) -> str:
-    options = options or Options()
+    page, width, height = _page(scene, options or Options())
+    return page.document(width, height, scene.title, _described(scene))
+
+
+def layers_of(scene: Scene, options: Options) -> Layers:
+    """Return the same picture as layers, for a film."""
+    page, width, height = _page(scene, options)
+    return page.layers(width, height)
+
+
+def _page(scene: Scene, options: Options) -> tuple[SvgWriter, float, float]:
+    """The picture, its width and its height."""
     cell = cell_size(scene.map)
     width, height = scene.map.cols * cell, scene.map.rows * cell
     legend = legend_of(scene, options.hidden, _more(scene, options)) if options.legend else None
@@ -77,6 +88,7 @@ def svg_of(scene: Scene, options: Options | None = None) -> str:
     title = wrapped(scene.title, 17, inner, bold=True)
     top = MARGIN + 21 * len(title) + 22
     page = SvgWriter()
+    drawing = _Drawing(page, scene, cell, options, placed_names(scene.map, cell))
     below = top + height
     if legend is not None:
         below = top + max(height, legend.height) if beside else below + 20 + legend.height
@@ -86,18 +98,23 @@ def svg_of(scene: Scene, options: Options | None = None) -> str:
     page.rect(0, 0, inner + 2 * MARGIN, below + MARGIN, fill="#FFFFFF")
     for i, line in enumerate(title):
         page.text(MARGIN, MARGIN + 15 + 21 * i, line, 17, bold=True, fill=INK)
-    page.text(MARGIN, top - 9, scene.moment, 13, fill=MUTED)
-    page.open_group(transform=f"translate({number(MARGIN)} {number(top)})")
-    _Drawing(page, scene, cell, options).draw()
+    page.open_map(MARGIN, top)
+    drawing.ground()
     page.close_group()
     if legend is not None:
         aside = MARGIN + (width + 24 if beside else 0)
         legend.draw(page, aside, top if beside else top + height + 20)
     elif options.caption is not None:
         key_row(scene).draw(page, MARGIN, top + height + 6, inner)
+    page.rise()
+    page.open_map(MARGIN, top)
+    drawing.moment()
+    page.text(0, -9, scene.moment, 13, fill=MUTED)
+    if legend is None and options.caption is not None:
         for i, line in enumerate(wrapped(options.caption, 13, inner)[:CAPTION_LINES]):
-            page.text(MARGIN, top + height + key_height + 24 + 18 * i, line, 13, fill=INK)
-    return page.document(inner + 2 * MARGIN, below + MARGIN, scene.title, _described(scene))
+            page.text(0, height + key_height + 24 + 18 * i, line, 13, fill=INK)
+    page.close_group()
+    return page, inner + 2 * MARGIN, below + MARGIN
 
 
 def _more(scene: Scene, options: Options) -> list[Row]:
@@ -140,24 +157,34 @@ class _Drawing(Struct):
     scene: Scene
     cell: float
     options: Options
+    names: list[PlacedName]
 
-    def draw(self) -> None:
-        names = [r.name for r in self.scene.robots]
-        style = looks(names)
+    def ground(self) -> None:
+        """Draw what is the same at every moment; a shading covers all but the floor."""
         draw_floor(self.page, self.scene.map, self.cell)
-        if self.options.shading is not None:
-            by_name = dict(zip(names, style, strict=True))
-            draw_shading(self.page, self.options.shading, self.scene.map, self.cell, by_name)
+        if self.options.shading is None:
+            self._signs()
+
+    def _signs(self) -> None:
         draw_areas(self.page, self.scene.map, self.cell)
         for region in self.scene.chargers:
             x, y = self._corner(region)
             place = (x + 0.18 * self.cell, y + 0.8 * self.cell)
             self.page.glyph(CHARGER, *place, 0.17 * self.cell, fill="#B87900")
-        numbers, placed = self.options.numbers, placed_names(self.scene.map, self.cell)
+        numbers = self.options.numbers
         if number_size(self.cell) is not None if numbers is None else numbers:
-            draw_numbers(self.page, self.scene.map, self.cell, names=placed)
+            draw_numbers(self.page, self.scene.map, self.cell, self.names)
         if self.options.axes:
             draw_axes(self.page, self.scene.map, self.cell)
+
+    def moment(self) -> None:
+        """Draw what is on the ground."""
+        names = [r.name for r in self.scene.robots]
+        style = looks(names)
+        if self.options.shading is not None:
+            by_name = dict(zip(names, style, strict=True))
+            draw_shading(self.page, self.options.shading, self.scene.map, self.cell, by_name)
+            self._signs()
         for i, robot in enumerate(self.scene.robots):
             self._trail(robot, style[i], i - (len(style) - 1) / 2)
         for obstacle, status in self.scene.obstacles:
@@ -170,7 +197,7 @@ class _Drawing(Struct):
         shifts = separated([(r.row, r.col) for r in self.scene.robots])
         for robot, look, (d_row, d_col) in zip(self.scene.robots, style, shifts, strict=True):
             self._robot(robot, look, robot.row + d_row, robot.col + d_col)
-        draw_names(self.page, placed, INK)
+        draw_names(self.page, self.names, INK)
 
     def _corner(self, region: Region) -> tuple[float, float]:
         row, col = self.scene.map.position(region)

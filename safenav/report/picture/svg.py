@@ -5,8 +5,11 @@ than what other renderers fall back to: text that fits here fits everywhere."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from xml.sax.saxutils import escape, quoteattr
+
+from msgspec import Struct
 
 FONTS = Path(__file__).parent / "fonts"
 """DejaVu Sans, regular and bold (subsets): pixels look the same on every machine."""
@@ -57,18 +60,34 @@ def number(value: float) -> str:
     return f"{value:.2f}".rstrip("0").rstrip(".") or "0"
 
 
+class Layers(Struct, frozen=True):
+    """A picture as elements: the ground, and on it what differs between two moments of a run.
+    ``corner``: where the origin of what moves lies. ``texts``: lines of text among it, and boxes
+    (left, top, right, bottom) that they do not leave."""
+
+    width: float
+    height: float
+    corner: tuple[float, float]
+    ground: tuple[str, ...]
+    moving: tuple[str, ...]
+    texts: Mapping[str, tuple[float, float, float, float]]
+
+
 class SvgWriter:
-    """Collects elements in drawing order; ``text`` gives the document."""
+    """Collects elements in drawing order; ``document`` gives the picture."""
 
     def __init__(self) -> None:
         self._parts: list[str] = []
+        self._texts: dict[str, tuple[float, float, float, float]] = {}
+        self._ground = 0
+        self._corner = (0.0, 0.0)
 
     def element(self, tag: str, content: str | None = None, /, **attributes: object) -> None:
         """Add one element, its content already escaped; ``_`` in attribute names stands for ``-``,
         None leaves an attribute out."""
         written = "".join(
             f" {name.rstrip('_').replace('_', '-')}="
-            + quoteattr(number(value) if isinstance(value, float | int) else str(value))
+            + (f'"{number(value)}"' if isinstance(value, float | int) else quoteattr(str(value)))
             for name, value in attributes.items()
             if value is not None
         )
@@ -87,6 +106,8 @@ class SvgWriter:
         """Add one line of text, ``y`` being its baseline."""
         font = {"font_size": size, "font_weight": "bold" if bold else None}
         self.element("text", escape(words), **{"x": x, "y": y, **font, **attributes})
+        across = text_width(words, size, bold) + size
+        self._texts[self._parts[-1]] = (x - across, y - 1.5 * size, x + across, y + size)
 
     def glyph(
         self, path: str, x: float, y: float, radius: float, turn: float = 0, **attributes: object
@@ -103,6 +124,21 @@ class SvgWriter:
 
     def close_group(self) -> None:
         self._parts.append("</g>")
+
+    def open_map(self, x: float, y: float) -> None:
+        """Open a group whose origin lies there."""
+        self._corner = (x, y)
+        self.open_group(transform=f"translate({number(x)} {number(y)})")
+
+    def rise(self) -> None:
+        """End the ground: the rest is the group of a map."""
+        self._ground = len(self._parts)
+        self._texts.clear()
+
+    def layers(self, width: float, height: float) -> Layers:
+        """Return the picture in layers; which ends with the group of a map."""
+        ground, moving = self._parts[: self._ground], self._parts[self._ground + 1 : -1]
+        return Layers(width, height, self._corner, tuple(ground), tuple(moving), self._texts)
 
     def document(self, width: float, height: float, title: str, description: str) -> str:
         """Return the finished picture; title and description are for screen readers."""
