@@ -139,6 +139,8 @@ class Algorithm(Struct):
                 self.turns.relocation.put_in_service(team.robots[name], active=active)
             case events.ObjectiveGiven(name, objective, within, progress):
                 team.give(name, objective, within, progress or Progress(objective))
+            case events.Astray(name, Reason.BLOCKED, waits=False) if not decision.drafts:
+                self.traffic.free(name)
         if decision.recount:
             team.restart_counts()
         if decision.drafts:

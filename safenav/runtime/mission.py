@@ -117,6 +117,7 @@ class Mission:
         self._search = StrategySearch(scenario.map, synthesizer, self._stop, progress)
         strategies = Strategies(self.state)
         self._traffic = Traffic(self.state, self._stop, commands.steps)
+        self.state.frees = self._traffic.occasions.frees
         turns = Turns(self.state, commands, strategies, self._traffic)
         batteries = Batteries(self.state, turns.relocation, self._truth)
         self.state.listeners = (*self.state.listeners, batteries)

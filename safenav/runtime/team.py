@@ -190,7 +190,8 @@ class TeamState(Struct):
     waits for strategies; ``waiting``: the end of the run, if it waits instead, for an operator or
     a change of the scenario at ``waits_until`` (``changes_to_come``: whether it has any left);
     ``changes``: how often anything has changed by which robots decide. ``dues``: of the open
-    obstacles, by the ledger of promises; ``stops``: of a robot with a battery.
+    obstacles, by the ledger of promises; ``stops``: of a robot with a battery; ``frees``: whether a
+    joint plan may help a robot that has no strategy from where it is.
     ``inputs``: their values in this tick, and in the one before.
     """
 
@@ -214,6 +215,7 @@ class TeamState(Struct):
     dues: Callable[[Floor], Dues | None] = lambda _: None
     stops: Callable[[RobotState], Stops | None] = lambda _: None
     changes_to_come: Callable[[], bool] = lambda: False
+    frees: Callable[[str], bool] = lambda _: False
     _known_others: dict[str, tuple[list[RobotState], list[RobotState]]] = field(
         default_factory=dict
     )

@@ -119,8 +119,8 @@ LOCK = False, False, False
 FORMULAS = {
     "left by a plan where its formulas forbid it to stay": (70200, False, False, False),
     "out of service, it is given an objective without formulas": (70212, False, False, True),
+    "where nobody can be sent for an obstacle, one gets there": (74257, *LOCK),
     "it waits for help where its formulas forbid it to stay": (92689, False, False, False),
-    "where nobody can be sent for an obstacle, one gets there": (74257, False, False, False),
     "nobody has a strategy for a request that robots could meet": (100312, True, False, False),
     "an operator gives up while a robot has no strategy": (96487, True, False, True),
     "on the ways of their strategies robots do not serve a request": (100333, False, False, False),
@@ -135,10 +135,11 @@ FORMULAS = {
     "only memory reveals that one out of service cuts it off": (116719, False, False, True),
     "only memory reveals a deadlock of three": (100105, *LOCK),
     "a plan has taken a robot that waits for help elsewhere": (100024, True, False, False),
+    "it has acted where its formulas forbid it to stay": (74257, True, False, False),
 }
 
 
-ENDS = {101196: "completed", 104781: "completed"}
+ENDS = {101196: "completed", 104781: "completed", 74257: "completed"}
 """Ends that were no finding when they were others."""
 
 

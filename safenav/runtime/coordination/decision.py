@@ -25,7 +25,7 @@ from safenav.runtime.coordination.coordination_recorder import (
 from safenav.runtime.coordination.events import Event, Unsettled
 from safenav.runtime.coordination.ladder import Ladder, TaskDraft, ladder
 from safenav.runtime.coordination.snapshot import floor_of, moved_on
-from safenav.runtime.coordination.strategies import outdated
+from safenav.runtime.coordination.strategies import only_off, outdated
 from safenav.runtime.coordination.strategy_search import TaskResult, failed
 from safenav.runtime.coordination.waiting import early
 from safenav.runtime.deadlines.choice import InTime, after, choose
@@ -135,8 +135,8 @@ def reconsider(team: TeamState, decision: Decision, results: Mapping[str, TaskRe
             return Decision(event, end=end)
         case events.Astray():
             outcome, said = Outcome.OPERATOR_NEEDED, Reason.BLOCKED
-        case Unsettled(reason, refused, idle):
-            refused, waiting = dict(refused), set(idle)
+        case Unsettled(reason, refused):
+            refused, waiting, off = dict(refused), set(event.idle), set(event.off)
             for name in names:
                 assignment = decision.drafts[name].assignment
                 own = assignment.role is not Role.HELPS and name not in waiting
@@ -144,10 +144,13 @@ def reconsider(team: TeamState, decision: Decision, results: Mapping[str, TaskRe
                     refused[name, assignment.obstacle] = results[name]
                 elif own and decision.settled is not None and decision.settled.found.duties:
                     waiting.add(name)
+                elif only_off(team, name, decision.drafts[name]) and team.frees(name):
+                    off.add(name)
                 else:
                     break
             else:
-                return Decision(event, next=Unsettled(reason, refused, frozenset(waiting)))
+                again = Unsettled(reason, refused, frozenset(waiting), frozenset(off))
+                return Decision(event, next=again)
             outcome, said = Outcome.OPERATOR_NEEDED, Reason.BLOCKED
     told = tuple(synthesis_record(team, results[name], said) for name in names)
     return Decision(event, records=told, end=infeasibility.no_strategy(team, results, outcome))
@@ -401,7 +404,7 @@ def _assigned(
 ) -> Decision:
     """The tasks of all robots, or of one, and those for which a strategy must be found: where the
     one in force does not suffice, and always of ``only``."""
-    idle = event.idle if isinstance(event, Unsettled) else ()
+    idle, off = (event.idle, event.off) if isinstance(event, Unsettled) else ((), ())
     drafts = Assigner(team, settled.floor, settled.found, idle).drafts()
     if only is not None:
         drafts = {only: drafts[only]}
@@ -416,6 +419,6 @@ def _assigned(
     tasks = {
         name: ladder(team, name, draft)
         for name, draft in wanted.items()
-        if only is not None or outdated(team, name, draft)
+        if only is not None or (name not in off and outdated(team, name, draft))
     }
     return Decision(event, settled=settled, drafts=drafts, tasks=tasks, reason=reason)

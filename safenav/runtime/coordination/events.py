@@ -92,11 +92,13 @@ class ObjectiveGiven(Struct, frozen=True):
 
 class Unsettled(Struct, frozen=True):
     """Duties must be derived from the present state. ``refused``: (robot, obstacle) for which no
-    strategy was found; ``idle``: robots for whose own objective none was found."""
+    strategy was found; ``idle``: robots for whose own objective none was found; ``off``: those that
+    wait for a joint plan instead, as none begins where they are."""
 
     reason: Reason
     refused: Mapping[tuple[str, str], TaskResult] = field(default_factory=dict)
     idle: frozenset[str] = frozenset()
+    off: frozenset[str] = frozenset()
 
 
 class Astray(Struct, frozen=True):

@@ -108,14 +108,26 @@ class Strategies(Struct, frozen=True):
 
 def outdated(team: TeamState, name: str, draft: TaskDraft) -> bool:
     """Whether the strategy in force does not suffice for a draft: another objective, a wall that it
-    does not know, a pose that it does not keep out of."""
+    does not know, a pose that it does not keep out of; or none is."""
     state = team.robots[name]
     if not state.active and draft.assignment == state.assignment:
         return False  # it asks for a move when it is back
-    if not state.has_strategy:
-        return True
-    if state.planner.node is None and state.transit is None and not state.arriving:
-        return True  # others find their node when they have arrived
+    return not state.has_strategy or _is_off(state) or _falls_short(team, state, draft)
+
+
+def only_off(team: TeamState, name: str, draft: TaskDraft) -> bool:
+    """Whether the strategy in force would suffice for a draft, but knows nothing of where the robot
+    stands."""
+    state = team.robots[name]
+    return state.has_strategy and _is_off(state) and not _falls_short(team, state, draft)
+
+
+def _is_off(state: RobotState) -> bool:
+    """Whether a robot is in no node of its strategy; others find theirs when they have arrived."""
+    return state.planner.node is None and state.transit is None and not state.arriving
+
+
+def _falls_short(team: TeamState, state: RobotState, draft: TaskDraft) -> bool:
     old = state.planner.task
     if relaxed(old.objective) != relaxed(draft.objective):
         return True

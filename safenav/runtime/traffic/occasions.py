@@ -82,6 +82,16 @@ class Occasions:
             return Occasion(f"{name} makes no progress towards its target", name)
         return None
 
+    def frees(self, name: str) -> bool:
+        """Whether a plan may help a robot that has no strategy from where it is."""
+        floor = self._searches.aimed(self._searches.floor())
+        possible = self.state.scenario.deadlock and self._rivals[name]
+        if not possible or not 0 < self._distance(floor, name) < FAR:
+            return False
+        key = name, floor.poses, floor.stages
+        self.tried[key] += 1
+        return self.tried[key] <= 4 * budgets.MOST_FAILURES
+
     def _due(self) -> Occasion | None:
         """With the requests as they were settled last something is due, and who acts for it next
         shares a floor. None if not, or a plan was wanted for that."""

@@ -219,6 +219,12 @@ class Traffic:
                 self._plan(occasion)
         return None
 
+    def free(self, name: str) -> None:
+        """Want a plan for a robot that has no strategy from where it is."""
+        if self.execution is None and self.wanted is None:
+            self.wanted = Occasion(f"{name} has no strategy from where it is", name)
+            self._looked = -1.0
+
     def end(
         self, reason: vocabulary.PlanEndReason, nodes: Mapping[str, int | None] | None = None
     ) -> None:

@@ -94,6 +94,10 @@ class Relocation(Struct, frozen=True):
             f"the other robots violated an assumption of {robot.name}"
             f"{f' ({rules})' if rules else ''}, which has no strategy from here",
         )
-        if not broken:  # a joint plan has left it where its formulas forbid it to stay
-            end = Conclusion(Outcome.OPERATOR_NEEDED, f"{robot.name} has no strategy from here")
-        yield events.Astray(robot.name, Reason.BLOCKED, end)
+        if broken:
+            yield events.Astray(robot.name, Reason.BLOCKED, end)
+            return
+        # A joint plan has left it where its formulas forbid it to stay: another one may help.
+        end = Conclusion(Outcome.OPERATOR_NEEDED, f"{robot.name} has no strategy from here")
+        helped = self.state.frees(robot.name)
+        yield events.Astray(robot.name, Reason.BLOCKED, None if helped else end)
