@@ -70,7 +70,8 @@ class Passes:
                     self._tick += 1
                     yield from self._pass_over(record)
             begun, self._tick = self._tick, record.tick
-            if (_ends_pass(record) or record.line in aside) and begun:
+            over = _ends_pass(record) and not self._resumes(record)
+            if (over or record.line in aside) and begun:
                 yield from self._others(record)
             if record.type in ("act", "depart") and record.robot in self._by:  # held no more
                 self._by[record.robot] = "stay"
@@ -84,6 +85,12 @@ class Passes:
             yield record
             self._take(record)
         yield from self._moved()
+
+    def _resumes(self, record: Line) -> bool:
+        """Return whether a plan is that of the run before: it begins before the first turn."""
+        begun, first = self._now.header.begun, self._tick == 1 and not self._due
+        followed = begun is not None and begun.plan is not None
+        return record.type == "plan" and followed and first and self._open is None
 
     def _owner(self, record: Line) -> str | None:
         """The robot whose turn has come by this line; None if it may be in any turn."""

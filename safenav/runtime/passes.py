@@ -86,14 +86,17 @@ class Passes(Algorithm):
         self.guarded(lambda: self.settle(self.batteries.tick_begins()))
         waited, self.interventions.took_effect = team.waiting is not None, False
         self.interventions.ends_wait = False
-        together, self._together = self._together, self._together or waited
+        begun = team.scenario.begun if team.tick == 1 else None
+        goes_on = begun is not None and bool(begun.asked or begun.stays)
+        together, self._together = self._together, self._together or waited or goes_on
         while not self.guarded(lambda: self.settle(self.interventions.apply())):
             pass  # the change before has ended in a wait
         if waited:  # whatever it was, nothing of it is decided yet
             self._together = together or self.interventions.took_effect
+        elif goes_on:  # all of it is decided with the requests of the run before
+            self._together = together
         self._together |= self.interventions.ends_wait
-        begun = team.scenario.begun if team.tick == 1 else None
-        if begun is not None and (begun.asked or begun.stays):
+        if goes_on:
             self.guarded(partial(self.settle, [Continued()]))
         if given_up:
             raise RunEnded(team.waiting or Conclusion(Outcome.INTERRUPTED, "given up"))

@@ -201,25 +201,28 @@ def test_a_run_that_was_killed_continues(seed: int, live: bool) -> None:
     assert not one.found
 
 
+LIVE = True, False, False
 ELSEWHERE = {
-    "a robot stays on its target as rounds begin anew": (111051, False, False, False, 31),
-    "an input is off before the objective is back": (114003, False, False, False, 12),
-    "an operator has just said that it stays": (115004, True, False, True, 31),
-    "a world that does not tell what appears": (115021, True, True, True, 72),
-    "a world in which a truth was not known": (115004, True, True, True, 4),
-    "a robot is stopped by what it meets": (116030, True, True, True, 19),
+    "an input changes an objective first": (formula_mission, 131847, *LOCK, 10),
+    "requests are open, and a plan is followed": (formula_mission, 131958, *LIVE, 45),
+    "a robot stays as rounds begin anew": (mixed_mission, 111051, *LOCK, 31),
+    "an input is off before the objective is back": (mixed_mission, 114003, *LOCK, 12),
+    "an operator has just said that it stays": (mixed_mission, 115004, True, False, True, 31),
+    "a world that does not tell what appears": (mixed_mission, 115021, True, True, True, 72),
+    "a world in which a truth was not known": (mixed_mission, 115004, True, True, True, 4),
+    "a robot is stopped by what it meets": (mixed_mission, 116030, True, True, True, 19),
 }
 
 
 @pytest.mark.parametrize(
-    ("seed", "live", "faults", "operator", "at"), ELSEWHERE.values(), ids=ELSEWHERE
+    ("made", "seed", "live", "faults", "operator", "at"), ELSEWHERE.values(), ids=ELSEWHERE
 )
 def test_a_run_continues_from_one_of_its_lines(
-    seed: int, live: bool, faults: bool, operator: bool, at: int
+    made: Callable[..., Data], seed: int, live: bool, faults: bool, operator: bool, at: int
 ) -> None:
     """Also one in which things have failed, and an operator has spoken."""
-    failing, data = faults_of(seed) if faults else None, mixed_mission(seed, live=live)
-    one = continued(data, seed, at=at, faults=failing, operator=operator)
+    failing = faults_of(seed) if faults else None
+    one = continued(made(seed, live=live), seed, at=at, faults=failing, operator=operator)
     assert one.cuts == 1
     assert not one.found
 
