@@ -88,6 +88,31 @@ def test_a_literal_objective_stays_literal() -> None:
     assert begun(rest).robots["r"].turn == 1
 
 
+CHANGED = """
+safenav: 1
+map: {grid: ["......", "......"]}
+robots:
+  a: {model: quadcopter, start: 0, objective: {visit: [0, 5]}}
+  b: {model: husky, start: 6, objective: {hold: 6}}
+changes:
+  - {at: 2, robot: b, service: out}
+  - {at: 4, robot: a, objective: {cover: [1, 2]}}
+  - {at: 9, robot: b, service: back}
+  - {at: 9, robot: a, objective: {hold: 3}}
+"""
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+def test_changes_to_come_are_known_from_the_trace_alone(clock: str) -> None:
+    scenario = load_scenario_text(f"{CHANGED}clock: {clock}\n")
+    lines = play(scenario).upto("service")
+    rest = resumed(read_lines(lines))
+    assert rest.changes == resumed(read_lines(lines), scenario).changes
+    assert [(each.robot, each.active) for each in rest.changes] == (
+        [("b", False), ("a", None), ("b", True), ("a", None)]
+    )
+
+
 def test_what_a_trace_does_not_describe_is_named() -> None:
     first = read_lines(play(load_scenario(SCENARIOS / "battery_delivery.yaml")).lines[:20])
     said = "does not fully describe batteries: also name the scenario"

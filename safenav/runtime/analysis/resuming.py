@@ -100,21 +100,11 @@ def resumed(trace: Trace, scenario: Scenario | None = None) -> Scenario:
 
 def _since_then(base: Scenario, header: setting.ScenarioHeader) -> Scenario:
     """A scenario with what its run had left where the one with this header continued it."""
-    changes = tuple(
-        settings.RobotChange(
-            change.at,
-            change.robot,
-            None if change.objective is None else objective_of(change.objective),
-            change.active,
-            change.within,
-        )
-        for change in header.changes or ()
-    )
     return replace(
         base,
         obstacles=tuple(map(_made_obstacle, header.obstacles)),
         until=replace(base.until, by=None if header.promises is None else header.promises.by),
-        changes=changes,
+        changes=_made_changes(header),
         inputs=tuple(
             settings.Input(each.name, each.spans, each.probability, each.again)
             for each in header.inputs or ()
@@ -253,11 +243,25 @@ def _scenario(header: setting.ScenarioHeader, clock: settings.Clock) -> Scenario
         settings.Coordination(header.coordination),
         catalogue=built_in(),
         clock=clock,
+        changes=_made_changes(header),
         order=settings.RequestOrder(header.order),
         never_together=tuple(
             settings.Exclusion(frozenset(e.robots), frozenset(e.regions))
             for e in header.never_together or ()
         ),
+    )
+
+
+def _made_changes(header: setting.ScenarioHeader) -> tuple[settings.RobotChange, ...]:
+    return tuple(
+        settings.RobotChange(
+            change.at,
+            change.robot,
+            None if change.objective is None else objective_of(change.objective),
+            change.active,
+            change.within,
+        )
+        for change in header.changes or ()
     )
 
 
