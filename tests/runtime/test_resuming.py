@@ -104,7 +104,7 @@ changes:
 
 @pytest.mark.parametrize("clock", ["lockstep", "live"])
 def test_changes_to_come_are_known_from_the_trace_alone(clock: str) -> None:
-    scenario = load_scenario_text(f"{CHANGED}clock: {clock}\n")
+    scenario = loaded(f"{CHANGED}clock: {clock}\n")
     lines = play(scenario).upto("service")
     rest = resumed(read_lines(lines))
     assert rest.changes == resumed(read_lines(lines), scenario).changes
