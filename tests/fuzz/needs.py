@@ -1,5 +1,5 @@
-"""Random teams on floors of their own with orders that several robots must fulfil in time, and a
-judge that tries every move of all of them.
+"""Random teams on floors of their own with orders that several robots must fulfil in time, judged
+by every move of all of them (``runtime.deadlines.every_behaviour``).
 
 ``python -m fuzz.needs --seeds 0:1000`` (in ``tests/``) is a campaign.
 """
@@ -7,20 +7,21 @@ judge that tries every move of all of them.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable, Iterator, Mapping
+import json
 from random import Random
 from typing import Any
 
-from msgspec import Struct
-
-from runtime.played import Line, play
+from runtime.deadlines.every_behaviour import every_behaviour
+from runtime.played import Line, Run, loaded, play
 from safenav.errors import InputError
+from safenav.runtime.deadlines.bound import BoundMoment, BoundObstacle, BoundRobot
+from safenav.runtime.resolution.problem import GateNeed, OpenObstacle, Stage
+from safenav.scenario.model import Need, Robot, Scenario
+from safenav.world.map import HEADINGS, Heading, RegionMap
+from safenav.world.moves import Pose
+from safenav.world.poses import PoseGraph, region_mask
 
 Data = dict[str, Any]
-
-SIDES = {"north": (-1, 0), "east": (0, 1), "south": (1, 0), "west": (0, -1)}
-MOST_STATES = 60_000
-"""States of one tick; missions with more are left out."""
 
 
 def mission(seed: int) -> Data:
@@ -52,7 +53,7 @@ def mission(seed: int) -> Data:
             "objective": {"visit": [start, away] if start != away else [start]},
         }
         if turns:
-            robots[f"r{k}"]["heading"] = random.choice([*SIDES])
+            robots[f"r{k}"]["heading"] = random.choice([*HEADINGS])
     kinds, orders = dict[str, Any](), []
     for k in range(random.choice((1, 1, 2))):
         needs = [_need(random, skills[:count], free) for _ in range(random.choice((2, 2, 3)))]
@@ -84,116 +85,6 @@ def _need(random: Random, skills: list[str], free: list[list[int]]) -> Data:
     return need
 
 
-class Robot(Struct, frozen=True):
-    """Where a robot is, its heading, the region that it is on its way to, and the turns of its own
-    that are left of that step."""
-
-    region: int
-    heading: str | None = None
-    toward: int | None = None
-    left: int = 0
-
-
-Team = tuple[Robot, ...]
-Stages = tuple[tuple[int, frozenset[int]], ...]
-"""For each order its next need, and the robots that have had their part in it."""
-
-
-class Everything(Struct):
-    """Every behaviour of the team of a mission. ``jobs``: the orders that are known."""
-
-    data: Data
-    jobs: list[Data]
-
-    def in_time(self, team: Team, stages: Stages, begin: int, due: list[int]) -> bool | None:
-        """Whether all jobs can be done by the ends of their ticks from the begin of one on; None:
-        too many states."""
-        states = {(team, stages)}
-        for tick in range(begin, max(due) + 1):
-            for index in range(len(team)):
-                after = set[tuple[Team, Stages]]()
-                for each, open_ in states:
-                    after.update(self._turn(each, open_, index))
-                states = after
-                if any(all(self._done(s, k) for k in range(len(due))) for _, s in states):
-                    return True
-            if len(states) > MOST_STATES:
-                return None
-            states = {
-                (each, open_)
-                for each, open_ in states
-                if all(self._done(open_, k) or due[k] > tick for k in range(len(due)))
-            }
-        return False
-
-    def _done(self, stages: Stages, job: int) -> bool:
-        return stages[job][0] >= len(self._needs(job))
-
-    def _needs(self, job: int) -> list[Data]:
-        kind = self.data["catalogue"]["obstacles"][self.jobs[job]["type"]]
-        needs: list[Data] = kind["needs"]
-        return needs
-
-    def _model(self, index: int) -> Data:
-        model: Data = self.data["catalogue"]["robots"][f"m{index}"]
-        return model
-
-    def _turn(self, team: Team, stages: Stages, index: int) -> Iterator[tuple[Team, Stages]]:
-        for moved in self._moves(team[index], self._model(index)):
-            after = (*team[:index], moved, *team[index + 1 :])
-            yield after, self._acted(after, stages, index)
-
-    def _moves(self, robot: Robot, model: Data) -> Iterator[Robot]:
-        if robot.toward is not None:
-            there = Robot(robot.toward, robot.heading)
-            yield there if robot.left == 1 else Robot(*_head(robot), robot.left - 1)
-            return
-        yield robot
-        grid = self.data["map"]["grid"]
-        cols, sides = len(grid[0]), [*SIDES]
-        for side, (down, right) in SIDES.items():
-            row, col = robot.region // cols + down, robot.region % cols + right
-            back = robot.heading is not None and side == sides[sides.index(robot.heading) - 2]
-            if grid[row][col] == "#" or back:
-                continue
-            heading = None if robot.heading is None else side
-            to = row * cols + col
-            if model["timing"] == 1:
-                yield Robot(to, heading)
-            else:
-                yield Robot(robot.region, heading, to, model["timing"] - 1)
-
-    def _acted(self, team: Team, stages: Stages, index: int) -> Stages:
-        """What a robot can do where it is is done: that only ever helps."""
-        return tuple(self._acts(team, each, job, index) for job, each in enumerate(stages))
-
-    def _acts(
-        self, team: Team, stage: tuple[int, frozenset[int]], job: int, index: int
-    ) -> tuple[int, frozenset[int]]:
-        number, done = stage
-        needs = self._needs(job)
-        while number < len(needs):
-            need = needs[number]
-            there = {i for i in range(len(team)) if self._is_there(team[i], i, need)} - done
-            if index not in there:
-                break
-            done |= there if need.get("together") else {index}
-            if len(done) < need.get("robots", 1):
-                done = frozenset() if need.get("together") else done
-                break
-            number, done = number + 1, frozenset()
-        return number, done
-
-    def _is_there(self, robot: Robot, index: int, need: Data) -> bool:
-        cols = len(self.data["map"]["grid"][0])
-        able = need["action"] in self._model(index)["capabilities"]
-        return able and [robot.region // cols, robot.region % cols] in need["at"]
-
-
-def _head(robot: Robot) -> tuple[int, str | None, int | None]:
-    return robot.region, robot.heading, robot.toward
-
-
 def defects(data: Data) -> list[str] | None:
     """What is wrong with the run of a mission; None if it has too many states."""
     try:
@@ -213,47 +104,58 @@ def defects(data: Data) -> list[str] | None:
     if run.outcome["outcome"] != "completed" or not jobs:
         return found
     names = [f"{o['type']}@{o['region'][0] * cols + o['region'][1]}" for o in jobs]
-    before = [line for line in run.records if line.get("tick", 0) < last]
-    stages = tuple(_stage(before, name) for name in names)
-    team = tuple(_robot(data, index, before) for index in range(len(data["robots"])))
-    judge = Everything(data, jobs)
-    dues = [order["at"] + order["resolve_within"] for order in jobs]
-    if any(judge._done(stages, k) for k in range(len(jobs))):
+    before = Run([line for line in run.records if line.get("tick", 0) < last])
+    moment = _moment(loaded(json.dumps(data)), before, jobs, names, last)
+    if any(one.over for one in moment.opens):
         return found
-    truth = judge.in_time(team, stages, last, dues)
+    ends = [order["at"] + order["resolve_within"] + 1 for order in jobs]
+    truth = every_behaviour(moment, {k: moment.count * end - 1 for k, end in enumerate(ends)})
     if truth is None:
         return found or None
     late = [name for name in run.outcome["late"] if name in names]
-    if truth is bool(late):
-        found.append(f"{late or 'nothing'} is late; in time is {'' if truth else 'not '}possible")
+    if truth.kept is bool(late):
+        possible = "possible" if truth.kept else "not possible"
+        found.append(f"{late or 'nothing'} is late; in time is {possible}")
     return found
 
 
-def _stage(lines: Iterable[Line], job: str) -> tuple[int, frozenset[int]]:
-    met = [x["need"] for x in lines if x["type"] == "met" and x["obstacle"] == job]
-    return max(met, default=-1) + 1, frozenset()
+def _moment(
+    scenario: Scenario, before: Run, jobs: list[Data], names: list[str], tick: int
+) -> BoundMoment:
+    """The team as it begins a tick, and the needs that are left. No step takes more than two."""
+    world, opens, walkers = scenario.map, [], []
+    for job, name in zip(jobs, names, strict=True):
+        told = scenario.catalogue.obstacles[job["type"]].needs
+        needs = tuple(
+            GateNeed(need.action, need.robots, region_mask(_regions(need)), need.together)
+            for need in told
+        )
+        met = [line["need"] for line in before.all("met", obstacle=name)]
+        gate = OpenObstacle(name, 0, (frozenset(),) * len(needs), needs)
+        opens.append(BoundObstacle(gate, Stage(max(met, default=-1) + 1)))
+    for robot in scenario.robots:
+        moves = before.all("move", robot=robot.name)
+        walkers.append(_walker(robot, world, moves[-1:], tick))
+    return BoundMoment(tuple(walkers), tuple(opens), tick * len(walkers) - 1)
 
 
-def _robot(data: Data, index: int, before: Iterable[Line]) -> Robot:
-    name, cols = f"r{index}", len(data["map"]["grid"][0])
-    row, col = data["robots"][name]["start"]
-    at = Robot(row * cols + col, data["robots"][name].get("heading"))
-    timing = data["catalogue"]["robots"][f"m{index}"]["timing"]
-    for line in before:
-        if line["type"] != "move" or line["robot"] != name:
-            continue
-        at = Robot(line["to"], line["heading"])
-        if line.get("toward") is not None:
-            at = Robot(line["to"], _side(line, cols), line["toward"], timing - 1)
-            if at.heading is not None and line["heading"] is None:
-                at = Robot(at.region, None, at.toward, at.left)
-    return at
+def _walker(robot: Robot, world: RegionMap, last: list[Line], tick: int) -> BoundRobot:
+    """A robot after its last move, if it has made one; of a step under way one turn is left."""
+    graph, pose, leaves, ready = PoseGraph(world, robot.model.mobility), robot.start, None, tick - 1
+    for line in last:
+        to, faces = line["to"], None if line["heading"] is None else HEADINGS[line["heading"]]
+        pose = Pose(to, faces)
+        if (toward := line.get("toward")) is not None:
+            side = next(heading for heading in Heading if world.step(to, heading) == toward)
+            leaves, ready = graph.number(pose), tick
+            pose = Pose(toward, None if faces is None else side)
+    number, ticks = graph.number(pose), robot.model.timing.least
+    return BoundRobot(graph, number, ready, ticks, robot.capabilities, leaves=leaves)
 
 
-def _side(line: Mapping[str, Any], cols: int) -> str:
-    step = divmod(line["toward"], cols), divmod(line["to"], cols)
-    (row, col), (r, c) = step
-    return next(side for side, way in SIDES.items() if way == (row - r, col - c))
+def _regions(need: Need) -> frozenset[int]:
+    assert isinstance(need.at, frozenset)
+    return need.at
 
 
 def main() -> int:
