@@ -7,13 +7,13 @@ import json
 import os
 import random
 from collections.abc import Sequence
-from itertools import product
 from pathlib import Path
 from typing import Any
 
 import pytest
 from click.testing import CliRunner
 
+import oracle
 from certify.making import certified
 from runtime.played import Run, loaded, play
 from safenav.cli.check import command
@@ -80,50 +80,29 @@ def drawn(seed: int) -> tuple[dict[str, Any], Any, Any, tuple[bool, ...]]:
 
 
 def realizable(document: dict[str, Any], kept: Any, met: Any, again: tuple[bool, ...]) -> bool:
-    """The GR(1) game on (region, input) by nested fixpoints over explicit sets: the environment
-    picks the next input, then the robot its next region."""
+    """The game on explicit states, 2 r + a for region r and input a, by the oracle's fixpoint: the
+    environment picks the next input, then the robot its next region."""
     cells = "".join(document["map"]["grid"])
-    free = [r for r, cell in enumerate(cells) if cell == "."]
-    states = {*product(free, (0, 1))}
+    free, states = [r for r, cell in enumerate(cells) if cell == "."], range(2 * len(cells))
+    sides = [sum(1 << s for s in states if s % 2 == b) for b in (0, 1)]
 
-    def moves(state: tuple[int, int], b: int) -> list[int]:
-        r, a = state
+    def answers(state: int, b: int) -> int:
+        r, a = divmod(state, 2)
         near = [q for q in free if q == r or abs(q - r) in (1, COLS)]
         near = [q for q in near if abs(q - r) != 1 or q // COLS == r // COLS]
-        return [q for q in near if kept(r, q, a, b)]
+        return sum(1 << 2 * q + b for q in near if kept(r, q, a, b))
 
-    def forced(state: tuple[int, int], good: Any) -> bool:
-        """Whether the robot has for each next input a reply that is good."""
-        return all(any(good(state, q, b) for q in moves(state, b)) for b in (0, 1))
+    def meeting(state: int) -> int:
+        r, a = divmod(state, 2)
+        return sum(1 << s for s in states if met(r, s // 2, a, s % 2))
 
-    win = set(states)
-    while True:
-        # mu Y: reach a goal step into win, or for some assumption wait (nu X) while it fails.
-        reached: set[tuple[int, int]] = set()
-        while True:
-            grown = set(reached)
-            for value in again or (None,):
-                inside = set(states)
-                while True:
-
-                    def good(state: tuple[int, int], q: int, b: int, value: Any = value) -> bool:
-                        if met(state[0], q, state[1], b) and (q, b) in win:  # noqa: B023
-                            return True
-                        if (q, b) in reached:  # noqa: B023
-                            return True
-                        return value is not None and b != value and (q, b) in inside  # noqa: B023
-
-                    kept_in = {state for state in inside if forced(state, good)}
-                    if kept_in == inside:
-                        break
-                    inside = kept_in
-                grown |= inside
-            if grown == reached:
-                break
-            reached = grown
-        if reached == win:
-            return (0, 0) in win
-        win = reached
+    moves = tuple({sides[b]: answers(state, b) for b in (0, 1)} for state in states)
+    fair = [sides[value] for value in again] or [sum(sides)]
+    assumed = tuple((side,) * len(states) for side in fair)
+    goals = (tuple(map(meeting, states)),)
+    bits, nothing = len(states).bit_length() - 1, (0,) * len(states)
+    game = oracle.Game(oracle.Specification(()), bits, 1, 1, moves, nothing, assumed, goals)
+    return bool(oracle.solve(game).winning & 1)
 
 
 @pytest.mark.parametrize("seed", range(3 * WANTED))

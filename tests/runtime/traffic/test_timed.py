@@ -7,7 +7,9 @@ from random import Random
 
 import pytest
 
+from runtime.deadlines.every_behaviour import every_behaviour
 from runtime.played import play
+from safenav.runtime.deadlines.bound import BoundMoment, BoundObstacle, BoundRobot
 from safenav.runtime.resolution.problem import (
     Floor,
     GateNeed,
@@ -22,7 +24,6 @@ from safenav.world.moves import Mobility
 from safenav.world.poses import PoseGraph, bits, region_mask
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or 40
-MOST = 40
 
 
 def crowd(seed: int) -> tuple[Problem, tuple[int, ...]]:
@@ -59,41 +60,15 @@ def crowd(seed: int) -> tuple[Problem, tuple[int, ...]]:
 
 def earliest(problem: Problem, poses: tuple[int, ...]) -> int | None:
     """The first tick in which the need is met, over all joint behaviours, turn after turn."""
-    (gate,), (need,) = problem.gates, problem.gates[0].needs
-    size, count = problem.members[0].graph.size, len(poses)
-    start = (tuple((pose, pose, 0) for pose in poses), frozenset[int]())
-    states = {start}
-    for tick in range(1, MOST):
-        for robot, member in enumerate(problem.members):
-            after = set()
-            for robots, done in states:
-                pose, to, left = robots[robot]
-                options = [(pose, pose, 0)]
-                if left:
-                    options = [(to, to, 0) if left == 1 else (pose, to, left - 1)]
-                else:
-                    others = [r for i, r in enumerate(robots) if i != robot]
-                    taken = {p % size for r in others for p in r[:2]}
-                    for step in member.graph.steps(pose):
-                        if step % size not in taken and step % size != gate.region:
-                            ticks = member.ticks
-                            options.append(
-                                (step, step, 0) if ticks == 1 else (pose, step, ticks - 1)
-                            )
-                for option in options:
-                    now = (*robots[:robot], option, *robots[robot + 1 :])
-                    there = {
-                        i
-                        for i in range(count)
-                        if "lift" in problem.members[i].capabilities
-                        and need.regions >> now[i][0] % size & 1
-                    }
-                    had = done | (there & {robot})
-                    if len(there if need.together else had) >= need.robots:
-                        return tick
-                    after.add((now, frozenset(had)))
-            states = after
-    return None
+    walkers = tuple(
+        BoundRobot(member.graph, pose, 0, member.ticks, member.capabilities)
+        for member, pose in zip(problem.members, poses, strict=True)
+    )
+    moment = BoundMoment(walkers, tuple(map(BoundObstacle, problem.gates)), len(poses) - 1)
+    truth = every_behaviour(moment, foes=problem.conflicts)
+    assert truth is not None
+    (turn,) = truth.turns
+    return None if turn is None else turn // len(poses)
 
 
 def possible(problem: Problem, plan: list[tuple[int, ...]]) -> None:
