@@ -6,6 +6,8 @@ Every node is taken as reachable.  The result is a list of complaints, empty for
 
 from collections.abc import Iterable
 
+import networkx
+
 from oracle.automaton import Automaton, Node
 from oracle.game import Game, StateSet, members
 
@@ -22,7 +24,7 @@ def check_strategy(game: Game, automaton: Automaton, robotics_init: bool = False
     edges = _edges(nodes)
     for j in range(len(game.guarantees)):
         starving = [e for e in edges if not _meets(game.guarantees[j], nodes, e)]
-        for component in components(len(nodes), starving):
+        for component in components(starving):
             if all(_some(assumption, nodes, component) for assumption in game.assumptions):
                 complaints.append(f"nodes {_ends(component)} starve guarantee {j}")
     return complaints
@@ -37,12 +39,12 @@ def check_counterstrategy(
     for number, node in enumerate(nodes):
         complaints += _wrong_move(game, nodes, number, node)
     edges = _edges(nodes)
-    for component in components(len(nodes), edges):
+    for component in components(edges):
         if all(_some(guarantee, nodes, component) for guarantee in game.guarantees):
             complaints.append(f"nodes {_ends(component)} can satisfy all guarantees")
     for i in range(len(game.assumptions)):
         starving = [e for e in edges if not _meets(game.assumptions[i], nodes, e)]
-        for component in components(len(nodes), starving):
+        for component in components(starving):
             complaints.append(f"nodes {_ends(component)} starve assumption {i}")
     return complaints
 
@@ -128,51 +130,12 @@ def _ends(edges: list[Edge]) -> list[int]:
     return sorted({source for source, _ in edges})
 
 
-def components(count: int, edges: list[Edge]) -> list[list[Edge]]:
-    """The strongly connected components that hold a cycle, each as its edges (Tarjan 1972)."""
-    successors: list[list[int]] = [[] for _ in range(count)]
-    for source, target in edges:
-        successors[source].append(target)
-    component = _component_numbers(successors)
+def components(edges: list[Edge]) -> list[list[Edge]]:
+    """The strongly connected components that hold a cycle, each as its edges."""
+    parts = enumerate(networkx.strongly_connected_components(networkx.DiGraph(edges)))
+    number = {node: k for k, part in parts for node in part}
     inside: dict[int, list[Edge]] = {}
     for source, target in edges:
-        if component[source] == component[target]:
-            inside.setdefault(component[source], []).append((source, target))
+        if number[source] == number[target]:
+            inside.setdefault(number[source], []).append((source, target))
     return list(inside.values())
-
-
-def _component_numbers(successors: list[list[int]]) -> list[int]:
-    count = len(successors)
-    index = [-1] * count
-    low = [0] * count
-    component = [-1] * count
-    stack: list[int] = []
-    clock = 0
-
-    for root in range(count):
-        if index[root] >= 0:
-            continue
-        work: list[tuple[int, int]] = [(root, 0)]
-        while work:
-            node, position = work.pop()
-            if position == 0:
-                index[node] = low[node] = clock
-                clock += 1
-                stack.append(node)
-            else:
-                low[node] = min(low[node], low[successors[node][position - 1]])
-            for k in range(position, len(successors[node])):
-                target = successors[node][k]
-                if index[target] < 0:
-                    work += [(node, k + 1), (target, 0)]
-                    break
-                if component[target] < 0:
-                    low[node] = min(low[node], index[target])
-            else:
-                if low[node] == index[node]:
-                    while True:
-                        member = stack.pop()
-                        component[member] = node
-                        if member == node:
-                            break
-    return component
