@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Collection, Iterator, Mapping
+from functools import cache
 from heapq import heappop, heappush
 from itertools import product
 from typing import Any, NamedTuple
@@ -26,6 +27,8 @@ Left = tuple[int, int]
 """Remaining work of a robot: in order, the goals left and which is next (``EITHER``: the one that
 it meets first); otherwise the rounds left and the targets covered in this one, bit by bit."""
 EITHER = -1
+ELSEWHERE = -1
+"""The region of a robot that is where no obstacle has anything to do with it."""
 
 
 class _State(NamedTuple):
@@ -95,6 +98,9 @@ class _Enumeration:
         self._case, self._team, self._robots = case, case.team, robots
         self._wishes = [case.wishes[name] for name in robots]
         self._obstacles = obstacles
+        # Most moves lead from nowhere of interest to nowhere of interest.
+        self._concerned = cache(_concerned)
+        self._after_acting, self._closed = cache(self._performed), cache(self._closed_to)
 
     def serves(self, names: set[str], most: int) -> bool | None:
         """Whether a state can be reached that completes the mission with obstacles resolved."""
@@ -167,7 +173,7 @@ class _Enumeration:
         return [self._settled(_State(poses, left, self._obstacles)) for left in product(*choices)]
 
     def _successors(self, state: _State) -> Iterator[_State]:
-        at = dict(zip(self._robots, state.poses, strict=True))
+        at, places = dict(zip(self._robots, state.poses, strict=True)), self._places(state)
         for k, name in enumerate(self._robots):
             member = self._team.members[name]
             taken = {at[other][0] for other in member.rivals if other in at}
@@ -175,13 +181,11 @@ class _Enumeration:
                 mates = [other for other in at if other != name and other in group]
                 if name in group and any(at[other][0] in zone for other in mates):
                     taken |= zone
-            taken |= self._team.walls(name, state.obstacles)
-            taken |= {o.region for o in state.obstacles if _must_wait(o, name, at)}
-            taken |= {r for o in state.obstacles if _is_resolved(o, at, name) for r in o.sweeps}
+            taken |= self._closed(name, state.obstacles, places)
             for to in member.steps.get(at[name], ()):
                 if to[0] not in taken:
                     poses = (*state.poses[:k], to, *state.poses[k + 1 :])
-                    yield self._settled(state._replace(poses=poses))
+                    yield self._settled(_State(poses, state.left, state.obstacles), k)
 
     def _is_complete(self, state: _State) -> bool:
         return not any(goals for goals, _ in state.left) and all(
@@ -189,19 +193,37 @@ class _Enumeration:
             for name, pose in zip(self._robots, state.poses, strict=True)
         )
 
-    def _settled(self, state: _State) -> _State:
-        """Return the state after all that is done where the robots stand: actions, then goals."""
-        at = dict(zip(self._robots, state.poses, strict=True))
-        after = self._performed(state.obstacles, at)
+    def _settled(self, state: _State, moved: int | None = None) -> _State:
+        """Return the state after all that is done where the robots stand: actions, then goals.
+        Only the one that has ``moved`` can meet a goal then, unless something is resolved."""
+        after = self._after_acting(state.obstacles, self._places(state))
         obstacles, left = tuple(obstacle for obstacle in after if obstacle.left), state.left
+        if moved is not None and len(obstacles) == len(after):
+            met = _met(self._wishes[moved], state.poses[moved], left[moved])
+            return _State(state.poses, (*left[:moved], met, *left[moved + 1 :]), obstacles)
         if len(obstacles) < len(after):
             left = tuple(map(self._anew, self._wishes, left))
         left = tuple(map(_met, self._wishes, state.poses, left))
         return _State(state.poses, left, obstacles)
 
-    def _performed(self, obstacles: OpenObstacles, at: Mapping[str, Pose]) -> OpenObstacles:
+    def _places(self, state: _State) -> tuple[int, ...]:
+        """Return each robot's region, or ``ELSEWHERE``."""
+        concerned = self._concerned(state.obstacles)
+        return tuple(r if r in concerned else ELSEWHERE for r, _ in state.poses)
+
+    def _closed_to(
+        self, name: str, obstacles: OpenObstacles, places: tuple[int, ...]
+    ) -> frozenset[int]:
+        """Return the regions that obstacles and their resolution keep a robot out of."""
+        at = dict(zip(self._robots, places, strict=True))
+        waiting = {o.region for o in obstacles if _must_wait(o, name, at)}
+        swept = {r for o in obstacles if _is_resolved(o, at, name) for r in o.sweeps}
+        return self._team.walls(name, obstacles) | waiting | swept
+
+    def _performed(self, obstacles: OpenObstacles, places: tuple[int, ...]) -> OpenObstacles:
         """Return the obstacles after the actions that the robots can perform where they stand:
         loads are taken last, in their order, by robots that can carry one more."""
+        at = dict(zip(self._robots, places, strict=True))
         after = [_performed(obstacle, at, None) for obstacle in obstacles]
         loads = [k for k, obstacle in enumerate(after) if obstacle.takes()]
         for k in sorted(loads, key=lambda k: after[k].order):
@@ -219,8 +241,15 @@ class _Enumeration:
         return rounds * count, EITHER if wish.either else left[1]
 
 
+def _concerned(obstacles: OpenObstacles) -> frozenset[int]:
+    """Return the regions in which a robot resolves some obstacle or keeps others from it."""
+    there = frozenset(obstacle.region for obstacle in obstacles)
+    needs = (need.regions for obstacle in obstacles for need in obstacle.left)
+    return there.union(*needs, *(obstacle.sweeps for obstacle in obstacles))
+
+
 def _performed(
-    obstacle: OpenObstacle, at: Mapping[str, Pose], full: frozenset[str] | None
+    obstacle: OpenObstacle, at: Mapping[str, int], full: frozenset[str] | None
 ) -> OpenObstacle:
     """Return an obstacle after the actions that the robots can perform where they stand. ``full``:
     those that take no other load; None: no robot takes one now."""
@@ -231,7 +260,7 @@ def _performed(
         able = (need.able - obstacle.barred) & at.keys()
         if takes:
             able -= full or frozenset()
-        there = (name for name in able if at[name][0] in need.regions)
+        there = (name for name in able if at[name] in need.regions)
         group = frozenset(name for name in there if _clear_of(obstacle, name, at))
         if takes and not need.together:  # one after the other, in the order of their turns
             missing = need.robots - len(obstacle.done)
@@ -243,14 +272,14 @@ def _performed(
     return obstacle
 
 
-def _must_wait(obstacle: OpenObstacle, robot: str, at: Mapping[str, Pose]) -> bool:
+def _must_wait(obstacle: OpenObstacle, robot: str, at: Mapping[str, int]) -> bool:
     """Return whether a robot that would resolve an obstacle by entering must wait for others."""
     return robot in _resolving(obstacle) and not _clear_of(obstacle, robot, at)
 
 
-def _is_resolved(obstacle: OpenObstacle, at: Mapping[str, Pose], robot: str) -> bool:
+def _is_resolved(obstacle: OpenObstacle, at: Mapping[str, int], robot: str) -> bool:
     """Return whether another robot is where it resolves an obstacle by entering."""
-    return any(at[o][0] == obstacle.region for o in _resolving(obstacle) & at.keys() - {robot})
+    return any(at[o] == obstacle.region for o in _resolving(obstacle) & at.keys() - {robot})
 
 
 def _resolving(obstacle: OpenObstacle) -> frozenset[str]:
@@ -259,9 +288,9 @@ def _resolving(obstacle: OpenObstacle) -> frozenset[str]:
     return need.able if obstacle.region in need.regions else frozenset()
 
 
-def _clear_of(obstacle: OpenObstacle, robot: str, at: Mapping[str, Pose]) -> bool:
+def _clear_of(obstacle: OpenObstacle, robot: str, at: Mapping[str, int]) -> bool:
     """Return whether no robot but this one is where the resolution of an obstacle sweeps."""
-    return not any(at[other][0] in obstacle.sweeps for other in at if other != robot)
+    return not any(at[other] in obstacle.sweeps for other in at if other != robot)
 
 
 def _met(wish: Wish, pose: Pose, left: Left) -> Left:
