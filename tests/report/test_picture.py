@@ -9,15 +9,16 @@ from msgspec.structs import replace
 
 from once import SCENARIOS
 from report import made_traces
-from safenav.report.picture.glyphs import separated
+from safenav.report.picture.glyphs import STATUS_MARKS, separated
 from safenav.report.picture.scenario import scenario_text, scene_of
 from safenav.report.picture.scene import Options, svg_of
 from safenav.report.picture.svg import FONTS, text_width, wrapped
 from safenav.report.replay.reading import read_replay
-from safenav.report.replay.timeline import ObstacleStatus, Replay
+from safenav.report.replay.timeline import Hidden, ObstacleStatus, Placed, Replay, Scene
 from safenav.scenario.objective import targets_of
 from safenav.scenario.reading.loader import load_scenario
 from safenav.trace.looks import looks
+from safenav.world.map import RegionMap
 
 SVG = "{http://www.w3.org/2000/svg}"
 MOMENTS = [("door", 0), ("door", 11), ("door", 46), ("chain", 6), ("detour", 49), ("crowd", 137)]
@@ -200,6 +201,29 @@ def test_figures_can_be_read_and_targets_are_framed(name: str) -> None:
     for robot, look in zip(scenario.robots, looks([r.name for r in scenario.robots]), strict=True):
         for region in sorted(set().union(*targets_of(robot.objective))):
             assert (look.colour, *scenario.map.position(region)) in frames
+
+
+def test_robots_and_obstacles_of_a_large_map_can_be_seen() -> None:
+    """They were a few pixels wide among 100 x 100 regions."""
+    world = RegionMap.from_grid(["." * 100] * 100)
+    robot = Placed("a", "digit", "ground", 50.0, 50.0, None, None)
+    door = Hidden("door@77", "door", 77, ("push",), (77,), ())
+    marks = ((door, ObstacleStatus.BLOCKED),)
+    svg = svg_of(Scene("large", "tick 1", world, (robot,), marks), Options(legend=False))
+    look, mark = looks(["a"])[0], STATUS_MARKS[ObstacleStatus.BLOCKED]
+    for path, least in ((look.path, 8.0), (mark.path, 5.0)):
+        sizes = re.findall(
+            rf'd="{re.escape(path)}" transform="translate\(.*?scale\(([\d.]+)\)', svg
+        )
+        assert sizes and max(map(float, sizes)) >= least
+
+
+def test_a_long_list_of_robots_stands_in_columns() -> None:
+    """A legend of thirty robots was one column, three times as high as the map."""
+    world = RegionMap.from_grid(["." * 30] * 24)
+    team = tuple(Placed(f"r{i}", "digit", "ground", 1.0, i, None, None) for i in range(30))
+    root = ElementTree.fromstring(svg_of(Scene("team", "tick 1", world, team, ())))
+    assert float(root.attrib["height"]) < 2 * float(root.attrib["width"])
 
 
 def _cell(root: ElementTree.Element, cols: int) -> float:

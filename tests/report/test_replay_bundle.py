@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from safenav.report.page.html import embedded, page_of
+from safenav.report.picture.glyphs import EVENT_MARKS
 from safenav.report.replay.timeline import Replay
 
 REPORT = Path(__file__).parents[2] / "safenav" / "report"
@@ -51,6 +52,12 @@ def test_types_are_right() -> None:
         [str(compiler), "--noEmit"], cwd=FRONT, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stdout
+
+
+def test_each_kind_of_event_has_a_colour() -> None:
+    """Marks without one are black, also on the dark page."""
+    style = (FRONT / "src" / "page.css").read_text()
+    assert {kind for kind in EVENT_MARKS if f".event-{kind.value}" not in style} == set()
 
 
 def test_the_bundle_is_small() -> None:

@@ -25,6 +25,10 @@ Icon = Callable[[SvgWriter, float, float], None]
 """Draws a sign around a point."""
 
 
+_ROWS = 12
+"""The most robots, or obstacles, that are not divided; more can stand in several columns."""
+
+
 class Row(Struct, frozen=True):
     """A sign and some lines of text: (words, size, bold, colour)."""
 
@@ -111,10 +115,7 @@ class Legend(Struct):
 def legend_of(scene: Scene, hidden: bool, more: Sequence[Row] = ()) -> Legend:
     """Return the legend of all that this scene's picture shows, and ``more`` marks."""
     style = looks([robot.name for robot in scene.robots])
-    blocks = [_robots(scene, style)] if scene.robots else []
-    obstacles = _obstacles(scene, hidden)
-    if obstacles.rows:
-        blocks.append(obstacles)
+    blocks = [*_parts(_robots(scene, style)), *_parts(_obstacles(scene, hidden))]
     if scene.stack:
         blocks.append(_stack(scene.stack, scene.map))
     told = [event for event in scene.happened if event.kind not in _QUIET]
@@ -123,6 +124,15 @@ def legend_of(scene: Scene, hidden: bool, more: Sequence[Row] = ()) -> Legend:
         blocks.append(Block("At this moment", rows))
     blocks.append(_marks(scene, style, more))
     return Legend(tuple(blocks))
+
+
+def _parts(block: Block) -> list[Block]:
+    """Return a block that fits into a column, or several; none without rows."""
+    rows = block.rows
+    size = len(rows) if len(rows) <= _ROWS else _ROWS // 2
+    parts = [rows[first : first + size] for first in range(0, len(rows), max(1, size))]
+    later = f"{block.title}, continued"
+    return [Block(later if i else block.title, part) for i, part in enumerate(parts)]
 
 
 class KeyRow(Struct, frozen=True):

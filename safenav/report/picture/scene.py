@@ -46,6 +46,11 @@ NARROWEST = 260.0
 CAPTION_LINES = 3
 ROBOT = 0.28
 """Radius of a robot's body, in cells."""
+LEAST_ROBOT = 8.0
+LEAST_MARK = 5.0
+"""The least radii of bodies and of marks of obstacles, however large the map."""
+LEAST_SHAPE = 20.0
+"""The side of a cell from which on it can hold the pictogram of an obstacle."""
 
 BADGE = 0.96
 """How far the silhouette of its model is below and beside a body, in radii of it; a load that it
@@ -232,7 +237,10 @@ class _Drawing(Struct):
         middle_x, middle_y = self._centre(obstacle.region)
         if obstacle.name in self.scene.carried:
             return
-        if shape := obstacle_pictogram(obstacle.type):
+        shape = obstacle_pictogram(obstacle.type)
+        if cell < LEAST_SHAPE:
+            radius = max(radius, LEAST_MARK)
+        elif shape:
             self.page.glyph(shape, middle_x, middle_y, cell * 0.27, fill=mark.colour)
             radius, middle_x, middle_y = cell * 0.11, x + cell * 0.83, y + cell * 0.17
         self.page.glyph(mark.path, middle_x, middle_y, radius, fill=mark.colour)
@@ -325,7 +333,8 @@ class _Drawing(Struct):
             self.page.path(data, stroke=colour, stroke_width=self.cell * 0.06, fill="none")
 
     def _robot(self, robot: Placed, look: Look, row: float, col: float) -> None:
-        x, y, radius = (col + 0.5) * self.cell, (row + 0.5) * self.cell, ROBOT * self.cell
+        x, y = (col + 0.5) * self.cell, (row + 0.5) * self.cell
+        radius = max(ROBOT * self.cell, LEAST_ROBOT)
         if robot.heading is not None:
             self.page.glyph(NOSE, x, y, radius * 0.92, robot.heading, fill=INK)
         self.page.glyph(look.path, x, y, radius, fill=look.colour, stroke=INK, stroke_width=0.09)

@@ -9,6 +9,9 @@ import type { Shown } from "../settings";
 /** From the nose of a robot to the sign in the next region. */
 export const ARROW = "M20.5 0H29M24.5 -4.5L29.5 0L24.5 4.5";
 
+/** Where regions are smaller, the pictogram of an obstacle would be too small: its status stands alone. */
+const MOST_GROWN = 2;
+
 interface KnowledgeProps {
   run: Run;
   tick: number;
@@ -25,6 +28,7 @@ export const Knowledge = memo(({ run, tick, shown, grown }: KnowledgeProps) => (
       if (tick < obstacle.since || (status === "hidden" && !shown.hidden)) return null;
       const x = (obstacle.region % run.cols) * CELL;
       const y = Math.floor(obstacle.region / run.cols) * CELL;
+      const shape = grown > MOST_GROWN ? "" : obstacle.shape;
       return (
         <g
           key={obstacle.name}
@@ -34,12 +38,12 @@ export const Knowledge = memo(({ run, tick, shown, grown }: KnowledgeProps) => (
           transform={`translate(${x} ${y})`}
         >
           <rect x={1.2} y={1.2} width={CELL - 2.4} height={CELL - 2.4} rx={3.5} />
-          {obstacle.shape && !carried && (
-            <path class="shape" transform={`translate(${CELL / 2} ${CELL / 2}) scale(${CELL * 0.27})`} d={obstacle.shape} fill-rule="evenodd" />
+          {shape && !carried && (
+            <path class="shape" transform={`translate(${CELL / 2} ${CELL / 2}) scale(${CELL * 0.27})`} d={shape} fill-rule="evenodd" />
           )}
           <path
             transform={
-              obstacle.shape
+              shape
                 ? `translate(${CELL * 0.83} ${CELL * 0.17}) scale(${CELL * 0.11 * grown})`
                 : `translate(${CELL / 2} ${CELL / 2}) scale(${(status === "hidden" ? 6 : 8.8) * grown})`
             }
@@ -51,7 +55,7 @@ export const Knowledge = memo(({ run, tick, shown, grown }: KnowledgeProps) => (
     })}
     <Taken run={run} tick={tick} />
     {shown.targets && <Targets run={run} tick={tick} grown={grown} />}
-    <Violations run={run} tick={tick} />
+    <Violations run={run} tick={tick} grown={grown} />
   </>
 ));
 
@@ -139,7 +143,7 @@ function bracketsOf(x: number, y: number, side: number): string {
 }
 
 /** An arrow from a robot into the region that it would have entered. */
-function Violations({ run, tick }: { run: Run; tick: number }) {
+function Violations({ run, tick, grown }: Omit<KnowledgeProps, "shown">) {
   const met = eventsAt(run, tick).filter((e) => e[1] === "violation" && e[3] >= 0 && e[4] >= 0);
   return (
     <>
@@ -153,7 +157,7 @@ function Violations({ run, tick }: { run: Run; tick: number }) {
         return (
           <path
             class="violation-arrow"
-            transform={`translate(${x} ${y}) rotate(${angle})`}
+            transform={`translate(${x} ${y}) rotate(${angle}) scale(${grown})`}
             d={ARROW}
           />
         );

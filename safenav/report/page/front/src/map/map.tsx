@@ -18,6 +18,9 @@ import type { Shown } from "../settings";
 import type { Hand } from "./stage";
 import { shadesAt, Shading, viewersOf } from "./shading";
 
+/** The least width of a trail, in pixels. */
+const LEAST_TRAIL = 1.4;
+
 interface MapProps {
   run: Run;
   player: Player;
@@ -79,7 +82,9 @@ export function MapView({ run, player, camera, tick, shown, pointed, hand }: Map
             <Shading run={run} tick={tick} shown={shown} cell={CELL} />
           </svg>
         )}
-        <svg class="trails">{shown.trails && <Trails run={run} player={player} />}</svg>
+        <svg class="trails" style={{ "--trail": `${Math.max(LEAST_TRAIL, 0.065 * camera.scale)}px` }}>
+          {shown.trails && <Trails run={run} player={player} />}
+        </svg>
         <svg class="knowledge">
           <Knowledge run={run} tick={tick} shown={shown} grown={growth(camera, 8.8, 6)} />
           {pointed !== null && <Pointed key={`${pointed}`} run={run} region={pointed} />}
