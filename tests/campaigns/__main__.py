@@ -13,7 +13,7 @@ from random import Random
 
 import yaml
 
-from campaigns.command import Command, Forked
+from campaigns.command import Command
 from campaigns.generate.families import FAMILIES, mission
 from campaigns.verdict import judge, judge_interrupted
 
@@ -21,7 +21,7 @@ from campaigns.verdict import judge, judge_interrupted
 def main() -> int:
     """Play the seeds of the families; 1 if there is a finding."""
     options = _options()
-    command = Forked() if options.forked else Command()
+    command = Command()
     if options.file is not None:
         return _play_file(options.file, command, options.seconds)
     found = 0
@@ -92,7 +92,6 @@ def _options() -> argparse.Namespace:
     )
     parser.add_argument("--assignable", action="store_true", help="tell robots by signals")
     parser.add_argument("--out", type=Path, default=Path("build/findings"))
-    parser.add_argument("--forked", action="store_true", help="import safenav once")
     return parser.parse_args()
 
 

@@ -4,7 +4,6 @@ import importlib
 import os
 import pkgutil
 import signal
-import subprocess
 import sys
 import tempfile
 import time
@@ -12,8 +11,6 @@ import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-
-BINARY = Path(sys.executable).parent / "safenav"
 
 
 @dataclass(frozen=True)
@@ -32,7 +29,15 @@ class Ended:
 
 
 class Command:
-    """Calls the installed program, each time in a process of its own."""
+    """Calls the entry point of the program, each time in a forked copy of this process, which has
+    imported all of safenav already: for thousands of calls."""
+
+    def __init__(self) -> None:
+        import safenav
+
+        for module in pkgutil.walk_packages(safenav.__path__, "safenav."):
+            if not module.name.endswith("__main__"):
+                importlib.import_module(module.name)
 
     def call(
         self,
@@ -67,29 +72,6 @@ class Command:
                 stream.seek(0)
                 texts.append(stream.read().decode(errors="replace"))
         return Ended(exit_status, texts[0], texts[1], spent, interrupted, deaf, seen)
-
-    def _start(self, words: list[str], out: int, err: int) -> int:
-        process = subprocess.Popen(
-            [str(BINARY), *words],
-            stdout=out,
-            stderr=err,
-            stdin=subprocess.DEVNULL,
-            start_new_session=True,
-        )
-        process.returncode = 0  # waited for below, by its number
-        return process.pid
-
-
-class Forked(Command):
-    """Calls the same entry point in a forked copy of this process, which has imported all of
-    safenav already: for thousands of calls."""
-
-    def __init__(self) -> None:
-        import safenav
-
-        for module in pkgutil.walk_packages(safenav.__path__, "safenav."):
-            if not module.name.endswith("__main__"):
-                importlib.import_module(module.name)
 
     def _start(self, words: list[str], out: int, err: int) -> int:
         sys.stdout.flush()

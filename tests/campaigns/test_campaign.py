@@ -29,7 +29,7 @@ LONG = ("crowd", "crowd_hidden")
 def play(tmp_path: Path, family: str, seeds: int, *options: str) -> None:
     """One campaign in a process of its own: 1 is a finding, told on its output."""
     which = ("--family", family, "--seeds", f"0:{seeds}")
-    done = warm.program("campaigns.__main__", *which, "--forked", "--out", tmp_path, *options)
+    done = warm.program("campaigns.__main__", *which, "--out", tmp_path, *options)
     found = "".join(file.read_text(encoding="utf-8") for file in sorted(tmp_path.iterdir()))
     assert done.returncode == 0, done.stdout + done.stderr + found
 

@@ -15,5 +15,5 @@ CASES = sorted((Path(__file__).parent / "cases").rglob("*.yaml"))
 
 @pytest.mark.parametrize("file", CASES, ids=lambda file: file.stem)
 def test_case_ends_as_it_can(file: Path) -> None:
-    done = warm.program("campaigns.__main__", "--file", file, "--forked", "--seconds", 300)
+    done = warm.program("campaigns.__main__", "--file", file, "--seconds", 300)
     assert done.returncode == 0, done.stdout + done.stderr
