@@ -2,14 +2,12 @@
 that were accepted."""
 
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from certify.making import bundle_at, files_of, rewrite, run_checker
 from certify.mutants import lines_of, with_lines
-
-Line = dict[str, Any]
+from runtime.played import Run
 
 AROUND = '["#####", "#...#", "#...#", "#####"]'
 LANE = '["#####", "#...#", "#####"]'
@@ -159,74 +157,73 @@ def bundle_of(mission: tuple[str, str], obstacle: str = "") -> Path:
     return bundle_at("finding", f"{start}robots:\n  {robots.strip()}\n")
 
 
-def said_of(bundle: Path, lines: list[Line], target: Path) -> str:
-    """The last line of what the checker says of a bundle with another trace."""
-    files = with_lines(files_of(bundle), lines)
+def run_of(mission: tuple[str, str], obstacle: str = "") -> Run:
+    """The run of a mission, whose bundle is accepted."""
+    return Run(lines_of(files_of(bundle_of(mission, obstacle))))
+
+
+def said_of(mission: tuple[str, str], run: Run, target: Path) -> str:
+    """The last line of what the checker says of the mission's bundle with another run."""
+    bundle = bundle_of(mission)
+    files = with_lines(files_of(bundle), run.records)
     return run_checker(rewrite(bundle, files, target / "bundle"))[1].splitlines()[-1]
 
 
 def test_a_robot_keeps_its_heading_while_it_is_on_its_way(tmp_path: Path) -> None:
-    lines = lines_of(files_of(bundle_of(SLOW)))
-    line = next(line for line in lines if line.get("toward") == 11)
+    run = run_of(SLOW)
+    line = run.all("move", toward=11)[0]
     assert line["heading"] == "east"
     line["heading"] = "north"
-    assert "a turns from east to north while it stays" in said_of(bundle_of(SLOW), lines, tmp_path)
+    assert "a turns from east to north while it stays" in said_of(SLOW, run, tmp_path)
 
 
 def test_a_robot_has_held_although_it_makes_way_in_the_end() -> None:
-    lines = lines_of(files_of(bundle_of(IN_THE_WAY)))
-    assert lines[-1]["outcome"] == "completed"
-    at_last = [line["to"] for line in lines if line["type"] == "move" and line["robot"] == "b"][-1]
-    assert at_last == 12
+    run = run_of(IN_THE_WAY)
+    assert run.outcome["outcome"] == "completed"
+    assert run.path("b")[-1] == 12
 
 
 def test_a_helper_may_be_sent_to_some_of_the_places_where_it_can_help() -> None:
     """b stands on one of them, and waits there on its own account."""
-    lines = lines_of(files_of(bundle_of(TWO_NEEDS)))
-    request = next(line for line in lines if line["type"] == "request")
-    push = next(line for line in lines if line["type"] == "push")
-    assert request["regions"] == [6, 8, 12]
-    assert push["objectives"]["b"] == {"visit": [12, 12]}
+    run = run_of(TWO_NEEDS)
+    assert run.all("request")[0]["regions"] == [6, 8, 12]
+    assert run.all("push")[0]["objectives"]["b"] == {"visit": [12, 12]}
 
 
 @pytest.mark.parametrize("name", ["a", "b"])
 def test_where_others_begin_is_known(name: str, tmp_path: Path) -> None:
     """One step away from there is another mission."""
-    lines = lines_of(files_of(bundle_of(EXACT)))
-    known = next(line for line in lines if line.get("robot") == name)["knowledge"]
+    run = run_of(EXACT)
+    known = run.all("synthesis", robot=name)[0]["knowledge"]
     ((other, region),) = known.items()
     known[other] = 7
     assert region in (6, 8)
-    said = said_of(bundle_of(EXACT), lines, tmp_path)
+    said = said_of(EXACT, run, tmp_path)
     assert f"{name} believes {other} to be where it is not" in said
 
 
 def test_who_helps_can_meet_the_next_need(tmp_path: Path) -> None:
     """The other one can do something about the obstacle, but not yet."""
-    lines = lines_of(files_of(bundle_of(TWO_NEEDS)))
-    push = next(line for line in lines if line["type"] == "push")
-    assert push["helper"] == "b"
-    for line in lines:
-        if line["type"] in ("push", "pop") and line.get("helper") == "b":
-            line |= {"helper": "c"} | ({"helpers": ["c"]} if "helpers" in line else {})
-    said = said_of(bundle_of(TWO_NEEDS), lines, tmp_path)
+    run = run_of(TWO_NEEDS)
+    assert run.all("push")[0]["helper"] == "b"
+    for line in (*run.all("push", helper="b"), *run.all("pop", helper="b")):
+        line |= {"helper": "c"} | ({"helpers": ["c"]} if "helpers" in line else {})
+    said = said_of(TWO_NEEDS, run, tmp_path)
     assert "c is to help with pile@7, but lacks the action" in said
 
 
 def test_what_formulas_meet_while_a_robot_waits_is_no_goal_of_its_own() -> None:
     """With goals that are assigned at runtime its strategy is still about its own formulas."""
-    bundle = bundle_of(WAITING)
-    lines = lines_of(files_of(bundle))
-    push = next(line for line in lines if line["type"] == "push")
+    run = run_of(WAITING)
+    push = run.all("push")[0]
     assert push["objectives"]["a"]["ltl"]["liveness"] == ["region = 8"]
-    after = [line for line in lines[lines.index(push) :] if line["type"] == "goal"]
-    assert (after[0]["robot"], after[0]["region"]) == ("a", 8)
+    goal = Run(run.records[run.records.index(push) :]).all("goal")[0]
+    assert (goal["robot"], goal["region"]) == ("a", 8)
 
 
 def test_a_robot_that_is_held_back_may_have_another_answer() -> None:
     """The move says what its strategy was shown: that somebody is where it must not go."""
-    lines = lines_of(files_of(bundle_of(HELD_BACK)))
-    shown = [line for line in lines if line.get("busy")]
+    shown = [line for line in run_of(HELD_BACK).records if line.get("busy")]
     assert shown
     assert all(line["by"] == "strategy" for line in shown)
     assert any(line["to"] != line["from"] for line in shown)
@@ -234,55 +231,51 @@ def test_a_robot_that_is_held_back_may_have_another_answer() -> None:
 
 def test_a_robot_that_resolves_an_obstacle_has_held_since_then() -> None:
     """Rounds count from the last resolution on; it resolves first, and then its turn ends there."""
-    lines = lines_of(files_of(bundle_of(ON_THE_SPOT)))
-    (resolved,) = [line for line in lines if line["type"] == "resolved"]
-    assert (resolved["tick"], lines[-1]["ticks"]) == (1, 2)
-    assert lines[-1]["outcome"] == "completed"
+    run = run_of(ON_THE_SPOT)
+    assert (run.one("resolved")["tick"], run.outcome["ticks"]) == (1, 2)
+    assert run.outcome["outcome"] == "completed"
 
 
 def test_a_strategy_of_assignable_goals_is_always_about_its_own() -> None:
     """Two get new ones while they wait, because the obstacle is in their sight; what they are told
     stays as it was."""
-    lines = lines_of(files_of(bundle_of(LOSES_SIGHT)))
-    own = {name: r["objective"] for name, r in lines[0]["scenario"]["robots"].items()}
-    push = next(k for k, line in enumerate(lines) if line["type"] == "push")
-    again = [line for line in lines[push:] if line["type"] == "synthesis"]
+    run = run_of(LOSES_SIGHT)
+    own = {name: r["objective"] for name, r in run.records[0]["scenario"]["robots"].items()}
+    push = run.all("push")[0]
+    again = Run(run.records[run.records.index(push) :]).all("synthesis")
     assert again
-    assert lines[push]["objectives"][again[0]["robot"]] != own[again[0]["robot"]]
+    assert push["objectives"][again[0]["robot"]] != own[again[0]["robot"]]
     assert all(line["objective"] == own[line["robot"]] for line in again)
 
 
 def test_an_obstacle_comes_back_under_its_name(tmp_path: Path) -> None:
     """It was refused as a second one, and for want of a request from before it came back."""
-    bundle = bundle_of(COMES_BACK)
-    lines = lines_of(files_of(bundle))
-    assert [line["type"] for line in lines].count("resolved") == 2
-    lines[0]["scenario"]["obstacles"][1]["blocks"] = []
-    assert "differs when it reappears" in said_of(bundle, lines, tmp_path)
+    run = run_of(COMES_BACK)
+    assert len(run.all("resolved")) == 2
+    run.records[0]["scenario"]["obstacles"][1]["blocks"] = []
+    assert "differs when it reappears" in said_of(COMES_BACK, run, tmp_path)
 
 
 def test_an_obstacle_is_met_from_beside_it(tmp_path: Path) -> None:
     """From elsewhere there is nothing to step back from."""
-    bundle = bundle_of(FAR_AWAY)
-    lines = lines_of(files_of(bundle))
-    first = next(k for k, line in enumerate(lines) if line["type"] == "move")
-    about = {"tick": 1, "robot": "a"}
+    run = run_of(FAR_AWAY)
+    move, about = run.all("move")[0], {"tick": 1, "robot": "a"}
+    first = run.records.index(move)
     met = {"at": 8, "proposed": 12, "obstacle": "bar@12", "action": "push"}
-    lines[first] |= {"to": 8, "by": "backtrack"}
-    lines[first:first] = [
+    move |= {"to": 8, "by": "backtrack"}
+    run.records[first:first] = [
         {"type": "violation", **about, **met},
         {"type": "backtrack", **about, "to": 8},
     ]
-    assert "a cannot step from 8 (1, 1) to 12 (1, 5), which is not a neighbour" in said_of(
-        bundle, lines, tmp_path
-    )
+    told = "a cannot step from 8 (1, 1) to 12 (1, 5), which is not a neighbour"
+    assert told in said_of(FAR_AWAY, run, tmp_path)
 
 
 def test_a_request_is_dropped_when_its_obstacle_is_resolved(tmp_path: Path) -> None:
     """Before anybody moves again, however the run ends."""
-    bundle = bundle_of(TWO_NEEDS)
-    lines = [line for line in lines_of(files_of(bundle)) if line["type"] != "pop"]
-    assert "pile@7 is over, but its entry stays on the stack" in said_of(bundle, lines, tmp_path)
+    run = Run([line for line in run_of(TWO_NEEDS).records if line["type"] != "pop"])
+    told = "pile@7 is over, but its entry stays on the stack"
+    assert told in said_of(TWO_NEEDS, run, tmp_path)
 
 
 @pytest.mark.parametrize("coordination", ["assignable", "resynthesis"])
@@ -293,88 +286,79 @@ def test_a_robot_that_is_kept_still_knows_where_others_are(
     """It waits for a plan while the other one comes nearer by two steps, and blames nobody."""
     grid, robots = KEPT_STILL
     robots = robots.replace("TRACKING", tracking).replace("COORDINATION", coordination)
-    lines = lines_of(files_of(bundle_of((grid, robots))))
-    assert lines[-1]["cause"] == "deadlock"
-    assert not [line for line in lines if line["type"] == "assumption"]
+    run = run_of((grid, robots))
+    assert run.outcome["cause"] == "deadlock"
+    assert not run.all("assumption")
 
 
 def test_who_meets_an_obstacle_asks_for_help(tmp_path: Path) -> None:
     """Even if another one has asked already: it is told what to do until the obstacle is gone."""
-    bundle = bundle_of(FROM_BOTH_SIDES)
-    lines = lines_of(files_of(bundle))
-    told = [
-        k for k, line in enumerate(lines) if (line["type"], line.get("requester")) == ("push", "b")
-    ]
-    del lines[told[0]]
-    said = said_of(bundle, lines, tmp_path)
+    run = run_of(FROM_BOTH_SIDES)
+    run.records.remove(run.all("push", requester="b")[0])
+    said = said_of(FROM_BOTH_SIDES, run, tmp_path)
     assert "b waits for bar@10, but no push follows" in said
 
 
 def test_a_mission_is_completed_although_a_request_is_open() -> None:
     """One target of two is enough, and who could open the way to the other could not turn back."""
-    post = "post: {action: push, resolve_at: [22], blocks: [ground, air]}"
-    lines = lines_of(files_of(bundle_of(NOT_NEEDED, post)))
-    assert [line["type"] for line in lines if line["type"] in ("push", "pop")] == ["push"]
-    assert lines[-1]["outcome"] == "completed"
+    run = run_of(NOT_NEEDED, "post: {action: push, resolve_at: [22], blocks: [ground, air]}")
+    assert (len(run.all("push")), run.all("pop")) == (1, [])
+    assert run.outcome["outcome"] == "completed"
 
 
 @pytest.mark.parametrize("name", ["robots.b", "b", "any robot"])
 def test_no_obstacle_has_the_name_of_a_robot(name: str, tmp_path: Path) -> None:
     """Who knows of the one would seem to know of the other, and what is never resolved would seem
     to be somebody who is stuck."""
-    lines = lines_of(files_of(bundle_of(TWO_NEEDS)))
-    obstacle = {**lines[0]["scenario"]["obstacles"][0], "name": name}
-    lines.insert(1, {"type": "discovered", "tick": 0, "obstacle": obstacle})
-    said = said_of(bundle_of(TWO_NEEDS), lines, tmp_path)
+    said = discovering(tmp_path, name=name)
     assert "an obstacle has the name of a robot" in said
 
 
 def test_an_obstacle_that_there_is_cannot_be_discovered(tmp_path: Path) -> None:
     """It could stand elsewhere from then on, for others, or need less."""
-    lines = lines_of(files_of(bundle_of(TWO_NEEDS)))
-    obstacle = lines[0]["scenario"]["obstacles"][0] | {"region": 12}
-    lines.insert(1, {"type": "discovered", "tick": 0, "obstacle": obstacle})
-    said = said_of(bundle_of(TWO_NEEDS), lines, tmp_path)
-    assert said.endswith(f"{obstacle['name']!r} is discovered, but is known already")
+    assert discovering(tmp_path, region=12).endswith("'pile@7' is discovered, but is known already")
+
+
+def discovering(target: Path, **other: object) -> str:
+    """What the checker says of a run that discovers its obstacle again, as another one."""
+    run = run_of(TWO_NEEDS)
+    obstacle = run.records[0]["scenario"]["obstacles"][0] | other
+    run.records.insert(1, {"type": "discovered", "tick": 0, "obstacle": obstacle})
+    return said_of(TWO_NEEDS, run, target)
 
 
 def test_what_a_robot_is_told_on_its_way_counts_when_it_arrives() -> None:
     """Between two regions it gets another strategy, which says in another way that it is not sent
     anywhere."""
-    lines = lines_of(files_of(bundle_of(TOLD_ON_ITS_WAY)))
-    told = [line for line in lines if line.get("robot") == "b" and "signal" in line]
-    assert [("by" in line, line["signal"]["assigned"]) for line in told] == [
-        (True, 13),
-        (False, 16),
-    ]
+    told = [line for line in run_of(TOLD_ON_ITS_WAY).all("move", robot="b") if "signal" in line]
+    signals = [("by" in line, line["signal"]["assigned"]) for line in told]
+    assert signals == [(True, 13), (False, 16)]
 
 
 def test_nobody_lacks_a_strategy_unless_that_was_shown(tmp_path: Path) -> None:
     """Neither at the beginning nor later, whatever the last line says."""
-    for number, outcome in enumerate(("unrealizable", "operator_needed")):
-        lines = lines_of(files_of(bundle_of(TWO_NEEDS)))
-        tried = {"b": next(line["spec"] for line in lines if line["type"] == "synthesis")}
-        lines[-1] |= {"outcome": outcome, "cause": "unrealizable", "unrealizable": tried}
-        said = said_of(bundle_of(TWO_NEEDS), lines, tmp_path / str(number))
+    for outcome in ("unrealizable", "operator_needed"):
+        run = run_of(TWO_NEEDS)
+        tried = {"b": run.all("synthesis")[0]["spec"]}
+        run.outcome.update(outcome=outcome, cause="unrealizable", unrealizable=tried)
+        said = said_of(TWO_NEEDS, run, tmp_path / outcome)
         assert "runs that never begin" in said or "that is not proven" in said
 
 
 def test_a_round_goes_on_where_a_new_strategy_begins_on_a_target(tmp_path: Path) -> None:
     """And a target that is never met is not made up for by the other one."""
-    bundle = bundle_of(ON_ITS_TARGET)
-    lines = lines_of(files_of(bundle))
-    again = [line for line in lines if line["type"] == "synthesis"][1]
+    run = run_of(ON_ITS_TARGET)
+    again = run.all("synthesis")[1]
     assert (again["region"], again["memory"]) == (19, {"scout": 0})
-    assert lines[-1]["outcome"] == "completed"
-    fewer = [line for line in lines if line.get("goal") != 1]
-    assert said_of(bundle, fewer, tmp_path).endswith(
+    assert run.outcome["outcome"] == "completed"
+    fewer = Run([line for line in run.records if line.get("goal") != 1])
+    assert said_of(ON_ITS_TARGET, fewer, tmp_path).endswith(
         "a reaches its target 11 (1, 4), but the goal line is missing"
     )
 
 
 def test_each_tick_of_mere_safety_is_a_round() -> None:
     """No line says so, as there is no goal to be at."""
-    keeps = LANE, 'a: {model: cart, start: 6, objective: {ltl: {safety: "region\' != 8"}}}'
-    lines = lines_of(files_of(bundle_of(keeps)))
-    assert lines[-1]["outcome"] == "completed"
-    assert not [line for line in lines if line["type"] == "goal"]
+    run = run_of((LANE, 'a: {model: cart, start: 6, objective: {ltl: {safety: "region\' != 8"}}}'))
+    assert run.outcome["outcome"] == "completed"
+    assert not run.all("goal")
