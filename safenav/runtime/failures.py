@@ -72,6 +72,10 @@ class Troubles(Struct):
         for key in [key for key in self.actions if key[1] == obstacle]:
             del self.actions[key]
 
+    def appeared(self, obstacle: str) -> None:
+        """An obstacle is there, perhaps again."""
+        self.opened.pop(obstacle, None)
+
     def is_late(self, obstacle: str, at: float) -> bool:
         """Whether a report of an obstacle is about a time before it was opened."""
         return at < self.opened.get(obstacle, at)

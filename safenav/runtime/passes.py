@@ -105,6 +105,8 @@ class Passes(Algorithm):
             self._together |= team.waits_for_operator
             if change.obstacle.ordered if change.appeared else known:  # duties change with it
                 self.settle(self.turns.relocation.leave_plan())
+            if change.appeared:
+                team.failures.appeared(change.obstacle.name)
             team.introduce(change.obstacle, change.truth)
             self.guarded(partial(self.settle, [ObstacleChanged(change)]))
         if team.waiting is not None and not self.attended:

@@ -106,6 +106,23 @@ def test_pushes_fail_and_the_door_falls_shut_again() -> None:
     assert order.count("resolved") >= 2 and order[:2] == ["violation", "resolved"]
 
 
+class Repeating(Building):
+    """The walker is said to open the door whenever it passes."""
+
+    def act(self, robot: Robot) -> Iterable[tuple[Obstacle, bool | None]]:
+        if robot.name == "walker" and self.at["walker"] == DOOR:
+            self.closed, self.closings = False, 0
+            yield self.door, None
+
+
+def test_rounds_do_not_restart_with_the_same_result() -> None:
+    scenario, run = loaded(BUILDING.replace("[[3, 1], [1, 4]]", "[[3, 1], [3, 9]]")), Run()
+    Mission(scenario, world=Repeating(scenario), listeners=[run]).run()
+    assert run.outcome["outcome"] == "completed", run.outcome
+    assert len(run.all("resolved")) == 1
+    assert not run.findings, run.findings
+
+
 def test_what_is_only_suspected_may_not_be_there() -> None:
     """The drone flies through both; the truth of the second one is anybody's guess."""
     run = built(BUILDING + SUSPECTED % "traversable: {probability: 0.5}")

@@ -61,9 +61,11 @@ class Actions(Struct):
         return any(obstacle not in robot.acts_on for obstacle in self._within_reach(robot)[0])
 
     def _done_by(self, robot: RobotState) -> Acted:
-        event = self.world.act(robot.robot, robot.pose, self._cleared(robot), self._takers())
+        cleared = self._cleared(robot)
+        event = self.world.act(robot.robot, robot.pose, cleared, self._takers())
         assert event is not None, "actions take no time in lockstep"
-        return event
+        external = self.world.within_reach(robot.robot, cleared) is None
+        return self._without_echoes(event, ()) if external else event
 
     def waits_to_sweep(self, robot: RobotState) -> bool:
         """Whether a helper stands where it is to act, and others still where that sweeps."""
@@ -207,7 +209,7 @@ class Actions(Struct):
             known = obstacle.name in named or obstacle.name in self.state.knowledge.pending
             changes = result in (ActResult.DONE, ActResult.UNTRAVERSABLE) and new
             (told if known or changes else dropped).append((obstacle, result))
-        if dropped:
+        if dropped and self.state.live:
             words = ", ".join(f"{obstacle.name}: {result.value}" for obstacle, result in dropped)
             echo = replace(event, found=tuple(dropped))
             self.world.dropped.append((echo, f"it changes nothing that is known ({words})"))
