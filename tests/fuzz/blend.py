@@ -197,8 +197,9 @@ def _continue(
         played.found.append(f"from line {end} {met['robot']} meets {met['obstacle']} again")
     before = json.loads(whole[-1])["outcome"]
     played.outcome = told[-1]["outcome"]
+    surprised = any(record["type"] == "violation" for record in told)  # in a trap, perhaps
     alike = not played.given and json.loads(whole[0])["scenario"]["world"] == "simulated"
-    if alike and played.outcome not in (before, "completed"):
+    if alike and not surprised and played.outcome not in (before, "completed"):
         played.found.append(f"{before}, but continued from line {end} {played.outcome}")
 
 

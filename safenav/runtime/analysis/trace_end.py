@@ -94,7 +94,8 @@ class TraceEnd(Struct):
     ``had``: the robots that have had their turn in the last tick, ``had_before``: those of tick 1
     that had it in the run before;
     ``away``: those that an input keeps from their objective; ``inputs``: the last two ticks in
-    which inputs changed, and their values then; ``arrived``: when robots with formulas did;
+    which inputs changed, and their values then; ``arrived``: when robots with formulas did, or began
+    with a known memory there;
     ``moved``: the robot whose turn it is, and where it is, until its goal is counted; ``stayed``:
     it was there before; ``since``: the tick since which each robot stands with the same target."""
 
@@ -229,6 +230,7 @@ class TraceEnd(Struct):
                 memories = self.own[record.robot].memories
                 if memories is not None and record.memory:
                     memories.possible, memories.begun = [record.memory], True
+                    self.arrived[record.robot] = self.time
                 if record.places is None:
                     self.in_force[record.robot] = record.objective
                     self._turned(record)
