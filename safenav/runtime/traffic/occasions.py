@@ -37,7 +37,8 @@ class Occasions:
         clock: Callable[[], float],
     ) -> None:
         self.state = state
-        slowest = max(robot.model.timing.most for robot in state.scenario.robots)
+        sharing = (robot for robot in state.scenario.robots if rivals[robot.name])
+        slowest = max((robot.model.timing.most for robot in sharing), default=1)
         begun = state.scenario.begun
         self.watch = Watch(slowest, None if begun is None else begun.waited)
         self.tried: Counter[Hashable] = Counter()
