@@ -182,6 +182,10 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         """The steps to a pose; FAR for none."""
         return self.graph.distances(1 << at, self.allowed)[pose]
 
+    def reachable(self, pose: int, places: Mask) -> Mask:
+        """Those of some poses to which there is a path."""
+        return places & self.graph.closure(1 << pose, self.allowed)
+
     def nearest(self, pose: int, places: Mask) -> int:
         """The steps to the nearest of some poses; FAR for none."""
         found = self.graph.steps_between(1 << pose, places & self.allowed, self.allowed)

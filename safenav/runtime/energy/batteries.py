@@ -16,7 +16,7 @@ from safenav.runtime.stops import NEVER, SPARE, Stops
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.turns.relocation import Relocation
 from safenav.runtime.worlds.world import SimulatedWorld
-from safenav.scenario.model import Obstacle
+from safenav.scenario.model import Battery, Obstacle
 from safenav.scenario.objective import Ltl, targets_of
 from safenav.trace import records
 from safenav.trace.vocabulary import ChangeCause, Reason
@@ -25,6 +25,10 @@ from safenav.world.poses import Mask, bits, region_mask
 
 _SEARCHED = 4_000
 """The most poses of a floor on which a sufficient capacity is searched for: below a second."""
+
+
+_SWAP = 6
+"""The ticks that it may take two robots to change places at a charger, by a joint plan."""
 
 
 class Batteries:
@@ -67,7 +71,7 @@ class Batteries:
         for name in [*self._charges.since]:
             robot = self.team.robots[name]
             before, robot.charge = robot.charge, self._charges.at(name, self._now())
-            if robot.charge != before:  # before its next step
+            if robot.charge != before or self._makes_room(robot):  # before its next step
                 yield from self.turn_ends(robot)
         for robot in self.team.robots.values() if self.team.tick == 1 else ():
             yield from self.turn_ends(robot)
@@ -200,8 +204,7 @@ class Batteries:
         helping = None if duty is None else stops.for_duty(duty.goal, turn)
         if helping is not None:
             stops, turn = helping, 0
-        stop, rivals = robot.stop, self.team.rivals(robot.robot)
-        others = [r for r in rivals if self.team.scenario.conflict(robot.robot, r.robot)]
+        stop, rivals, others = robot.stop, self.team.rivals(robot.robot), self._in_its_way(robot)
         kept = stops.graph.poses_on(region_mask(r.pose.region for r in others if self._stays(r)))
         if stop is not None:
             here = stop == robot.pose or (rivals and stop.region == robot.pose.region)
@@ -222,7 +225,7 @@ class Batteries:
         taken = stops.graph.poses_on(region_mask(there.region for there in away))
         place = stops.next(pose, turn, robot.charge, kept, taken, helps=duty is not None)
         if place is None and duty is None:
-            free = stops.chargers & ~kept
+            free = stops.reachable(pose, stops.chargers & ~kept)
             place = self._waits_at(robot, stops, free & ~taken or free)
         return None if place is None else stops.graph.pose(place)
 
@@ -235,15 +238,42 @@ class Batteries:
         if not battery.stay or stops.need(pose, turn) < NEVER:
             return None
         if stops.chargers >> pose & 1:
-            return pose if robot.stop == robot.pose else None
+            return pose if robot.stop == robot.pose and not self._makes_room(robot) else None
         steps = stops.nearest(pose, chargers)
-        spare = SPARE if self.team.rivals(robot.robot) else 0
+        spare = SPARE * battery.move if self.team.rivals(robot.robot) else 0
         later = charge - (1 if self.team.live else battery.stay)
         takes = steps * battery.move
-        if takes > charge or later >= takes + spare * battery.move:
+        if takes > charge or later >= takes + spare + self._queue(robot, battery):
             return None
         there = (at for at in bits(chargers) if stops.steps(pose, at) == steps)
         return min(there, default=None)
+
+    def _makes_room(self, robot: RobotState) -> bool:
+        """Whether a robot that waits at a charger has charged, and another is to charge there."""
+        battery, here = robot.robot.model.battery, robot.pose.region
+        if battery is None or robot.charge != battery.capacity:
+            return False
+        stops = (other.stop for other in self._in_its_way(robot))
+        return any(stop is not None and stop.region == here for stop in stops)
+
+    def _queue(self, robot: RobotState, battery: Battery) -> int:
+        """The charge that a robot takes, at most half of its own, while those charge that wait like
+        it."""
+        waiting = (other for other in self._in_its_way(robot) if self._is_cut_off(other))
+        batteries = (other.robot.model.battery for other in waiting)
+        ticks = sum(ceil(one.capacity / one.charge) + _SWAP for one in batteries if one is not None)
+        return min(ticks * battery.stay, battery.capacity // 2)
+
+    def _is_cut_off(self, robot: RobotState) -> bool:
+        """Whether no charge lets a robot meet its targets as long as obstacles are there."""
+        stops = self.stops(robot) if robot.active else None
+        turn = 0 if stops is None else stops.turn(robot.own.memory.index)
+        return stops is not None and stops.need(stops.graph.number(robot.pose), turn) >= NEVER
+
+    def _in_its_way(self, robot: RobotState) -> list[RobotState]:
+        """The robots that cannot be in a region with it."""
+        rivals = self.team.rivals(robot.robot)
+        return [r for r in rivals if self.team.scenario.conflict(robot.robot, r.robot)]
 
     def _duty(self, robot: RobotState) -> Duty | None:
         """The duty of a robot, or the one for which it sets out early; None if it does not help."""

@@ -9,7 +9,7 @@ import pytest
 
 from certify.making import certified
 from once import SCENARIOS
-from runtime.played import loaded, play
+from runtime.played import Run, loaded, play
 from safenav.errors import InputError
 from safenav.report.terminal.story import Story
 from safenav.runtime.mission import Mission
@@ -368,6 +368,38 @@ def test_a_robot_that_waits_for_help_returns_to_a_charger_in_time(clock: str) ->
     charges = [line["tick"] for line in played.all("synthesis", robot="cart", reason="charge")]
     assert min(charges) <= opened["tick"]
     assert not played.all("service")
+
+
+ONE_CHARGER = """
+map: {grid: ["###############", "#......#......#", "#.............#", "###############"]}
+catalogue:
+  robots:
+    cart: {mobility: free, layer: ground, battery: {capacity: 55, move: 1, stay: 1, charge: 6}}
+    key: {mobility: free, layer: air, capabilities: [unlock], timing: 8}
+  obstacles:
+    gate: {action: unlock, resolve_at: [[1, 13]], blocks: [ground]}
+robots:
+  a: {model: cart, start: [2, 4], objective: {visit: [[2, 4], [1, 10]]}}
+  b: {model: cart, start: [1, 5], objective: {visit: [[1, 5], [1, 11]]}}
+  k: {model: key, start: [1, 1], objective: {hold: [1, 1]}}
+obstacles: [{type: gate, region: [2, 7]}]
+chargers: [[1, 4]OTHER]
+until: {rounds: 1}
+"""
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+@pytest.mark.parametrize("other", ["", ", [2, 11]"], ids=["one", "another beyond the gate"])
+def test_robots_that_wait_take_turns_at_the_charger_in_reach(other: str, clock: str) -> None:
+    """Whichever came first stayed there, and the other one waited until its battery was empty; so
+    it did while a charger that no robot can reach was free."""
+    played = play(f"{ONE_CHARGER.replace('OTHER', other)}clock: {clock}\n")
+    (opened,) = played.all("resolved")
+    waited = Run(played.records[: played.records.index(opened)])
+    assert not waited.all("service", active=False)
+    charged = [r["robot"] for r in waited.all("synthesis", reason="charge", objective={"hold": 19})]
+    assert {*charged} == {"a", "b"}
+    assert played.outcome["outcome"] == "completed" and not played.findings
 
 
 LIVE = CORRIDOR + "clock: live\n"
