@@ -51,6 +51,7 @@ def test_a_robot_joins_on_the_page(browser: Browser, tmp_path: Path) -> None:
         board.fast()
         browser.one('[aria-label="Run"]').click()
         browser.wait(lambda: browser.all(".operator"))
+        assert browser.one(".badge").text == "waits for an operator"
         browser.one('[aria-label="Name of the robot"]').send_keys("digit")
         for label, chosen in (("Its model", "digit"), ("It faces", "east")):
             Select(browser.one(f'[aria-label="{label}"]')).select_by_visible_text(chosen)

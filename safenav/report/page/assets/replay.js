@@ -1,4 +1,4 @@
-/* sources 35830d6ff07aa2bc381027ffdfa73388a4fcfbf53282bceec1cc731b5ea56c2d */
+/* sources e21aa1b6ffe3a29ca06f3376256723e8d0673c0d7584ad979889168f0a4807d2 */
 /* Contains Preact:
 The MIT License (MIT)
 

@@ -3,7 +3,7 @@
 import type { ComponentChildren } from "preact";
 import { useLayoutEffect, useMemo, useState } from "preact/hooks";
 import { App } from "../app";
-import { outOfService, ToolLine, useWorldHand, World, type Tool } from "../live/changes";
+import { outOfService, ToolLine, useWorldHand, waitsFor, World, type Tool } from "../live/changes";
 import { LiveControls } from "../live/controls";
 import type { LivePlayer } from "../live/player";
 import type { Wire } from "../live/wire";
@@ -97,6 +97,7 @@ function Badge({ player, run }: { player: LivePlayer; run: Run }) {
       </p>
     );
   }
+  if (waitsFor(run) !== null) return <p class="badge bad">waits for an operator</p>;
   return <p class="badge cut">{busy ? "thinking" : phase}</p>;
 }
 
@@ -137,6 +138,7 @@ function Begin({ player, wire, bar }: Pick<LiveViewProps, "player" | "wire" | "b
   return (
     <div class="begin">
       <div class="group">{bar}</div>
+      <h1>{document.title.split(": safenav")[0]}</h1>
       {failure !== null && <pre class="failure">{failure}</pre>}
       <p>{starting ? "Synthesizing the first controllers …" : "No run yet."}</p>
       <button type="button" class="primary" disabled={starting} onClick={() => wire.say("restart", { play: true })}>
