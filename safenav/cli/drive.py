@@ -11,6 +11,7 @@ from msgspec.structs import replace
 
 from safenav.cli import options, warn
 from safenav.cli.playing import Performance, attendant
+from safenav.fleet.acting import unserved
 from safenav.fleet.fleet_file import load_fleet
 from safenav.fleet.transport import DriveRecording
 from safenav.fleet.world import fleet_world
@@ -90,7 +91,8 @@ def command(
         name: station.tolerance if station.follow is None else station.follow.tolerance
         for name, station in stations.stations.items()
     }
-    for warning in (*plan.map.notes, *oversized(plan), *imprecise(plan, tolerances)):
+    sizes = (*oversized(plan), *imprecise(plan, tolerances))
+    for warning in (*plan.map.notes, *sizes, *unserved(plan, stations)):
         warn(warning)
     recording = None
     if motion is not None:

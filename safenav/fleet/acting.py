@@ -6,11 +6,11 @@ answer well. A need that is met brings its obstacle to the next one.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from msgspec import Struct, field
 
-from safenav.fleet.fleet_file import Station
+from safenav.fleet.fleet_file import FleetFile, Station
 from safenav.runtime.worlds.world import Work, Works, work_on
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
@@ -19,6 +19,28 @@ from safenav.world.map import Region
 WORST = (ActResult.DONE, ActResult.UNTRAVERSABLE, ActResult.NOTHING, ActResult.FAILED)
 """The last one of these that somebody answers is the result."""
 GOOD = frozenset({ActResult.DONE, ActResult.UNTRAVERSABLE})
+
+
+def unserved(scenario: Scenario, fleet: FleetFile) -> Iterator[str]:
+    """Actions that the robots of a fleet have and cannot perform, though an obstacle that the files
+    name needs them; services for actions that no robot has."""
+    named = [*scenario.obstacles, *(scenario.suspects or ()), *(fleet.simulation.obstacles or ())]
+    types = {obstacle.type.name: obstacle.type for obstacle in named}
+    for station in fleet.stations.values():
+        if station.scan is not None:
+            types[station.scan.obstacle] = scenario.catalogue.obstacles[station.scan.obstacle]
+    for robot in scenario.robots:
+        for kind in types.values():
+            needed = {need.action for need in kind.needs} & {*robot.capabilities}
+            for action in sorted(needed - fleet.stations[robot.name].act.keys()):
+                yield (
+                    f"{robot.name} has no service for '{action}', which a {kind.name} needs; add "
+                    f"'act: {{{action}: SERVICE}}' to it in the fleet file"
+                )
+    all_actions = {action for robot in scenario.robots for action in robot.capabilities}
+    services = {action for station in fleet.stations.values() for action in station.act}
+    for action in sorted(services - all_actions):
+        yield f"the fleet file has a service for '{action}', which no robot can perform"
 
 
 class FleetProgress:

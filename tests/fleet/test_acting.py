@@ -3,8 +3,8 @@
 import pytest
 from msgspec.structs import replace
 
-from safenav.fleet.acting import FleetProgress, TeamAction
-from safenav.fleet.fleet_file import Station
+from safenav.fleet.acting import FleetProgress, TeamAction, unserved
+from safenav.fleet.fleet_file import FleetFile, Network, SimulationUse, Station, TransportKind
 from safenav.scenario.model import Need, Obstacle, ObstacleType, Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.vocabulary import ActResult
@@ -94,3 +94,28 @@ def test_who_comes_second_does_not_meet_the_need_after_it(answer: ActResult) -> 
     assert second.answer("two", answer, there) and second.next(there, stations) == {}
     assert second.found == [] and second.resolved is None
     assert progress.work(order).need == 1 and set(progress.work(order).carriers) == {"one"}
+
+
+@pytest.mark.parametrize(
+    ("acts", "told"),
+    [
+        ({"fetch": {"unlock": "key"}, "one": {"lift": "grip"}, "two": {"lift": "grip"}}, []),
+        (
+            {"fetch": {}, "one": {"lift": "grip"}, "two": {"lfit": "grip"}},
+            [
+                "two has no service for 'lift', which a crate needs",
+                "fetch has no service for 'unlock', which a gate needs",
+                "a service for 'lfit', which no robot can perform",
+            ],
+        ),
+    ],
+    ids=["all", "some"],
+)
+def test_actions_without_services_are_named(
+    acts: dict[str, dict[str, str]], told: list[str]
+) -> None:
+    scenario, *_ = yard()
+    stations = {name: Station(f"/{name}", act=act) for name, act in acts.items()}
+    fleet = FleetFile(TransportKind.ROS2, Network(), SimulationUse(), None, stations)
+    found = list(unserved(scenario, fleet))
+    assert len(found) == len(told) and all(map(str.__contains__, found, told)), found
