@@ -5,7 +5,6 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
-import yaml
 from msgspec.structs import replace
 
 from safenav.certify.bundle import Made, make_bundle
@@ -13,11 +12,10 @@ from safenav.certify.run import Kept, read_lines
 from safenav.errors import NotCertifiedError, UsageError
 from safenav.outcome import Outcome
 from safenav.runtime.mission import Mission, default_synthesizer
-from safenav.scenario.model import Scenario
-from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.scenario.reading.loader import load_scenario_text, scenario_text
+from safenav.scenario.reading.references import referenced_files, root_of
 from safenav.scenario.settings import Controllers
-from safenav.scenario.yaml.findings import Findings
-from safenav.scenario.yaml.source import STDIN, read_source
+from safenav.scenario.yaml.source import STDIN
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace.reading import read_bytes
@@ -37,7 +35,8 @@ def bundle_of_run(
     ``proved``: also run the verified checker.
 
     Raises UsageError for bad input, NotCertifiedError if a checker refuses the run."""
-    plan, text = _read(scenario)
+    text = scenario_text(scenario)
+    plan = load_scenario_text(text, str(scenario))
     if plan.controllers is Controllers.ON_DEMAND:
         raise UsageError(
             f"{scenario}: 'controllers: on_demand' lists no strategies, and a certificate is about "
@@ -108,39 +107,13 @@ def syntheses_of(trace: bytes, name: str) -> list[dict[str, object]]:
     return [line for line in read_lines(trace, name) if line["type"] == "synthesis"]
 
 
-def _read(scenario: Path) -> tuple[Scenario, str | None]:
-    """The scenario in a file, or on standard input: then its text as well."""
-    if str(scenario) != STDIN:
-        return load_scenario(scenario), None
-    findings = Findings(STDIN)
-    text = read_source(scenario, findings)
-    findings.raise_if_any()
-    return load_scenario_text(text or "", STDIN), text
-
-
-def sources_of(scenario: Path, given: str | None = None) -> dict[str, bytes]:
-    """The scenario's file, and the files that it names for its map and its catalogue. ``given``:
-    its text, where that came from standard input."""
-    typed = str(scenario) == STDIN and given is not None
-    text = given.encode() if typed and given is not None else scenario.read_bytes()
-    found = {"scenario.yaml" if typed else scenario.name: text}
-    queue = [(scenario, yaml.safe_load(text))]
-    for place, document in queue:
-        for value in _named_files(document):
-            path = place.parent / value
-            name = path.name
-            if path.is_file() and name not in found:
-                found[name] = path.read_bytes()
-                if path.suffix in (".yaml", ".yml"):
-                    queue.append((path, yaml.safe_load(found[name])))
+def sources_of(scenario: Path, text: str) -> dict[str, bytes]:
+    """The text of a scenario, and the files that it names for its map and its catalogue."""
+    found = {"scenario.yaml" if str(scenario) == STDIN else scenario.name: text.encode()}
+    for path in referenced_files(root_of(text), scenario.parent):
+        name = path.name
+        while name in found:  # a file of that name from another folder
+            name = f"_{name}"
+        if path.is_file():
+            found[name] = path.read_bytes()
     return found
-
-
-def _named_files(document: object) -> list[str]:
-    """The file names in a document: of the map (or of a ROS map's image) and of the catalogue."""
-    if not isinstance(document, dict):
-        return []
-    section = document.get("map")
-    places = [document, section if isinstance(section, dict) else {}]
-    keys = ("image", "ros", "movingai", "catalogue")
-    return [v for place in places for k in keys if isinstance(v := place.get(k), str)]

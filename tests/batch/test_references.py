@@ -8,12 +8,14 @@ import pytest
 from batch.made_scenarios import SlugsLog, Write
 from batch.running import safenav
 from safenav.batch.cases.search import find_cases
+from safenav.certify.record import sources_of
 
 ROBOTS = "robots: {quick: {model: quadcopter, start: 6, objective: {visit: [6, 8]}}}\n"
 ROS = "resolution: 0.5\norigin: [0, 0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.2\nnegate: 0\n"
 MAPS = {
     "drawn": ("{grid: ['#####', '#...#', '#####']}", []),
     "image": ("{image: floor.pgm, rows: 1, cols: 1}", ["floor.pgm"]),
+    "legend": ("{image: {file: floor.pgm}, rows: 1, cols: 1}", ["floor.pgm"]),
     "ros": ("{ros: maps/floor.yaml, resolution: 0.5}", ["maps/floor.yaml", "maps/floor.pgm"]),
     "movingai": ("{movingai: arena.map}", ["arena.map"]),
 }
@@ -49,6 +51,20 @@ def test_a_change_of_any_named_file_is_seen_and_of_no_other(
         (files / name).write_text(kept)
     (files / "unrelated.png").write_text("changed")
     assert _case(files, form, catalogue) == before
+
+
+@pytest.mark.parametrize("form", MAPS)
+def test_a_bundle_holds_the_scenario_and_each_file_that_it_names(files: Path, form: str) -> None:
+    text = f"map: {MAPS[form][0]}\ncatalogue: own.yaml\n"
+    named = {"own.yaml", *(Path(name).name for name in MAPS[form][1])}
+    held = sources_of(files / "lab.yaml", text)
+    assert (held.keys(), held["lab.yaml"]) == ({"lab.yaml", *named}, text.encode())
+    if form == "ros":  # two files of one name, in two folders
+        assert sources_of(files / "floor.yaml", text).keys() == {
+            "floor.yaml",
+            "_floor.yaml",
+            *named,
+        }
 
 
 def test_a_file_that_appears_is_a_change_and_a_pipe_is_not_waited_for(files: Path) -> None:

@@ -16,6 +16,7 @@ import pytest
 
 import warm
 from certify.making import SCENARIOS, bundle_at, files_of, rewrite, run_checker, shipped
+from runtime.played import whole
 from safenav.certify import bundle as writing
 from safenav.certify.record import bundle_of_run
 from safenav.errors import UsageError
@@ -369,13 +370,27 @@ def test_case_study_3_prints_on_six_pages_with_the_summary_on_the_first(browser:
     assert pages() == 1  # the summary alone
 
 
+MATRIX = """
+batch: 1
+scenarios: [hello.yaml]
+matrix:
+  map.grid:
+    - ["#####", "#...#", "#####"]
+    - ["#####", "#...#", "#####", "#####"]
+"""
+"""The names of its cases differ only in characters that do not fit the name of a file."""
+
+
 def test_a_batch_certifies_each_run(tmp_path: Path) -> None:
+    hello = "map: {grid: ['#####', '#...#', '#####']}\nrobots:\n"
+    hello += "  a: {model: quadcopter, start: 6, objective: {visit: [6, 8]}}\n"
+    (tmp_path / "hello.yaml").write_text(whole(hello))
+    (tmp_path / "matrix.yaml").write_text(MATRIX)
     folder = tmp_path / "bundles"
-    status, said = safenav(
-        "batch", SCENARIOS / "hello.yaml", SCENARIOS / "case_study_1.yaml", "--certify", folder
-    )
+    named = (tmp_path / "matrix.yaml", SCENARIOS / "hello.yaml")
+    status, said = safenav("batch", *named, "--certify", folder)
     assert status == 0, said
     bundles = sorted(folder.iterdir())
-    assert len(bundles) == 2
+    assert len(bundles) == 3
     for bundle in bundles:
         assert safenav("check-bundle", bundle)[0] == 0

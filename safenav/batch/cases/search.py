@@ -24,14 +24,8 @@ from safenav.batch.cases.case import Case, Settings
 from safenav.batch.cases.matrix import Matrix, Named, is_matrix, read_matrix
 from safenav.batch.cases.variation import varied
 from safenav.errors import UsageError
-from safenav.scenario.yaml.document import (
-    DocumentError,
-    Mapping,
-    Node,
-    Scalar,
-    below,
-    read_document,
-)
+from safenav.scenario.reading.references import referenced_files, root_of
+from safenav.scenario.yaml.document import DocumentError, Mapping, Node, read_document
 from safenav.scenario.yaml.findings import Findings
 from safenav.scenario.yaml.source import STDIN, read_bytes, read_source
 from safenav.world.files.flaws import MAX_BYTES
@@ -50,7 +44,7 @@ class References:
         """A digest of what the scenario names, with the settings in place; empty if nothing."""
         key = str(scenario)
         if key not in self._roots:
-            self._roots[key] = _root_of(text)
+            self._roots[key] = root_of(text)
         root = self._roots[key]
         if root is None:
             return ""
@@ -65,33 +59,6 @@ class References:
             data = read_bytes(path, Findings(str(path)), named_at, MAX_BYTES)
             self._digests[path] = "" if data is None else hashlib.sha256(data).hexdigest()
         return self._digests[path]
-
-
-MAP_FILES = ("image", "ros", "movingai")
-
-
-def referenced_files(root: Node, folder: Path) -> list[Path]:
-    """The files that a scenario in ``folder`` names, whether they exist or not, each once."""
-    found = [_file(below(root, "catalogue"), folder)]
-    found += [_file(below(root, "map", form), folder) for form in MAP_FILES]
-    found.append(_file(below(root, "map", "image", "file"), folder))
-    ros = _file(below(root, "map", "ros"), folder)
-    if ros is not None:
-        text = read_source(ros, Findings(str(ros)))
-        found.append(_file(below(_root_of(text or ""), "image"), ros.parent))
-    return list(dict.fromkeys(path for path in found if path is not None))
-
-
-def _file(node: Node | None, folder: Path) -> Path | None:
-    """A path if one stands there; a catalogue may as well be written in place."""
-    return folder / node.value if isinstance(node, Scalar) and isinstance(node.value, str) else None
-
-
-def _root_of(text: str) -> Node | None:
-    try:
-        return read_document(text).root
-    except DocumentError:
-        return None
 
 
 LEFT_OUT = ("invalid", "unrealizable")

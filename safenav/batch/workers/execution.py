@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 import time
 import traceback
@@ -11,6 +12,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
+import yaml
 from msgspec.structs import replace
 
 from safenav import errors
@@ -24,7 +26,10 @@ from safenav.outcome import Outcome
 from safenav.runtime.analysis.expectation import Ledger, differences
 from safenav.runtime.mission import Mission, default_synthesizer
 from safenav.scenario.model import Scenario
-from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.scenario.reading.loader import load_scenario_text, scenario_text
+from safenav.scenario.reading.references import root_of
+from safenav.scenario.yaml.document import plain
+from safenav.scenario.yaml.findings import Findings
 from safenav.synthesis.binary import Binary, find_binary
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace.reading import read_trace
@@ -54,12 +59,7 @@ def execute(case: Case, conditions: Conditions, trace: Path | None = None) -> Re
 
 def load(case: Case) -> Scenario:
     """The scenario of a case, its settings replaced. Raises InputError."""
-    if case.text is None and not case.settings:
-        return load_scenario(Path(case.file))
-    text = case.text
-    if text is None:
-        load_scenario(Path(case.file))  # says why it cannot be read
-        text = Path(case.file).read_text(encoding="utf-8-sig")
+    text = scenario_text(Path(case.file)) if case.text is None else case.text
     return load_scenario_text(
         text, case.file, lambda root, findings: varied(root, case.settings, findings)
     )
@@ -124,15 +124,35 @@ def _certify(
     case: Case, trace: Path, kept: Kept, synthesizer: Synthesizer, folder: Path
 ) -> list[str]:
     """Write the bundle of a run; says why its checker refuses it, if it does."""
-    target = folder / (re.sub(r"[^\w.=-]+", "_", case.name) + ".zip")
+    target = folder / f"{_file_name(case.name)}.zip"
     target.unlink(missing_ok=True)
     data = trace.read_bytes()
     try:
         kept.complete(syntheses_of(data, case.name), synthesizer.cache, synthesizer)
-        make_bundle(target, data, sources_of(Path(case.file), case.text), kept, synthesizer)
+        sources = sources_of(Path(case.file), _text_as_run(case))
+        make_bundle(target, data, sources, kept, synthesizer)
     except (errors.NotCertifiedError, errors.UsageError) as error:
         return [f"not certified: {error}"]
     return []
+
+
+def _file_name(name: str) -> str:
+    """A name for a file of the case of that name, different for different cases."""
+    fit = name.replace("/", "+")
+    if re.fullmatch(r"[A-Za-z0-9._=+-]{1,100}", fit):
+        return fit
+    digest = hashlib.sha256(name.encode()).hexdigest()[:8]
+    return f"{re.sub(r'[^A-Za-z0-9._=+-]+', '_', fit)[-80:]}-{digest}"
+
+
+def _text_as_run(case: Case) -> str:
+    """The text of a case's scenario, its settings replaced."""
+    text = case.text or ""
+    root = root_of(text) if case.settings else None
+    if root is None:
+        return text
+    data = plain(varied(root, case.settings, Findings(case.file)))
+    return yaml.safe_dump(data, sort_keys=False, allow_unicode=True)
 
 
 @cache

@@ -174,11 +174,16 @@ def load_scenario(path: str | Path, *, reachable: bool = True) -> Scenario:
     Raises InputError with every diagnostic, in file order, if the file cannot be read or is not a
     valid scenario.
     """
+    return load_scenario_text(scenario_text(Path(path)), str(path), reachable=reachable)
+
+
+def scenario_text(path: Path) -> str:
+    """The text of a scenario's file, or of standard input. Raises InputError."""
     findings = Findings(str(path))
-    text = read_source(Path(path), findings)
+    text = read_source(path, findings)
     findings.raise_if_any()
     assert text is not None
-    return load_scenario_text(text, str(path), reachable=reachable)
+    return text
 
 
 def load_scenario_text(
