@@ -31,7 +31,8 @@ robots:
   digit: {{act: {{push: push}}}}
   quad: {{act: {{sense: sense}}}}
 """
-PACE = 50.0
+PACE = {"simulation": 1000.0, "ros1": 50.0, "ros2": 50.0}
+"""Times that simulated time goes faster: in one process as fast as it can."""
 STREAMED = "streamed"
 OFF = 0.9
 """Metres by which a robot may be off a stream: on a busy machine odometry comes a second late. It
@@ -86,7 +87,9 @@ class Lab:
         self.scenario.write_text(text)
         self.transport = transport
         self.port, self.domain = _free_port(), 20 + os.getpid() % 200
-        pace = 1.0 if streams else PACE
+        if transport != "simulation":  # the second round has nothing that the first has not
+            text = text.replace("until: {rounds: 2}", "until: {rounds: 1}")
+        pace = 1.0 if streams else PACE[transport]
         fast = 1.0 if transport == "simulation" else pace
         given = {
             "transport": transport,

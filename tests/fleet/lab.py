@@ -63,7 +63,10 @@ def main(scenario: Path, fleet: Path, pace: float) -> None:
     threading.Thread(target=server.serve_forever, daemon=True).start()
     end = ends()
     print(server.address[1], flush=True)
-    begun = time.monotonic()
+    while not end.is_set() and not lab.log()["moving"]:  # as slow as a clock until somebody sets out
+        lab.step(0.02)
+        end.wait(0.02)
+    begun = time.monotonic() - lab.now / pace
     while not end.is_set():
         ahead = lab.now / pace - (time.monotonic() - begun)
         if ahead > 0:
