@@ -63,7 +63,7 @@ def main(scenario: Path, fleet: Path, pace: float) -> None:
     threading.Thread(target=server.serve_forever, daemon=True).start()
     end = ends()
     print(server.address[1], flush=True)
-    while not end.is_set() and not lab.log()["moving"]:  # as slow as a clock until somebody sets out
+    while not end.is_set() and not lab.log()["moving"]:  # at the pace of a clock until then
         lab.step(0.02)
         end.wait(0.02)
     begun = time.monotonic() - lab.now / pace

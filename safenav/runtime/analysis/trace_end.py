@@ -94,8 +94,8 @@ class TraceEnd(Struct):
     ``had``: the robots that have had their turn in the last tick, ``had_before``: those of tick 1
     that had it in the run before;
     ``away``: those that an input keeps from their objective; ``inputs``: the last two ticks in
-    which inputs changed, and their values then; ``arrived``: when robots with formulas did, or began
-    with a known memory there;
+    which inputs changed, and their values then; ``arrived``: when robots with formulas did, or
+    began with a known memory there;
     ``moved``: the robot whose turn it is, and where it is, until its goal is counted; ``stayed``:
     it was there before; ``since``: the tick since which each robot stands with the same target."""
 
