@@ -3,8 +3,10 @@
 import io
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 from safenav.errors import UsageError
 from safenav.report.picture.film import Film, write_gif
@@ -13,7 +15,7 @@ from safenav.report.picture.scene import Options, svg_of
 from safenav.report.replay.timeline import Replay
 from safenav.trace.looks import BLUE, ORANGE
 
-pytest.importorskip("resvg_py", reason="PNG needs the extra `pictures` (resvg-py)")
+resvg_py = pytest.importorskip("resvg_py", reason="PNG needs the extra `pictures` (resvg-py)")
 Image = pytest.importorskip("PIL.Image", reason="GIF needs the extra `pictures` (pillow)")
 from PIL import ImageChops  # noqa: E402
 
@@ -52,6 +54,23 @@ def test_texts_are_rendered_with_our_own_fonts(replays: dict[str, Replay]) -> No
     dark = sum(n for c, n in _colours(png_of(svg)).items() if max(c) < 60)
     bare = sum(n for c, n in _colours(png_of(without)).items() if max(c) < 60)
     assert dark - bare > 1000
+
+
+@pytest.mark.parametrize(("title", "own"), [("Übung → λ", True), ("№ 7", False), ("机器人", False)])
+def test_letters_that_our_fonts_lack_come_from_the_system(
+    replays: dict[str, Replay], monkeypatch: pytest.MonkeyPatch, title: str, own: bool
+) -> None:
+    """They were left out."""
+    asked: list[bool] = []
+    drawn = resvg_py.svg_to_bytes
+
+    def watched(**options: Any) -> bytes:
+        asked.append(options["skip_system_fonts"])
+        return bytes(drawn(**options))
+
+    monkeypatch.setattr(resvg_py, "svg_to_bytes", watched)
+    png_of(svg_of(replace(replays["door"].scene(0), title=title)), width=200)
+    assert asked == [own]
 
 
 def test_a_film_rests_where_something_happens(replays: dict[str, Replay], tmp_path: Path) -> None:

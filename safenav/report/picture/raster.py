@@ -1,7 +1,8 @@
 """Pixels from the vector picture, through resvg.
 
 It comes from PyPI as a wheel without system libraries, and is an optional extra. The fonts are our
-own, so that a picture looks the same on every machine.
+own, so that a picture looks the same on every machine; only letters that these lack come from the
+fonts of the system.
 """
 
 from __future__ import annotations
@@ -14,6 +15,11 @@ from safenav.extras import missing
 from safenav.report.picture.svg import FONTS
 
 _SIZE = re.compile(r'viewBox="0 0 ([\d.]+) ([\d.]+)"')
+_FOREIGN = re.compile(
+    "[^\n -~\u00a0-\u017f\u0370-\u03ff\u2013\u2014\u2018-\u201d\u2022\u2026\u2190-\u2194"
+    "\u2208\u220b\u221e\u2264\u2265\u25a1\u25cb\u25cf\u2713\u2717]"
+)
+"""A letter that our fonts lack."""
 MOST_PIXELS = 48_000_000
 """Drawing takes about 17 bytes for each."""
 
@@ -46,7 +52,7 @@ def rendered(svg: str, **size: Any) -> bytes:
         raise missing("PNG (not SVG)", "resvg-py", "pictures") from error
     pixels = resvg_py.svg_to_bytes(
         svg_string=svg,
-        skip_system_fonts=True,
+        skip_system_fonts=_FOREIGN.search(svg) is None,
         font_files=[str(font) for font in sorted(FONTS.glob("*.ttf"))],
         font_family="DejaVu Sans",
         sans_serif_family="DejaVu Sans",
