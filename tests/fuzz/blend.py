@@ -10,7 +10,6 @@ import argparse
 import json
 import sys
 import tempfile
-import traceback
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -21,7 +20,7 @@ from typing import Any
 from fuzz.mixed import formula_mission, mixed_mission
 from fuzz.troubles import Troubled, faults_of
 from fuzz.watch import Watch
-from live.campaign import SlowError, limited
+from live.campaign import SlowError, crash_of, limited
 from safenav import Mission
 from safenav.audit.check import audit, check_trace
 from safenav.certify.bundle import make_bundle
@@ -93,9 +92,7 @@ def play(
                 raise InputError(()) from error  # not for runs in time
             played.found.append(f"refused: {error}")
         except Exception as error:
-            where = traceback.extract_tb(error.__traceback__)[-3:]
-            told = " < ".join(f"{w.filename.split('/')[-1]}:{w.lineno}" for w in where[::-1])
-            played.found.append(f"crash: {type(error).__name__}: {error} ({told})")
+            played.found.append(f"crash: {crash_of(error)}")
         if world is not None:
             played.injected = dict(world.injected)
             changed = {c["robot"] for c in data.get("changes", ())}
@@ -185,9 +182,7 @@ def _continue(
         played.found.append(f"slow: no end after {patience} s from line {end}")
         return
     except Exception as error:
-        where = traceback.extract_tb(error.__traceback__)[-3:]
-        told = " < ".join(f"{w.filename.split('/')[-1]}:{w.lineno}" for w in where[::-1])
-        played.found.append(f"crash from line {end}: {type(error).__name__}: {error} ({told})")
+        played.found.append(f"crash from line {end}: {crash_of(error)}")
         return
     if findings := audit(read_lines(played.lines), first).findings:
         played.found.append(f"audit of the rest from line {end}: {findings[0]}")

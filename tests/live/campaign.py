@@ -59,6 +59,13 @@ class SlowError(Exception):
     pass
 
 
+def crash_of(error: Exception) -> str:
+    """What a crash is, and where."""
+    where = traceback.extract_tb(error.__traceback__)[-3:]
+    way = " < ".join(f"{w.filename.split('/')[-1]}:{w.lineno}" for w in where[::-1])
+    return f"{type(error).__name__}: {error} ({way})"
+
+
 def faults_of(seed: int) -> dict[str, float]:
     """Some kinds of faults, each with a chance of its own."""
     random = Random(f"faults of {seed}")
@@ -93,8 +100,7 @@ def play(seed: int, *, faults: bool = False, wired: bool = False, patience: int 
         except SlowError:
             found = f"slow: no end after {patience} s"
         except Exception as error:
-            where = traceback.extract_tb(error.__traceback__)[-1]
-            found = f"crash: {type(error).__name__}: {error} ({where.name}, line {where.lineno})"
+            found = f"crash: {crash_of(error)}"
         cut = wired and found.startswith("slow")  # in a call
         log, faults_so_far = ([], {}) if cut else (floor.records(), dict(floor.faults_so_far()))
         walk = Walk(Floor(data).mission, log)

@@ -19,27 +19,10 @@ from ruamel.yaml.error import YAMLError
 
 from safenav.errors import UsageError
 from safenav.scenario.reading.catalogue import LIBRARY
+from safenav.studio.editing import robots, walls
 from safenav.studio.editing.keys import ordered_keys
 from safenav.studio.editing.places import LISTS, MapPlaces, any_of
-from safenav.studio.editing.robots import (
-    add_robot,
-    move_robot,
-    remove_robot,
-    rename_robot,
-    set_form,
-    set_heading,
-    set_model,
-    set_objective,
-)
 from safenav.studio.editing.round_trip import Operation, changed, inline, parsed, put
-from safenav.studio.editing.walls import (
-    add_area,
-    name_region,
-    paint,
-    remove_area,
-    rename_area,
-    resize,
-)
 
 
 def edited(text: str, operation: Operation) -> str:
@@ -237,9 +220,9 @@ def set_value(data: Any, told: Operation) -> None:
 def repair(data: Any, told: Operation) -> None:
     """The changes of a repair (explain): items and their new values, as they would be written."""
     for item, value in told["change"]:
-        walls = re.fullmatch(r"no wall at ([\d, ]+)", value)
-        if item == "map" and walls is not None:
-            paint(data, {"regions": [int(r) for r in walls[1].split(",")], "wall": False})
+        freed = re.fullmatch(r"no wall at ([\d, ]+)", value)
+        if item == "map" and freed is not None:
+            walls.paint(data, {"regions": [int(r) for r in freed[1].split(",")], "wall": False})
         elif item == "obstacles":
             told_obstacle = parsed(value)
             place = {"region": MapPlaces(data).read(told_obstacle["region"])}
@@ -269,30 +252,11 @@ def _list_of(told: Operation) -> str:
 OPERATIONS: Mapping[str, Callable[[Any, Operation], None]] = {
     found.__name__: found
     for found in (
-        paint,
-        resize,
-        add_robot,
-        move_robot,
-        set_heading,
-        set_model,
-        set_objective,
-        set_form,
-        rename_robot,
-        remove_robot,
-        add_obstacle,
-        move_obstacle,
-        set_obstacle,
-        remove_obstacle,
-        add_order,
-        add_delivery,
-        set_charger,
-        set_part,
-        own,
-        name_region,
-        add_area,
-        rename_area,
-        remove_area,
-        set_value,
-        repair,
+        *(walls.paint, walls.resize, walls.name_region),
+        *(walls.add_area, walls.rename_area, walls.remove_area),
+        *(robots.add_robot, robots.move_robot, robots.set_heading, robots.set_model),
+        *(robots.set_objective, robots.set_form, robots.rename_robot, robots.remove_robot),
+        *(add_obstacle, move_obstacle, set_obstacle, remove_obstacle, add_order, add_delivery),
+        *(set_charger, set_part, own, set_value, repair),
     )
 }
