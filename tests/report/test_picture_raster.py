@@ -87,6 +87,9 @@ def test_a_film_rests_where_something_happens(replays: dict[str, Replay], tmp_pa
             durations.append(gif.info["duration"])
     assert sum(durations) == 9 * 120 + 1200 + 2500  # frames, the violation, the end
     assert max(durations[:-1]) >= 1200
+    with Image.open(path) as gif:
+        gif.seek(1)
+        assert (gif.tile[0][1][2] - gif.tile[0][1][0]) < 400, "a frame holds only what differs"
 
 
 @pytest.mark.parametrize("sight", [None, "digit"])

@@ -78,37 +78,42 @@ def write_gif(
         import PIL.Image  # noqa: F401
     except ImportError as error:
         raise missing("GIF (not SVG)", "pillow", "pictures") from error
-    images: list[Image.Image] = []
-    durations: list[int] = []
-    for image, milliseconds in _frames(replay, film):
-        images.append(image)
-        durations.append(milliseconds)
-        if progress is not None:
-            progress(len(images))
-    images[0].save(
-        path,
-        format="GIF",
-        save_all=True,
-        append_images=images[1:],
-        duration=durations,
-        loop=0,
-        optimize=False,
-    )
+    from PIL import GifImagePlugin
+
+    from safenav.report.picture.palette import CLEAR
+
+    with path.open("wb") as file:
+        for number, (image, corner, milliseconds) in enumerate(_frames(replay, film, progress)):
+            if number == 0:
+                header, _ = GifImagePlugin.getheader(image, info={"loop": 0})
+                file.writelines(header)
+            shown = {"duration": milliseconds, "transparency": CLEAR, "disposal": 1}
+            file.writelines(GifImagePlugin.getdata(image, corner, **shown))
+        file.write(b";")
 
 
-def _frames(replay: Replay, film: Film) -> Iterator[tuple[Image.Image, int]]:
-    """The frames of a film, and how long each is shown."""
+def _frames(
+    replay: Replay, film: Film, progress: Callable[[int], None] | None
+) -> Iterator[tuple[Image.Image, tuple[int, int], int]]:
+    """The frames of a film: what differs from the one before, its place, and how long it lasts.
+    A frame that differs in nothing makes the one before last longer."""
     from safenav.report.picture.canvas import Canvas
 
     palette, canvas = _palette(replay, film), Canvas(film.width)
-    frame: Image.Image | None = None
-    for layers, milliseconds in _moments(replay, film):
+    held: tuple[Image.Image, tuple[int, int], int] | None = None
+    for number, (layers, milliseconds) in enumerate(_moments(replay, film), start=1):
         boxes = canvas.show(layers)
-        whole = frame is None or frame.size != canvas.image.size
-        frame = palette.blank(canvas.image.size) if frame is None or whole else frame.copy()
-        for box in boxes:
-            frame.paste(palette.applied(canvas.image.crop(box)), box[:2])
-        yield frame, milliseconds
+        found = palette.difference(canvas.image, boxes)
+        if held is not None and found is None:
+            held = (held[0], held[1], held[2] + milliseconds)
+        elif found is not None:
+            if held is not None:
+                yield held
+            held = (*found, milliseconds)
+        if progress is not None:
+            progress(number)
+    if held is not None:
+        yield held
 
 
 def _moments(replay: Replay, film: Film) -> Iterator[tuple[Layers, int]]:

@@ -9,6 +9,11 @@ import numpy.typing as npt
 from PIL import Image
 
 Ints = npt.NDArray[np.int64]
+Numbers = npt.NDArray[np.uint8]
+
+
+CLEAR = 255
+"""The number of what a frame leaves as it was."""
 
 
 class Palette:
@@ -18,19 +23,40 @@ class Palette:
     they are and blends may go to the nearest; general quantizers promise neither.
     """
 
-    def __init__(self, images: Sequence[Image.Image], size: int = 256) -> None:
+    def __init__(self, images: Sequence[Image.Image]) -> None:
         packed = np.concatenate([_packed(image).ravel() for image in images])
         colours, counts = np.unique(packed, return_counts=True)
-        self._colours = colours[np.argsort(-counts, kind="stable")[:size]].astype(np.int64)
+        self._colours = colours[np.argsort(-counts, kind="stable")[:CLEAR]].astype(np.int64)
         self._numbers = np.zeros(1 << 24, dtype=np.uint16)
         """The number of the nearest colour of each one, from 1 on; 0 until it is looked for."""
-
-    def blank(self, size: tuple[int, int]) -> Image.Image:
-        image = Image.new("P", size)
-        image.putpalette([int(part) for part in _parts(self._colours).ravel()])
-        return image
+        self._shown = np.empty((0, 0), dtype=np.uint8)
 
     def applied(self, image: Image.Image) -> Image.Image:
+        return self._image(self._of(image))
+
+    def difference(
+        self, image: Image.Image, boxes: Sequence[tuple[int, int, int, int]]
+    ) -> tuple[Image.Image, tuple[int, int]] | None:
+        """Return what differs from the image before, and its corner; None if nothing does. Only
+        ``boxes`` are compared."""
+        if self._shown.shape != (image.height, image.width):
+            self._shown = np.full((image.height, image.width), CLEAR, dtype=np.uint8)
+        frame = np.full_like(self._shown, CLEAR)
+        for box in boxes:
+            left, top, right, bottom = box
+            part, shown = self._of(image.crop(box)), self._shown[top:bottom, left:right]
+            frame[top:bottom, left:right] = np.where(part == shown, CLEAR, part)
+            shown[:] = part
+        rows, cols = (
+            np.flatnonzero((frame != CLEAR).any(1)),
+            np.flatnonzero((frame != CLEAR).any(0)),
+        )
+        if rows.size == 0:
+            return None
+        corner = int(cols[0]), int(rows[0])
+        return self._image(frame[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1]), corner
+
+    def _of(self, image: Image.Image) -> Numbers:
         packed = _packed(image)
         numbers = self._numbers[packed]
         if not numbers.all():
@@ -38,8 +64,11 @@ class Palette:
                 away = _parts(self._colours) - _parts(np.array([colour], dtype=np.int64))
                 self._numbers[colour] = int(np.argmin((away * away).sum(axis=1))) + 1
             numbers = self._numbers[packed]
-        result = Image.fromarray((numbers - 1).astype(np.uint8), "P")
-        result.putpalette(self.blank((1, 1)).getpalette() or [])
+        return (numbers - 1).astype(np.uint8)
+
+    def _image(self, numbers: Numbers) -> Image.Image:
+        result = Image.fromarray(np.ascontiguousarray(numbers), "P")
+        result.putpalette([int(part) for part in _parts(self._colours).ravel()])
         return result
 
 
