@@ -115,7 +115,8 @@ def test_what_was_found_is_mended(seed: int, live: bool, faults: bool, operator:
     assert not one.found
 
 
-LOCK = False, False, False
+NONE = False, False
+LOCK = False, *NONE
 FORMULAS = {
     "left by a plan where its formulas forbid it to stay": (70200, False, False, False),
     "out of service, it is given an objective without formulas": (70212, False, False, True),
@@ -136,6 +137,8 @@ FORMULAS = {
     "only memory reveals a deadlock of three": (100105, *LOCK),
     "a plan has taken a robot that waits for help elsewhere": (100024, True, False, False),
     "it has acted where its formulas forbid it to stay": (74257, True, False, False),
+    "a round is over as a request is set aside": (97242, *LOCK),
+    "an input changes the objective on the way from one target to another": (97881, True, *NONE),
 }
 
 
@@ -201,7 +204,7 @@ def test_a_run_that_was_killed_continues(seed: int, live: bool) -> None:
     assert not one.found
 
 
-LIVE = True, False, False
+LIVE = True, *NONE
 ELSEWHERE = {
     "an input changes an objective first": (formula_mission, 131847, *LOCK, 10),
     "requests are open, and a plan is followed": (formula_mission, 131958, *LIVE, 45),

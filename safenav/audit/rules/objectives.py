@@ -63,6 +63,8 @@ def out_of_turn(now: Situation) -> Iterator[Said]:
         return
     if now.toward[robot] is not None:
         return  # it is leaving: a step of several ticks
+    if progress.awaited is None and turn.on_the_way:
+        return  # it had another objective when it set out
     for index, target in enumerate(progress.objective.targets):
         if here in target and turn.origin in target:
             yield f"{robot} met {now.show(here)} and does not leave it immediately"

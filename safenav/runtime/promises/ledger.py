@@ -207,7 +207,10 @@ class Deadlines(Struct):
         return tuple((self.team.tick - each.begun, each.over) for each in self._rounds.values())
 
     def completed(self) -> None:
-        """The mission is completed at the end of this tick."""
+        """The mission is completed at the end of this tick; judge what came after the turns."""
+        heard, self._turn = self._turn, []
+        for record in heard if self.active else ():
+            self._happened(record)
         promise = self._open.pop(MISSION, None)
         if promise is not None:
             self._judge(MISSION, promise.due, DeadlineVerdict.KEPT)
