@@ -49,8 +49,6 @@ def _tiles(node: Mapping, reading: Reading) -> tuple[frozenset[Region], ...] | N
     what = "'tiles' of partition"
     item = TileKeys.read(node, "'partition'", reading)
     sides = item.tiles if item else None
-    if sides is None:
-        return None
     if not isinstance(sides, Sequence) or len(sides.items) != 2:
         read.wrong_type(sides, what, "[rows, columns]", reading)
         return None

@@ -1,7 +1,7 @@
 """Typed values out of document nodes: each reader returns the value or reports why not.
 
-``what`` names the item for the message ("'rounds' of until"). A reader that returns None has
-reported; callers continue, so that one error does not hide another.
+``what`` names the item for the message ("'rounds' of until"). A reader that returns None for a node
+that is there has reported; callers continue, so that one error does not hide another.
 """
 
 from __future__ import annotations
@@ -41,8 +41,12 @@ def described(node: Node) -> str:
             return f"the text '{clipped(node.text)}'"
 
 
-def wrong_type(node: Node, what: str, expected: str, findings: Findings, hint: str = "") -> None:
-    """Report that a node is not of the kind that is expected."""
+def wrong_type(
+    node: Node | None, what: str, expected: str, findings: Findings, hint: str = ""
+) -> None:
+    """Report that a node is not of the kind that is expected; of a missing one, nothing."""
+    if node is None:
+        return
     if isinstance(node, Scalar) and node.style in ("'", '"') and "number" in expected:
         hint = hint or "numbers are written without quotes"
     elif isinstance(node, Scalar):
@@ -72,8 +76,6 @@ def mapping(
     """A mapping, whose keys are ``known`` (None: any) and hold the ``required`` ones (each
     with a hint what to write). ``elsewhere``: hints for keys that belong in something else;
     ``example``: of such a mapping, for messages."""
-    if node is None:
-        return None
     if not isinstance(node, Mapping):
         hint = f"for example {example}" if example else ""
         wrong_type(node, what, "a mapping (key: value)", findings, hint)
@@ -157,8 +159,6 @@ _ALSO_CALLED = {
 
 def sequence(node: Node | None, what: str, findings: Findings) -> tuple[Node, ...] | None:
     """The items of a list."""
-    if node is None:
-        return None
     if not isinstance(node, Sequence):
         shown = clipped(node.text) if isinstance(node, Scalar) else ""
         if isinstance(node, Mapping) and all(is_nothing(value) for _, value in node.entries):
@@ -173,8 +173,6 @@ def sequence(node: Node | None, what: str, findings: Findings) -> tuple[Node, ..
 
 def text(node: Node | None, what: str, findings: Findings) -> str | None:
     """A text that is not empty."""
-    if node is None:
-        return None
     if not isinstance(node, Scalar) or not isinstance(node.value, str):
         wrong_type(node, what, "a text", findings)
         return None
@@ -203,8 +201,6 @@ def integer(
     node: Node | None, what: str, findings: Findings, *, least: int = 0, most: int = MOST
 ) -> int | None:
     """A whole number from ``least`` to ``most``; true and false are none."""
-    if node is None:
-        return None
     value = node.value if isinstance(node, Scalar) else None
     if isinstance(value, bool) or not isinstance(value, int):
         wrong_type(node, what, "a whole number", findings)
@@ -238,8 +234,6 @@ def finite(
     node: Node | None, what: str, findings: Findings, expected: str = "a number"
 ) -> float | None:
     """A number that is neither infinite nor none at all (``.inf``, ``.nan``)."""
-    if node is None:
-        return None
     value = node.value if isinstance(node, Scalar) else None
     if isinstance(value, bool) or not isinstance(value, int | float):
         wrong_type(node, what, expected, findings)
@@ -255,8 +249,6 @@ def finite(
 
 
 def boolean(node: Node | None, what: str, findings: Findings) -> bool | None:
-    if node is None:
-        return None
     if not isinstance(node, Scalar) or not isinstance(node.value, bool):
         wrong_type(node, what, "true or false", findings)
         return None
@@ -267,7 +259,7 @@ def switch(node: Node | None, what: str, findings: Findings) -> bool | None:
     """``on`` or ``off``, also as a truth value: ``on`` is one for readers of older YAML."""
     if isinstance(node, Scalar) and isinstance(node.value, str) and node.value.lower() in _SWITCH:
         return _SWITCH[node.value.lower()]
-    if node is None or (isinstance(node, Scalar) and isinstance(node.value, bool)):
+    if isinstance(node, Scalar) and isinstance(node.value, bool):
         return boolean(node, what, findings)
     wrong_type(node, what, "on or off", findings)
     return None
@@ -278,8 +270,6 @@ _SWITCH = {"on": True, "off": False}
 
 def choice(node: Node | None, what: str, options: Iterable[E], findings: Findings) -> E | None:
     """One of some members of an enumeration, by its word."""
-    if node is None:
-        return None
     known = {option.value: option for option in options}
     if not isinstance(node, Scalar) or not isinstance(node.value, str):
         wrong_type(node, what, f"one of {listed(known)}", findings)

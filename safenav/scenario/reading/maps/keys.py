@@ -102,8 +102,6 @@ def read_origin(
     node: Node | None, what: str, findings: Findings
 ) -> tuple[float, float, float] | None:
     """``[x, y]`` or ``[x, y, yaw]``."""
-    if node is None:
-        return None
     if not isinstance(node, Sequence) or len(node.items) not in (2, 3):
         read.wrong_type(node, what, "[x, y] or [x, y, yaw]", findings)
         return None
