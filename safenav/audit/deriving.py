@@ -143,6 +143,10 @@ def serving(now: Situation, *, own: bool = False) -> dict[str, frozenset[str]]:
             and (
                 _goes(now.objectives[robot].targets[:1], regions, now.objectives[robot].kind)
                 or is_stop(robot, now.objectives[robot].targets, now)
+                or (
+                    now.objectives[robot] == now.own[robot]
+                    and any(meets_own_first(robot, name, places, now) for places in regions)
+                )
             )
         )
     acts = (act for act in reversed(now.acts) if act.obstacle in found)
@@ -151,6 +155,21 @@ def serving(now: Situation, *, own: bool = False) -> dict[str, frozenset[str]]:
         if robot in found.get(name, ()) or name not in found:  # that is over in this turn
             found = {one: who if one == name else who - {robot} for one, who in found.items()}
     return found
+
+
+def meets_own_first(robot: str, name: str, regions: AbstractSet[int], now: Situation) -> bool:
+    """Whether a robot meets the next target of its ``once`` before it serves an obstacle in
+    ``regions``, since it could not meet all that are left after that: it cannot turn on the spot.
+    """
+    team, own = team_of(now), now.own[robot]
+    if team is None or not (shape_of(own.kind).ends and now.has_heading(robot)):
+        return False
+    after = tuple(one for one in open_obstacles(now) if one.name != name)
+    here = team.reach(robot, frozenset([pose_of(robot, now)]), open_obstacles(now))
+    rest = frozenset(pose for pose in here if pose[0] in regions)
+    for target in own.targets[now.ahead[robot] :]:
+        rest = frozenset(p for p in team.reach(robot, rest, after) if p[0] in target)
+    return not rest
 
 
 def is_stop(robot: str, targets: Sequence[AbstractSet[int]], now: Situation) -> bool:

@@ -90,8 +90,10 @@ class Algorithm(Struct):
             self.deadlines.turn_ends(number)
 
     def _step(self, robot: RobotState) -> Iterator[Event]:
-        rounds = robot.own.rounds
+        rounds, turn = robot.own.rounds, robot.own.memory.index
         yield from self.turns.step(robot)
+        if robot.serves_later and robot.own.memory.index != turn:
+            yield Unsettled(Reason.REQUEST)
         if robot.own.rounds > rounds and misses_its_rounds(self.team, robot):
             yield events.Astray(robot.name, Reason.ROUND)
         yield from self.batteries.turn_ends(robot, completes=self.completes())

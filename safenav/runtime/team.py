@@ -51,8 +51,8 @@ class Role(Enum):
 
 class Assignment(Struct, frozen=True):
     """Current assignment of one robot. ``obstacle``: the one that it resolves, if it helps (or will
-    once it has charged). ``goal``: the poses where it does so or waits to (a mask).
-    ``safe_poses``: those that it may go to (a mask; None: all)."""
+    once it has charged, or met a target of its own). ``goal``: the poses where it does so or waits
+    to (a mask). ``safe_poses``: those that it may go to (a mask; None: all)."""
 
     role: Role
     objective: Objective
@@ -136,6 +136,11 @@ class RobotState(Struct):
     @property
     def name(self) -> str:
         return self.robot.name
+
+    @property
+    def serves_later(self) -> bool:
+        """Whether it serves an obstacle after a target of its own."""
+        return self.assignment.role is Role.OWN and self.assignment.obstacle is not None
 
     @property
     def too_flat(self) -> bool:

@@ -177,3 +177,50 @@ def test_a_bundle_proves_that_no_order_of_moves_completes() -> None:
 def test_what_is_not_shown_in_the_budget_is_no_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(budgets, "PROOF_BUDGET", 1)
     assert play(TRAPPED_HELPER).outcome["outcome"] == "search_limit"
+
+
+POCKET = """
+map:
+  grid: |
+    #############
+    #....#......#
+    #...........#
+    #....#......#
+    #.##.########
+    #.##.########
+    #############
+catalogue:
+  robots:
+    walker: {mobility: heading, layer: ground, capabilities: [press]}
+    cart: {mobility: free, layer: low}
+  obstacles: {gate: {action: press, resolve_at: [[5, 4]]}}
+robots:
+  w: {model: walker, start: [3, 2], heading: east, objective: {once: TARGETS}}
+  c: {model: cart, start: [2, 3], objective: {visit: [[2, 3], [2, 8]]}}
+obstacles: [{type: gate, region: [2, 5]}]
+until: {rounds: 1}
+"""
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+@pytest.mark.parametrize(
+    ("targets", "first"),
+    [
+        ("[[1, 1], [5, 4]]", [0]),
+        ("[[1, 1], [3, 3], [5, 4]]", [0, 1]),
+        ("[[3, 4], [5, 4]]", []),
+        ("[[5, 4]]", []),
+    ],
+    ids=["one", "two", "on its way", "none"],
+)
+def test_a_robot_first_meets_the_targets_to_which_it_cannot_come_back(
+    targets: str, first: list[int], clock: str
+) -> None:
+    """The walker cannot turn round where it opens the gate: it went there first, and could meet its
+    other targets no longer."""
+    run = play(POCKET.replace("TARGETS", targets) + f"clock: {clock}\n")
+    assert run.outcome["outcome"] == "completed" and not run.findings
+    kinds = [line for line in run.records if line["type"] in ("goal", "resolved")]
+    before = kinds[: kinds.index(run.one("resolved", robot="w"))]
+    assert {*first} <= {line["goal"] for line in before if line["robot"] == "w"}
+    assert run.all("request")[0]["helper"] == "w"

@@ -5,7 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 
-from safenav.audit.deriving import is_stop, open_obstacles, pose_of, serving, team_of
+from safenav.audit.deriving import (
+    is_stop,
+    meets_own_first,
+    open_obstacles,
+    pose_of,
+    serving,
+    team_of,
+)
 from safenav.audit.kinds import ALTERNATION, STAYING
 from safenav.audit.lines import Line, Objective
 from safenav.audit.members import Act, OpenObstacles, Settlement
@@ -267,6 +274,9 @@ class HelperRule(Rule):
             kind = STAYING if duty.stays else ALTERNATION
             serves = objective.kind == kind and objective.targets[:1] == (duty.regions,)
             if serves or is_stop(robot, objective.targets, now):
+                return ""
+            first = partial(meets_own_first, robot, duty.obstacle, duty.regions, now)
+            if objective == own and first():
                 return ""
             where = _list(sorted(duty.regions))
             return f"{robot} is to resolve {duty.obstacle} from {where}, but gets {objective}"

@@ -56,6 +56,9 @@ class SynthesisRule(Rule):
             causes = _CAUSES.get(record.reason)
             if record.reason == "request" and any(now.open[name].done for name in now.requests):
                 continue  # a robot has had its part in a need
+            ends = shape_of(now.own[record.robot].kind).ends and now.has_heading(record.robot)
+            if record.reason == "request" and ends and turn.first("goal"):
+                continue  # it serves an obstacle after that target of its own
             later = now.live and self._resumed >= 0  # when it comes
             if record.reason == "service" and (later or self._resumed == record.tick):
                 continue  # whatever has changed by then

@@ -26,6 +26,7 @@ from safenav.scenario.objective import (
     staying,
     targets_of,
 )
+from safenav.scenario.settings import Coordination
 from safenav.spec.movement import one_of
 from safenav.world.map import Region
 from safenav.world.moves import Pose
@@ -86,7 +87,8 @@ class Assigner(Struct, frozen=True):
             return self._charge(robot, index, stop)
         duty = self.found.duties.get(index)
         if duty is not None:
-            return self._help(robot, index, duty)
+            first = self._own(robot, index) if self._meets_own_first(robot, index, duty) else None
+            return self._help(robot, index, duty) if first is None else self._later(first, duty)
         if robot.name not in self.idle and index in self.found.early:
             return self._help(robot, index, self.found.early[index], Role.EARLY)
         if robot.name in self.idle or self._waits_for_help(robot):
@@ -142,6 +144,26 @@ class Assigner(Struct, frozen=True):
         around = member.graph.poses_on(duty.around) & ~(1 << self.floor.poses[index])
         avoided = {member.graph.pose(number) for number in bits(around)}
         return replace(draft, forbidden=draft.forbidden | avoided)
+
+    def _meets_own_first(self, robot: RobotState, index: int, duty: Duty) -> bool:
+        """Whether a robot must meet the next target of its ``once`` before its duty, and can: after
+        that it could not meet all that are left."""
+        problem, stages = self.floor.problem, self.floor.stages
+        member, coordination = problem.members[index], self.state.scenario.coordination
+        if not (member.settles and member.turns) or coordination is Coordination.ASSIGNABLE:
+            return False
+        left, graph = member.targets[robot.own.memory.index :], member.graph
+        before = problem.allowed(index, stages)
+        after = problem.allowed(index, problem.advanced(duty.gate, stages, duty.group))
+        rest, here = duty.goal, graph.closure(1 << self.floor.poses[index], before)
+        for target in left:
+            rest = graph.closure(rest, after) & target
+        return not rest and bool(graph.closure(here & left[0], before) & duty.goal)
+
+    def _later(self, draft: TaskDraft, duty: Duty) -> TaskDraft:
+        """The draft of its own objective for a robot that is to serve an obstacle after that."""
+        obstacle = self.floor.problem.gates[duty.gate].name
+        return replace(draft, assignment=replace(draft.assignment, obstacle=obstacle))
 
     def _own_target(self, robot: RobotState, index: int, goal: Mask) -> Target | None:
         """Return its own waiting place, or the first of its own targets, if it can alternate
