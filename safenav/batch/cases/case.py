@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 from collections.abc import Mapping
 from enum import StrEnum
 from typing import Any
@@ -54,6 +55,13 @@ class Case(Struct, frozen=True):
         version, settings = safenav.__version__, dict(self.settings)
         made_of = [version, self.name, self.file, self.text, settings, self.references]
         return hashlib.sha256(json.dumps(made_of, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def file_name(name: str, digest: str) -> str:
+    """A name for files of the case of that name. The digest distinguishes names that are equal once
+    they are fit for this."""
+    fit = re.sub(r"[^A-Za-z0-9._=-]+", "_", name)[-80:].strip("._")
+    return f"{fit}-{digest[:8]}"
 
 
 class Conditions(Struct, frozen=True):

@@ -16,7 +16,7 @@ import yaml
 from msgspec.structs import replace
 
 from safenav import errors
-from safenav.batch.cases.case import Case, CaseVerdict, Conditions, Result, without_a_run
+from safenav.batch.cases.case import Case, CaseVerdict, Conditions, Result, file_name, without_a_run
 from safenav.batch.cases.variation import varied
 from safenav.certify.bundle import make_bundle
 from safenav.certify.record import sources_of, syntheses_of
@@ -124,7 +124,10 @@ def _certify(
     case: Case, trace: Path, kept: Kept, synthesizer: Synthesizer, folder: Path
 ) -> list[str]:
     """Write the bundle of a run; says why its checker refuses it, if it does."""
-    target = folder / f"{_file_name(case.name)}.zip"
+    stem = case.name.replace("/", "+")
+    if not re.fullmatch(r"[A-Za-z0-9._=+-]{1,100}", stem):
+        stem = file_name(case.name, hashlib.sha256(case.name.encode()).hexdigest())
+    target = folder / f"{stem}.zip"
     target.unlink(missing_ok=True)
     data = trace.read_bytes()
     try:
@@ -134,15 +137,6 @@ def _certify(
     except (errors.NotCertifiedError, errors.UsageError) as error:
         return [f"not certified: {error}"]
     return []
-
-
-def _file_name(name: str) -> str:
-    """A name for a file of the case of that name, different for different cases."""
-    fit = name.replace("/", "+")
-    if re.fullmatch(r"[A-Za-z0-9._=+-]{1,100}", fit):
-        return fit
-    digest = hashlib.sha256(name.encode()).hexdigest()[:8]
-    return f"{re.sub(r'[^A-Za-z0-9._=+-]+', '_', fit)[-80:]}-{digest}"
 
 
 def _text_as_run(case: Case) -> str:

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import re
 import shutil
 from collections.abc import Iterable
 from pathlib import Path
 
-from safenav.batch.cases.case import Result
+from safenav.batch.cases.case import Result, file_name
 from safenav.errors import UsageError
 from safenav.report.batches.junit import told
 
 FOLDER = "failures"
-
-_UNFIT = re.compile(r"[^A-Za-z0-9._=-]+")
-_WIDTH = 80
 
 
 class FailureFolder:
@@ -35,9 +31,7 @@ class FailureFolder:
                 shutil.rmtree(folder, ignore_errors=True)
 
     def _folder(self, result: Result) -> Path:
-        # The fingerprint distinguishes names that are equal once they are fit for a file name.
-        name = _UNFIT.sub("_", result.name)[-_WIDTH:].strip("._")
-        return self._root / f"{name}-{result.fingerprint[:8]}"
+        return self._root / file_name(result.name, result.fingerprint)
 
     def __call__(self, result: Result, trace: Path | None) -> list[str]:
         folder = self._folder(result)
