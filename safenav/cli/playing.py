@@ -18,6 +18,7 @@ import click
 from safenav.cli.operator import TERMINAL, run_with_operator
 from safenav.errors import ExitCode, UsageError, exit_code_of
 from safenav.outcome import Outcome
+from safenav.report.terminal.fold import terminal_width
 from safenav.report.terminal.story import Story
 from safenav.runtime.analysis.expectation import Ledger, differences
 from safenav.runtime.mission import Mission, RunResult
@@ -68,7 +69,8 @@ class Performance:
         if self.trace is not None:
             listeners.append(self._stack.enter_context(TraceWriter(self.trace)))
         if not self._as_json:
-            listeners.append(_while_heard(Story(plan, maps=self._maps)))
+            story = Story(plan, maps=self._maps, width=terminal_width())
+            listeners.append(_while_heard(story))
         self.mission = self._make(plan, [*listeners, *self._views])
 
     def _another(self, rest: Scenario) -> Mission:

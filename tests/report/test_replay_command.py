@@ -4,11 +4,13 @@ import os
 from pathlib import Path
 from xml.etree import ElementTree
 
+import click
 import pytest
 
 import warm
 from report import made_traces
 from safenav.report.replay.timeline import Replay
+from safenav.report.terminal.fold import folded
 from safenav.report.terminal.replay import play
 
 ROOT = Path(__file__).parents[2]
@@ -86,6 +88,34 @@ def test_the_terminal_replay_restores_the_cursor_when_interrupted(
     with pytest.raises(KeyboardInterrupt):
         play(replays["door"], range(10), 4, written.append, interrupt)
     assert written[0].startswith("\x1b[?25l") and written[-1] == "\x1b[?25h"
+
+
+@pytest.mark.parametrize("size", [(40, 12), (70, 20), (200, 60)])
+def test_a_frame_fits_into_the_terminal(
+    replays: dict[str, Replay], monkeypatch: pytest.MonkeyPatch, size: tuple[int, int]
+) -> None:
+    """Longer lines were broken within words, and higher frames ran over one another."""
+    monkeypatch.setattr("shutil.get_terminal_size", lambda: os.terminal_size(size))
+    written: list[str] = []
+    play(replays["chain"], range(4, 8), 4, written.append, lambda _: None)
+    frames = [click.unstyle(text).split("\n") for text in written[1:-1]]
+    assert len(frames) == 4
+    for lines in frames:
+        assert len(lines) <= size[1] and max(map(len, lines)) <= size[0]
+
+
+@pytest.mark.parametrize(
+    ("width", "parts"),
+    [
+        (None, ["tick 0  quad finds a door"]),
+        (30, ["tick 0  quad finds a door"]),
+        (20, ["tick 0  quad finds a", "    door"]),
+        (12, ["tick 0  quad", "    finds a", "    door"]),
+    ],
+)
+def test_long_lines_are_broken_between_words(width: int | None, parts: list[str]) -> None:
+    line = f"tick 0  {click.style('quad', fg='cyan')} finds a door"
+    assert [click.unstyle(part) for part in folded(line, width, 4)] == parts
 
 
 def test_draw_knows_two_forms_of_picture(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ something happened are written, one below the other.
 
 from __future__ import annotations
 
+import shutil
 import time
 from collections.abc import Callable, Iterator
 
@@ -14,6 +15,7 @@ from msgspec.structs import replace
 
 from safenav.report.replay.perception import shading_lines, shading_of, viewers
 from safenav.report.replay.timeline import ObstacleStatus, Replay, StoryKind
+from safenav.report.terminal.fold import folded
 from safenav.report.terminal.map import MapPicture, Marker, draw
 from safenav.scenario.objective import target_regions
 from safenav.trace.labels import labels
@@ -71,6 +73,16 @@ def frame(replay: Replay, tick: int, recent: int = 6) -> list[str]:
     return lines
 
 
+def _fitted(lines: list[str], map_ends: int) -> list[str]:
+    """Return the lines of a frame as the terminal can show them: maps cut, the rest folded."""
+    width, height = shutil.get_terminal_size()
+    below = [part for line in lines[map_ends:] for part in folded(line, width, 7)]
+    shown = min(map_ends, max(height // 2, height - len(below) - 1))
+    above = folded(lines[0], width, 2)
+    drawn = [line[:width] for line in lines[1:map_ends]]
+    return [*above, *drawn[: max(0, shown - len(above))], *below][: height - 1]
+
+
 def _pause(replay: Replay, tick: int) -> float:
     return replay.time(min(tick + 1, replay.last)) - replay.time(tick)
 
@@ -100,7 +112,7 @@ def play(
     write(_BEGIN)
     try:
         for tick in ticks:
-            lines = frame(replay, tick)
+            lines = _fitted(frame(replay, tick), replay.map.rows + 2)
             write(_FRAME + "\n".join(f"{line}\x1b[K" for line in lines) + "\n" + _REST)
             pause = 1.0 if replay.times is None else _pause(replay, tick)
             sleep(pause / speed)

@@ -11,6 +11,7 @@ from collections.abc import Callable
 import click
 
 from safenav.outcome import Outcome, Verdict
+from safenav.report.terminal.fold import folded
 from safenav.report.terminal.map import MapPicture, Marker, draw
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Ltl, station, target_regions
@@ -27,11 +28,18 @@ _COLOURS = ("cyan", "yellow", "magenta", "green", "blue", "bright_red")
 
 
 class Story:
-    """Narrator of a run, line by line through ``echo``."""
+    """Narrator of a run, line by line through ``echo``; ``width``: of the terminal, if any."""
 
-    def __init__(self, scenario: Scenario, echo: Echo = click.echo, maps: bool = True) -> None:
+    def __init__(
+        self,
+        scenario: Scenario,
+        echo: Echo = click.echo,
+        maps: bool = True,
+        width: int | None = None,
+    ) -> None:
         self._scenario = scenario
-        self._echo = echo
+        self._write = echo
+        self._width = width
         self._maps = maps
         names = [robot.name for robot in scenario.robots]
         self._letters = labels(names)
@@ -136,7 +144,8 @@ class Story:
             self._echo(
                 f"  {self._letters[robot.name]}  {self._name(robot.name)} ({robot.model.name}) "
                 f"from {self._region(robot.start.region)}{facing}: "
-                f"{describe(robot.objective, self._scenario.map.word)}"
+                f"{describe(robot.objective, self._scenario.map.word)}",
+                indent=7,
             )
         self._map()
 
@@ -234,12 +243,12 @@ class Story:
         objectives = (robot.objective for robot in self._scenario.robots)
         targets = frozenset[Region]().union(*map(target_regions, objectives))
         picture = MapPicture(markers, self._closed, self._barred, targets)
-        self._echo("")
+        self._write("")
         legend = self._legend()
         for row, line in enumerate(draw(self._scenario.map, picture)):
             note = f"   {legend[row]}" if row < len(legend) else ""
-            self._echo(f"           {line}{note}")
-        self._echo("")
+            self._write(f"           {line}{note}")
+        self._write("")
 
     def _legend(self) -> list[str]:
         lines = [
@@ -250,6 +259,10 @@ class Story:
         lines += [f"XX {name}, permanent" for name in self._barred.values()]
         lines.append(" o target of an objective")
         return lines
+
+    def _echo(self, line: str, indent: int = 13) -> None:
+        for part in folded(line, self._width, indent):
+            self._write(part)
 
     def _name(self, robot: str) -> str:
         return click.style(robot, fg=self._colours.get(robot))
