@@ -16,6 +16,7 @@ import time
 import warnings
 from collections.abc import Iterable
 from pathlib import Path
+from random import random
 
 from msgspec import Struct
 
@@ -30,6 +31,8 @@ _SUFFIX = ".answer"
 _TEXT_SUFFIX = ".structuredslugs"
 _LIMIT_BYTES = 512 << 20
 _PRUNE_TO = 0.75
+_LISTINGS = 64
+"""How often the directory is listed, on average, while as much is written as it may hold."""
 _STALE_TEMPORARY_SECONDS = 3600.0
 _LASTING = frozenset({Verdict.REALIZABLE, Verdict.UNREALIZABLE})
 
@@ -63,7 +66,6 @@ class Cache:
         self.directory = directory
         self._limit_bytes = limit_bytes
         self._warned = False
-        self._known_bytes: int | None = None
 
     @classmethod
     def from_environment(cls) -> Cache:
@@ -162,16 +164,14 @@ class Cache:
             )
 
     def _bound(self, written: int) -> None:
-        """Remove the oldest answers when there is too much. The directory is listed once per
-        process and again only when the sum kept since then passes the limit."""
-        if self._known_bytes is not None:
-            self._known_bytes += written
-            if self._known_bytes <= self._limit_bytes:
-                return
-        with contextlib.suppress(OSError):
-            self._known_bytes = self._prune()
+        """Remove the oldest answers when there is too much. To list a large directory takes longer
+        than a small run: who writes lists it with a probability in proportion to what it has
+        written."""
+        if random() * self._limit_bytes < _LISTINGS * written:
+            with contextlib.suppress(OSError):
+                self._prune()
 
-    def _prune(self) -> int:
+    def _prune(self) -> None:
         assert self.directory is not None
         found: list[tuple[float, int, Path]] = []
         now = time.time()
@@ -187,14 +187,13 @@ class Cache:
                         path.unlink()  # of a writer that was killed
         total = sum(size for _, size, _ in found)
         if total <= self._limit_bytes:
-            return total
+            return
         for _, size, path in sorted(found):
             if total <= self._limit_bytes * _PRUNE_TO:
                 break
             with contextlib.suppress(OSError):
                 path.unlink()
             total -= size
-        return total
 
 
 def _pack(entry: CacheEntry, key: str) -> bytes:

@@ -114,6 +114,18 @@ def test_the_oldest_answers_go_when_there_is_too_much(tmp_path: Path) -> None:
     assert kept and kept == keys[-len(kept) :]
 
 
+def test_a_large_directory_is_not_listed_by_each_run_that_keeps_something(
+    cache: Cache, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A run took 0.4 s longer beside 50,000 answers."""
+    listed = []
+    monkeypatch.setattr(Cache, "_prune", lambda cache: listed.append(cache))
+    for number in range(100):
+        assert cache.directory is not None
+        Cache(cache.directory).store(f"{number:064x}", ENTRY)
+    assert len(listed) < 10
+
+
 def test_what_a_killed_writer_left_is_swept_up(cache: Cache) -> None:
     cache.store(KEY, ENTRY)
     (file,) = _files(cache)
@@ -122,7 +134,7 @@ def test_what_a_killed_writer_left_is_swept_up(cache: Cache) -> None:
         leftover.write_bytes(b"half")
     os.utime(old, (1e9, 1e9))
     assert cache.directory is not None
-    Cache(cache.directory).store(KEY, ENTRY)
+    Cache(cache.directory, limit_bytes=1 << 10).store(KEY, ENTRY)
     assert not old.exists()
     assert new.exists(), "perhaps its writer still lives"
 
