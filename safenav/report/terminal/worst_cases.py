@@ -116,10 +116,8 @@ def _late(of: str, most: int, ahead: Ahead) -> int | None:
 
 def _unseen(scenario: Scenario) -> str:
     """The parts of the scenario that the simulation leaves out."""
-    orders = any(obstacle.ordered for obstacle in scenario.obstacles)
-    obstacles = any(not obstacle.ordered for obstacle in scenario.obstacles)
-    left = [word for word, has in (("obstacles", obstacles), ("orders", orders)) if has]
-    return f" without {' and '.join(left)}" if left else ""
+    hidden = any(not obstacle.ordered for obstacle in scenario.obstacles)
+    return " without obstacles" if hidden else ""
 
 
 def _verdict(of: str, most: int, ahead: Ahead, unseen: str) -> str:

@@ -32,10 +32,10 @@ TICKS, SECONDS = 2_000, 1.0
 
 
 class Ahead(Struct, frozen=True):
-    """A run without obstacles and orders. ``late``: the first tick in which each broken promise was
-    late (robots, ``mission``); ``completed``: the tick of completion, None if it was not reached;
-    ``repeats``: two ticks with the same state; ``slowest``: steps vary, and took their longest;
-    ``why``: no promise is possible, and why (then all else is empty)."""
+    """A run with orders, without hidden obstacles. ``late``: the first tick in which each broken
+    promise was late (robots, ``mission``); ``completed``: the tick of completion, None if it was
+    not reached; ``repeats``: two ticks with the same state; ``slowest``: steps vary, and took their
+    longest; ``why``: no promise is possible, and why (then all else is empty)."""
 
     late: dict[str, int]
     completed: int | None = None
@@ -58,7 +58,7 @@ def run_ahead(scenario: Scenario, synthesizer: Synthesizer) -> Ahead | None:
         return Ahead({}, why="the inputs of the environment are not known before the run")
     alone = replace(
         scenario,
-        obstacles=(),
+        obstacles=tuple(obstacle for obstacle in scenario.obstacles if obstacle.ordered),
         suspects=None,
         late=LatePolicy.GO_ON,
         robots=tuple(_slowest(robot) for robot in scenario.robots),
@@ -74,6 +74,7 @@ def _slowest(robot: Robot) -> Robot:
 def _run(scenario: Scenario, synthesizer: Synthesizer) -> Ahead:
     late: dict[str, int] = {}
     changes, last = [change.at for change in scenario.changes], 0
+    changes += [order.appears or 0 for order in scenario.obstacles]
 
     def heard(record: records.Record) -> None:
         nonlocal last
@@ -90,7 +91,8 @@ def _run(scenario: Scenario, synthesizer: Synthesizer) -> Ahead:
     while mission.result is None and mission.state.tick < TICKS and monotonic() < ends:
         mission.step()
         tick = mission.state.tick
-        key = None if tick <= max(changes, default=0) else mission.machine()
+        busy = tick <= max(changes, default=0) or tuple(mission.state.requests)
+        key = None if busy else mission.machine()
         before = None if key is None else seen.setdefault(key, tick)
         if repeats is None and before is not None and last < before < tick:
             repeats = before, tick

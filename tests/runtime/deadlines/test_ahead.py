@@ -144,7 +144,12 @@ def test_by_is_refused_just_below_what_a_robot_alone_needs(
         ("rounds: 1", "within 30 of a: kept, as simulated: the mission is completed in tick"),
         (
             "rounds: 1}\norders: [{at: 9, type: parcel, region: [1, 3]}]\nlimits: {ticks: 99",
-            "within 30 of a: kept, as simulated without orders: the mission is completed in tick",
+            "within 30 of a: kept, as simulated: the mission is completed in tick",
+        ),
+        (
+            "rounds: 1, by: 19}\norders: [{at: 20, type: parcel, region: [1, 3]}]\n"
+            "limits: {ticks: 99",
+            "by 19: late in tick 20, as simulated, completed in tick 2",
         ),
         ("rounds: 99999", "within 30 of a: kept forever, as simulated: tick"),
     ],
