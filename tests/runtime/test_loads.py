@@ -77,6 +77,13 @@ def test_a_robot_carries_one_load_after_the_other(clock: Clock) -> None:
     assert met == [("#2", 0), ("#2", 1), ("16", 0), ("16", 1)]  # the newest request first
 
 
+def test_a_request_says_that_the_only_robot_for_it_carries_another_load() -> None:
+    later = HALL.replace("shelf}, {at: 1", "shelf}, {at: 3").replace("start: [2, 3]", "start: 16")
+    requests = played(later).all("request", obstacle="pallet@16#2")
+    assert requests[0]["helper"] is None and requests[0]["because"] == "a carries pallet@shelf"
+    assert requests[-1]["helper"] == "a"
+
+
 def test_a_robot_takes_the_load_that_is_due_first() -> None:
     """Of three at one place: what it is sent for, not the first of the list."""
     text = HALL.replace("orders: [", "orders: [{at: 1, type: pallet, region: shelf}, ").replace(

@@ -192,6 +192,8 @@ def why_nobody(
     problem = floor.problem
     need = problem.next_need(gate, floor.stages)
     able = problem.able(gate, floor.stages)
+    if len(able) < problem.missing(gate, floor.stages) and (loads := _loads(floor, gate, word)):
+        return loads
     if not able:
         return None
     if len(able) < problem.missing(gate, floor.stages):
@@ -240,6 +242,25 @@ def without_room(floor: Floor, word: Word) -> list[str]:
                 f"reach only {places} for it, where there is no room for all of them"
             )
     return found
+
+
+def _loads(floor: Floor, gate: int, word: Word) -> str:
+    """The loads of robots that cannot take an obstacle, a load too, since they carry as many as
+    they can; empty if there are none."""
+    problem, stages = floor.problem, floor.stages
+    full = problem.full(stages) if problem.takes(gate, stages) else frozenset()
+    loads = {
+        robot: [
+            obstacle_words(name, word)
+            for name, each, stage in zip(floor.gates, problem.gates, stages, strict=True)
+            if robot in each.carriers(stage)
+        ]
+        for robot in problem.skilled(gate, stages)
+        if robot in full
+    }
+    return "; ".join(
+        f"{floor.names[i]} carries {listed(each)}" for i, each in loads.items() if each
+    )
 
 
 _UNSERVED = "if a robot went there now, the team could not continue"
