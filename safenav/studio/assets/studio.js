@@ -1,4 +1,4 @@
-/* sources e21aa1b6ffe3a29ca06f3376256723e8d0673c0d7584ad979889168f0a4807d2 */
+/* sources ae1b1b6902bd5764506780c79e5bf7476400559d98ea58e1074b6586863959dc */
 /* Contains Preact:
 The MIT License (MIT)
 
