@@ -22,8 +22,9 @@ SPARE = 4
 
 class Stops(Struct, frozen=True, eq=False, dict=True):
     """The stops of one robot on one floor. ``targets`` (pose masks) are met in turn; ``full``:
-    it charges to the full, since others can keep it waiting; ``settles``: it stays at the last
-    target. ``afterwards``: of a duty, its only target: the need of each pose once it is there."""
+    it charges to the full, since others can keep it waiting, or its formula from the shortest
+    paths; ``settles``: it stays at the last target. ``afterwards``: of a duty, its only target:
+    the need of each pose once it is there."""
 
     graph: PoseGraph
     targets: tuple[Mask, ...]

@@ -3,8 +3,8 @@
 A strict objective, such as a patrol, is its own formula (of the paper's Section VI) if the robot
 can keep it by the letter: with the memory that it has, else with another target first, else as
 plain alternation, which allows to cross a target out of turn and to wait at one. Robots that share
-a floor, or get goals assigned at runtime, alternate plainly from the start. Every other objective
-has one form. A strict one with ``form: literal`` has only its first.
+a floor, go to chargers, or get goals assigned at runtime, alternate plainly from the start. Every
+other objective has one form. A strict one with ``form: literal`` has only its first.
 
 ``run``, ``check``, ``synth``, ``explain``, the studio and certificates all climb this one ladder.
 """
@@ -51,6 +51,8 @@ class Weakening(StrEnum):
     """Some poses on the way are kept out of, because the team could not continue from there."""
     SHARED = "shared"
     """Other robots are on its floor."""
+    CHARGED = "charged"
+    """It goes to chargers between its targets, whose charge is that of the shortest paths."""
     ASSIGNED = "assigned"
     """Goals may be assigned to it at any time."""
 
@@ -73,6 +75,7 @@ def forms(
     *,
     shared: bool = False,
     assigned: bool = False,
+    charged: bool = False,
 ) -> Iterator[Rung]:
     """The forms to ask for, the strongest first, for a robot at ``pose`` that has target number
     ``turn`` next. ``blocked``: a mask of the regions that it cannot enter. Forms that the robot
@@ -83,6 +86,9 @@ def forms(
         return
     if shared or assigned:
         yield Rung(plain, turn, Weakening.SHARED if shared else Weakening.ASSIGNED)
+        return
+    if charged:
+        yield Rung(plain, turn, Weakening.CHARGED)
         return
     count = len(objective.targets)
     turns = [(turn + k) % count for k in range(count)]
@@ -129,6 +135,7 @@ _WHY = {
     Weakening.OBSTACLES: "the known obstacles leave no other path",
     Weakening.KEPT: "the team could not continue from a pose on the other path",
     Weakening.SHARED: "it shares its floor with others",
+    Weakening.CHARGED: "it goes to a charger on its shortest path",
     Weakening.ASSIGNED: "it can be assigned another region at any time",
 }
 

@@ -78,6 +78,7 @@ def _forms(team: TeamState, robot: RobotState, draft: TaskDraft) -> Iterator[tup
         region_mask(known.region for known in walls),
         shared=bool(team.rivals(robot.robot)),
         assigned=assigned,
+        charged=robot.robot.model.battery is not None and bool(team.scenario.chargers),
     )
     for rung in found:
         yield rung, Memory(rung.turn) if strict else memory

@@ -187,9 +187,10 @@ class Batteries:
         masks = tuple(graph.poses_on(region_mask(t)) for t in targets_of(objective))
         chargers: Mask = graph.poses_on(region_mask(self.team.scenario.chargers))
         allowed = graph.everywhere & ~graph.poses_on(closed)
-        shared = bool(self.team.rivals(robot.robot))
+        detours = objective.strict and objective.literal
+        full = detours or bool(self.team.rivals(robot.robot))
         charges, ends = chargers & allowed, objective.settles
-        found = Stops(graph, masks, allowed, charges, battery, full=shared, settles=ends)
+        found = Stops(graph, masks, allowed, charges, battery, full=full, settles=ends)
         self._known[robot.name] = (key, found)
         return found
 

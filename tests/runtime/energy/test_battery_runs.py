@@ -52,6 +52,26 @@ def test_it_goes_by_the_second_charger() -> None:
     assert {"hold": 20} in stops
 
 
+ROUND = """
+map: {grid: ["...", "...", "..."]}
+catalogue: {robots: {cart: {mobility: free, layer: ground, capabilities: [],
+                            battery: {capacity: 6, charge: 1}}}}
+robots: {c: {model: cart, start: 5, objective: {circuit: [4, 8, 1]%s}}}
+chargers: [7]
+until: {rounds: 1}
+limits: {ticks: 60}
+clock: %s
+"""
+
+
+@pytest.mark.parametrize("form", ["", ", form: literal"])
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+def test_a_target_that_it_may_not_cross_does_not_keep_it_at_its_charger(
+    form: str, clock: str
+) -> None:
+    assert play(ROUND % (form, clock)).outcome["outcome"] == "completed"
+
+
 SHARED = """
 map:
   grid: |
