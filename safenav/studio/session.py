@@ -23,8 +23,7 @@ from safenav.certify.record import bundle_of_trace
 from safenav.errors import UsageError
 from safenav.extras import missing
 from safenav.report.page.html import page_of_trace
-from safenav.report.picture.raster import png_of
-from safenav.report.picture.scene import Options, svg_of
+from safenav.report.picture.scene import Options, layers_of, svg_of
 from safenav.report.replay.reading import replay_of
 from safenav.scenario.model import Catalogue
 from safenav.scenario.reading.loader import load_scenario
@@ -63,14 +62,19 @@ def frames(trace: bytes, name: str) -> bytes:
             f"pictures of {replay.last + 1} ticks are too many: at most {MOST_FRAMES}\n"
             "    save the trace, and take a part: safenav replay run.jsonl --gif --ticks 0-500"
         )
-    packed = io.BytesIO()
+    packed, options = io.BytesIO(), Options(legend=False)
     with zipfile.ZipFile(packed, "w") as files:
-        for tick in range(replay.last + 1):
-            svg = svg_of(replay.scene(tick), Options(legend=False))
-            try:
-                files.writestr(f"tick-{tick:04}.png", png_of(svg, 960))
-            except UsageError:  # nothing draws pixels here
-                files.writestr(f"tick-{tick:04}.svg", svg)
+        try:
+            from safenav.report.picture.canvas import Canvas
+
+            canvas = Canvas(960)
+            for tick in range(replay.last + 1):
+                canvas.show(layers_of(replay.scene(tick), options))
+                with files.open(f"tick-{tick:04}.png", "w") as file:
+                    canvas.image.save(file, "PNG")
+        except (ModuleNotFoundError, UsageError):  # nothing draws pixels here
+            for tick in range(replay.last + 1):
+                files.writestr(f"tick-{tick:04}.svg", svg_of(replay.scene(tick), options))
     return packed.getvalue()
 
 
