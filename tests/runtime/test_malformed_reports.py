@@ -96,6 +96,7 @@ def test_a_robot_whose_step_ends_by_nonsense_is_lost(
 BESIDE: list[tuple[Callable[[Arrived], Any], str]] = [
     (lambda e: Arrived(e.at, "nobody", command=e.command), "no robot is named 'nobody'"),
     (lambda e: Sensed(e.at, Obstacle(DOOR, 29), by="nobody"), "no robot is named 'nobody'"),
+    (lambda e: Sensed(e.at, Obstacle(DOOR, 29.0)), "region 29.0 is not an int"),  # type: ignore[arg-type]
     (lambda e: Sensed(e.at, "door"), "its obstacle is 'door', not Obstacle"),  # type: ignore[arg-type]
     (lambda _: Sensed("now", Obstacle(DOOR, 29), there=False), "its time is 'now'"),  # type: ignore[arg-type]
     (lambda e: Arrived(e.at, 7, command=e.command), "its robot is 7, not str"),  # type: ignore[arg-type]

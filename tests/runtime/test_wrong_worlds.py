@@ -52,6 +52,8 @@ def says(value: Any) -> Callable[..., Any]:
         ("move", says(9), r"World.move\('drone', 9\): it returned 9, which is neither a pose"),
         ("move", says(Pose(0)), r"move\('drone', 9\): region 0 is a wall or off the map"),
         ("move", says(Pose(400)), r"move\('drone', 9\): region 400 is a wall or off the map"),
+        ("sense", says(Obstacle(FOG, 9.0)), r"region 9.0 of uncertainty@9.0 is not an int"),  # type: ignore[arg-type]
+        ("move", says(Pose(8.0)), r"World.move\('drone', 9\): region 8.0 is not an int"),  # type: ignore[arg-type]
         ("move", says(Pose(9, Heading.EAST)), "drone is a robot of free mobility"),
         ("act", broken, r"World.act\('drone'\) failed: RuntimeError"),
         ("act", generates, r"World.act\('drone'\) failed: OSError: no more"),

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 from safenav.errors import ExitCode, SafenavError
 from safenav.runtime.worlds import protocol
 from safenav.runtime.worlds.protocol import BlockingWorld
+from safenav.runtime.worlds.reports import is_region
 from safenav.runtime.worlds.world import NO_TAKERS, Change, ChangingWorld, SimulatedWorld, Takers
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
@@ -143,6 +144,10 @@ class BlockingAdapter:
             found = pose
         if not isinstance(found, Pose):
             raise self._wrong(call, f"it returned {found!r}, which is neither a pose nor None")
+        if found == pose:
+            found = pose
+        if not is_region(found.region):
+            raise self._wrong(call, f"region {found.region!r} is not an int")
         if not self._scenario.map.is_free(found.region):
             raise self._wrong(call, f"region {found.region} is a wall or off the map")
         if (found.heading is None) != (robot.model.mobility is Mobility.FREE):
@@ -177,6 +182,8 @@ class BlockingAdapter:
     def _obstacle(self, call: str, found: Any) -> Obstacle:
         if not isinstance(found, Obstacle):
             raise self._wrong(call, f"{found!r} is not an Obstacle")
+        if not is_region(found.region):
+            raise self._wrong(call, f"region {found.region!r} of {found.name} is not an int")
         if not self._scenario.map.is_free(found.region):
             raise self._wrong(call, f"{found.name} is in a wall or off the map")
         return found

@@ -15,7 +15,14 @@ from msgspec import Struct
 
 from safenav.runtime.worlds import protocol
 from safenav.runtime.worlds.adapter import BlockingAdapter, WorldError
-from safenav.runtime.worlds.reports import claimed, is_time, malformed, wrong_result, wrong_step
+from safenav.runtime.worlds.reports import (
+    claimed,
+    is_region,
+    is_time,
+    malformed,
+    wrong_result,
+    wrong_step,
+)
 from safenav.runtime.worlds.simulation import pace_on
 from safenav.runtime.worlds.world import NO_TAKERS, Change, ChangingWorld, Takers
 from safenav.scenario.model import Obstacle, Robot, Scenario
@@ -139,7 +146,9 @@ class Commands:
             found = self.world.sense(robot, region)
         except Exception as error:
             raise WorldError(f"World.sense({robot.name!r}, {region}) failed: {error}") from error
-        if found is None or (isinstance(found, Obstacle) and found.region == region):
+        if found is None:
+            return found
+        if isinstance(found, Obstacle) and found.region == region and is_region(found.region):
             return found
         raise WorldError(f"World.sense({robot.name!r}, {region}) returned {found!r}")
 

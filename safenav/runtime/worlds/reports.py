@@ -20,6 +20,11 @@ def is_time(found: Any) -> bool:
     return isinstance(found, Real) and isfinite(found)
 
 
+def is_region(found: Any) -> bool:
+    """Whether a value can be the number of a region; one of numpy is not written to traces."""
+    return type(found) is int
+
+
 def malformed(event: Any, robots: Collection[str]) -> str | None:
     """The reason why a report says nothing, as its parts are of wrong types; None if it does."""
     if not isinstance(event, protocol.WorldEvent):
@@ -39,8 +44,9 @@ def malformed(event: Any, robots: Collection[str]) -> str | None:
     pose = getattr(event, "pose", None)
     if pose is not None and not isinstance(pose.heading, Heading | None):
         return f"its heading is {pose.heading!r}"
-    for region in claimed(event):
-        if type(region) is not int:
+    obstacle = getattr(event, "obstacle", None)
+    for region in (*claimed(event), *(() if obstacle is None else (obstacle.region,))):
+        if not is_region(region):
             return f"region {region!r} is not an int"
     return None
 
@@ -98,6 +104,7 @@ def wrong_result(event: protocol.WorldEvent) -> str | None:
             isinstance(pair, tuple | list)
             and len(pair) == 2
             and isinstance(pair[0], Obstacle)
+            and is_region(pair[0].region)
             and isinstance(pair[1], ActResult)
             for pair in found
         ):
