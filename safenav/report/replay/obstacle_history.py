@@ -35,6 +35,9 @@ class ObstacleHistory:
 
     def begin(self, begun: Begun) -> None:
         """Take over what the run continues."""
+        for name in begun.asked:
+            if name in self.statuses:
+                self.statuses[name].append((-1, ObstacleStatus.FOUND))
         for name in begun.closed:
             if name in self.statuses:
                 self.statuses[name].append((-1, ObstacleStatus.BLOCKED))

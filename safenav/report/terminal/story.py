@@ -58,7 +58,12 @@ class Story:
             self._actions,
             {robot.name: robot.capabilities for robot in scenario.robots},
         )
-        self._closed: dict[Region, str] = {}
+        asked = () if scenario.begun is None else scenario.begun.asked
+        self._closed = {
+            o.region: self._wording.obstacle(o.name)
+            for o in scenario.obstacles
+            if o.name in asked and any(map(o.blocks, scenario.robots))
+        }
         closed = () if scenario.begun is None else scenario.begun.closed
         self._barred = {
             o.region: self._wording.obstacle(o.name) for o in scenario.obstacles if o.name in closed
