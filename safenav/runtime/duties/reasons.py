@@ -22,6 +22,7 @@ class Hindrance(Enum):
 
     NOTHING = "can reach it"
     GATES = "obstacles are in its way"
+    INSIDE = "it cannot enter that region alone: 'at' can say where else it acts"
     WALLS = "no path leads there"
     NO_STRATEGY = "no strategy takes it there"
     OUT_OF_SERVICE = "it is out of service"
@@ -104,9 +105,9 @@ def _helper(floor: Floor, closure: TeamClosure, number: int, robot: int) -> Help
     problem, name = floor.problem, floor.names[robot]
     member = problem.members[robot]
     graph = member.graph
-    there = graph.poses_on(problem.next_need(number, closure.left).regions)
-    reach = closure.reach[robot]
-    if robot in problem.gates[number].barred | problem.gates[number].refused:
+    regions, its_own = problem.next_need(number, closure.left).regions, problem.gates[number]
+    there, reach = graph.poses_on(regions), closure.reach[robot]
+    if robot in its_own.barred | its_own.refused:
         return Helper(name, Hindrance.NO_STRATEGY)
     if reach & there:
         return Helper(name, Hindrance.NOTHING)
@@ -118,6 +119,8 @@ def _helper(floor: Floor, closure: TeamClosure, number: int, robot: int) -> Help
         opened = graph.poses_on(1 << gate.region)
         if border >> gate.region & 1 and graph.closure(opened, beyond) & there:
             waits_for.append(gate.name)
+    if waits_for == [its_own.name] and regions == 1 << its_own.region:
+        return Helper(name, Hindrance.INSIDE, tuple(waits_for))
     return Helper(name, Hindrance.GATES if waits_for else Hindrance.WALLS, tuple(waits_for))
 
 
@@ -161,7 +164,7 @@ def shortfall_words(found: Shortfall, word: Word, it: str | None = None) -> str:
 def _why(helper: Helper, obstacle: str, word: Word) -> str:
     match helper.hindrance:
         case Hindrance.GATES if helper.waits_for == (obstacle,):
-            return "it cannot enter that region alone: 'at' can say where else it acts"
+            return f"{obstacle_words(obstacle, word)} itself is in its way"
         case Hindrance.GATES:
             are = "is" if len(helper.waits_for) == 1 else "are"
             return f"{listed(obstacle_words(o, word) for o in helper.waits_for)} {are} in its way"

@@ -2,6 +2,7 @@
 
 import pytest
 
+from runtime.played import play
 from safenav.runtime.duties.reasons import (
     Helper,
     Hindrance,
@@ -43,6 +44,10 @@ def lacks(*helpers: Helper, robots: int = 1) -> Shortfall:
         ),
         (
             lacks(Helper("a", Hindrance.GATES, ("door@1",))),
+            "door@1 needs a robot with 'push'; a has it, but door@1 itself is in its way",
+        ),
+        (
+            lacks(Helper("a", Hindrance.INSIDE, ("door@1",))),
             "door@1 needs a robot with 'push'; a has it, but it cannot enter that region alone: "
             "'at' can say where else it acts",
         ),
@@ -54,3 +59,25 @@ def lacks(*helpers: Helper, robots: int = 1) -> Shortfall:
 )
 def test_what_an_obstacle_lacks_is_said_of_each_robot(found: Shortfall, words: str) -> None:
     assert shortfall_words(found, number_word) == words
+
+
+BEHIND = """
+map: {grid: ["#######", "#.....#", "#######"]}
+catalogue:
+  robots: {cart: {mobility: free, layer: ground, capabilities: [press]}}
+  obstacles: {gate: {needs: [{action: press, AT}]}}
+robots: {a: {model: cart, start: 8, objective: {visit: [8, 12]}}}
+obstacles: [{type: gate, region: 10}]
+"""
+
+
+@pytest.mark.parametrize(
+    ("at", "why"),
+    [
+        ("at: [12]", "gate@10 itself is in its way"),
+        ("robots: 2", "this team has one: a; a has it, but it cannot enter that region alone"),
+    ],
+    ids=["a button behind the gate", "in the gate"],
+)
+def test_an_obstacle_may_be_in_the_way_to_its_own_resolution(at: str, why: str) -> None:
+    assert why in play(BEHIND.replace("AT", at)).outcome["explanation"]
