@@ -32,8 +32,10 @@ from safenav.lines import json_line
 MARK = "SAFENAV_BATCH_WORKER"
 """Environment variable: a different value for each worker."""
 
-_ROUNDS = 5
-"""A process may start another one while we look."""
+_ROUNDS = 50
+"""A process may start another one while we look, or be about to begin its program."""
+_BEGINNING_SECONDS = 0.01
+_YOUNG_SECONDS = 5.0
 
 
 def kill_family(pid: int, mark: str) -> None:
@@ -51,11 +53,15 @@ def kill_orphans(mark: str) -> None:
     """SIGKILL to whatever carries the mark; nothing where marks cannot be seen."""
     wanted = f"{MARK}={mark}".encode()
     for _ in range(_ROUNDS):
-        found = [pid for pid in _processes() if wanted in _environment(pid)]
+        seen = [(pid, _environment(pid)) for pid in _processes()]
+        found = [pid for pid, environment in seen if wanted in environment.split(b"\0")]
         for pid in found:
             _kill(pid)
-        if not found:
+        beginning = [pid for pid, environment in seen if not environment and _begins(pid)]
+        if not found and not beginning:
             return
+        if beginning:
+            time.sleep(_BEGINNING_SECONDS)
 
 
 def _processes() -> list[int]:
@@ -64,11 +70,21 @@ def _processes() -> list[int]:
     return []
 
 
-def _environment(pid: int) -> list[bytes]:
-    """Empty for the dead and for those of other users."""
+def _environment(pid: int) -> bytes:
+    """Empty for the dead, for those of other users, and for a moment for who begins a program."""
     with contextlib.suppress(OSError):
-        return Path(f"/proc/{pid}/environ").read_bytes().split(b"\0")
-    return []
+        return Path(f"/proc/{pid}/environ").read_bytes()
+    return b""
+
+
+def _begins(pid: int) -> bool:
+    """Whether a process without an environment is young and alive: it may be about to get one."""
+    with contextlib.suppress(OSError, ValueError):
+        Path(f"/proc/{pid}/exe").readlink()  # none of the dead, and of threads of the kernel
+        since = int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[19])
+        age = time.clock_gettime(time.CLOCK_BOOTTIME) - since / os.sysconf("SC_CLK_TCK")
+        return age < _YOUNG_SECONDS
+    return False
 
 
 def _descendants(pid: int) -> list[int]:
