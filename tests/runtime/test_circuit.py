@@ -46,7 +46,7 @@ map:
     ########
 catalogue:
   robots:
-    rover: {mobility: free, layer: ground, capabilities: [], battery: {capacity: 29, charge: 5}}
+    rover: {mobility: free, layer: ground, capabilities: [], battery: {capacity: 20, charge: 5}}
 robots:
   a: {model: rover, start: [4, 6], objective: {circuit: [[6, 3], [5, 6], [2, 4]]}}
 chargers: [[2, 4]]
