@@ -64,14 +64,14 @@ class Process:
         environment = {**self.environment, **variables}
         if limit is None:
             done = warm.safenav(*arguments, cwd=self.folder, env=environment)
-        else:
+        else:  # Python 3.11 does not notice that a compiled file was cut off, and others read it
             done = subprocess.run(
                 self.command(*arguments),
                 capture_output=True,
                 text=True,
                 timeout=seconds,
                 cwd=self.folder,
-                env=environment,
+                env={**environment, "PYTHONDONTWRITEBYTECODE": "1"},
                 preexec_fn=limit,
                 check=False,
             )
