@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import click
@@ -19,13 +20,17 @@ def write_out(path: Path, content: str | bytes, *, told: bool = True, replace: b
 
     Raises UsageError if it cannot be written.
     """
-    data = content.encode() if isinstance(content, str) else content
+    data = _bytes(content)
     if str(path) == "-":
         sys.stdout.buffer.write(data)
         return
     write_whole(path, lambda part: part.write_bytes(data), replace=replace)
     if told:
         tell(path)
+
+
+def _bytes(content: str | bytes) -> bytes:
+    return content.encode() if isinstance(content, str) else content
 
 
 def try_out(path: Path) -> None:
@@ -88,3 +93,23 @@ def write_whole(path: Path, write: Callable[[Path], object], *, replace: bool = 
         raise UsageError(f"{path} exists already\n    {hint}") from None
     except OSError as error:
         raise _failure(path, error) from error
+
+
+def write_all(folder: Path, files: Iterable[tuple[str, str | bytes]]) -> None:
+    """Write files by their names into a folder, which need not exist: all of them or none.
+
+    Raises UsageError if that cannot be done.
+    """
+    missing = [each for each in (folder, *folder.parents) if not each.exists()]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=folder, prefix=".") as scratch:
+            for name, content in files:
+                Path(scratch, name).write_bytes(_bytes(content))
+            for part in Path(scratch).iterdir():
+                part.replace(folder / part.name)
+    except OSError as error:
+        for each in missing:
+            with contextlib.suppress(OSError):
+                each.rmdir()
+        raise _failure(folder, error) from error

@@ -13,7 +13,7 @@ from safenav.motion.waypoints import as_csv as csv_of
 from safenav.motion.waypoints import as_json as json_of
 from safenav.motion.waypoints import frame_of
 from safenav.motion.waypoints import waypoints as waypoints_of
-from safenav.outfile import tell, write_out, write_whole
+from safenav.outfile import tell, write_all, write_out, write_whole
 from safenav.report.bag.messages import Ways, messages
 from safenav.report.replay.reading import replay_of
 from safenav.report.tables import tables
@@ -143,8 +143,10 @@ def command(
 
         moved = read_motion_of(motion, run, trace)
     if stem is not None:
-        for name, text in tables(run, replay_of(run)).items():
-            write_out(stem.with_name(f"{stem.name}-{name}.csv"), text)
+        named = {f"{stem.name}-{k}.csv": text for k, text in tables(run, replay_of(run)).items()}
+        write_all(stem.parent, named.items())
+        for name in named:
+            tell(stem.with_name(name))
     if mcap is not None:
         side = moved.header.side if moved is not None and resolution is None else resolution
         _bag(run, frame_of(run, side, origin), mcap, moved)

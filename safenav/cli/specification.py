@@ -12,12 +12,11 @@ import click
 from msgspec.structs import replace
 
 from safenav.cli import warn
-from safenav.cli.options import made_folder
 from safenav.errors import Diagnostic, ExitCode, InputError, ResourceLimitError, SynthesizerError
 from safenav.explain.lines import explain_lines
 from safenav.explain.vacuity import Way, vacuous_wins
 from safenav.outcome import Verdict
-from safenav.outfile import write_out
+from safenav.outfile import write_all
 from safenav.report.terminal.specification_text import (
     failure_lines,
     line_explanation_data,
@@ -86,7 +85,8 @@ def synthesize(file: Path, output: Path | None, verify: bool, strict: bool) -> i
     print_sizes("file", [(figures, words_of(shown))])
     if output is not None:
         name = f"{file.stem}.counterstrategy" if negative else file.stem
-        _write(shown, made_folder(output), name)
+        write_all(output, files_of(shown, name))
+        click.echo(f"\nwritten to {output}: {name}.json, {name}.dot, {name}.graphml")
     if negative:
         click.echo(f"the environment's strategy; to see why: safenav explain {file}", err=True)
         return ExitCode.NEGATIVE
@@ -175,18 +175,12 @@ def _warn(file: Path, result: SynthesisResult, synthesizer: Synthesizer) -> bool
     return bool(found)
 
 
-def _write(result: SynthesisResult, folder: Path, name: str) -> None:
-    for suffix, data in files_of(result):
-        write_out(folder / f"{name}{suffix}", data, told=False)
-    click.echo(f"\nwritten to {folder}: {name}.json, {name}.dot, {name}.graphml")
-
-
-def files_of(result: SynthesisResult) -> Iterator[tuple[str, str | bytes]]:
-    """The files of an explicit strategy, if there is one: the end of each name, the content."""
+def files_of(result: SynthesisResult, name: str) -> Iterator[tuple[str, str | bytes]]:
+    """The files of an explicit strategy, if there is one: names and contents."""
     if result.strategy is not None and result.strategy_json is not None:
-        yield ".json", result.strategy_json
-        yield ".dot", to_dot(result.strategy)
-        yield ".graphml", to_graphml(result.strategy)
+        yield f"{name}.json", result.strategy_json
+        yield f"{name}.dot", to_dot(result.strategy)
+        yield f"{name}.graphml", to_graphml(result.strategy)
 
 
 @click.command(epilog=EPILOG)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 
 import click
@@ -11,7 +12,7 @@ from safenav.cli import options, specification, warn
 from safenav.errors import ExitCode, UsageError
 from safenav.explain.summary import explain_unrealizable
 from safenav.explain.vacuity import vacuous_wins
-from safenav.outfile import write_out
+from safenav.outfile import write_all
 from safenav.report.picture.automaton import svg_of_strategy
 from safenav.report.terminal.specification_text import vacuity_lines
 from safenav.report.terminal.synthesis_progress import WaitingLine
@@ -78,8 +79,8 @@ def command(
     wanted = [robot] if robot is not None else [r.name for r in plan.robots]
     answers = first_results(plan, synthesizer, WaitingLine(), wanted)
     if output is not None:
-        for answer in answers.values():
-            _write_all(answer, plan, output, plot)
+        parts = (_files(answer, plan, plot) for answer in answers.values())
+        write_all(output, chain.from_iterable(parts))
     _print_statistics(answers, plan)
     if output is not None:
         click.echo(f"\nwritten to {output}")
@@ -130,15 +131,9 @@ def _explain_failures(answers: dict[str, TaskResult], plan: Scenario) -> int:
     return ExitCode.NEGATIVE if failed else ExitCode.OK
 
 
-def _write_all(answer: TaskResult, plan: Scenario, directory: Path, plot: bool) -> None:
-    options.made_folder(directory)
-    name = answer.task.robot.name
-    for suffix, data in _files(answer, plan, plot):
-        write_out(directory / f"{name}{suffix}", data, told=False)
-
-
 def _files(answer: TaskResult, plan: Scenario, plot: bool) -> Iterator[tuple[str, str | bytes]]:
-    yield ".structuredslugs", compile_task(answer.task, plan.map).to_structuredslugs()
-    yield from specification.files_of(answer.result)
+    name = answer.task.robot.name
+    yield f"{name}.structuredslugs", compile_task(answer.task, plan.map).to_structuredslugs()
+    yield from specification.files_of(answer.result, name)
     if plot and answer.result.strategy is not None:
-        yield ".svg", svg_of_strategy(answer.result.strategy, answer.task, plan.map)
+        yield f"{name}.svg", svg_of_strategy(answer.result.strategy, answer.task, plan.map)

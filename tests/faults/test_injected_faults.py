@@ -68,13 +68,13 @@ def test_disk_full(safenav: Process) -> None:
     *whole, _ = (safenav.folder / "t.jsonl").read_text(encoding="utf-8").split("\n")
     assert json.loads(whole[0])["type"] == "header"
     assert all(json.loads(line) for line in whole)
-    # The files of a synthesis: whole or not there.
-    done = safenav("synth", CASE_STUDY, "-o", "out", limit=small_files)
-    assert done.returncode == 2
-    assert "cannot write" in done.stderr
-    assert [file.name for file in (safenav.folder / "out").glob("*.tmp")] == []
-    for file in (safenav.folder / "out").glob("*.json"):
-        assert json.loads(file.read_text())["nodes"]
+    # The files of a synthesis: all or none, and no folder that was not there.
+    (safenav.folder / "old").mkdir()
+    for folder in ("old", "new/out"):
+        done = safenav("synth", CASE_STUDY, "-o", folder, limit=small_files)
+        assert done.returncode == 2
+        assert "cannot write" in done.stderr
+    assert [*(safenav.folder / "old").iterdir()] == [] and not (safenav.folder / "new").exists()
     # The cache: the run does without.
     assert safenav("run", CASE_STUDY, limit=small_files).returncode == 0
 
