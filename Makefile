@@ -23,11 +23,11 @@ run: $(or $(wildcard $(VENV)/.installed),$(VENV)/.runs) ## install what a run ta
 	$(BIN)/safenav run scenarios/case_study_1.yaml --trace build/case_study_1.jsonl
 	@echo "View it in 3D: $(BIN)/safenav replay build/case_study_1.jsonl --3d"
 
-# Lint beside the C++ build. One worker more than jobs: some tests wait (for a cluster, a browser,
-# a time limit).
+# Lint beside the C++ build. Two workers more than jobs: some tests wait (for a cluster, a browser,
+# robots, a time limit).
 test: install ## lint, types, C++ tests, Python tests
 	@$(MAKE) --no-print-directory --jobs=$(JOBS) lint slugs-test
-	$(BIN)/pytest -n $$(( $(JOBS) + 1 )) --dist worksteal --ignore tests/prose
+	$(BIN)/pytest -n $$(( $(JOBS) + 2 )) --dist worksteal --ignore tests/prose
 
 QUICK := tests/architecture tests/audit tests/formula tests/scenario tests/spec tests/traces tests/world
 
