@@ -90,7 +90,7 @@ def write_whole(path: Path, write: Callable[[Path], object], *, replace: bool = 
             part.unlink(missing_ok=True)
     except FileExistsError:
         hint = "choose another name, or replace it with --force"
-        raise UsageError(f"{path} exists already\n    {hint}") from None
+        raise UsageError(f"{path} already exists\n    {hint}") from None
     except OSError as error:
         raise _failure(path, error) from error
 

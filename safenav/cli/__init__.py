@@ -32,7 +32,7 @@ COMMANDS = {
     "check-trace": "Check a trace against the rules, independently of the run.",
     "certify": "Run a scenario and write a bundle that proves the run.",
     "check-bundle": "Check a bundle and print what it establishes.",
-    "draw": "Draw a scenario before any run.",
+    "draw": "Draw a scenario without running it.",
     "replay": "Replay a trace: a page, pictures, or the terminal.",
     "motion": "Compute each robot's motion in metres and seconds.",
     "check-motion": "Check a motion against its trace.",

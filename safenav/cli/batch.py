@@ -85,7 +85,7 @@ Exit codes:
     "--out",
     "out",
     type=options.FOLDER,
-    help="Keep results as they come, and trace and replay of failures, in this folder.",
+    help="Write each result as it arrives, and trace and replay of failures, into this folder.",
 )
 @click.option("--resume", is_flag=True, help="Run only the cases that have no result in --out.")
 @click.option(

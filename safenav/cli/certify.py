@@ -74,7 +74,7 @@ def command(
     """Run SCENARIO and write a bundle: the run, each strategy with its proof, and a checker that
     needs only Python.
 
-    Any outcome can be certified, including that the mission is impossible."""
+    Any outcome can be certified, also that the mission is infeasible."""
     if (scenario is None) == (trace is None):
         raise UsageError("name a scenario to run, or the --trace of an earlier run")
     if (motion is not None and trace is None) or (with_motion and scenario is None):
@@ -101,8 +101,8 @@ def command(
 def check_bundle(bundle: Path, proved: bool, as_json: bool) -> int:
     """Check a BUNDLE (a folder or a .zip) and print what it establishes, claim by claim.
 
-    The program is the one that is installed, not the copy in the bundle. A reviewer without
-    safenav runs `python3 -I -S check.py BUNDLE`.
+    This uses the installed checker, not the copy in the bundle. A reviewer without safenav runs
+    `python3 -I -S check.py BUNDLE`.
     """
     verdict = checked(bundle)
     proofs = prove(bundle) if proved and verdict.accepted else ()

@@ -50,8 +50,8 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
     """Validate SCENARIO, compile each robot's specification and check whether it is realizable.
     Nothing is run. Valid items that are probably unintended give warnings: an obstacle with an
     action that no robot has, a capability that no obstacle needs, a seed without effect, a robot
-    that can win by breaking its assumptions about the other robots. Also reports the best and the
-    worst time of the resolution of each obstacle."""
+    that can win by breaking its assumptions about the other robots. Also reports the best-case and
+    worst-case time to resolve each obstacle."""
     plan = load_scenario(scenario)
     synthesizer = default_synthesizer(plan)
     answers = first_results(plan, synthesizer, WaitingLine())

@@ -25,11 +25,11 @@ from safenav.trace.words import counted
 @click.option("--partial", is_flag=True, help="Accept a trace that ends before its outcome.")
 @click.option("--json", "as_json", is_flag=True, help="Print the whole result as JSON.")
 def command(trace: str, show_all: bool, after: Path | None, partial: bool, as_json: bool) -> int:
-    """Check a trace (`-`: standard input) against the rules of the design.
+    """Check a trace (`-`: standard input) against the audit rules (docs/audit.md).
 
     Walls, mobility, obstacles, collisions, requests, the objective stack, goals and the outcome
-    are recomputed from the trace alone. With --after, the header of a run that was resumed is
-    compared with the end of the run before.
+    are recomputed from the trace alone. With --after, the header of a resumed run is compared
+    with the end of the run that it continues.
 
     \b
     Examples:

@@ -23,7 +23,7 @@ Examples:
   safenav draw lab.yaml -o lab.svg
   safenav draw lab.yaml --sight walker -o sight.svg
 \b
-With the extra 'pictures', or with a map of yours (image, ROS, MovingAI):
+With the extra 'pictures', or with your own map (image, ROS, MovingAI):
   safenav draw lab.yaml -o lab.png --width 1600
   safenav draw floor.png --rows 20 --cols 30
   safenav draw office.yaml --side 0.5
@@ -39,7 +39,7 @@ Exit codes:
 @click.option("--width", type=options.PIXELS, help="Width of the PNG in pixels.")
 @click.option("--sight", metavar="ROBOT", help="Shade what this robot sees from its start.")
 @options.division
-@click.option("--legend/--no-legend", default=True, help="Explain the marks (pictures).")
+@click.option("--legend/--no-legend", default=True, help="Draw a legend (pictures).")
 def command(
     scenario: Path,
     output: Path | None,
@@ -51,8 +51,8 @@ def command(
     share: float | None,
     legend: bool,
 ) -> int:
-    """Draw SCENARIO as it is before the run: region numbers, starts, objectives, hidden
-    obstacles. Without -o as text on the terminal. SCENARIO may be a map file alone."""
+    """Draw SCENARIO before its run: region numbers, starts, objectives, hidden obstacles.
+    Without -o it is drawn as text. SCENARIO may be a map file alone."""
     plan = _plan(scenario, Division(rows, cols, side, share))
     for note in plan.map.notes:
         warn(note)

@@ -53,7 +53,7 @@ Exit codes:
 @click.option(
     "--motion",
     type=options.FILE,
-    help="Write what was sent and measured in metres (extra: motion).",
+    help="Write the motion commanded and measured, in metres (extra: motion).",
 )
 @click.option("--rehearse", is_flag=True, help="Simulate the run in time; no robot moves.")
 @options.operator
@@ -65,7 +65,7 @@ Exit codes:
     type=options.SECONDS,
     default=10.0,
     show_default=True,
-    help="Seconds in which each robot has to answer at the start.",
+    help="Seconds that each robot has to answer at the start.",
 )
 def command(
     scenario: Path,

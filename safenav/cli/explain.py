@@ -39,12 +39,12 @@ Exit codes:
 @click.option("--json", "as_json", is_flag=True, help="Print the explanations as JSON.")
 def command(scenario: Path, robot: str | None, as_json: bool) -> int:
     """Explain why robots are unrealizable: a minimal unrealizable core, a losing play and
-    verified repairs. A SCENARIO whose targets cannot be reached, which every other command refuses,
-    is explained as well. If all robots are realizable, the run is played; where it ends with an
-    operator, its proof is shown step by step, with repairs under which a run was completed.
+    verified repairs. Scenarios with unreachable targets, which other commands refuse, are explained
+    as well. If all robots are realizable, the run is simulated. If it needs an operator, the proof
+    is shown step by step, with repairs that complete the run.
 
-    SCENARIO may be a specification of your own, in slugsin or structured slugs: then the core is
-    one of its lines, and the repairs are assumptions."""
+    SCENARIO may be a specification of your own, in slugsin or structured slugs. Then the core
+    consists of its lines, and the repairs are assumptions."""
     if specification.is_specification(scenario):
         if robot is not None:
             raise UsageError(f"{scenario} is a specification: without --robot")

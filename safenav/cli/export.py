@@ -48,12 +48,12 @@ Exit codes:
     "-o",
     "--output",
     type=options.FILE,
-    help="File to write, by its ending: .csv or .json are waypoints, .mcap a bag, .npz columns.",
+    help="Waypoints (.csv, .json), a bag (.mcap) or columns (.npz), by the file extension.",
 )
 @click.option(
     "--waypoints",
     type=options.FILE,
-    help="Write where each robot is, in metres; - is standard output.",
+    help="Write the waypoints, in metres; - is standard output.",
 )
 @click.option(
     "--format",
@@ -72,7 +72,7 @@ Exit codes:
 @click.option(
     "--motion",
     type=options.INPUT,
-    help="Take times and speeds from this motion file; without it a tick lasts a second.",
+    help="Take times and speeds from this motion file; default: a tick lasts one second.",
 )
 @click.option(
     "--columns",

@@ -55,14 +55,14 @@ Exit codes:
     type=options.FiniteRange(min=0),
     default=0.0,
     metavar="M/S",
-    help="Wind on flyers, root mean square; their flight is simulated.",
+    help="Root-mean-square wind on flyers; simulates their flight.",
 )
 @click.option(
     "--push",
     type=options.FiniteRange(min=0),
     default=0.0,
     metavar="M/S",
-    help="Pushes on walkers, once per move, by up to this change of velocity.",
+    help="Push each walker once per move, by up to this change of velocity.",
 )
 @click.option("--report", is_flag=True, help="Print times, waiting, distances, errors, margins.")
 def command(
@@ -119,9 +119,9 @@ def command(
 def check_motion(
     motion: Path, trace: Path, show_all: bool, more: tuple[str, ...], rate: float, as_json: bool
 ) -> int:
-    """Check a MOTION file against the TRACE that it carries out: continuity, dynamics, feet,
-    room, reservations, order, actions and distances are recomputed. The measured ways of a drive
-    are checked as well. Then the requirements of the scenario are evaluated."""
+    """Check a MOTION file against its TRACE: recompute continuity, dynamics, footsteps, clearance,
+    reservations, order, actions and distances, also of the paths measured in a drive. Then
+    evaluate the requirements of the scenario."""
     from safenav.motion.check.execution import trackings
     from safenav.motion.check.verdict import check_motion as checked
     from safenav.motion.file.reading import read_motion

@@ -26,15 +26,15 @@ EPILOG = "\n".join(
         "  safenav new team.yaml --template team",
         "  safenav new - --template minimal",
         "\b",
-        "With a map of yours (image, ROS, MovingAI; extra 'maps'):",
+        "With your own map (image, ROS, MovingAI; extra 'maps'):",
         "  safenav new office.yaml --map office_map.yaml --side 0.5",
         "  safenav new floor.yaml --map floor.png --rows 20 --cols 30",
         "\b",
-        "For robots of yours (docs/drive.md):",
+        "For your own robots (docs/drive.md):",
         "  safenav new fleet.yaml --fleet lab.yaml",
         "\b",
         "Exit codes:",
-        "  0  written   2  bad usage, or the file exists already",
+        "  0  written   2  bad usage, or the file already exists",
     ]
 )
 
@@ -74,7 +74,7 @@ def command(
     force: bool,
 ) -> int:
     """Write a commented scenario to FILE (default: scenario.yaml, or fleet.yaml; -: standard
-    output). It loads and runs as it is; change it from there."""
+    output). It runs unchanged; edit it from there."""
     if fleet is not None:
         return _new_fleet(file or Path("fleet.yaml"), fleet, force)
     file = file or Path("scenario.yaml")

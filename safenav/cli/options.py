@@ -71,7 +71,7 @@ live = click.option(
 operator = click.option(
     "--operator",
     metavar="FILE",
-    help="Where a live run needs an operator, read interventions from this file (-: ask here).",
+    help="When a live run needs an operator, read interventions from this file (-: prompt here).",
 )
 result_as_json = click.option(
     "--json", "as_json", is_flag=True, help="Print the result as JSON, not the events."
@@ -81,7 +81,9 @@ verify = click.option(
     "--verify/--no-verify", default=True, help="Check each strategy before it is used."
 )
 trace = click.option("--trace", type=FILE, help="Write the trace (JSON Lines).")
-proved = click.option("--proved", is_flag=True, help="Also run the proved checker (docs/proof.md).")
+proved = click.option(
+    "--proved", is_flag=True, help="Also run the verified checker (docs/proof.md)."
+)
 show_all = click.option("--all", "show_all", is_flag=True, help="Print every broken rule.")
 
 _DIVISION = (

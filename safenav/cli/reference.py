@@ -46,7 +46,7 @@ Examples:
 \b
 Exit codes:
   0  scenarios can be run
-  4  they cannot: the synthesizer or a package is missing, or gives wrong answers
+  4  they cannot: the synthesizer or a package is missing, or gives wrong results
 """
 
 

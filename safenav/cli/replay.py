@@ -23,7 +23,7 @@ from safenav.trace.reading import read_trace
 from safenav.trace.trace import Trace
 
 EPILOG = """\b
-TICK is a number (of seconds in a run with a clock), 'last', or the kind of an
+TICK is a number (of seconds in a live run), 'last', or the kind of an
 event (violation, request, push, resolved, blocked, pop, goal): its first tick.
 \b
 Examples:
@@ -53,7 +53,7 @@ Exit codes:
 @click.option(
     "--motion",
     type=options.INPUT,
-    help="The motion to show (3D); without it, one is made for the trace.",
+    help="The motion to show (3D); default: computed from the trace.",
 )
 @click.option("--width", type=options.PIXELS, help="Width of PNG or GIF in pixels.")
 @click.option("--ticks", metavar="A-B", help="Only these ticks, or seconds (GIF, terminal).")
@@ -65,7 +65,7 @@ Exit codes:
 @click.option(
     "--sight", metavar="ROBOT", help="Shade what this robot sees and believes (SVG, PNG, GIF)."
 )
-@click.option("--legend/--no-legend", default=True, help="Explain the marks (SVG, PNG).")
+@click.option("--legend/--no-legend", default=True, help="Draw a legend (SVG, PNG).")
 @click.option("--hidden/--no-hidden", default=True, help="Show undiscovered obstacles (SVG, PNG).")
 def command(
     trace: Path,
@@ -84,7 +84,7 @@ def command(
     hidden: bool,
 ) -> int:
     """Replay TRACE, which `safenav run --trace` wrote: as one HTML file that needs no network
-    (the default), as a picture of one moment, as a film, or on the terminal."""
+    (the default), as a picture of one moment, an animated GIF, or on the terminal."""
     if sum((svg is not None, png is not None, gif, terminal, solid)) > 1:
         raise UsageError("choose one of --svg, --png, --gif, --terminal and --3d")
     if motion is not None and not solid:

@@ -45,7 +45,7 @@ Examples:
   safenav resume part.jsonl --add "eye: {model: bebop2, start: 20, objective: {hold: 20}}"
   echo give_up > fixes.txt && safenav resume part.jsonl lab.yaml --operator fixes.txt
 \b
-Exit codes: those of 'safenav run', for the rest of the run
+Exit codes: those of 'safenav run', for the resumed run
 """
 
 
@@ -199,9 +199,7 @@ def _write_motion(trace: Path, motion: Path) -> list[str]:
 @click.command(epilog=RESUME_EPILOG)
 @click.argument("trace", type=options.INPUT)
 @click.argument("scenario", type=options.INPUT, required=False)
-@click.option(
-    "--trace", "output", type=options.FILE, help="Write the trace of the rest (JSON Lines)."
-)
+@click.option("--trace", "output", type=options.FILE, help="Write the trace of the resumed run.")
 @options.operator
 @click.option(
     "--add",
@@ -218,10 +216,10 @@ def resume(
     add: tuple[str, ...],
     maps: bool,
 ) -> int:
-    """Continue the run of TRACE: each robot from where the trace leaves it, with the target whose
-    turn it was, without the resolved obstacles. The rest is a run with its own trace. SCENARIO:
-    the file of the run, needed for batteries, inputs, deadlines or beliefs, which the trace does
-    not contain."""
+    """Continue the run of TRACE. Each robot starts at its last recorded pose, with its current
+    target; resolved obstacles stay resolved. The resumed run has its own trace. SCENARIO: the
+    scenario file of the run, needed if it has batteries, inputs, deadlines or beliefs, which the
+    trace does not contain."""
     if output is not None and output.resolve() == trace.resolve():
         raise UsageError(f"--trace {output} would overwrite the trace; give another file")
     plan = resumed(read_trace(trace), None if scenario is None else load_scenario(scenario))

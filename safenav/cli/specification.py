@@ -193,12 +193,12 @@ def files_of(result: SynthesisResult, name: str) -> Iterator[tuple[str, str | by
 )
 @click.option("--json", "as_json", is_flag=True, help="Print all failures as JSON.")
 def verify(specification: str, strategy: str, counterstrategy: bool, as_json: bool) -> int:
-    """Check that the explicit STRATEGY (JSON, as slugs prints it) keeps all guarantees of the
+    """Check that the explicit STRATEGY (JSON, as slugs prints it) satisfies all guarantees of the
     SPECIFICATION (structured slugs), whatever the environment does within the assumptions.
     Either may be `-` for standard input.
 
-    Checked are the initial states, a successor for each allowed input, safety, and that no cycle
-    starves a goal. A failure names the constraint, its origin, and a shortest path to it.
+    The check covers the initial states, a successor for each allowed input, safety, and cycles
+    that starve a goal. A failure names the constraint, its origin, and a shortest path to it.
     """
     if specification == strategy == "-":
         raise click.UsageError("only one of SPECIFICATION and STRATEGY can be standard input")

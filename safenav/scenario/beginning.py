@@ -10,7 +10,7 @@ from safenav.world.map import Region, RegionMap
 
 TEMPLATES = {
     "minimal": "one robot that goes back and forth",
-    "door": "a flying robot, a walking one, and a closed door that they find",
+    "door": "a flying robot, a walking one, and a closed door that they discover",
     "team": "three robots on one floor, with models and an obstacle type of their own",
 }
 """The purpose of each template; the texts are beside this module."""

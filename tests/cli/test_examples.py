@@ -36,7 +36,7 @@ def test_the_examples_run_one_after_the_other(name: str, tmp_path: Path) -> None
     assert lines
     script = [line for line in lines if not SERVERS.search(line)]
     assert all("safenav studio" in line or "--live" in line for line in lines if line not in script)
-    if "a map of yours" in help_of(name):
+    if "your own map" in help_of(name):
         for there, file in (
             ("rooms.png", "floor.png"),
             ("office.pgm", "office.pgm"),

@@ -56,7 +56,7 @@ def test_a_file_that_exists_is_replaced_only_by_force(safenav: Command, tmp_path
     (tmp_path / "mine.yaml").write_text("precious\n")
     refused = safenav("new", "mine.yaml")
     assert refused.returncode == 2
-    assert "mine.yaml exists already" in refused.stderr
+    assert "mine.yaml already exists" in refused.stderr
     assert "--force" in refused.stderr
     assert (tmp_path / "mine.yaml").read_text() == "precious\n"
     assert safenav("new", "mine.yaml", "--force").returncode == 0
@@ -66,7 +66,7 @@ def test_a_file_that_exists_is_replaced_only_by_force(safenav: Command, tmp_path
 
 @pytest.mark.parametrize(
     ("name", "words"),
-    [("nowhere/mine.yaml", "No such file or directory"), (".", "cannot write|exists already")],
+    [("nowhere/mine.yaml", "No such file or directory"), (".", "cannot write|already exists")],
 )
 def test_a_place_that_cannot_be_written(name: str, words: str, safenav: Command) -> None:
     import re
