@@ -23,11 +23,16 @@ run: $(or $(wildcard $(VENV)/.installed),$(VENV)/.runs) ## install what a run ta
 	$(BIN)/safenav run scenarios/case_study_1.yaml --trace build/case_study_1.jsonl
 	@echo "View it in 3D: $(BIN)/safenav replay build/case_study_1.jsonl --3d"
 
-# Lint beside the C++ build. Two workers more than jobs: some tests wait (for a cluster, a browser,
+# Lint and the compilation of the Python tests beside the C++ build: each worker would compile all
+# tests for itself. Two workers more than jobs: some tests wait (for a cluster, a browser,
 # robots, a time limit).
 test: install ## lint, types, C++ tests, Python tests
-	@$(MAKE) --no-print-directory --jobs=$(JOBS) lint slugs-test
+	@$(MAKE) --no-print-directory --jobs=$(JOBS) lint compiled-tests slugs-test
 	$(BIN)/pytest -n $$(( $(JOBS) + 2 )) --dist worksteal --ignore tests/prose
+
+.PHONY: compiled-tests
+compiled-tests: install
+	@$(BIN)/pytest --collect-only -qq --ignore tests/prose >/dev/null
 
 QUICK := tests/architecture tests/audit tests/formula tests/scenario tests/spec tests/traces tests/world
 

@@ -7,6 +7,7 @@ import re
 import subprocess
 import tokenize
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -24,8 +25,13 @@ class Sentence(NamedTuple):
     text: str
 
 
-def prose() -> Iterator[Sentence]:
+@cache
+def prose() -> list[Sentence]:
     """All prose of the files that git tracks, tests and built assets excepted."""
+    return list(_sentences())
+
+
+def _sentences() -> Iterator[Sentence]:
     listed = subprocess.run(
         ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True, timeout=60
     )

@@ -27,7 +27,7 @@ def flagged(sentences: list[Sentence]) -> list[str]:
 
 
 def test_no_odd_phrase_is_in_the_prose() -> None:
-    found = flagged(list(prose()))
+    found = flagged(prose())
     assert not found, "\n".join(found)
 
 
