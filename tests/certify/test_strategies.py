@@ -2,6 +2,7 @@
 
 import json
 import re
+from pathlib import Path
 from random import Random
 
 import pytest
@@ -11,24 +12,22 @@ from oracle import (
     build_game,
     check_counterstrategy,
     check_strategy,
-    counterstrategy_from_parity,
     extract,
-    initial_states,
     inputs_first,
     is_realizable,
-    losing_inputs,
     random_specification,
     solve,
-    solve_parity,
     to_json,
 )
 from oracle.automaton import Automaton
 from oracle.damage import DAMAGES, extra_successor, missing_start
+from oracle.duel import Abilities, Duel
 from oracle.rendering import infix
 from oracle.specification import SECTIONS
 from safenav.certify.checker import check_strategies as checker
 from safenav.certify.evidence import counter_evidence, strategy_measures
 from safenav.certify.measures import NoMeasureError, components, measure
+from safenav.synthesis.binary import find_own_binary
 
 BATCH = 25
 NOTHING = "no input can occur at first, so that nothing is shown"
@@ -80,18 +79,25 @@ def twins(batch: int, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(checker, "PASSING", re.compile(r"\w+"))
 
 
+@pytest.fixture
+def duel(tmp_path: Path) -> Duel:
+    own = find_own_binary()
+    assert own is not None
+    return Duel(own.path, tmp_path, Abilities())
+
+
 @pytest.mark.usefixtures("twins")
 @pytest.mark.parametrize("batch", range(12))
-def test_the_checker_and_the_oracle_agree_on_sound_and_damaged_strategies(batch: int) -> None:
+def test_the_checker_and_the_oracle_agree_on_sound_and_damaged_strategies(
+    batch: int, duel: Duel
+) -> None:
     for seed in range(batch * BATCH, (batch + 1) * BATCH):
         source = Random(seed)
         specification = random_game(seed)
         game, text = build_game(specification), text_of(specification, source)
         winning = solve(game).winning
         if not is_realizable(game, winning):
-            parity = solve_parity(game)
-            starts = losing_inputs(game, winning)[0] & initial_states(game)
-            counter = counterstrategy_from_parity(parity, starts)
+            counter = duel.counterstrategy(specification)
             if counter.nodes:
                 assert counter_refused(text, to_json(specification, counter)) == "", seed
             continue
@@ -109,7 +115,7 @@ def test_the_checker_and_the_oracle_agree_on_sound_and_damaged_strategies(batch:
 
 @pytest.mark.usefixtures("twins")
 @pytest.mark.parametrize("batch", range(6))
-def test_a_counterstrategy_that_the_oracle_rejects_is_refused(batch: int) -> None:
+def test_a_counterstrategy_that_the_oracle_rejects_is_refused(batch: int, duel: Duel) -> None:
     judged = 0
     for seed in range(1000 + batch * BATCH, 1000 + (batch + 1) * BATCH):
         source = Random(seed)
@@ -118,8 +124,7 @@ def test_a_counterstrategy_that_the_oracle_rejects_is_refused(batch: int) -> Non
         winning = solve(game).winning
         if is_realizable(game, winning):
             continue
-        starts = losing_inputs(game, winning)[0] & initial_states(game)
-        counter = counterstrategy_from_parity(solve_parity(game), starts)
+        counter = duel.counterstrategy(specification)
         if not any(node.successors for node in counter.nodes):
             continue
         for damage in DAMAGES:

@@ -2,8 +2,8 @@
 
 `build_game` evaluates a specification on every transition, `solve` runs the textbook fixpoint,
 `extract` gives the one strategy that compatibility with SLUGS fixes to the byte,
-`check_strategy` and `check_counterstrategy` model check any automaton.  `solve_parity` decides
-the same games in another way and judges the judge.
+`check_strategy` and `check_counterstrategy` model check any automaton, whoever made it, and share
+nothing with the fixpoint: they judge the judge.
 """
 
 from oracle.automaton import Automaton, MalformedAutomatonError, Node, from_json, to_json, to_text
@@ -14,7 +14,6 @@ from oracle.fixpoint import Solution, initial_states, is_realizable, losing_inpu
 from oracle.game import Game, build_game, members
 from oracle.generator import deep_formulas, random_specification
 from oracle.independent_games import independent_game
-from oracle.parity import counterstrategy_from_parity, solve_parity, strategy_from_parity
 from oracle.rendering import inputs_first, to_slugsin, to_structuredslugs
 from oracle.slugsin import read_slugsin
 from oracle.specification import Specification, Variable
@@ -30,7 +29,6 @@ __all__ = [
     "build_game",
     "check_counterstrategy",
     "check_strategy",
-    "counterstrategy_from_parity",
     "deep_formulas",
     "dense_game",
     "extract",
@@ -44,8 +42,6 @@ __all__ = [
     "random_specification",
     "read_slugsin",
     "solve",
-    "solve_parity",
-    "strategy_from_parity",
     "to_json",
     "to_slugsin",
     "to_structuredslugs",

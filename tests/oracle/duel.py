@@ -80,6 +80,13 @@ class Duel:
             verdict = "unrealizable"
         return Answer(verdict, process.stdout, process.stderr, process.returncode)
 
+    def counterstrategy(self, specification: Specification) -> Automaton:
+        """The binary's own, of an unrealizable specification with its inputs first."""
+        text = to_structuredslugs(specification, Random(0))
+        (self.folder / "lost.structuredslugs").write_text(text)
+        answer = self.run("--counterStrategy", "--jsonOutput", "lost.structuredslugs")
+        return from_json(specification, answer.output)
+
     def _disagreements(self, specification: Specification, source: Random) -> Iterator[str]:
         self.games += 1
         flags = list(product((False, True), (False, True)))

@@ -12,14 +12,11 @@ from oracle import (
     build_game,
     check_counterstrategy,
     check_strategy,
-    counterstrategy_from_parity,
     extract,
     initial_states,
     is_realizable,
-    losing_inputs,
     random_specification,
     solve,
-    solve_parity,
     to_json,
     to_structuredslugs,
 )
@@ -38,13 +35,12 @@ def duel(slugs_binary: Path, tmp_path: Path) -> Duel:
     return duel
 
 
-def _certificate(game: Game) -> tuple[Automaton, bool]:
+def _certificate(duel: Duel, game: Game) -> tuple[Automaton, bool]:
     """An automaton for the winner, and whether that is the system."""
     solution = solve(game)
     if is_realizable(game, solution.winning):
         return extract(solution), True
-    starts = losing_inputs(game, solution.winning)[0] & initial_states(game)
-    return counterstrategy_from_parity(solve_parity(game), starts), False
+    return duel.counterstrategy(game.specification), False
 
 
 def _starts(game: Game, automaton: Automaton) -> list[int]:
@@ -62,7 +58,7 @@ def test_damage_is_found_if_and_only_if_it_matters(duel: Duel, damage: Damage) -
         source = Random(seed)
         specification = inputs_first(random_specification(source, seed % 3 == 0, 3 + seed % 3))
         game = build_game(specification)
-        sound, system_wins = _certificate(game)
+        sound, system_wins = _certificate(duel, game)
         if not any(node.successors for node in sound.nodes):
             continue
         automaton = damage(sound, _starts(game, sound), source)
