@@ -90,7 +90,7 @@ def assumption_names(task: Task, world: RegionMap) -> list[str]:
 def _goal_places(task: Task) -> Iterator[Constraint]:
     """A target that is next is entered in its places only."""
     objective = task.objective
-    origin = Origin(f"{task.item}.objective", "where a round is short", "rounds within N ticks")
+    origin = Origin(f"{task.item}.objective", "where it is in time", "deadlines")
     for index, places in enumerate(task.goal_places):
         assert not isinstance(objective, Ltl)
         turn = f"{next_is(objective, index)} & " if objective.remembers else ""

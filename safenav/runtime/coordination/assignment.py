@@ -143,7 +143,17 @@ class Assigner(Struct, frozen=True):
         draft = self._toward(robot, index, wanted, assignment)
         around = member.graph.poses_on(duty.around) & ~(1 << self.floor.poses[index])
         avoided = {member.graph.pose(number) for number in bits(around)}
-        return replace(draft, forbidden=draft.forbidden | avoided)
+        spots = self._spots(index, duty, wanted)
+        return replace(draft, forbidden=draft.forbidden | avoided, places=spots)
+
+    def _spots(self, index: int, duty: Duty, targets: tuple[Mask, ...]) -> frozenset[Pose]:
+        """The only poses in which a robot enters the region of its duty, if those matter, and it
+        gets there and to its other target without the others."""
+        graph = self.floor.problem.members[index].graph
+        others = graph.poses_on(graph.regions_of(duty.goal)) & ~duty.goal
+        if not (duty.exact and others) or not self._alternates(index, targets, others):
+            return frozenset()
+        return frozenset(graph.pose(number) for number in bits(duty.goal))
 
     def _meets_own_first(self, robot: RobotState, index: int, duty: Duty) -> bool:
         """Whether a robot must meet the next target of its ``once`` before its duty, and can: after
@@ -182,11 +192,10 @@ class Assigner(Struct, frozen=True):
         found += [request.saved[robot.name] for request in popped if robot.name in request.saved]
         return [o for served, o in found if served == obstacle and isinstance(o, ALTERNATING)]
 
-    def _alternates(self, index: int, targets: tuple[Mask, ...]) -> bool:
+    def _alternates(self, index: int, targets: tuple[Mask, ...], shut: Mask = 0) -> bool:
         member = self.floor.problem.members[index]
-        allowed = (
-            self.floor.problem.allowed(index, self.floor.stages) & self.found.safe_poses[index]
-        )
+        allowed = self.floor.problem.allowed(index, self.floor.stages) & ~shut
+        allowed &= self.found.safe_poses[index]
         live = member.graph.live(targets, allowed)
         return bool(member.graph.closure(1 << self.floor.poses[index], allowed) & live)
 

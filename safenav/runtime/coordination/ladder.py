@@ -30,13 +30,14 @@ class TaskDraft(Struct, frozen=True):
     """A synthesis task before its form is chosen: ``objective`` (with assignable goals not that of
     its ``assignment``). ``avoid``: pending obstacles that it treats as walls, ``must``: those that
     an existing strategy must also know. ``forbidden``: poses that it must keep out of for the
-    team's sake."""
+    team's sake; ``places``: the only ones in which it enters its first target (none: any)."""
 
     assignment: Assignment
     objective: Objective
     avoid: frozenset[str] = frozenset()
     must: frozenset[str] = frozenset()
     forbidden: frozenset[Pose] = frozenset()
+    places: frozenset[Pose] = frozenset()
 
 
 Candidate = tuple[Rung, Task]
@@ -119,9 +120,12 @@ def goal_places(
 ) -> tuple[frozenset[Pose], ...] | None:
     """The poses in which to meet the targets of a form of its objective, so that rounds are as
     short as promised, or as they can be from here; None if it does not go by any choice of them."""
+    graph = graph_of(robot.robot, team.scenario.map)
+    if draft.places and not isinstance(objective, Ltl):
+        after = [graph.poses_on(region_mask(target)) for target in targets_of(objective)[1:]]
+        return draft.places, *(frozenset(map(graph.pose, bits(each))) for each in after)
     if not wants_places(team, robot, draft):
         return ()
-    graph = graph_of(robot.robot, team.scenario.map)
     if draft.assignment.role is Role.CHARGES and robot.stop is not None:
         return (frozenset({robot.stop}),)
     walk, most = _walk(team, robot, objective, memory), robot.robot.within or 0

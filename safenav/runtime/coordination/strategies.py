@@ -137,10 +137,20 @@ def _falls_short(team: TeamState, state: RobotState, draft: TaskDraft) -> bool:
         return True
     if not draft.forbidden <= old.forbidden:
         return True
-    if draft.assignment.role is Role.CHARGES and old.goal_places:
-        return old.goal_places != (frozenset({state.stop}),)
-    if state.robot.within is not None and wants_places(team, state, draft) != bool(old.goal_places):
+    if _differs_in_places(team, state, draft):
         return True
     if old.tracking is Tracking.BELIEF and old.observed:
         return old.closed != team.knowledge.standing
     return False
+
+
+def _differs_in_places(team: TeamState, state: RobotState, draft: TaskDraft) -> bool:
+    """Whether the strategy in force meets its targets in other poses than a draft wants."""
+    places, role = state.planner.task.goal_places, draft.assignment.role
+    if role is Role.CHARGES and places:
+        return places != (frozenset({state.stop}),)
+    if role in (Role.HELPS, Role.EARLY):
+        return frozenset().union(*places[:1]) != draft.places
+    if state.robot.within is None:
+        return bool(places) and state.assignment.role in (Role.HELPS, Role.EARLY)
+    return wants_places(team, state, draft) != bool(places)

@@ -11,7 +11,7 @@ from collections.abc import Collection, Mapping
 
 from msgspec.structs import replace
 
-from safenav.runtime.deadlines.choice import InTime
+from safenav.runtime.deadlines.choice import InTime, spot_of
 from safenav.runtime.duties.settlement import Duty, Settlement
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.resolution.solve import fits
@@ -64,7 +64,9 @@ def early(floor: Floor, found: Settlement, chosen: InTime) -> dict[int, Duty]:
     for act in reversed(chosen.acts):
         for robot, pose in zip(act.group, act.poses, strict=True):
             graph = floor.problem.members[robot].graph
-            there = graph.poses_on(1 << pose % graph.size)
+            there = spot_of(floor, robot, pose)
+            if robot not in goals:  # its last one
+                there = graph.poses_on(1 << pose % graph.size)
             goals[robot] = Duty(act.gate, act.need, act.group, there, stays=True)
     for robot, duty in [*goals.items()]:
         graph = floor.problem.members[robot].graph
@@ -73,5 +75,5 @@ def early(floor: Floor, found: Settlement, chosen: InTime) -> dict[int, Duty]:
         if robot in found.duties or not there or in_the_way(floor, found.duties, robot, region):
             del goals[robot]
         else:
-            goals[robot] = replace(duty, goal=there)
+            goals[robot] = replace(duty, goal=there, exact=there.bit_count() == 1)
     return goals

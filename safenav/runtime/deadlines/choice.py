@@ -69,10 +69,11 @@ class InTime(Struct, frozen=True):
         """Whether all that is due is resolved in time if that need is met in a tick, and the acts
         after it come as much later than chosen."""
         acts = [act for act in self.acts if (act.gate, act.need) == (gate, need)]
-        if not acts or not self.ends.keys() & dues.by.keys():
+        due = (self.ends.keys() & dues.by.keys()) - self.beyond
+        if not acts or not due:
             return False
         late = max(0, tick - acts[-1].turn // len(dues.ready))
-        return all(end + late <= dues.by.get(each, NEVER) for each, end in self.ends.items())
+        return all(self.ends[each] + late <= dues.by[each] for each in due)
 
     def has_act(self, floor: Floor, robot: str) -> bool:
         return any(floor.index(robot) in act.group for act in self.acts)
@@ -123,7 +124,7 @@ def _choose(
     def allowed(acts: Acts) -> bool:
         return solver.feasible(PoseSets.around(floor.problem, *after(floor, acts)), served)
 
-    search = Scheduler(moment, floor.problem.conflicts, barred, allowed)
+    search = Scheduler(moment, floor.problem.conflicts, barred, allowed, stays=True)
     count = moment.count
     last = {gate: dues.by[gate] * count + count - 1 for gate in sorted(served & dues.by.keys())}
     urgent, spent = dict(sorted(last.items(), key=lambda one: one[1])), False
@@ -213,6 +214,15 @@ def after(floor: Floor, acts: Acts) -> tuple[tuple[int, ...], Stages]:
     return tuple(poses), stages
 
 
+def spot_of(floor: Floor, robot: int, pose: int) -> Mask:
+    """The pose in which a robot is to act, so that it is in time for its next act; where it may
+    have to let others by, any in that region."""
+    if floor.problem.interferes(robot):
+        graph = floor.problem.members[robot].graph
+        return graph.poses_on(1 << pose % graph.size)
+    return 1 << pose
+
+
 def steps_of(floor: Floor, acts: Acts) -> Plan:
     """A step for each need, with all robots that have a part in it; a robot that acts again later
     does so exactly where the search had it act."""
@@ -223,7 +233,7 @@ def steps_of(floor: Floor, acts: Acts) -> Plan:
         at = []
         for robot, pose in zip(act.group, act.poses, strict=True):
             graph = floor.problem.members[robot].graph
-            at.append(graph.poses_on(1 << pose % graph.size if robot in again else regions))
+            at.append(spot_of(floor, robot, pose) if robot in again else graph.poses_on(regions))
         before = found.get((act.gate, act.need))
         group, places = act.group, tuple(at)
         if before is not None:

@@ -49,12 +49,14 @@ class Spot(Struct, frozen=True):
 class Scheduler(Struct, eq=False):
     """Searches from one moment. ``conflicts``: the robots that never share a region with each;
     ``barred``: for each obstacle the robots that cannot serve it; ``allowed``: whether the team can
-    continue after some acts; ``budget``: nodes, by default ``BUDGET``."""
+    continue after some acts; ``stays``: robots set out for the next act when one is over, as they
+    do in a run; ``budget``: nodes, by default ``BUDGET``."""
 
     moment: bound.BoundMoment
     conflicts: Sequence[frozenset[int]]
     barred: Sequence[frozenset[int]] = ()
     allowed: Callable[[Acts], bool] = lambda _: True
+    stays: bool = False
     budget: int | None = None
     _fields: bound.Fields = field(default_factory=dict)
     _nodes: int = 0
@@ -100,7 +102,7 @@ class Scheduler(Struct, eq=False):
         for act in options:
             if act.turn > due.get(act.gate, bound.NEVER - 1) or not self.allowed((*done, act)):
                 continue
-            found = self._search(_after(moment, act), (*done, act), due, seen)
+            found = self._search(_after(moment, act, stays=self.stays), (*done, act), due, seen)
             if found is not None:
                 return found
         return None
@@ -205,7 +207,7 @@ def possible(moment: bound.BoundMoment, acts: Acts) -> bool:
             spread = bound.Spread(moment, robot, bound.known(moment))
             if came is not None and spread.field(spread.start()).contact(1 << pose) > came:
                 return False
-        moment = _after(moment, act)
+        moment = _after(moment, act, stays=True)
     return True
 
 
@@ -228,7 +230,7 @@ def leads_through(moment: bound.BoundMoment, acts: Acts, regions: Sequence[Mask]
                 on_time[tick] = (here | on_time.get(tick, 0)) & field.at(tick)
                 if on_time[tick] & shut:
                     return True
-        moment = _after(moment, act)
+        moment = _after(moment, act, stays=True)
     return False
 
 
@@ -238,14 +240,16 @@ def _since(moment: bound.BoundMoment, gate: int) -> int:
     return one.met[-1] if one.met else moment.now + 1
 
 
-def _after(moment: bound.BoundMoment, act: TimedAct) -> bound.BoundMoment:
-    """The moment after an act; a robot may have set out by then, and arrives later."""
+def _after(moment: bound.BoundMoment, act: TimedAct, *, stays: bool) -> bound.BoundMoment:
+    """The moment after an act; a robot may have set out by then (unless it ``stays``), and arrives
+    later."""
     walkers, opens, count = list(moment.walkers), list(moment.opens), moment.count
     one, full = opens[act.gate], _full(moment)
     for robot, pose, came in zip(act.group, act.poses, act.came, strict=True):
         if came is None:
             continue
-        ready = max(came, bound.still(act.turn, robot, count, walkers[robot].ticks))
+        ticks = 1 if stays else walkers[robot].ticks
+        ready = max(came, bound.still(act.turn, robot, count, ticks))
         walkers[robot] = replace(walkers[robot], pose=pose, ready=ready, leaves=None)
     stage = one.gate.acted(one.stage, act.group)
     met = (*one.met, act.turn) if stage.need > one.stage.need else one.met

@@ -22,7 +22,8 @@ from safenav.world.poses import Mask, bits
 
 class Duty(Struct, frozen=True):
     """A duty of a robot to serve ``gate``. ``goal``: the poses where it may do so and the team can
-    continue afterwards. ``stays``: it is to stay there. ``around``: regions that it keeps out of
+    continue afterwards. ``stays``: it is to stay there. ``exact``: it is to enter that region in
+    such a pose, so that it is in time for its next duty. ``around``: regions that it keeps out of
     on its way, since an obstacle may be there."""
 
     gate: int
@@ -30,6 +31,7 @@ class Duty(Struct, frozen=True):
     group: tuple[int, ...]
     goal: Mask
     stays: bool = False
+    exact: bool = False
     around: Mask = 0
 
 
@@ -116,8 +118,8 @@ def settle(
     duties, reserved = _walk(solver, plan, now, frozenset(served))
     if timed is not None:  # whoever is there acts in its next turn
         for robot, duty in duties.items():
-            here = bool(duty.goal >> poses[robot] & 1)
-            duties[robot] = replace(duty, stays=duty.stays or here)
+            here, exact = bool(duty.goal >> poses[robot] & 1), duty.goal.bit_count() == 1
+            duties[robot] = replace(duty, stays=duty.stays or here, exact=exact)
     safe_poses = tuple(
         _safe_poses(solver, i, now, frozenset(served)) | (duties[i].goal if i in duties else 0)
         for i in range(len(solver.problem.members))

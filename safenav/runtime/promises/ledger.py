@@ -149,10 +149,12 @@ class Deadlines(Struct):
         for gate, name in enumerate(floor.gates):
             promise = self._open.get(name)
             due = None if promise is None else promise.due
-            if promise is None and name not in self._past:
+            if name in self._past:
+                due = tick - 1  # late: as soon as possible
+            elif promise is None:
                 found = self._due(name)
                 due = None if found is None else found[0]
-            if due is not None and due >= tick:
+            if due is not None:
                 by[gate] = due
         mission = self._open.get(MISSION)
         if not by and (mission is None or not floor.gates):
