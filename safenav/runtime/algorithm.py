@@ -179,14 +179,15 @@ class Algorithm(Struct):
         for name in decision.tasks:
             self.team.robots[name].held = HoldReason.SYNTHESIS
         if isinstance(decision.event, Unsettled):
-            self._owed, self.team.owed = Unsettled(decision.event.reason), True
+            self._owed = Unsettled(decision.event.reason)
+            self.team.owed = decision.settled or self.team.last_settled
         elif isinstance(decision.event, events.Astray):
             self._astray.append(decision.event)
 
     def pay(self) -> None:
         """Make the decisions again that wait for strategies."""
         owed, astray = self._owed, self._astray
-        self._owed, self._astray, self.team.owed = None, [], False
+        self._owed, self._astray, self.team.owed = None, [], None
         for robot in self.team.robots.values():
             robot.held = None
         self.team.changes += 1

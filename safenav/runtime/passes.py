@@ -293,7 +293,7 @@ class Passes(Algorithm):
         now = self.world.now() if team.live else team.tick
         if any(o.ordered and (o.appears or 0) > now for o in team.scenario.obstacles):
             return False
-        if team.owed or team.last_settled.found.served:
+        if (team.owed or team.last_settled).found.served:
             return False
         return not (self._undone() and self._to_come())
 

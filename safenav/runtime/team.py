@@ -191,9 +191,10 @@ class TeamState(Struct):
     ``requests``: the stack; ``settled``: the last settlement, None before the first; ``lacks``:
     what obstacles lacked that could not be resolved at some time; ``recorded``: the objectives that
     the trace has named last. Only ``safenav.runtime.algorithm.apply`` changes these. ``now``: the
-    clock of a live run, None in lockstep; ``failures``: those of its robots; ``owed``: a decision
-    waits for strategies; ``waiting``: the end of the run, if it waits instead, for an operator or
-    a change of the scenario at ``waits_until`` (``changes_to_come``: whether it has any left);
+    clock of a live run, None in lockstep; ``failures``: those of its robots; ``owed``: what a
+    decision would settle that waits for strategies; ``waiting``: the end of the run, if it waits
+    instead, for an operator or a change of the scenario at ``waits_until`` (``changes_to_come``:
+    whether it has any left);
     ``changes``: how often anything has changed by which robots decide. ``dues``: of the open
     obstacles, by the ledger of promises; ``stops``: of a robot with a battery; ``frees``: whether a
     joint plan may help a robot that has no strategy from where it is.
@@ -213,7 +214,7 @@ class TeamState(Struct):
     tick: int = 0
     now: Callable[[], float] | None = None
     failures: Troubles = field(default_factory=Troubles)
-    owed: bool = False
+    owed: Settled | None = None
     waiting: Conclusion | None = None
     waits_until: float | None = None
     changes: int = 0

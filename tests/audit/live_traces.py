@@ -215,6 +215,48 @@ def entered() -> list[Line]:
     return s.end("completed", {"a": 1, "b": 1})
 
 
+def _meets(s: Live, name: str, at: int) -> None:
+    """A robot finds the door."""
+    why = {"proposed": 9, "obstacle": "door@9", "action": "push"}
+    s.add("violation", robot=name, at=at, **why).add("backtrack", robot=name, to=at)
+
+
+def _before_a_door() -> Live:
+    """Two robots before a door that a third one opens."""
+    robots = {
+        "cart": robot("ground", [], 15, {"visit": [10]}),
+        "digit": robot("ground", ["push"], 13, {"visit": [13]}),
+        "quad": robot("air", [], 8, {"visit": [10]}),
+    }
+    door = obstacle("door", 9, "push", [9], ["cart", "digit", "quad"])
+    s = Live(robots, [door], "external")
+    s.at(0).hold("digit", "strategy").goal("digit", 0, 1)
+    return s.depart("quad", 9)
+
+
+def met_meanwhile() -> list[Line]:
+    """A second robot meets an obstacle in the pass in which the request of the first follows."""
+    s = _before_a_door().at(1).arrive("quad", "blocked")
+    _meets(s, "quad", 8)
+    s.at(2).hold("quad", "synthesis").at(3).request("quad", "door@9", {"digit": 3}, "digit")
+    s.push("quad", "door@9", "digit", digit={"visit": [9, 13]}, quad={"hold": 8})
+    s.synthesize("request", "digit", "quad")
+    _meets(s, "cart", 15)
+    s.hold("cart", "held").depart("digit", 7).hold("quad", "strategy")
+    s.at(4).hold("cart", "synthesis").at(5).arrive("digit")
+    return s.end("interrupted", {"cart": 0, "digit": 0, "quad": 0})
+
+
+def met_while_waiting() -> list[Line]:
+    """A robot meets an obstacle while the team waits; the request follows what an operator does."""
+    s = _before_a_door().depart("cart", 14).at(1)
+    s.add("waiting", outcome="assumption_violated", explanation="nobody can say why")
+    s.hold("digit", "operator").at(2).arrive("quad", "blocked")
+    _meets(s, "quad", 8)
+    s.hold("quad", "operator").at(3).at(4).arrive("cart").at(5).hold("cart", "operator")
+    return s.end("interrupted", {"cart": 0, "digit": 1, "quad": 0})
+
+
 GOOD_LIVE: dict[str, Callable[[], list[Line]]] = {
     builder.__name__: builder
     for builder in (
@@ -227,6 +269,8 @@ GOOD_LIVE: dict[str, Callable[[], list[Line]]] = {
         released,
         ended_early,
         entered,
+        met_meanwhile,
+        met_while_waiting,
     )
 }
 

@@ -5,9 +5,11 @@ import time
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
+from threading import Event
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 import warm
 from runtime.played import Run, loaded, whole
@@ -19,7 +21,9 @@ from safenav.runtime.traffic.joint import Found
 from safenav.runtime.traffic.joint_plan import Search
 from safenav.runtime.worlds.protocol import Lost
 from safenav.runtime.worlds.simulation import LiveSimulation
-from safenav.scenario.model import Scenario
+from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.synthesis.request import SynthesisResult
+from safenav.synthesis.slugs import Synthesizer
 
 GATE = """
 safenav: 1
@@ -349,4 +353,47 @@ def test_what_the_scenario_changes_ends_a_wait_for_an_operator() -> None:
         mission.step()
     assert mission.result is not None and mission.result.outcome is Outcome.COMPLETED
     assert len(run.all("waiting")) == 1
+    assert not run.findings
+
+
+class Gated(Synthesizer):
+    """One that can be kept from answering."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.answers = Event()
+        self.answers.set()
+
+    def synthesize_all(self, *given: Any, **more: Any) -> list[SynthesisResult]:
+        self.answers.wait()
+        return super().synthesize_all(*given, **more)
+
+
+class Sudden(Clocked):
+    """One in which a gate appears before the cart, which has done a round."""
+
+    gate: Obstacle
+    mission: Mission
+
+    def sense(self, robot: Robot, region: int) -> Obstacle | None:
+        done = robot.name == "cart" and self.mission.state.robots["cart"].own.rounds
+        return replace(self.gate, region=24) if done and region == 24 else None
+
+
+def test_a_run_that_is_completed_waits_for_no_strategy() -> None:
+    """The cart has done its round, and is to go around a gate; the bee does its own meanwhile."""
+    text = GATE.replace("[[2, 8]", "[[2, 3]")
+    scenario = loaded(text.replace("[[1, 9], [1, 1]]", "[[1, 1], [1, 3]]"))
+    world, run, synthesizer = Sudden(scenario), Run(), Gated()
+    (world.gate,) = scenario.obstacles
+    mission = world.mission = Mission(scenario, synthesizer, world=world, listeners=[run])
+    mission.start()
+    for _ in range(1000):
+        if mission.state.robots["cart"].own.rounds:
+            synthesizer.answers.clear()
+        if mission.result is None:
+            mission.step()
+    synthesizer.answers.set()
+    assert mission.result is not None and mission.result.outcome is Outcome.COMPLETED
+    assert run.all("violation") and run.all("hold", robot="cart", why="synthesis")
     assert not run.findings

@@ -124,6 +124,7 @@ class CompletedRule(Rule):
         self._time = 0.0  # the tick; in a live run the seconds
         self._goes_on = False
         self._requested: set[str] = set()
+        self._undecided: set[str] = set()
         self._begins = 0  # the last tick in which what counts came before all moves
 
     def opening(self, now: Situation) -> Iterable[Said]:
@@ -146,6 +147,9 @@ class CompletedRule(Rule):
             self._begins = record.tick
         if record.type == "request":
             self._requested.add(record.obstacle)
+            self._undecided.discard(record.obstacle)
+        if record.type in ("violation", "reopened"):
+            self._undecided.add(record.obstacle)
         if record.type == "resolved":
             self._held.clear()
             self._held_before.clear()
@@ -213,7 +217,9 @@ class CompletedRule(Rule):
             return False  # an order is to come
         if _undone(now) and any(time >= self._time for time in _coming(now, surely=False)):
             return False  # what comes may make an order possible
-        if any(now.status[n] is Status.UNRESOLVED for n in set(_undone(now)) - self._requested):
+        orders = set(_undone(now)) - self._requested
+        met = {name for name in self._undecided if name in now.requests}
+        if any(now.status[name] is Status.UNRESOLVED for name in orders | met):
             return False  # the team has not decided on it yet
         if any(map(now.is_away, now.header.robots)):
             return False  # an input keeps a robot from its objective

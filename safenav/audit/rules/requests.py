@@ -39,6 +39,7 @@ class RequestRule(Rule):
 
     def __init__(self) -> None:
         self._told: dict[str, tuple[str, ...]] = {}
+        self._latest: dict[str, int] = {}
         self._asked: set[str] = set()
         self._again: list[Line] = []
         self._owed = Postponed()
@@ -52,6 +53,7 @@ class RequestRule(Rule):
             if again and not record.aside:
                 self._again.append(record)
             self._told[record.obstacle] = helpers
+            self._latest[record.obstacle] = record.line
             self._asked.add(record.obstacle)
         elif record.type == "push":
             if record.obstacle not in self._asked:
@@ -81,15 +83,16 @@ class RequestRule(Rule):
         if turn.torn or now.is_cut_short():
             return
         asked = {record.obstacle for record in turn.all("request")}
-        if turn.first("waiting") is not None:
+        if now.waits is not None or turn.first("waiting") is not None:
             violations = []  # the request follows what the operator does
+            self._owed = Postponed()
         missing = []
         for violation in violations:
             name = violation.obstacle
             problem = f"{turn.robot} encounters {name} and does not request help"
             found = turn.robot, problem, violation
             if name in now.requests.keys() - asked:
-                missing.append((found, partial(self._is_answered, name, now)))
+                missing.append((found, partial(self._is_answered, violation, now)))
         yield from self._owed.judge(missing, now)
         pushed = {(entry.obstacle, entry.requester) for entry in now.stack}
         for request in turn.all("request"):
@@ -100,8 +103,10 @@ class RequestRule(Rule):
                     problem = f"{who} waits for {request.obstacle}, but no push follows"
                     yield requester, problem, request
 
-    def _is_answered(self, name: str, now: Situation) -> bool:
-        return name in self._told or name not in now.requests
+    def _is_answered(self, violation: Line, now: Situation) -> bool:
+        """Whether a request has followed, be it that another robot has met the obstacle since."""
+        name = violation.obstacle
+        return self._latest.get(name, 0) > violation.line or name not in now.requests
 
     def _problems(self, record: Line, now: Situation) -> Iterator[str]:
         name = record.obstacle
