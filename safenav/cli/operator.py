@@ -209,7 +209,7 @@ def _ask(mission: Mission, terminal: _Terminal, *, helping: bool) -> None:
         click.echo("operator> ", nl=False, err=True)
         told = terminal.line(stepping=not given)
         if mission.result is None and mission.waiting is None:
-            click.echo("\n           an obstacle has disappeared: the run continues", err=True)
+            click.echo("\n           something has changed: the run continues", err=True)
         if mission.result is not None or mission.waiting is None:
             return
         if told is None or told == "give_up":

@@ -156,8 +156,7 @@ class Mission:
         """
         self.start()
         while self.result is None:
-            waiting = self.waiting is not None and self._algorithm.attended
-            if waiting and self._commands.idle and not self._interventions.asked:
+            if self.waiting is not None and self._commands.idle and not self._interventions.asked:
                 time.sleep(WAITED)  # an operator intervenes from another thread
             self.step()
         return self.result
@@ -191,15 +190,16 @@ class Mission:
 
     @property
     def waiting(self) -> Conclusion | None:
-        """The end of a run that waits instead: for an operator, or for a change of the scenario."""
-        return self.state.waiting
+        """The end of a run that waits for an operator instead; None while it waits for a change of
+        the scenario."""
+        return self.state.waiting if self.state.waits_for_operator else None
 
     @property
     def still(self) -> bool:
         """Whether no robot has a command, except those that continue while the team waits."""
         robots = self.state.robots.values()
         under_way = [r for r in robots if r.transit is not None or r.acting is not None]
-        return all(self.waiting is not None and goes_on(self.state, robot) for robot in under_way)
+        return all(self.state.waiting is not None and goes_on(self.state, r) for r in under_way)
 
     def rested(self, seconds: float) -> None:
         """Exclude the time in which no tick was requested from the time limit of the run."""

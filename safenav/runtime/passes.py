@@ -38,7 +38,8 @@ SLOWEST = 20.0
 class Passes(Algorithm):
     """The passes of a team. ``attended``: live, whether an operator can intervene; then the run
     waits where it would end. Any run waits where it would end while its scenario still changes
-    something: the wait ends at ``team.waits_until``."""
+    something: the wait ends at ``team.waits_until``. Then an operator is not asked before, except
+    in a world whose time passes by itself."""
 
     attended: bool = False
     limit: float | None = None
@@ -60,7 +61,7 @@ class Passes(Algorithm):
         self.stop.check()
         asked = self.interventions.asked
         stands = self.attended and self.world.simulated and self.world.idle
-        if team.waiting is not None and not asked and stands:
+        if team.waits_for_operator and not asked and stands:
             return  # time stands still until an operator intervenes
         self._come = self.search.fresh() or self._come
         changed = self._changed or self._come or asked or self.traffic.thinking.fresh()
@@ -109,8 +110,8 @@ class Passes(Algorithm):
                 team.failures.appeared(change.obstacle.name)
             team.introduce(change.obstacle, change.truth)
             self.guarded(partial(self.settle, [ObstacleChanged(change)]))
-        if team.waiting is not None and not self.attended:
-            self._together |= team.waits_until is not None and team.waits_until <= self.world.now()
+        if team.waiting is not None and team.waits_until is not None:
+            self._together |= team.waits_until <= self.world.now()
         if self._together:
             self._resume()
         if begun is not None and begun.plan is not None and team.waiting is None:
@@ -253,7 +254,8 @@ class Passes(Algorithm):
         outcome = conclusion.outcome
         cause = None if conclusion.cause is None else OperatorCause(conclusion.cause)
         told = conclusion.explanation, cause, conclusion.proof
-        coming = [] if self.attended else self._to_come()
+        asks = self.attended and not self.world.simulated  # what comes ends such a wait as well
+        coming = self._to_come() if outcome is Outcome.OPERATOR_NEEDED and not asks else []
         team.waits_until = min(coming, default=None)
         team.emit(records.Waiting(team.tick, outcome, *told, team.waits_until))
         for robot in team.robots.values():

@@ -256,7 +256,7 @@ class Hand:
 
     def words(self, mission: Mission) -> list[str]:
         """What he does before a pass."""
-        waits = mission.waiting is not None and mission.state.waits_until is None
+        waits = mission.waiting is not None
         if not (waits or (self.left and self.random.random() < self.often)):
             return []
         if waits and not self.left:

@@ -56,6 +56,11 @@ PUSHER_OUT = GATE.replace("layer: air, capabilities: []", "layer: air, capabilit
 )
 
 
+UNTIL = GATE.replace("region: [2, 5]", "region: [2, 5], until: 30")
+BACK = PUSHER_OUT.replace("changes: [", "changes: [{at: 40, robot: bee, service: back}, ")
+BACK_AND_OUT = PUSHER_OUT.replace("out}]", "out}, {at: 30, robot: cart, service: back}]")
+
+
 def attended(text: str | Scenario, *waits: list[str]) -> Run:
     """Play a scenario with the interventions of each wait; its trace must pass the audit."""
     left, run = list(waits), Run()
@@ -297,6 +302,34 @@ def test_the_terminal_tells_what_would_help(tmp_path: Path) -> None:
     assert "tried: catalogue.robots.cart.capabilities: [push]" in done.stderr
     assert "unknown intervention 'open'" in done.stderr
     assert "an operator intervenes: resolved gate@27" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("text", "waits", "outcome", "until"),
+    [
+        (UNTIL, [], "completed", [30]),
+        (BACK, [], "completed", [40]),
+        (BACK_AND_OUT, [["service bee back"]], "completed", [30, None]),
+        (BACK_AND_OUT, [["give_up"]], "operator_needed", [30, None]),
+    ],
+    ids=["it goes by itself", "the helper is back", "it does not help", "given up"],
+)
+def test_a_simulated_run_asks_once_nothing_more_comes(
+    text: str, waits: list[list[str]], outcome: str, until: list[float | None]
+) -> None:
+    """What the scenario itself changes may help; an operator may still intervene before."""
+    run = attended(text, *waits)
+    assert run.outcome["outcome"] == outcome
+    assert [line.get("until") for line in run.all("waiting")] == until
+    mission = Mission(loaded(text), attended=True)
+    mission.start()
+    while mission.state.waiting is None:
+        mission.step()
+    assert mission.waiting is None
+    mission.intervene(line_read("resolved gate@27", mission.scenario))
+    mission.intervene(line_read("service bee back", mission.scenario))
+    mission.step()
+    assert mission.state.waiting is None
 
 
 class Remote:

@@ -1,4 +1,4 @@
-/* sources ae1b1b6902bd5764506780c79e5bf7476400559d98ea58e1074b6586863959dc */
+/* sources 7b830af96a6d555260100ab70cc8af3d59782b3c0331c057178c49e6f5ac31a2 */
 /* Contains Preact:
 The MIT License (MIT)
 

@@ -338,10 +338,11 @@ function headingsOf(robot: Robot): (string | null)[] {
   return robot.headings === null ? [null] : HEADINGS;
 }
 
-/** Why the run waits for an operator; null if it does not. */
+/** Why the run waits for an operator; null if it does not, or waits for a change of the scenario. */
 export function waitsFor(run: Run): string | null {
   const last = [...run.events].reverse().find(([, kind]) => kind === "waiting" || kind === "operator");
-  return last !== undefined && last[1] === "waiting" ? last[2] : null;
+  const waits = last !== undefined && last[1] === "waiting" && last[2].startsWith("the team waits for an operator");
+  return waits ? last[2] : null;
 }
 
 /** A hand that does what the chosen tool says where the map is clicked. */
