@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from functools import cache
 from itertools import chain, product
 from typing import Any
 
@@ -39,8 +40,7 @@ class World:
         self.names |= {frozenset(regions): name for name, regions in (areas or {}).items()}
         many = {"north": rows, "south": rows, "east": cols, "west": cols}
         self.sides = [heading for heading in HEADINGS if many[heading] > 1]
-        self._sides_of: dict[int, dict[str, int | None]] = {}  # a run asks for the same ones
-        self._steps: dict[tuple[bool, Pose], tuple[Pose, ...]] = {}
+        self._beside, self._steps = cache(self._regions_beside), cache(self._steps_of)
 
     @classmethod
     def of(cls, data: Mapping[str, Any], *, live: bool = False) -> World:
@@ -90,13 +90,9 @@ class World:
         beyond = self._beside(region)[heading]
         return beyond if beyond in self.free else None
 
-    def _beside(self, region: int) -> dict[str, int | None]:
+    def _regions_beside(self, region: int) -> dict[str, int | None]:
         """The region on each side, None off the map."""
-        found = self._sides_of.get(region)
-        if found is None:
-            found = {heading: self._region_beside(region, heading) for heading in HEADINGS}
-            self._sides_of[region] = found
-        return found
+        return {heading: self._region_beside(region, heading) for heading in HEADINGS}
 
     def _region_beside(self, region: int, heading: str) -> int | None:
         row, col = divmod(region, self.cols)
@@ -123,10 +119,7 @@ class World:
 
     def steps(self, mobility: str, pose: Pose) -> tuple[Pose, ...]:
         """Return the poses after one step."""
-        key = mobility == "free", pose
-        if key not in self._steps:
-            self._steps[key] = self._steps_of(*key)
-        return self._steps[key]
+        return self._steps(mobility == "free", pose)
 
     def _steps_of(self, free: bool, pose: Pose) -> tuple[Pose, ...]:
         back = None if free or pose[1] is None else opposite(pose[1])

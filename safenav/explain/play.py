@@ -19,6 +19,7 @@ from safenav.explain.explanation import (
     Witness,
     WitnessEnd,
 )
+from safenav.kept import kept
 from safenav.scenario.guarantees import values_of
 from safenav.scenario.objective import Ltl, Target
 from safenav.spec.specification import Constraint, Owner, Section, Specification
@@ -211,7 +212,6 @@ class _Play(Play):
         super().__init__(spec, counterstrategy)
         self._task = task
         self._world = world
-        self._fields: dict[Target, Mapping[Region, int]] = {}
         self._lost: Target = frozenset()  # regions of a goal of formulas that it can no longer meet
 
     def approach_from(self, node: int) -> None:
@@ -255,10 +255,11 @@ class _Play(Play):
         awaited = self._awaited(values)
         if region is None or not awaited:
             return 0
-        if awaited not in self._fields:
-            self._fields[awaited] = self._world.distances(awaited)
-        far = self._world.size
-        return self._fields[awaited].get(region, far)
+        return self._field(awaited).get(region, self._world.size)
+
+    @kept
+    def _field(self, awaited: Target) -> Mapping[Region, int]:
+        return self._world.distances(awaited)
 
     def _awaited(self, values: Mapping[str, int]) -> Target:
         objective, here = self._task.objective, values.get("region")

@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property, partial
 from heapq import heappop, heappush
 
-from msgspec import Struct, field
+from msgspec import Struct
 from msgspec.structs import replace
 
+from safenav.kept import kept
 from safenav.scenario.model import Battery
 from safenav.world.poses import FAR, Mask, PoseGraph, bits
 
@@ -34,7 +35,6 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
     full: bool = False
     settles: bool = False
     afterwards: Mapping[int, int] | None = None
-    _hops: dict[int, dict[int, int]] = field(default_factory=dict)
 
     @cached_property
     def needs(self) -> tuple[dict[int, int], ...]:
@@ -128,7 +128,7 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         suffices for that too. None if none suffices: it does what it can."""
         for spare in (SPARE * self.battery.move, 0) if self.full else (0,):
             needs = {pose: need + spare for pose, need in self.needs[turn].items()}
-            found = replace(self, targets=(goal,), settles=False, afterwards=needs, _hops={})
+            found = replace(self, targets=(goal,), settles=False, afterwards=needs)
             if any(found.need(at, 0) == 0 for at in bits(self.chargers)):
                 return found
         return None
@@ -265,10 +265,9 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         ways = {at: self.steps(pose, at) for at in bits(self.targets[turn] & self.allowed)}
         return {at: n * move + self._then(at, turn) for at, n in ways.items() if 0 < n < FAR}
 
+    @kept
     def _hop(self, turn: int) -> dict[int, int]:
         """Return for each charger the number of further charging stops before the next target."""
-        if turn in self._hops:
-            return self._hops[turn]
         places = list(bits(self.chargers & self.allowed))
         capacity, move = self.battery.capacity, self.battery.move
         hops = {p: 0 for p in places if self._direct(p, turn) <= capacity}
@@ -279,5 +278,4 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
                 near = [h for at, h in last.items() if self.steps(place, at) * move <= capacity]
                 if place not in hops and near:
                     hops[place] = min(near) + 1
-        self._hops[turn] = hops
         return hops

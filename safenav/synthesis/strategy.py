@@ -14,9 +14,10 @@ from functools import cached_property
 from itertools import chain
 from typing import Any
 
-from msgspec import Struct, field
+from msgspec import Struct
 
 from safenav.errors import SynthesizerError
+from safenav.kept import kept
 from safenav.spec.specification import Owner, Section, Specification, Variable
 
 
@@ -74,7 +75,6 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
     states: list[list[int]]
     ranks: list[int]
     transitions: list[list[int]]
-    _places: dict[str, dict[int, list[int]]] = field(default_factory=dict)
 
     @cached_property
     def _field(self) -> dict[str, Field]:
@@ -122,13 +122,15 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
     def find(self, values: Mapping[str, int]) -> int | None:
         """Return the first node with these values (of at least one variable), or None."""
         name = next(iter(values))
-        if name not in self._places:
-            places: dict[int, list[int]] = {}
-            field = self._field[name]
-            for node, state in enumerate(self.states):
-                places.setdefault(field.decode(state), []).append(node)
-            self._places[name] = places
-        return self._first(self._places[name].get(values[name], ()), self._wanted(values))
+        return self._first(self._nodes(name).get(values[name], ()), self._wanted(values))
+
+    @kept
+    def _nodes(self, name: str) -> dict[int, list[int]]:
+        """The nodes by the value of a variable."""
+        found: dict[int, list[int]] = {}
+        for node, state in enumerate(self.states):
+            found.setdefault(self._field[name].decode(state), []).append(node)
+        return found
 
     def close(self) -> None:
         """Nothing: a listed strategy holds nothing open."""

@@ -10,7 +10,7 @@ nodes of a typical strategy, loading an array library would cost more than all t
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import reduce
+from functools import cache, reduce
 from operator import and_, or_, xor
 
 from safenav.formula import syntax
@@ -27,9 +27,7 @@ class Evaluator:
 
     def __init__(self, count: int, lookup: Lookup) -> None:
         self.everywhere = (1 << count) - 1
-        self._lookup = lookup
-        self._numbers: dict[tuple[str, bool], Vector] = {}
-        self._comparisons: dict[tuple[syntax.Comparison, bool], int] = {}
+        self._number, self._compare = cache(lookup), cache(self._compared)
 
     def holds(self, formula: syntax.Formula, primed: bool = False) -> int:
         """The rows in which ``formula`` is true; ``primed`` reads it in the next state."""
@@ -37,10 +35,7 @@ class Evaluator:
             case syntax.Name(name, own_prime):
                 return self._number(name, primed or own_prime)[0]
             case syntax.Comparison():
-                key = (formula, primed)
-                if key not in self._comparisons:
-                    self._comparisons[key] = self._compare(formula, primed)
-                return self._comparisons[key]
+                return self._compare(formula, primed)
             case syntax.And(operands):
                 planes = (self.holds(operand, primed) for operand in operands)
                 return reduce(and_, planes, self.everywhere)
@@ -59,11 +54,6 @@ class Evaluator:
             case syntax.Constant(value):
                 return self.everywhere if value else 0
 
-    def _number(self, name: str, primed: bool) -> Vector:
-        if (name, primed) not in self._numbers:
-            self._numbers[name, primed] = self._lookup(name, primed)
-        return self._numbers[name, primed]
-
     def _term(self, term: syntax.Term, primed: bool) -> Vector:
         match term:
             case syntax.Number(value):
@@ -76,7 +66,7 @@ class Evaluator:
     def constant(self, value: int) -> Vector:
         return [self.everywhere if value >> i & 1 else 0 for i in range(value.bit_length())]
 
-    def _compare(self, formula: syntax.Comparison, primed: bool) -> int:
+    def _compared(self, formula: syntax.Comparison, primed: bool) -> int:
         less, equal = self._order(
             self._term(formula.left, primed), self._term(formula.right, primed)
         )

@@ -13,6 +13,7 @@ from functools import cached_property
 
 from msgspec import Struct, field
 
+from safenav.kept import kept
 from safenav.world.frame import Frame
 
 Region = int
@@ -132,14 +133,11 @@ class RegionMap(Struct, frozen=True, dict=True):
             return self.region(row + d_row, col + d_col)
         return None
 
+    @kept
     def neighbours(self, region: Region) -> tuple[Region, ...]:
         """The free 4-neighbours, in the order north, east, south, west."""
-        found = self._sides.get(region)
-        if found is None:
-            steps = (self.step(region, heading) for heading in Heading)
-            found = tuple(r for r in steps if r is not None and r not in self.walls)
-            self._sides[region] = found
-        return found
+        steps = (self.step(region, heading) for heading in Heading)
+        return tuple(r for r in steps if r is not None and r not in self.walls)
 
     @cached_property
     def dead_ends(self) -> dict[Heading, tuple[Region, ...]]:
@@ -151,10 +149,6 @@ class RegionMap(Struct, frozen=True, dict=True):
                 if beyond is None or beyond in self.walls:
                     found[heading].append(region)
         return {heading: tuple(regions) for heading, regions in found.items()}
-
-    @cached_property
-    def _sides(self) -> dict[Region, tuple[Region, ...]]:
-        return {}
 
     def distances(self, targets: Iterable[Region]) -> dict[Region, int]:
         """Steps to the nearest of ``targets`` from every free region that is connected to one,

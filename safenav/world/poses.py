@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator
 from functools import cached_property, lru_cache
 
+from safenav.kept import kept
 from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.moves import Mobility, Pose
 
@@ -64,12 +65,6 @@ class PoseGraph:
         self._closed = closed
         self._narrowed = region_mask(pose for pose, _ in closed)  # have fewer steps than others
         self._shunned = region_mask(pose for _, pose in closed)  # are entered by fewer
-        self._steps: dict[int, tuple[int, ...]] = {}
-        self._closures: dict[tuple[Mask, Mask], Mask] = {}
-        self._backs: dict[tuple[Mask, Mask], Mask] = {}
-        self._lives: dict[tuple[tuple[Mask, ...], Mask], Mask] = {}
-        self._fields: dict[tuple[Mask, Mask], list[int]] = {}
-        self._left: dict[int, PoseGraph] = {}
 
     @property
     def one_way(self) -> bool:
@@ -88,14 +83,11 @@ class PoseGraph:
             found |= regions << block * self.size
         return found
 
+    @kept
     def left_only(self, pose: int) -> PoseGraph:
         """The same poses, and the steps but those into one of them."""
-        found = self._left.get(pose)
-        if found is None:
-            into = {(former, pose) for former in bits(self.backward(1 << pose))}
-            closed = self._closed.union(into)
-            found = self._left[pose] = PoseGraph(self.world, self.mobility, closed)
-        return found
+        into = {(former, pose) for former in bits(self.backward(1 << pose))}
+        return PoseGraph(self.world, self.mobility, self._closed.union(into))
 
     def regions_of(self, poses: Mask) -> Mask:
         """The regions of a set of poses."""
@@ -114,23 +106,21 @@ class PoseGraph:
         heading, region = divmod(number, self.size)
         return Pose(region, Heading(heading) if self.mobility is Mobility.HEADING else None)
 
+    @kept
     def steps(self, pose: int) -> tuple[int, ...]:
         """The poses one step away from a pose (north, east, south, west), the stay not among
         them."""
-        found = self._steps.get(pose)
-        if found is None:
-            after = []
-            facing, region = divmod(pose, self.size)
-            for heading in Heading:
-                if self.blocks > 1 and heading is Heading(facing).opposite:
-                    continue
-                beside = self.world.step(region, heading)
-                if beside is not None and beside not in self.world.walls:
-                    step = beside + heading * self.size if self.blocks > 1 else beside
-                    if (pose, step) not in self._closed:
-                        after.append(step)
-            found = self._steps[pose] = tuple(after)
-        return found
+        after = []
+        facing, region = divmod(pose, self.size)
+        for heading in Heading:
+            if self.blocks > 1 and heading is Heading(facing).opposite:
+                continue
+            beside = self.world.step(region, heading)
+            if beside is not None and beside not in self.world.walls:
+                step = beside + heading * self.size if self.blocks > 1 else beside
+                if (pose, step) not in self._closed:
+                    after.append(step)
+        return tuple(after)
 
     def forward(self, poses: Mask) -> Mask:
         """The poses one step away from some of ``poses``, walls of the map respected."""
@@ -151,14 +141,16 @@ class PoseGraph:
                     found |= 1 << pose
         return found
 
+    @kept
     def closure(self, start: Mask, allowed: Mask) -> Mask:
         """The poses reachable from ``start`` through ``allowed`` poses; ``start`` itself always."""
-        return _grown(self._closures, self.forward, start, allowed)
+        return _grown(self.forward, start, allowed)
 
+    @kept
     def back(self, goal: Mask, allowed: Mask) -> Mask:
         """Return the poses from which ``goal`` can be reached through ``allowed`` poses; ``goal``
         itself always."""
-        return _grown(self._backs, self.backward, goal, allowed)
+        return _grown(self.backward, goal, allowed)
 
     def around(self, pose: Mask, allowed: Mask) -> Mask:
         """The poses from which ``pose`` can be reached and that it can reach itself."""
@@ -169,21 +161,17 @@ class PoseGraph:
         goal = 1 << home
         return self.steps_between(1 << pose, goal, allowed | goal) is not None
 
+    @kept
     def live(self, targets: tuple[Mask, ...], allowed: Mask) -> Mask:
         """The greatest set of ``allowed`` poses from which every target can be reached inside the
         set, forever."""
-        key = (targets, allowed)
-        found = self._lives.get(key)
-        if found is None:
-            found = allowed
-            while True:
-                before = found
-                for target in targets:
-                    found = self.back(target & found, found)
-                if found == before:
-                    break
-            self._lives[key] = found
-        return found
+        found = allowed
+        while True:
+            before = found
+            for target in targets:
+                found = self.back(target & found, found)
+            if found == before:
+                return found
 
     def where_met(self, meets: Callable[[int, int], bool]) -> Mask:
         """The poses in which a goal about steps is met: by staying there, or by a step
@@ -211,22 +199,19 @@ class PoseGraph:
             count += 1
         return None
 
+    @kept
     def distances(self, goal: Mask, allowed: Mask) -> list[int]:
         """Return for each pose the steps to the nearest pose of ``goal``, FAR without a path."""
-        key = (goal, allowed)
-        field = self._fields.get(key)
-        if field is None:
-            field = [FAR] * (self.size * self.blocks)
-            found = frontier = goal
-            count = 0
-            while frontier:
-                for pose in bits(frontier):
-                    field[pose] = count
-                count += 1
-                frontier = self.backward(frontier) & self.everywhere & ~found
-                found |= frontier
-                frontier &= allowed
-            self._fields[key] = field
+        field = [FAR] * (self.size * self.blocks)
+        found = frontier = goal
+        count = 0
+        while frontier:
+            for pose in bits(frontier):
+                field[pose] = count
+            count += 1
+            frontier = self.backward(frontier) & self.everywhere & ~found
+            found |= frontier
+            frontier &= allowed
         return field
 
     def _forward(self, poses: Mask) -> Mask:
@@ -283,15 +268,10 @@ def plain_graph(world: RegionMap, mobility: Mobility) -> PoseGraph:
     return PoseGraph(world, mobility)
 
 
-def _grown(
-    known: dict[tuple[Mask, Mask], Mask], step: Callable[[Mask], Mask], start: Mask, allowed: Mask
-) -> Mask:
+def _grown(step: Callable[[Mask], Mask], start: Mask, allowed: Mask) -> Mask:
     """The least set with ``start`` that steps through ``allowed`` do not leave."""
-    found = known.get((start, allowed))
-    if found is None:
-        found = frontier = start
-        while frontier:
-            frontier = step(frontier) & allowed & ~found
-            found |= frontier
-        known[start, allowed] = found
+    found = frontier = start
+    while frontier:
+        frontier = step(frontier) & allowed & ~found
+        found |= frontier
     return found

@@ -27,6 +27,7 @@ import math
 from collections.abc import Iterator
 from functools import cache, cached_property, lru_cache
 
+from safenav.kept import kept
 from safenav.world.map import Region, RegionMap
 from safenav.world.poses import Mask, bits
 
@@ -57,7 +58,6 @@ class Visibility:
         self.radius = radius
         self.closed = closed
         self._width = 2 * world.cols
-        self._from: dict[Region, Mask] = {}
 
     def sees(self, source: Region, target: Region) -> bool:
         """Whether ``target`` is visible from ``source`` (and the other way round)."""
@@ -67,14 +67,9 @@ class Visibility:
         """Return all regions visible from ``source``, itself included; none from a wall."""
         return frozenset(bits(self.mask(source)))
 
+    @kept
     def mask(self, source: Region) -> Mask:
         """The same as a set in one integer."""
-        known = self._from.get(source)
-        if known is None:
-            known = self._from[source] = self._look(source)
-        return known
-
-    def _look(self, source: Region) -> Mask:
         world, width = self.world, self._width
         if not world.is_free(source):
             return 0

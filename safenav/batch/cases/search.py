@@ -24,6 +24,7 @@ from safenav.batch.cases.case import Case, Settings
 from safenav.batch.cases.matrix import Matrix, Named, is_matrix, read_matrix
 from safenav.batch.cases.variation import varied
 from safenav.errors import UsageError
+from safenav.kept import kept
 from safenav.scenario.reading.references import referenced_files, root_of
 from safenav.scenario.yaml.document import DocumentError, Mapping, Node, read_document
 from safenav.scenario.yaml.findings import Findings
@@ -37,15 +38,11 @@ class References:
     """Reads each file once, however many cases there are."""
 
     def __init__(self) -> None:
-        self._roots: dict[str, Node | None] = {}
         self._digests: dict[Path, str] = {}
 
     def of(self, scenario: Path, text: str, settings: Settings) -> str:
         """A digest of what the scenario names, with the settings in place; empty if nothing."""
-        key = str(scenario)
-        if key not in self._roots:
-            self._roots[key] = root_of(text)
-        root = self._roots[key]
+        root = self._root(text)
         if root is None:
             return ""
         naming = {path: value for path, value in settings.items() if path.split(".")[0] in _NAMING}
@@ -53,6 +50,10 @@ class References:
             root = varied(root, naming, Findings(str(scenario)))
         parts = [self._digest(path, root) for path in referenced_files(root, scenario.parent)]
         return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16] if parts else ""
+
+    @kept
+    def _root(self, text: str) -> Node | None:
+        return root_of(text)
 
     def _digest(self, path: Path, named_at: Node) -> str:
         if path not in self._digests:

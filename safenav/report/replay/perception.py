@@ -6,8 +6,9 @@ knows at that tick, and has not resolved, block the view."""
 
 from __future__ import annotations
 
-from msgspec import Struct, field
+from msgspec import Struct
 
+from safenav.kept import kept
 from safenav.report.replay.timeline import ObstacleStatus, Replay, RobotBelief
 from safenav.trace.words import regions_words
 from safenav.world.map import Region, RegionMap
@@ -60,18 +61,19 @@ def shading_lines(shading: Shading) -> list[str]:
     return lines
 
 
-class SightCache(Struct):
+class SightCache(Struct, frozen=True, dict=True):
     """The sight of robots on a map, cached by what blocks it, so that a query for every tick is
     cheap."""
 
     map: RegionMap
-    _views: dict[tuple[float, frozenset[Region]], Visibility] = field(default_factory=dict)
 
     def seen(self, vision: float, closed: frozenset[Region], region: Region) -> list[Region]:
         """Return the regions that are seen from a region as far as ``vision``, ascending."""
-        if (vision, closed) not in self._views:
-            self._views[vision, closed] = visible_from(self.map, vision, closed)
-        return [*bits(self._views[vision, closed].mask(region))]
+        return [*bits(self._view(vision, closed).mask(region))]
+
+    @kept
+    def _view(self, vision: float, closed: frozenset[Region]) -> Visibility:
+        return visible_from(self.map, vision, closed)
 
     def after(self, replay: Replay, robot: str, tick: int) -> list[Region] | None:
         """Return the robot's sight after ``tick``; None without a radius."""

@@ -339,7 +339,7 @@ def least_capacity(batteries: Batteries, robot: RobotState) -> int | None:
 
     def suffices(capacity: int) -> bool:
         larger = replace(stops.battery, capacity=capacity)
-        return replace(stops, battery=larger, _hops={}).need(pose, turn) <= capacity
+        return replace(stops, battery=larger).need(pose, turn) <= capacity
 
     ways = len(stops.targets) + 1  # each leg passes a pose at most once
     most = stops.battery.capacity + ways * stops.allowed.bit_count() * stops.battery.move

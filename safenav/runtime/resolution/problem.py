@@ -14,6 +14,7 @@ from functools import cached_property
 from msgspec import Struct
 from msgspec.structs import replace
 
+from safenav.kept import kept
 from safenav.scenario import needs
 from safenav.scenario.model import Obstacle, Robot
 from safenav.scenario.pursuit import Pursuit
@@ -268,7 +269,23 @@ class Problem(Struct, frozen=True, eq=False, dict=True):
             for number, (gate, stage) in both
             if stage.need < len(gate.needs) and robot in gate.closed_to[stage.need]
         )
-        return self._floors(robot, closed)
+        return self._floor_without(robot, closed)
+
+    @kept
+    def live(self, stages: Stages) -> tuple[Mask, ...]:
+        """Return for each robot the poses from which it can continue forever now."""
+        return tuple(m.live(self.allowed(i, stages)) for i, m in enumerate(self.members))
+
+    @kept
+    def acting_in(self, stages: Stages) -> tuple[Mask, ...]:
+        """Return for each robot the poses in which it may take part in the next need of an
+        obstacle: nearly all joint states are searched without a look at the obstacles."""
+        masks = [0] * len(self.members)
+        for gate in self.open(stages):
+            regions = self.next_need(gate, stages).regions
+            for i in self.acting(gate, stages):
+                masks[i] |= self.members[i].graph.poses_on(regions)
+        return tuple(masks)
 
     def able(self, gate: int, stages: Stages) -> list[int]:
         """The robots that can be sent for the obstacle's next need, in the team's order."""
@@ -325,20 +342,10 @@ class Problem(Struct, frozen=True, eq=False, dict=True):
     def nothing_done(self) -> Stages:
         return (Stage(),) * len(self.gates)
 
-    def _floors(self, robot: int, closed: tuple[int, ...]) -> Mask:
-        key = (robot, closed)
-        found = self._memo.get(key)
-        if found is None:
-            member = self.members[robot]
-            walls = 0
-            for gate in closed:
-                walls |= 1 << self.gates[gate].region
-            found = self._memo[key] = member.floor & ~member.graph.poses_on(walls)
-        return found
-
-    @cached_property
-    def _memo(self) -> dict[tuple[int, tuple[int, ...]], Mask]:
-        return {}
+    @kept
+    def _floor_without(self, robot: int, closed: tuple[int, ...]) -> Mask:
+        member, walls = self.members[robot], region_mask(self.gates[gate].region for gate in closed)
+        return member.floor & ~member.graph.poses_on(walls)
 
 
 def put(stages: Stages, gate: int, stage: Stage) -> Stages:

@@ -16,6 +16,7 @@ from operator import or_
 from msgspec import Struct, field
 from msgspec.structs import replace
 
+from safenav.kept import kept
 from safenav.runtime.resolution.problem import Problem, Stages
 from safenav.runtime.stops import Stops
 from safenav.scenario.pursuit import Pursuit
@@ -93,10 +94,6 @@ class Course(Struct, frozen=True, eq=False, dict=True):
     excused: frozenset[int] = frozenset()
     any_first: bool = False
     batteries: Mapping[int, Stops] = field(default_factory=dict)
-    _steps: dict[Stages, tuple[Steps, ...]] = field(default_factory=dict)
-    _hopeful: dict[Stages, tuple[Steps, ...]] = field(default_factory=dict)
-    _alive: dict[Stages, tuple[Mask, ...]] = field(default_factory=dict)
-    _acting: dict[Stages, tuple[Mask, ...]] = field(default_factory=dict)
 
     @cached_property
     def _pursuits(self) -> list[Pursuit]:
@@ -141,26 +138,22 @@ class Course(Struct, frozen=True, eq=False, dict=True):
             found.append(self.moved(found[-1], poses, range(len(poses))))
         return found
 
+    @kept
     def steps(self, stages: Stages) -> tuple[Steps, ...]:
         """Return for each robot the steps that walls and open obstacles leave to it."""
-        found = self._steps.get(stages)
-        if found is None:
-            found = self._steps[stages] = tuple(
-                Steps(member.graph, 0 if i in self.parked else self.problem.allowed(i, stages))
-                for i, member in enumerate(self.problem.members)
-            )
-        return found
+        return tuple(
+            Steps(member.graph, 0 if i in self.parked else self.problem.allowed(i, stages))
+            for i, member in enumerate(self.problem.members)
+        )
 
+    @kept
     def hopeful(self, stages: Stages) -> tuple[Steps, ...]:
         """Return those of ``steps`` after which the robot could still continue forever if all
         obstacles were out of its way: no other step leads to the end of the mission."""
-        found = self._hopeful.get(stages)
-        if found is None:
-            found = self._hopeful[stages] = tuple(
-                Steps(m.graph, steps.allowed & m.live(m.floor))
-                for m, steps in zip(self.problem.members, self.steps(stages), strict=True)
-            )
-        return found
+        return tuple(
+            Steps(m.graph, steps.allowed & m.live(m.floor))
+            for m, steps in zip(self.problem.members, self.steps(stages), strict=True)
+        )
 
     def singles(self, state: Joint) -> Iterator[tuple[int, int]]:
         """(robot, pose) of every step that one robot can take while the others stand still."""
@@ -200,7 +193,7 @@ class Course(Struct, frozen=True, eq=False, dict=True):
             return False
         if not all(self.problem.resolved(gate, state.stages) for gate in self.served):
             return False
-        alive = self._alive_at(state.stages)
+        alive = self.problem.live(state.stages)
         return all(alive[i] >> pose & 1 for i, pose in enumerate(state.poses))
 
     def awaited(self, robot: int, count: Count) -> Mask:
@@ -229,20 +222,11 @@ class Course(Struct, frozen=True, eq=False, dict=True):
             found.add(json.dumps(told, separators=(",", ":")))
         return sorted(found)
 
-    def _alive_at(self, stages: Stages) -> tuple[Mask, ...]:
-        found = self._alive.get(stages)
-        if found is None:
-            alive = []
-            for i, member in enumerate(self.problem.members):
-                alive.append(member.live(self.problem.allowed(i, stages)))
-            found = self._alive[stages] = tuple(alive)
-        return found
-
     def _settled(
         self, poses: tuple[int, ...], counts: tuple[Count, ...], stages: Stages, who: Iterable[int]
     ) -> Joint:
         """Let every robot act where it stands, and count the goals that waiting meets there."""
-        acting = self._acting_at(stages)
+        acting = self.problem.acting_in(stages)
         if any(mask >> pose & 1 for mask, pose in zip(acting, poses, strict=True)):
             before = self._resolved(stages)
             stages = performed(self.problem, poses, stages, self.sent)
@@ -256,19 +240,6 @@ class Course(Struct, frozen=True, eq=False, dict=True):
                 changed = changed or list(counts)
                 changed[robot] = count
         return Joint(poses, tuple(changed) if changed else counts, stages)
-
-    def _acting_at(self, stages: Stages) -> tuple[Mask, ...]:
-        """Return for each robot the poses in which it may take part in the next need of an
-        obstacle: nearly all joint states are searched without a look at the obstacles."""
-        found = self._acting.get(stages)
-        if found is None:
-            problem, masks = self.problem, [0] * len(self.problem.members)
-            for gate in problem.open(stages):
-                regions = problem.next_need(gate, stages).regions
-                for i in problem.acting(gate, stages):
-                    masks[i] |= problem.members[i].graph.poses_on(regions)
-            found = self._acting[stages] = tuple(masks)
-        return found
 
     def _resolved(self, stages: Stages) -> int:
         return sum(self.problem.resolved(gate, stages) for gate in range(len(stages)))

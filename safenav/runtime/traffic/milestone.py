@@ -13,6 +13,7 @@ from functools import cached_property
 from itertools import pairwise
 
 from safenav.components import path_to
+from safenav.kept import kept
 from safenav.runtime.progress import holds
 from safenav.runtime.traffic.budgets import AIM_NODES
 from safenav.scenario.objective import Ltl
@@ -37,17 +38,13 @@ class Aims:
         memory = [name for name in objective.memory if name in known]
         self._memory = slice(len(pose), len(pose) + len(memory))
         self._names = (*pose, *memory, *(name for name in inputs if name in known))
-        self._met: dict[tuple[Row, Row], frozenset[int]] = {}
-        self._found: dict[tuple[int, frozenset[int]], Pose | None] = {}
 
-    def aim(self, node: int, met: Collection[int]) -> Pose | None:
+    @kept
+    def aim(self, node: int, met: frozenset[int]) -> Pose | None:
         """Return the pose that the robot must reach first; None if it stands there, or it is
         unknown. ``met``: the goals of its formulas that it has met in this round."""
-        key = node, frozenset(met)
-        if key not in self._found:
-            way = self._way(*key)
-            self._found[key] = None if way is None else self._milestone(way)
-        return self._found[key]
+        way = self._way(node, met)
+        return None if way is None else self._milestone(way)
 
     def _way(self, node: int, met: frozenset[int]) -> list[int] | None:
         """Return the shortest path of the strategy from a node that meets one of the other goals;
@@ -65,16 +62,12 @@ class Aims:
                     queue.append(after)
         return None
 
+    @kept
     def _goals_of(self, before: Row, after: Row) -> frozenset[int]:
         """The goals that a step between such nodes meets."""
-        found = self._met.get((before, after))
-        if found is None:
-            one = dict(zip(self._names, before, strict=True))
-            other = dict(zip(self._names, after, strict=True))
-            goals = enumerate(self._goals)
-            found = frozenset(i for i, goal in goals if goal(one, other))
-            self._met[before, after] = found
-        return found
+        one = dict(zip(self._names, before, strict=True))
+        other = dict(zip(self._names, after, strict=True))
+        return frozenset(i for i, goal in enumerate(self._goals) if goal(one, other))
 
     def _milestone(self, way: list[int]) -> Pose | None:
         """The first pose of a way that is not the present one and where something is remembered,

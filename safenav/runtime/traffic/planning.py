@@ -34,14 +34,12 @@ from safenav.runtime.traffic.joint import (
     Spent,
     has_met,
 )
-from safenav.runtime.traffic.meanwhile import Pending, free_to_go_on
 from safenav.runtime.traffic.occasions import Occasion, Occasions
 from safenav.runtime.traffic.plan_search import PlanSearch
-from safenav.runtime.traffic.recorded_plan import plan_record, scheduled
 from safenav.runtime.traffic.remembering import plain_poses
 from safenav.runtime.traffic.searches import Searches
 from safenav.runtime.traffic.shortening import shortened
-from safenav.runtime.traffic.thinking import Thinking, Unknown
+from safenav.runtime.traffic.thinking import Pending, Thinking, Unknown, free_to_go_on
 from safenav.runtime.traffic.timed import keeping_out
 from safenav.scenario.settings import Coordination
 from safenav.trace import records, vocabulary
@@ -472,14 +470,14 @@ class Traffic:
         self.execution = execution.Execution(plan, execution.dues_of(states, counts))
         self.state.changes += 1
         self.occasions.watch.begin_anew()
-        self.state.emit(plan_record(self.state.tick, floor, plan, reason))
+        self.state.emit(execution.plan_record(self.state.tick, floor, plan, reason))
 
     def resume(self, left: PlanLeft) -> None:
         """Follow the rest of a plan of the run that this one continues, if each of its steps can be
         taken here."""
         floor, notes = self._searches.floor(), self.state.last_settled.notes
         notes.followed = notes.hurried = notes.cleared = True
-        plan = scheduled(floor, left)
+        plan = execution.scheduled(floor, left)
         joint = None if plan is None else execution.in_turn(plan)
         if plan is None or joint is None or joint[0] != floor.poses:
             return
@@ -491,7 +489,7 @@ class Traffic:
         apart = problem.exclusions(floor.stages)
         plan = execution.schedule(joint, sizes, problem.conflicts, apart)
         self.execution = execution.Execution(plan, execution.dues_of(states, counts))
-        self.state.emit(plan_record(self.state.tick, floor, plan, left.reason))
+        self.state.emit(execution.plan_record(self.state.tick, floor, plan, left.reason))
 
     def _fixed(self, floor: Floor) -> list[int]:
         """The robots that must end where a plan leads them: that is why it was made, or what makes

@@ -14,6 +14,7 @@ from itertools import combinations, product
 
 from msgspec.structs import replace
 
+from safenav.kept import kept
 from safenav.runtime.resolution.problem import Problem
 from safenav.runtime.traffic.budgets import REMEMBERED_STATES
 from safenav.scenario.guarantees import guarantees_of
@@ -65,21 +66,19 @@ class StateGraph(PoseGraph):
         """Return all states in a set of poses."""
         return sum(poses << k * self._span for k in range(len(self._memories)))
 
+    @kept
     def steps(self, pose: int) -> tuple[int, ...]:
-        found = self._steps.get(pose)
-        if found is None:
-            k, here = divmod(pose, self._span)
-            before, (old, _) = super().pose(here), self._memories[k]
-            stay = (here,) if self._also_stays else ()
-            found = self._steps[pose] = tuple(
-                to + later * self._span
-                for to in (*self._poses.steps(here), *stay)
-                for later, (new, met) in enumerate(self._memories)
-                if to + later * self._span != pose
-                and self._guarantees.allows_with(before, old, self._poses.pose(to), new)
-                and met == self._met_on(before, old, self._poses.pose(to), new)
-            )
-        return found
+        k, here = divmod(pose, self._span)
+        before, (old, _) = self._poses.pose(here), self._memories[k]
+        stay = (here,) if self._also_stays else ()
+        return tuple(
+            to + later * self._span
+            for to in (*self._poses.steps(here), *stay)
+            for later, (new, met) in enumerate(self._memories)
+            if to + later * self._span != pose
+            and self._guarantees.allows_with(before, old, self._poses.pose(to), new)
+            and met == self._met_on(before, old, self._poses.pose(to), new)
+        )
 
     def forward(self, poses: Mask) -> Mask:
         found = 0

@@ -1,16 +1,28 @@
 """Searches in a thread, for worlds in which time passes meanwhile: a mission hears its world, its
-operator and its signals while a plan is searched. Nobody begins a step until the answer is there,
-so that the plan begins where the robots are."""
+operator and its signals while a plan is searched.
+
+Nobody begins a step until the answer is there but robots that can undo it alone. A plan begins
+where the robots were when its search began. Steps since then, undone last one first, lead back
+there: what was free for a robot's step is free for the step back. So they precede the plan, which
+is shortened as a whole before it is executed (docs/coordination.md, A live run).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Collection, Hashable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from threading import get_ident
 from typing import Any, TypeVar
 
+from msgspec import Struct
+
+from safenav.runtime.resolution.problem import Floor
+from safenav.runtime.team import RobotState
 from safenav.runtime.termination import Stop
 from safenav.runtime.traffic import budgets
+from safenav.runtime.traffic.joint import Count, Course, Joint
+from safenav.runtime.traffic.remembering import remembering
+from safenav.scenario.objective import formulas_in
 
 Answer = TypeVar("Answer")
 
@@ -77,3 +89,62 @@ class Thinking:
     def _searched(self, search: Callable[[], Answer]) -> Answer:
         self._thread = get_ident()
         return search()
+
+
+class Pending(Struct):
+    """A search that is not over. ``floor``: where it begins; ``moment``: all that it depends on;
+    ``team``: that part of it which no step changes; ``poses``: the joint poses since then, one step
+    of one robot after the other; ``free``: the robots that may take such steps."""
+
+    floor: Floor
+    moment: Hashable
+    team: Hashable
+    poses: list[tuple[int, ...]]
+    free: Collection[str] = ()
+
+    @property
+    def moved(self) -> bool:
+        """Whether a robot has set out since the search began."""
+        return len(self.poses) > 1
+
+    def serves(self, floor: Floor, team: Hashable) -> bool:
+        """Whether the answer will be of use from here."""
+        return self.team == team and self.poses[-1] == floor.poses
+
+    def may_go_on(self, name: str) -> bool:
+        """Whether a robot may take another step."""
+        return name in self.free and len(self.poses) <= budgets.LONGEST
+
+    def set_out(self, poses: tuple[int, ...]) -> None:
+        """A robot has set out: ``poses`` are where all will be."""
+        if poses != self.poses[-1]:
+            self.poses.append(poses)
+
+    def from_here(
+        self, course: Course, counts: Sequence[Count], states: Sequence[Joint]
+    ) -> list[Joint] | None:
+        """A plan that was found, from where the robots are now; None if it leads elsewhere by now.
+        ``counts``: the goals that each has met by now."""
+        if not self.moved:
+            return list(states)
+        back = [*reversed(self.poses), *(state.poses for state in states[1:])]
+        found = course.along(course.begun(back[0], tuple(counts), states[0].stages), back[1:])
+        ways = zip(found[: len(self.poses)], reversed(self.poses), strict=True)
+        undone = all(state.stages == states[0].stages for state, _ in ways)
+        return found if undone and found[-1].stages == states[-1].stages else None
+
+
+def free_to_go_on(floor: Floor, robots: Collection[RobotState]) -> frozenset[str]:
+    """The robots whose steps can be undone whatever they remember, carry or owe: without headings,
+    formulas and batteries."""
+    problem = floor.problem
+    if remembering(problem) or problem.sweeping:
+        return frozenset()
+    return frozenset(
+        robot.name
+        for robot, member in zip(robots, problem.members, strict=True)
+        if not member.turns
+        and formulas_in(robot.robot.objective) is None
+        and formulas_in(robot.assignment.objective) is None
+        and robot.charge is None
+    )

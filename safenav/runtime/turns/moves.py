@@ -1,4 +1,5 @@
-"""The steps of robots: begun, under way, ended, and what they count for."""
+"""The steps of robots: begun, under way, ended, and what they count for. A robot whose step fails
+tries again, reports an obstacle, or is out of service."""
 
 from __future__ import annotations
 
@@ -6,17 +7,22 @@ from collections.abc import Iterator, Mapping
 
 from msgspec import Struct
 
+from safenav.runtime.characterization import ForbiddenMove
+from safenav.runtime.coordination import events
 from safenav.runtime.coordination.events import Event
+from safenav.runtime.failures import Reaction, lost, unknown
 from safenav.runtime.progress import Progress
 from safenav.runtime.team import DecidedStep, RobotState, TeamState
 from safenav.runtime.turns.actions import Actions
 from safenav.runtime.turns.move_recorder import MoveRecorder
 from safenav.runtime.turns.relocation import Relocation
-from safenav.runtime.turns.setbacks import Setbacks
 from safenav.runtime.worlds.commands import Commands
-from safenav.runtime.worlds.protocol import Arrived, Ended, Lost
+from safenav.runtime.worlds.protocol import Arrived, Blocked, Elsewhere, Ended, Failed, Lost
 from safenav.scenario.guarantees import guarantees_of, values_of
+from safenav.scenario.model import Obstacle
 from safenav.scenario.objective import Ltl
+from safenav.trace import records
+from safenav.trace.vocabulary import ChangeCause, PlanEndReason
 from safenav.world.moves import Pose
 
 Values = Mapping[str, int]
@@ -31,7 +37,6 @@ class Moves(Struct, frozen=True):
     world: Commands
     tell: MoveRecorder
     relocation: Relocation
-    setbacks: Setbacks
     actions: Actions
 
     def begin(self, robot: RobotState, step: DecidedStep) -> Iterator[Event]:
@@ -82,7 +87,7 @@ class Moves(Struct, frozen=True):
         elif not isinstance(event, Lost):
             robot.pose = event.pose
         strayed = robot.pose != pose
-        reaction, violation = self.setbacks.judge(robot, start, pose, event)
+        reaction, violation = self._judge(robot, start, pose, event)
         self.tell.ended(robot, start.region, recorded, event)
         if not strayed:
             self.state.failures.arrived(robot.name)
@@ -95,7 +100,7 @@ class Moves(Struct, frozen=True):
         robot.arriving = False
         self._count(robot, progress, around, strayed=strayed)
         if reaction is not None:
-            yield from self.setbacks.react(robot, reaction, violation, event)
+            yield from self._react(robot, reaction, violation, event)
         elif strayed:
             yield from self.relocation.go_on_from_elsewhere(robot)
         elif step.planned and not self.relocation.traffic.active:
@@ -141,3 +146,83 @@ class Moves(Struct, frozen=True):
         wanted = self.state.scenario.until.rounds if robot.progress is robot.own else 1
         enough = robot.begun and robot.progress.rounds >= wanted
         return enough and robot.progress.met_by_staying(robot.pose.region, *around)
+
+    def _judge(
+        self, robot: RobotState, start: Pose, pose: Pose, event: Ended
+    ) -> tuple[Reaction | None, ForbiddenMove | None]:
+        """Return the policy for a failed step (None: it did not fail), and the obstacle that counts
+        as encountered."""
+        region, obstacle = pose.region, None
+        match event:
+            case Elsewhere() if robot.pose.region in self.state.taken(robot.robot):
+                return Reaction.OUT_OF_SERVICE, None  # it slid to where another robot is
+            case Arrived() | Elsewhere():
+                return None, None
+            case Lost():
+                return Reaction.OUT_OF_SERVICE, None
+            case Blocked(obstacle=found) if found is None or self._stops(
+                robot, found, self.world.at(event)
+            ):
+                reaction, obstacle = Reaction.OBSTACLE, found
+            case _:
+                fatal = isinstance(event, Failed) and event.fatal
+                policy = self.state.scenario.failures
+                reaction = self.state.failures.move_failed(policy, robot.name, region, fatal=fatal)
+        if reaction is not Reaction.OBSTACLE or robot.pose.region != start.region:
+            given_up = reaction is Reaction.OUT_OF_SERVICE
+            return reaction if given_up else Reaction.RETRY, None
+        violation = ForbiddenMove(
+            robot.robot, start.region, region, obstacle or unknown(robot.robot, region)
+        )
+        self.encounter(robot, violation)
+        return reaction, violation
+
+    def _stops(self, robot: RobotState, obstacle: Obstacle, at: float) -> bool:
+        """Whether an obstacle that a robot has met stops it, and was not opened after that."""
+        if self.state.failures.is_late(obstacle.name, at):
+            self.tell.late("blocked", "the obstacle was opened later", robot.name, obstacle, at)
+            return False
+        return self.state.knowledge.closed_to(obstacle, robot.robot)
+
+    def encounter(self, robot: RobotState, violation: ForbiddenMove) -> None:
+        """Record an obstacle that keeps a robot where it is."""
+        self.tell.violation(robot, violation)
+        self.state.emit(records.Backtrack(self.state.tick, robot.name, robot.pose.region))
+
+    def _react(
+        self, robot: RobotState, reaction: Reaction, violation: ForbiddenMove | None, event: Ended
+    ) -> Iterator[Event]:
+        """Apply a failed step: the robot is off its strategy; the region that it could not
+        enter is an obstacle, or the robot is out of service."""
+        robot.planner.node = None
+        if violation is not None:
+            yield from self.relocation.leave_plan(PlanEndReason.VIOLATION)
+            yield events.ObstacleEncountered(violation)
+            yield events.HelpRequested(violation)
+        elif reaction is Reaction.OUT_OF_SERVICE:
+            if isinstance(event, Lost):
+                yield from self._lost(robot, event)
+            yield from self.relocation.serve(robot, active=False, cause=ChangeCause.WORLD)
+        else:
+            yield from self.relocation.go_on_from_elsewhere(robot)
+
+    def _lost(self, robot: RobotState, event: Lost) -> Iterator[Event]:
+        """Close all regions but one in which a lost robot may be: it blocks that one itself. Where
+        it may be in a zone that it does not hold by that, close all of this to the others."""
+        rivals = frozenset(other.name for other in self.state.rivals(robot.robot))
+        yield from self.relocation.leave_plan(PlanEndReason.VIOLATION)
+        here, at = robot.pose.region, {n: each.occupied for n, each in self.state.robots.items()}
+        free = event.regions - {here} - self.state.taken(robot.robot)
+        closed = dict.fromkeys(free, rivals)
+        for zone in self.state.scenario.never_together:
+            if robot.name not in zone.robots or here in zone.regions:
+                continue
+            others = zone.robots - {robot.name}
+            standing = frozenset().union(*(at[name] for name in others))
+            for region in zone.regions - standing if zone.regions & event.regions else ():
+                closed[region] = closed.get(region, frozenset()) | others
+        for region in sorted(closed):
+            obstacle = lost(robot.robot, closed[region], region)
+            violation = ForbiddenMove(robot.robot, robot.pose.region, region, obstacle)
+            self.encounter(robot, violation)
+            yield events.ObstacleEncountered(violation)

@@ -19,7 +19,6 @@ from safenav.runtime.turns.monitor import Monitors
 from safenav.runtime.turns.move_recorder import MoveRecorder
 from safenav.runtime.turns.moves import Moves
 from safenav.runtime.turns.relocation import Relocation
-from safenav.runtime.turns.setbacks import Setbacks
 from safenav.runtime.turns.step_choice import StepChoice
 from safenav.runtime.turns.while_waiting import goes_on
 from safenav.runtime.worlds.commands import Commands
@@ -41,9 +40,8 @@ class Turns:
         self.monitors = Monitors(state)
         self.tell = tell = MoveRecorder(state)
         self.relocation = relocation = Relocation(state, strategies, traffic)
-        self.setbacks = setbacks = Setbacks(state, world, tell, relocation)
         self.actions = Actions(state, world, tell, traffic, relocation, self._stand_still)
-        self.moves = Moves(state, world, tell, relocation, setbacks, self.actions)
+        self.moves = Moves(state, world, tell, relocation, self.actions)
         self.choice = StepChoice(state, world, tell, traffic)
 
     def step(self, robot: RobotState) -> Iterator[Event]:
@@ -201,7 +199,7 @@ class Turns:
             pose = None
         violation = None if pose is None else self.choice.violation(robot, pose)
         if violation is not None:
-            self.setbacks.encounter(robot, violation)
+            self.moves.encounter(robot, violation)
             yield events.ObstacleEncountered(violation)
         if pose is None or violation is not None:
             if robot.planner.task.tracking is not Tracking.NEARBY:

@@ -23,6 +23,7 @@ from functools import lru_cache
 
 from msgspec import Struct
 
+from safenav.kept import kept
 from safenav.world.map import Region, RegionMap
 from safenav.world.partition import Partition
 from safenav.world.poses import Mask, bits, region_mask
@@ -66,8 +67,6 @@ class Tracker:
         self._cells = tuple(region_mask(cell) for cell in partition.cells)
         self._west = region_mask(tuple(range(0, world.size, world.cols)))
         self._east = self._west << world.cols - 1
-        self._outlooks: dict[Knowledge, Outlook] = {}
-        self._folded: dict[Mask, Outlook] = {}
 
     def possible(self, knowledge: Knowledge) -> frozenset[Region]:
         """The regions where the other may be."""
@@ -82,15 +81,10 @@ class Tracker:
         belief = next((b for b, owns in outlook.beliefs if owns >> own & 1), None)
         return Prospect(seen, belief)
 
+    @kept
     def outlook(self, knowledge: Knowledge) -> Outlook:
         """The prospects from all free regions."""
-        known = self._outlooks.get(knowledge)
-        if known is None:
-            reach = self.reach(region_mask(self.possible(knowledge)))
-            if reach not in self._folded:  # in a live run many lead to the same
-                self._folded[reach] = self._look_ahead(reach)
-            known = self._outlooks[knowledge] = self._folded[reach]
-        return known
+        return self._look_ahead(self.reach(region_mask(self.possible(knowledge))))
 
     def spread(self, regions: Mask, within: Mask | None = None) -> Mask:
         """The regions one step or none away, in ``within`` (default: all free regions)."""
@@ -109,7 +103,9 @@ class Tracker:
             regions, reached = reached, self.spread(reached)
         return reached
 
+    @kept
     def _look_ahead(self, reach: Mask) -> Outlook:
+        """The same by where the other may be then: in a live run many lead to the same."""
         groups: list[tuple[Belief, Mask]] = [(frozenset(), self._free)]
         for cell, regions in enumerate(self._cells):
             if not reach & regions:

@@ -1,0 +1,24 @@
+"""Results that an object keeps, by arguments."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache, cached_property, partial
+from typing import Concatenate, ParamSpec, TypeVar, cast
+
+_Self = TypeVar("_Self")
+_Asked = ParamSpec("_Asked")
+_Result = TypeVar("_Result")
+
+
+def kept(
+    method: Callable[Concatenate[_Self, _Asked], _Result],
+) -> cached_property[Callable[_Asked, _Result]]:
+    """A method that is a pure function of its arguments, and of what its object never changes:
+    each result is computed once. The object has a ``__dict__``."""
+
+    def of(owner: _Self) -> Callable[_Asked, _Result]:
+        return cast("Callable[_Asked, _Result]", cache(partial(method, owner)))
+
+    of.__doc__ = method.__doc__
+    return cached_property(of)
