@@ -52,13 +52,7 @@ TOTES = "totes"
 DELIVERIES = """\
 safenav: 1
 coordination: assignable
-map:
-  grid: |
-    ###########
-    #.........#
-    #.###.###.#
-    #.........#
-    ###########
+map: {grid: ["###########", "#.........#", "#.###.###.#", "#.........#", "###########"]}
 catalogue:
   robots: {amr: {mobility: free, layer: ground, capabilities: [lift, drop, push]}}
   obstacles:

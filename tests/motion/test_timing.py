@@ -193,13 +193,7 @@ def test_a_robot_without_charge_stands_until_its_battery_is_replaced() -> None:
 
 APART = """
 safenav: 1
-map:
-  grid: |
-    #######
-    #.....#
-    #######
-    #.....#
-    #######
+map: {grid: ["#######", "#.....#", "#######", "#.....#", "#######"]}
 catalogue:
   robots:
     slow: {mobility: free, layer: ground, capabilities: [], motion: disc, speed: 0.2}
@@ -212,12 +206,7 @@ never_together:
 """
 SWEPT = """
 safenav: 1
-map:
-  grid: |
-    #######
-    #.....#
-    #.....#
-    #######
+map: {grid: ["#######", "#.....#", "#.....#", "#######"]}
 catalogue:
   robots:
     slow: {mobility: free, layer: air, capabilities: [], motion: disc, speed: 0.2}

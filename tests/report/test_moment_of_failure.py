@@ -10,13 +10,7 @@ from safenav.report.replay.timeline import Replay
 
 SCENARIO = """
 safenav: 1
-map:
-  grid: |
-    #########
-    #...#...#
-    #.......#
-    #...#...#
-    #########
+map: {grid: ["#########", "#...#...#", "#.......#", "#...#...#", "#########"]}
 robots:
   quad: {model: quadcopter, start: [1, 1], objective: {patrol: [[3, 1], [1, 7]]}}
   late: {model: quadcopter, start: [1, 3], objective: {visit: [[3, 3], [1, 3]]}}

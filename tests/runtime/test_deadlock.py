@@ -12,13 +12,7 @@ ROVER = "catalogue: {robots: {rover: {mobility: free, layer: ground, capabilitie
 CASES = {
     "corridor swap": (SCENARIOS / "corridor_swap.yaml").read_text(),
     "parked in a doorway": f"""
-        map:
-          grid: |
-            #########
-            #...#...#
-            #.......#
-            #...#...#
-            #########
+        map: {{grid: ["#########", "#...#...#", "#.......#", "#...#...#", "#########"]}}
         {ROVER}
         robots:
           parked: {{model: rover, start: [2, 4], objective: {{hold: [2, 4]}}}}
@@ -27,13 +21,7 @@ CASES = {
         limits: {{ticks: 120}}
         """,
     "three in a T junction": f"""
-        map:
-          grid: |
-            #########
-            #.......#
-            ####.####
-            ####.####
-            #########
+        map: {{grid: ["#########", "#.......#", "####.####", "####.####", "#########"]}}
         {ROVER}
         robots:
           west: {{model: rover, start: [1, 1], objective: {{visit: [[1, 7], [1, 1]]}}}}
@@ -83,13 +71,7 @@ def test_nobody_does_with_resolution_off(name: str) -> None:
 def test_requester_waits_where_it_does_not_block_its_helper() -> None:
     # The only way to the lever is past the region from which the walker has met the debris.
     trace = play("""
-        map:
-          grid: |
-            ########
-            #......#
-            #.####.#
-            #......#
-            ########
+        map: {grid: ["########", "#......#", "#.####.#", "#......#", "########"]}
         catalogue:
           robots:
             walker: {mobility: free, layer: ground, capabilities: []}

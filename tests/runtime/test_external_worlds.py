@@ -18,13 +18,7 @@ from safenav.world.moves import Pose
 
 BUILDING = """
 name: building
-map:
-  grid: |
-    ###########
-    #....#....#
-    #.........#
-    #....#....#
-    ###########
+map: {grid: ["###########", "#....#....#", "#.........#", "#....#....#", "###########"]}
 robots:
   drone: {model: quadcopter, start: [1, 1], objective: {patrol: [[1, 1], [3, 9]]}}
   walker: {model: digit, start: [3, 2], heading: east, objective: {visit: [[3, 1], [1, 4]]}}

@@ -28,13 +28,7 @@ from safenav.synthesis.slugs import Synthesizer
 GATE = """
 safenav: 1
 name: nobody can push this gate
-map:
-  grid: |
-    ###########
-    #....#....#
-    #.........#
-    #....#....#
-    ###########
+map: {grid: ["###########", "#....#....#", "#.........#", "#....#....#", "###########"]}
 catalogue:
   robots:
     cart: {mobility: free, layer: ground, capabilities: []}
@@ -48,9 +42,7 @@ obstacles: [{type: gate, region: [2, 5]}]
 until: {rounds: 1}
 clock: live
 """
-NAMED = GATE.replace(
-    "    ###########\ncatalogue", "    ###########\n  names: {doorway: [2, 5]}\ncatalogue"
-)
+NAMED = GATE.replace("]}\ncatalogue", "], names: {doorway: [2, 5]}}\ncatalogue")
 PUSHER_OUT = GATE.replace("layer: air, capabilities: []", "layer: air, capabilities: [push]") + (
     "changes: [{at: 1, robot: bee, service: out}]\n"
 )

@@ -164,11 +164,7 @@ def test_a_robot_does_something_else_while_it_waits() -> None:
 
 CORRIDOR = """
 name: the one who asks cannot be passed
-map:
-  grid: |
-    ##########
-    #........#
-    ##########
+map: {grid: ["##########", "#........#", "##########"]}
 catalogue:
   robots:
     courier: {mobility: free, layer: ground, capabilities: [fetch]}

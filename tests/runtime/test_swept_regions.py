@@ -16,13 +16,7 @@ MISSIONS = 4 * max(1, int(os.environ.get("SAFENAV_FUZZ", "1")))
 HALL = """\
 safenav: 1
 name: swept
-map:
-  grid: |
-    #########
-    #...#...#
-    #.......#
-    #...#...#
-    #########
+map: {grid: ["#########", "#...#...#", "#.......#", "#...#...#", "#########"]}
 catalogue:
   obstacles:
     leaf: {action: push, sweeps: neighbours}
@@ -135,11 +129,7 @@ def test_an_obstacle_has_regions_of_its_own_and_keeps_them_in_the_studio() -> No
 
 CORRIDOR = """\
 safenav: 1
-map:
-  grid: |
-    ######
-    #....#
-    ######
+map: {grid: ["######", "#....#", "######"]}
 catalogue:
   robots:
     cart: {mobility: free, layer: ground, capabilities: [push]}

@@ -8,11 +8,7 @@ from safenav.errors import InputError
 
 def test_resolving_what_nobody_asked_for_pops_nothing() -> None:
     trace = play("""
-        map:
-          grid: |
-            ########
-            #......#
-            ########
+        map: {grid: ["########", "#......#", "########"]}
         robots:
           opener: {model: digit, start: 9, heading: east, objective: {hold: 14}}
           flyer: {model: quadcopter, start: 9, objective: {visit: [14, 9]}}
@@ -27,12 +23,7 @@ def test_resolving_what_nobody_asked_for_pops_nothing() -> None:
 def test_unasked_resolution_while_a_request_is_open_leaves_the_stack_alone() -> None:
     # The flyer waits for door 12; on its way there the opener opens door 16, too.
     trace = play("""
-        map:
-          grid: |
-            ##########
-            #........#
-            ########.#
-            ##########
+        map: {grid: ["##########", "#........#", "########.#", "##########"]}
         catalogue: {robots: {rover: {mobility: free, layer: ground, capabilities: [push]}}}
         robots:
           flyer: {model: quadcopter, start: 11, objective: {visit: [14, 11]}}
@@ -50,12 +41,7 @@ def test_unasked_resolution_while_a_request_is_open_leaves_the_stack_alone() -> 
 
 def test_helper_that_stands_on_its_own_target_still_goes() -> None:
     trace = play("""
-        map:
-          grid: |
-            #########
-            #.......#
-            #.......#
-            #########
+        map: {grid: ["#########", "#.......#", "#.......#", "#########"]}
         robots:
           flyer: {model: quadcopter, start: 10, objective: {patrol: [13, 10]}}
           opener: {model: digit, start: 25, heading: west, objective: {hold: 25}}
@@ -72,13 +58,7 @@ def test_robot_that_faces_the_obstacle_can_wait_and_turn() -> None:
     # Digit faces the uncertain region with a wall on its left: it cannot turn on the spot. It
     # waits, and when the region proves untraversable it turns off to the right.
     trace = play("""
-        map:
-          grid: |
-            ########
-            #......#
-            #..##..#
-            #......#
-            ########
+        map: {grid: ["########", "#......#", "#..##..#", "#......#", "########"]}
         robots:
           quad: {model: quadcopter, start: 30, objective: {hold: 30}}
           digit: {model: digit, start: 9, heading: east, objective: {visit: [14, 25]}}
@@ -97,13 +77,7 @@ def test_robot_that_faces_the_obstacle_can_wait_and_turn() -> None:
 
 def test_second_request_while_the_first_is_pending() -> None:
     trace = play("""
-        map:
-          grid: |
-            ###########
-            #....#....#
-            #....#....#
-            #.........#
-            ###########
+        map: {grid: ["###########", "#....#....#", "#....#....#", "#.........#", "###########"]}
         robots:
           one: {model: quadcopter, start: 12, objective: {visit: [15, 12]}}
           two: {model: quadcopter, start: 17, objective: {visit: [20, 17]}}
@@ -120,13 +94,7 @@ def test_second_request_while_the_first_is_pending() -> None:
 
 def test_two_robots_meet_the_same_obstacle() -> None:
     trace = play("""
-        map:
-          grid: |
-            ###########
-            #...#.....#
-            #.........#
-            #...#.....#
-            ###########
+        map: {grid: ["###########", "#...#.....#", "#.........#", "#...#.....#", "###########"]}
         catalogue:
           robots:
             low: {mobility: free, layer: low, capabilities: []}
@@ -186,12 +154,7 @@ def test_a_resolved_request_leaves_the_stack_wherever_it_stands_in_it() -> None:
 
 def test_untraversable_region_blocks_only_whom_it_blocks() -> None:
     trace = play("""
-        map:
-          grid: |
-            #######
-            #.....#
-            #.....#
-            #######
+        map: {grid: ["#######", "#.....#", "#.....#", "#######"]}
         robots:
           quad: {model: quadcopter, start: 19, objective: {visit: [11, 8]}}
           digit: {model: digit, start: 8, heading: east, objective: {visit: [11, 15]}}
@@ -209,13 +172,7 @@ def test_helper_leaves_the_doorway_on_the_far_side_and_comes_back() -> None:
     # With heading mobility the opener can only walk on through the door; the literal Patrol
     # formula would forbid it to come back through it.
     trace = play("""
-        map:
-          grid: |
-            #########
-            #...#...#
-            #.......#
-            #...#...#
-            #########
+        map: {grid: ["#########", "#...#...#", "#.......#", "#...#...#", "#########"]}
         robots:
           flyer: {model: quadcopter, start: 10, objective: {visit: [16, 10]}}
           opener: {model: digit, start: 28, heading: west, objective: {patrol: [12, 28]}}
@@ -241,11 +198,7 @@ def test_patrol_with_both_targets_equal_is_told_to_hold() -> None:
 @pytest.mark.parametrize(("start", "first"), [(8, 0), (11, 1)], ids=["first", "second"])
 def test_patrol_may_start_on_either_target(start: int, first: int) -> None:
     trace = play(f"""
-        map:
-          grid: |
-            ######
-            #....#
-            ######
+        map: {{grid: ["######", "#....#", "######"]}}
         robots: {{a: {{model: quadcopter, start: {start - 1}, objective: {{patrol: [7, 10]}}}}}}
         until: {{rounds: 2}}
         """)
@@ -257,13 +210,7 @@ def test_patrol_may_start_on_either_target(start: int, first: int) -> None:
 
 def test_detour_around_what_nobody_can_resolve() -> None:
     trace = play("""
-        map:
-          grid: |
-            #######
-            #.....#
-            #.###.#
-            #.....#
-            #######
+        map: {grid: ["#######", "#.....#", "#.###.#", "#.....#", "#######"]}
         robots: {flyer: {model: quadcopter, start: 8, objective: {visit: [12, 8]}}}
         obstacles: [{type: door, region: 10}]
         until: {rounds: 2}
@@ -276,13 +223,7 @@ def test_detour_around_what_nobody_can_resolve() -> None:
 
 BETWEEN_WALLS = """\
 # Digit stands at 9 between walls, faces 10, and cannot go back: no strategy is left.
-map:
-  grid: |
-    #######
-    #.....#
-    #.###.#
-    #.....#
-    #######
+map: {grid: ["#######", "#.....#", "#.###.#", "#.....#", "#######"]}
 robots:
   quad: {model: quadcopter, start: 26, objective: {hold: 26}}
   digit: {model: digit, start: 8, heading: east, objective: {visit: [12, 8]}}
@@ -291,11 +232,7 @@ limits: {ticks: 80}
 """
 
 NO_DETOUR = """
-map:
-  grid: |
-    #######
-    #.....#
-    #######
+map: {grid: ["#######", "#.....#", "#######"]}
 robots: {flyer: {model: quadcopter, start: 8, objective: {visit: [12, 8]}}}
 obstacles: [{type: door, region: 10}]
 """
@@ -303,11 +240,7 @@ obstacles: [{type: door, region: 10}]
 WAIT_FOR_EACH_OTHER = """\
 # The rover can get to the quadcopter's door through the uncertain region only, and the
 # quadcopter to the uncertain region through the door only.
-map:
-  grid: |
-    ###########
-    #.........#
-    ###########
+map: {grid: ["###########", "#.........#", "###########"]}
 catalogue: {robots: {rover: {mobility: free, layer: ground, capabilities: [push]}}}
 robots:
   rover: {model: rover, start: 12, objective: {visit: [19, 12]}}
@@ -318,13 +251,7 @@ limits: {ticks: 60}
 
 FACE_TO_FACE = """\
 # Both start inside the corridor, face to face: neither can turn on the spot.
-map:
-  grid: |
-    ###########
-    #..#####..#
-    #.........#
-    #..#####..#
-    ###########
+map: {grid: ["###########", "#..#####..#", "#.........#", "#..#####..#", "###########"]}
 robots:
   a: {model: digit, start: [2, 4], heading: east, objective: {visit: [[2, 9], [2, 1]]}}
   b: {model: digit, start: [2, 6], heading: west, objective: {visit: [[2, 1], [2, 9]]}}

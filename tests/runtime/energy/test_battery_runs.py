@@ -17,11 +17,7 @@ from safenav.runtime.mission import Mission
 COUNT = (int(os.environ.get("SAFENAV_FUZZ", "0")) or 24) // 3
 
 CORRIDOR = """
-map:
-  grid: |
-    #############
-    #...........#
-    #############
+map: {grid: ["#############", "#...........#", "#############"]}
 catalogue:
   robots:
     cart: {mobility: free, layer: ground, capabilities: [],
@@ -73,12 +69,7 @@ def test_a_target_that_it_may_not_cross_does_not_keep_it_at_its_charger(
 
 
 SHARED = """
-map:
-  grid: |
-    #######
-    #.....#
-    #.....#
-    #######
+map: {grid: ["#######", "#.....#", "#.....#", "#######"]}
 catalogue:
   robots:
     cart: {mobility: free, layer: ground, capabilities: [],
