@@ -41,6 +41,12 @@ def fall_on_the_cart(lines: list[Line]) -> None:
     lines.insert(find(lines, "move", tick=2) + 1, line | {"tick": 2})
 
 
+def list_twice(lines: list[Line]) -> None:
+    """Let the debris reappear, and block nobody then."""
+    obstacles = lines[0]["scenario"]["obstacles"]
+    obstacles.append(obstacles[0] | {"blocks": []})
+
+
 def in_proof(*path: Any, to: Any) -> Mutation:
     """Change something in the proof of the outcome."""
 
@@ -61,6 +67,7 @@ def told(robot: str, objective: Any) -> Mutation:
 BY_SIGNALS = scenario("coordination", to="assignable")
 BACK = told("right", {"visit": [12]})
 
+NOT_OUT = scenario("changes", 1, "active", to=True)
 EARLY = insert_after(
     "met",
     {"need": 0},
@@ -96,6 +103,7 @@ CASES_OF_PLANS: list[Case] = [
         2,
         "one",
     ),
+    ("header", "come_and_gone", list_twice, 0, None),
     ("appeared", "come_and_gone", scenario("obstacles", 0, "from", to=4), 3, None),
     ("appeared", "come_and_gone", fall_on_the_cart, 2, "cart"),
     ("ordered", "come_and_gone", scenario("obstacles", 0, "ordered", to=True), 3, None),
@@ -105,6 +113,7 @@ CASES_OF_PLANS: list[Case] = [
     ("changes", "told", scenario("changes", 2, "at", to=4), 5, "cart"),
     ("changes", "told", edit("objective", {}, cause="user"), 2, "cart"),
     ("service", "told", drop("service", active=True), 5, "cart", 2),
+    ("service", "told", both(edit("service", {}, active=True), NOT_OUT), 3, "cart", 2),
     ("resolution", "lifted", both(EARLY, cut_after("resolved")), 1, "cart", 2),
     (
         "missed-resolution",

@@ -5,8 +5,6 @@ from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any
 
-import pytest
-
 from certify.making import SCENARIOS, files_of, rewrite, run_checker, shipped
 from certify.mutants import lines_of, with_lines
 from safenav import Mission, TraceWriter, built_in, load_scenario
@@ -51,29 +49,6 @@ def test_a_run_that_was_changed_is_accepted() -> None:
     status, said = run_checker(changed())
     assert status == 0, said
     assert "receives another objective" in said
-
-
-def test_a_robot_out_of_service_that_goes_on_is_refused(tmp_path: Path) -> None:
-    """The line that takes it out of service is told one tick too early."""
-    lines = lines_of(files_of(changed()))
-    out = next(line for line in lines if line["type"] == "service")
-    lines.remove(out)
-    first = next(k for k, line in enumerate(lines) if line.get("tick") == 1)
-    lines.insert(first, {**out, "tick": 1})
-    status, said = said_of(lines, tmp_path)
-    assert status == 1
-    assert "moves, but is out of service" in said
-
-
-@pytest.mark.parametrize("active", [True, False])
-def test_a_service_line_that_changes_nothing_is_refused(active: bool, tmp_path: Path) -> None:
-    lines = lines_of(files_of(changed()))
-    for line in lines:
-        if line["type"] == "service":
-            line["active"] = active
-    status, said = said_of(lines, tmp_path)
-    assert status == 1
-    assert "service as before" in said
 
 
 def test_an_objective_that_nobody_gave_is_refused(tmp_path: Path) -> None:

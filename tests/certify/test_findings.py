@@ -9,10 +9,8 @@ from certify.making import bundle_at, files_of, rewrite, run_checker
 from certify.mutants import lines_of, with_lines
 from runtime.played import Run
 
-AROUND = '["#####", "#...#", "#...#", "#####"]'
 LANE = '["#####", "#...#", "#####"]'
 BAY = '["#####", "#...#", "##.##", "#####"]'
-SLOW = AROUND, "a: {model: slow, start: 6, heading: east, objective: {visit: [13, 6]}}"
 IN_THE_WAY = (
     BAY,
     """
@@ -68,13 +66,6 @@ LOSES_SIGHT = (
   c: {model: cart, tracking: belief, vision: 2, start: 7, objective: {visit: [10]}}
 obstacles: [{type: bar, region: 8}]
 coordination: assignable
-""",
-)
-FAR_AWAY = (
-    '["#######", "#.....#", "#######"]',
-    """
-  a: {model: cart, start: 8, objective: {visit: [9, 8]}}
-obstacles: [{type: bar, region: 12}]
 """,
 )
 FROM_BOTH_SIDES = (
@@ -136,7 +127,6 @@ CATALOGUE = """
   robots:
     cart: {mobility: free, layer: ground, capabilities: []}
     walker: {mobility: heading, layer: ground, capabilities: []}
-    slow: {mobility: heading, layer: ground, capabilities: [], timing: 2}
     barge: {mobility: free, layer: ground, capabilities: [], timing: 2}
     lifter: {mobility: free, layer: ground, capabilities: [lift]}
     pusher: {mobility: free, layer: air, capabilities: [push]}
@@ -167,14 +157,6 @@ def said_of(mission: tuple[str, str], run: Run, target: Path) -> str:
     bundle = bundle_of(mission)
     files = with_lines(files_of(bundle), run.records)
     return run_checker(rewrite(bundle, files, target / "bundle"))[1].splitlines()[-1]
-
-
-def test_a_robot_keeps_its_heading_while_it_is_on_its_way(tmp_path: Path) -> None:
-    run = run_of(SLOW)
-    line = run.all("move", toward=11)[0]
-    assert line["heading"] == "east"
-    line["heading"] = "north"
-    assert "a turns from east to north while it stays" in said_of(SLOW, run, tmp_path)
 
 
 def test_a_robot_has_held_although_it_makes_way_in_the_end() -> None:
@@ -256,28 +238,6 @@ def test_an_obstacle_comes_back_under_its_name(tmp_path: Path) -> None:
     assert "differs when it reappears" in said_of(COMES_BACK, run, tmp_path)
 
 
-def test_an_obstacle_is_met_from_beside_it(tmp_path: Path) -> None:
-    """From elsewhere there is nothing to step back from."""
-    run = run_of(FAR_AWAY)
-    move, about = run.all("move")[0], {"tick": 1, "robot": "a"}
-    first = run.records.index(move)
-    met = {"at": 8, "proposed": 12, "obstacle": "bar@12", "action": "push"}
-    move |= {"to": 8, "by": "backtrack"}
-    run.records[first:first] = [
-        {"type": "violation", **about, **met},
-        {"type": "backtrack", **about, "to": 8},
-    ]
-    told = "a cannot step from 8 (1, 1) to 12 (1, 5), which is not a neighbour"
-    assert told in said_of(FAR_AWAY, run, tmp_path)
-
-
-def test_a_request_is_dropped_when_its_obstacle_is_resolved(tmp_path: Path) -> None:
-    """Before anybody moves again, however the run ends."""
-    run = Run([line for line in run_of(TWO_NEEDS).records if line["type"] != "pop"])
-    told = "pile@7 is over, but its entry stays on the stack"
-    assert told in said_of(TWO_NEEDS, run, tmp_path)
-
-
 @pytest.mark.parametrize("coordination", ["assignable", "resynthesis"])
 @pytest.mark.parametrize("tracking", ["belief", "exact"])
 def test_a_robot_that_is_kept_still_knows_where_others_are(
@@ -333,16 +293,6 @@ def test_what_a_robot_is_told_on_its_way_counts_when_it_arrives() -> None:
     told = [line for line in run_of(TOLD_ON_ITS_WAY).all("move", robot="b") if "signal" in line]
     signals = [("by" in line, line["signal"]["assigned"]) for line in told]
     assert signals == [(True, 13), (False, 16)]
-
-
-def test_nobody_lacks_a_strategy_unless_that_was_shown(tmp_path: Path) -> None:
-    """Neither at the beginning nor later, whatever the last line says."""
-    for outcome in ("unrealizable", "operator_needed"):
-        run = run_of(TWO_NEEDS)
-        tried = {"b": run.all("synthesis")[0]["spec"]}
-        run.outcome.update(outcome=outcome, cause="unrealizable", unrealizable=tried)
-        said = said_of(TWO_NEEDS, run, tmp_path / outcome)
-        assert "runs that never begin" in said or "that is not proven" in said
 
 
 def test_a_round_goes_on_where_a_new_strategy_begins_on_a_target(tmp_path: Path) -> None:
