@@ -16,6 +16,7 @@ from safenav.fleet.fleet_file import load_fleet
 from safenav.fleet.transport import DriveRecording
 from safenav.fleet.world import fleet_world
 from safenav.outfile import write_out
+from safenav.runtime.analysis.resuming import resumed
 from safenav.runtime.mission import Mission, default_synthesizer
 from safenav.scenario.lint import imprecise, oversized
 from safenav.scenario.model import Scenario
@@ -29,6 +30,7 @@ Examples:
   safenav new lab.yaml && safenav new fleet.yaml --fleet lab.yaml
   safenav drive lab.yaml --fleet fleet.yaml --rehearse --trace lab.jsonl
   safenav drive lab.yaml --fleet fleet.yaml --live   # extra 'studio'
+  safenav drive lab.yaml --fleet fleet.yaml --resume lab.jsonl --trace rest.jsonl
 Without --rehearse the robots of the fleet file move.
 \b
 Ctrl-C stops all robots, then ends the run; a second one ends it immediately.
@@ -55,7 +57,14 @@ Exit codes:
     type=options.FILE,
     help="Write the motion commanded and measured, in metres (extra: motion).",
 )
-@click.option("--rehearse", is_flag=True, help="Simulate the run in time; no robot moves.")
+@click.option("--rehearse", is_flag=True, help="Simulate the run; no robot moves.")
+@click.option(
+    "--resume",
+    "begun",
+    type=options.INPUT,
+    metavar="TRACE",
+    help="Continue an interrupted drive of SCENARIO from where its trace ends.",
+)
 @options.operator
 @options.live
 @options.result_as_json
@@ -73,6 +82,7 @@ def command(
     trace: Path | None,
     motion: Path | None,
     rehearse: bool,
+    begun: Path | None,
     operator: str | None,
     live: bool,
     as_json: bool,
@@ -81,7 +91,12 @@ def command(
 ) -> int:
     """Run SCENARIO with the robots of a fleet file. safenav decides where each robot goes next; the
     robots' own navigation drives them there."""
-    plan = replace(load_scenario(scenario), clock=Clock.LIVE)
+    plan = load_scenario(scenario)
+    if begun is not None:
+        if trace is not None and trace.resolve() == begun.resolve():
+            raise click.UsageError(f"--trace {trace} would overwrite the trace of --resume")
+        plan = resumed(read_trace(begun), plan)
+    plan = replace(plan, clock=Clock.LIVE)
     if time_limit is not None:
         plan = replace(plan, limits=replace(plan.limits, seconds=time_limit))
     if motion is not None and rehearse:

@@ -222,7 +222,10 @@ def resume(
     trace does not contain."""
     if output is not None and output.resolve() == trace.resolve():
         raise UsageError(f"--trace {output} would overwrite the trace; give another file")
-    plan = resumed(read_trace(trace), None if scenario is None else load_scenario(scenario))
+    begun = read_trace(trace)
+    plan = resumed(begun, None if scenario is None else load_scenario(scenario))
+    if begun.header.scenario.world == "external":
+        warn(f"{trace}: its rest is simulated, no robot moves; see safenav drive --resume")
     for robot in add:
         plan = joined(plan, robot)
     if operator is not None and plan.clock is not Clock.LIVE:

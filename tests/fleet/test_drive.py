@@ -282,6 +282,29 @@ robots: {digit: {speed: 0.45, scan: {obstacle: debris}}}
 """
 
 
+FREE = BLOCKED.replace(", obstacles: [{type: debris, region: [1, 3]}]", "")
+
+
+def test_a_drive_is_resumed_where_its_trace_ends(tmp_path: Path) -> None:
+    """Robots begin where they were; ``resume`` says that it moves none of them."""
+    scenario, fleet, first, rest = (
+        tmp_path / name for name in ("hall.yaml", "fleet.yaml", "t.jsonl", "rest.jsonl")
+    )
+    scenario.write_text(DEBRIS)
+    fleet.write_text(FREE)
+    drive = ("drive", scenario, "--fleet", fleet)
+    assert safenav(*drive, "--trace", first, "--time-limit", "9").returncode == 3
+    again = safenav(*drive, "--resume", first, "--trace", first)
+    assert again.returncode == 2 and "would overwrite" in again.stderr
+    assert safenav(*drive, "--resume", first, "--trace", rest).returncode == 0
+    header, *lines = lines_of(rest)
+    assert header["scenario"]["robots"]["digit"]["start"] > 8 and header["scenario"]["begun"]
+    assert lines[-1]["outcome"] == "completed"
+    assert safenav("check-trace", rest, "--after", first).returncode == 0
+    simulated = safenav("resume", first)
+    assert simulated.returncode == 0 and "no robot moves" in simulated.stderr
+
+
 ELSEWHERE = "objective digit {visit: [[2, 3]]}\n\n"
 BEE = "add bee {model: quadcopter, start: [1, 5], objective: {hold: [1, 5]}}\n"
 
