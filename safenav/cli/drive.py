@@ -30,7 +30,8 @@ Examples:
   safenav new lab.yaml && safenav new fleet.yaml --fleet lab.yaml
   safenav drive lab.yaml --fleet fleet.yaml --rehearse --trace lab.jsonl
   safenav drive lab.yaml --fleet fleet.yaml --live   # extra 'studio'
-  safenav drive lab.yaml --fleet fleet.yaml --resume lab.jsonl --trace rest.jsonl
+  head -9 lab.jsonl > a.jsonl
+  safenav drive lab.yaml --fleet fleet.yaml --rehearse --resume a.jsonl
 Without --rehearse the robots of the fleet file move.
 \b
 Ctrl-C stops all robots, then ends the run; a second one ends it immediately.

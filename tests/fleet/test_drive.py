@@ -301,8 +301,7 @@ def test_a_drive_is_resumed_where_its_trace_ends(tmp_path: Path) -> None:
     assert header["scenario"]["robots"]["digit"]["start"] > 8 and header["scenario"]["begun"]
     assert lines[-1]["outcome"] == "completed"
     assert safenav("check-trace", rest, "--after", first).returncode == 0
-    simulated = safenav("resume", first)
-    assert simulated.returncode == 0 and "no robot moves" in simulated.stderr
+    assert "no robot moves" in safenav("resume", first).stderr
 
 
 ELSEWHERE = "objective digit {visit: [[2, 3]]}\n\n"
