@@ -353,8 +353,7 @@ def mover_of(robot: Robot, places: Places) -> Mover:
             "moves\n    add 'motion' or 'speed' to it, or leave out 'follow'"
         )
     floor = MetricFloor(places.world.rows, places.world.cols, east)
-    heading = None if start.heading is None else start.heading.label
-    return mover(robot.name, floor, start.region, heading, motion)
+    return mover(robot.name, floor, *start.place, motion)
 
 
 def resting_place(body: Mover, places: Places) -> tuple[float, float, float]:

@@ -116,12 +116,9 @@ def _read(
             heading = data.get("heading")
             if heading is not None and heading not in HEADINGS:
                 raise UsageError(f"unknown heading '{str(heading)[:40]}'")
-            facing = None if heading is None else HEADINGS[heading]
-            return (
-                None
-                if place is None
-                else user_changes.PutBack(str(data.get("robot")), Pose(place, facing))
-            )
+            if place is None:
+                return None
+            return user_changes.PutBack(str(data.get("robot")), Pose.of(place, heading))
         case "give_up":
             return user_changes.GiveUp()
         case "truth":

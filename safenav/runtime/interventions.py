@@ -24,7 +24,7 @@ from safenav.scenario.objective import Objective, avoided, targets_of
 from safenav.scenario.reachability import Reachability
 from safenav.spec.objective import NO_MEMORY
 from safenav.trace import records, vocabulary
-from safenav.trace.header import heading_in_trace, objective_in_trace
+from safenav.trace.header import objective_in_trace
 from safenav.trace.vocabulary import OperatorIntervention
 from safenav.trace.words import obstacle_words
 from safenav.world.map import Region
@@ -123,8 +123,6 @@ class Interventions(Struct):
                 self.turns.tell.late("intervention", str(error), None, None, now)
                 continue
             self.took_effect |= self._has_effect(wanted)
-            if self.state.live:
-                self._tell(wanted)
             yield from self._bring_about(wanted)
         yield from self._inputs()
 
@@ -203,26 +201,19 @@ class Interventions(Struct):
         """Whether an operator wants the run to end."""
         return any(isinstance(wanted, user_changes.GiveUp) for wanted in self._asked)
 
-    def _tell(self, wanted: user_changes.Intervention) -> None:
+    def _tell(
+        self,
+        what: OperatorIntervention,
+        robot: str | None = None,
+        obstacle: str | None = None,
+        pose: Pose | None = None,
+        objective: Objective | None = None,
+    ) -> None:
         """Record what an operator does in a live run."""
-        tick, emit = self.state.tick, self.state.emit
-        match wanted:
-            case user_changes.MarkResolved(name) | user_changes.TakeAway(name):
-                emit(records.Operator(tick, OperatorIntervention.RESOLVED, obstacle=name))
-            case user_changes.MarkPermanent(name):
-                emit(records.Operator(tick, OperatorIntervention.PERMANENT, obstacle=name))
-            case user_changes.PutBack(name, pose):
-                at = pose.region, heading_in_trace(pose)
-                what = OperatorIntervention.PUT_BACK
-                emit(records.Operator(tick, what, name, region=at[0], heading=at[1]))
-            case user_changes.Give(name, objective):
-                told = objective_in_trace(objective)
-                emit(records.Operator(tick, OperatorIntervention.OBJECTIVE, name, objective=told))
-            case user_changes.Serve(name, active):
-                what = OperatorIntervention.ADDED if active else OperatorIntervention.OUT_OF_SERVICE
-                emit(records.Operator(tick, what, name))
-            case user_changes.GiveUp():
-                emit(records.Operator(tick, OperatorIntervention.GIVE_UP))
+        if self.state.live:
+            at: tuple[Region | None, str | None] = (None, None) if pose is None else pose.place
+            told = None if objective is None else objective_in_trace(objective)
+            self.state.emit(records.Operator(self.state.tick, what, robot, obstacle, *at, told))
 
     def _bring_about(self, wanted: user_changes.Intervention) -> Iterator[events.Event]:
         state = self.state
@@ -243,6 +234,7 @@ class Interventions(Struct):
                     state.introduce(new)
                     yield from self._placed(Change(new, appeared=True, by_user=True))
             case user_changes.TakeAway(name):
+                self._tell(OperatorIntervention.RESOLVED, obstacle=name)
                 self._simulation().take_away(name)
             case user_changes.SetTruth(name, truth):
                 obstacle = self._there(name)
@@ -250,24 +242,31 @@ class Interventions(Struct):
                 state.introduce(obstacle, truth)
                 state.emit(records.Truth(state.tick, name, truth, _USER))
             case user_changes.Give(name, objective):
+                self._tell(OperatorIntervention.OBJECTIVE, name, objective=objective)
                 yield from self._give(self._robot(name), objective, _USER)
             case user_changes.Serve(name, active):
-                yield from self.turns.relocation.serve(
-                    self._robot(name), active=active, cause=_USER
-                )
+                what = OperatorIntervention.ADDED if active else OperatorIntervention.OUT_OF_SERVICE
+                self._tell(what, name)
+                robot = self._robot(name)
+                yield from self.turns.relocation.serve(robot, active=active, cause=_USER)
             case user_changes.SetInput(name, on):
                 self._chosen[name] = on
             case user_changes.MarkResolved(name):
+                self._tell(OperatorIntervention.RESOLVED, obstacle=name)
                 obstacle = self._met(name)
                 there = self.world is not None and self.world.remove(name)
                 if not there:
                     self.turns.world.cleared(obstacle)
                 yield from self.turns.actions.gone(obstacle, by_user=there)
             case user_changes.MarkPermanent(name):
+                self._tell(OperatorIntervention.PERMANENT, obstacle=name)
                 yield from self.turns.relocation.leave_plan()
                 yield events.ObstacleSealed(self._met(name))
             case user_changes.PutBack(name, pose):
+                self._tell(OperatorIntervention.PUT_BACK, name, pose=pose)
                 yield from self._put_back(self._robot(name), pose)
+            case user_changes.GiveUp():
+                self._tell(OperatorIntervention.GIVE_UP)
 
     def _put_back(self, robot: RobotState, pose: Pose) -> Iterator[events.Event]:
         """The robot continues from another pose; it is no longer lost."""

@@ -325,7 +325,7 @@ class Passes(Algorithm):
             and left
             and self._is_free()
             and not served
-            and self.traffic.only_out(left)
+            and self.traffic.searches.only_out(left)
         ):
             self.guarded(self._unless_back)
         if team.live:

@@ -133,7 +133,7 @@ def _recorded_by_installer() -> Path | None:
 
 
 @lru_cache(maxsize=64)
-def _ask_version(path: Path, mtime_ns: int, size: int) -> str | None:  # noqa: ARG001
+def _ask_version(path: Path, _mtime_ns: int, _size: int) -> str | None:
     """Ask once per file content; upstream's binary takes ``--version`` for a mistake."""
     try:
         answer = Crew().run([str(path), "--version"], b"", _VERSION_SECONDS)

@@ -284,5 +284,5 @@ def _exits(process: subprocess.Popen[bytes], deadline: float | None) -> bool:
     return True
 
 
-def _exit_as_terminated(signum: int, frame: FrameType | None) -> None:  # noqa: ARG001
+def _exit_as_terminated(signum: int, _frame: FrameType | None) -> None:
     raise SystemExit(128 + signum)

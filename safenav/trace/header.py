@@ -14,7 +14,6 @@ from safenav.spec.other_robots.belief import MOST_CELLS
 from safenav.trace import setting
 from safenav.trace.objective import Objective
 from safenav.world.map import RegionMap
-from safenav.world.moves import Pose
 from safenav.world.partition import rooms
 
 
@@ -108,11 +107,6 @@ def objective_in_trace(objective: ScenarioObjective) -> Objective:
     return told
 
 
-def heading_in_trace(pose: Pose) -> str | None:
-    """The heading of a pose as a trace spells it."""
-    return pose.heading.label if pose.heading is not None else None
-
-
 def _map(world: RegionMap) -> setting.MapHeader:
     """Its metres only if they are known."""
     frame = world.frame
@@ -135,7 +129,7 @@ def _robot(robot: Robot, scenario: Scenario) -> setting.RobotHeader:
         layer=model.layer,
         capabilities=robot.capabilities,
         start=robot.start.region,
-        heading=heading_in_trace(robot.start),
+        heading=robot.start.facing,
         objective=objective_in_trace(robot.objective),
         conflicts=frozenset(
             other.name

@@ -11,7 +11,7 @@ from enum import StrEnum
 
 from msgspec import Struct
 
-from safenav.world.map import Heading, Region, RegionMap
+from safenav.world.map import HEADINGS, Heading, Region, RegionMap
 
 
 class Mobility(StrEnum):
@@ -24,6 +24,21 @@ class Pose(Struct, frozen=True):
 
     region: Region
     heading: Heading | None = None
+
+    @classmethod
+    def of(cls, region: Region, facing: str | None) -> Pose:
+        """The pose that faces a direction of this name."""
+        return cls(region, None if facing is None else HEADINGS[facing])
+
+    @property
+    def facing(self) -> str | None:
+        """The name of its heading, as traces have it."""
+        return None if self.heading is None else self.heading.label
+
+    @property
+    def place(self) -> tuple[Region, str | None]:
+        """Its region and the name of its heading, as traces have them."""
+        return self.region, self.facing
 
 
 def moves(

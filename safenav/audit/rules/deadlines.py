@@ -6,8 +6,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import product
 
-from safenav.audit.acts import impossible
-from safenav.audit.bound import Bound, least_within, mission_end
+from safenav.audit.bound import Bound, impossible, least_within, mission_end
 from safenav.audit.kinds import shape_of
 from safenav.audit.language import RefusedError
 from safenav.audit.lines import Line

@@ -12,9 +12,8 @@ from safenav.audit.kinds import shape_of
 from safenav.audit.language import Pose, closure
 from safenav.audit.lines import Line, proof_of
 from safenav.audit.proofs.case import Case, case_of
-from safenav.audit.proofs.closure import closure_problems
+from safenav.audit.proofs.closure import closure_problems, tree_problems
 from safenav.audit.proofs.joint import can_be_served, joint_problems
-from safenav.audit.proofs.tree import tree_problems
 from safenav.audit.remembering import Memories, remembered, row_of
 from safenav.audit.rules.rule import Finding, Rule, Said
 from safenav.audit.situation import RESYNTHESIS, Situation

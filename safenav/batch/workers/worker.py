@@ -66,7 +66,7 @@ def kill_orphans(mark: str) -> None:
 
 def _processes() -> list[int]:
     with contextlib.suppress(OSError):
-        return [int(entry) for entry in os.listdir("/proc") if entry.isdecimal()]  # noqa: PTH208
+        return [int(entry.name) for entry in Path("/proc").iterdir() if entry.name.isdecimal()]
     return []
 
 

@@ -38,10 +38,7 @@ def worst_data(case: Worst) -> dict[str, Any]:
 
 
 def _data(times: Times) -> dict[str, Any]:
-    at = {
-        name: [pose.region, None if pose.heading is None else pose.heading.label]
-        for name, pose in times.moment.items()
-    }
+    at = {name: pose.place for name, pose in times.moment.items()}
     told = {"best": times.best, "worst": times.worst, "moment": at, "bids": dict(times.bids)}
     return {**told, "all_moments": times.whole}
 

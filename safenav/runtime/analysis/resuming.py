@@ -17,7 +17,7 @@ from typing import Any
 from msgspec.structs import asdict, replace
 
 from safenav.errors import UsageError
-from safenav.runtime.analysis.trace_end import TraceEnd, ended_late, pose_of
+from safenav.runtime.analysis.trace_end import TraceEnd, ended_late
 from safenav.runtime.energy.charges import TracedCharges
 from safenav.runtime.passes import SLOWEST
 from safenav.scenario import settings
@@ -43,7 +43,7 @@ from safenav.trace.wording import objective_of
 from safenav.trace.words import listed
 from safenav.world.frame import Frame
 from safenav.world.map import RegionMap
-from safenav.world.moves import Mobility
+from safenav.world.moves import Mobility, Pose
 
 UNREAD = ("promises", "suspects", "chargers", "inputs", "partition")
 """Parts of a header from which no scenario is made: the scenario's file is needed."""
@@ -284,7 +284,7 @@ def _made(name: str, robot: setting.RobotHeader) -> Robot:
     return Robot(
         name,
         model,
-        pose_of(robot.start, robot.heading),
+        Pose.of(robot.start, robot.heading),
         objective,
         robot.conflicts,
         frozenset(robot.tracks or ()),

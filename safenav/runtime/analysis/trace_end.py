@@ -9,7 +9,6 @@ from collections.abc import Mapping
 from msgspec import Struct, field
 
 from safenav.begun import Begun, Done, PlanLeft, RoundClock
-from safenav.bounds import Heading
 from safenav.outcome import Outcome
 from safenav.runtime.analysis.memories import Memories
 from safenav.runtime.promises.ledger import Round
@@ -26,7 +25,6 @@ from safenav.trace.vocabulary import (
     OperatorIntervention,
 )
 from safenav.trace.wording import objective_of
-from safenav.world.map import HEADINGS
 from safenav.world.moves import Pose
 
 CHANGES = (
@@ -154,7 +152,7 @@ class TraceEnd(Struct):
         """Return the state after all lines of a trace."""
         header, robots = trace.header.scenario, trace.header.scenario.robots
         end = cls(
-            {name: pose_of(robot.start, robot.heading) for name, robot in robots.items()},
+            {name: Pose.of(robot.start, robot.heading) for name, robot in robots.items()},
             {name: _pursued(name, header) for name in robots},
             {name: robot.objective for name, robot in robots.items()},
         )
@@ -195,12 +193,12 @@ class TraceEnd(Struct):
                 if self.backs_up is not None and record.robot == self.backs_up[0]:
                     self._waits(record.to if record.toward is None else record.toward)
                 if record.toward is None:
-                    pose = pose_of(record.to, record.heading)
+                    pose = Pose.of(record.to, record.heading)
                     self._step(record.robot, pose, decided=record.by is MovedBy.STRATEGY)
                     if not (record.tick == 1 and record.robot in self.had_before):
                         self.moved = record.robot, record.to  # else it has had its turn
             case records.Arrive():
-                self._step(record.robot, pose_of(record.at, record.heading), decided=False)
+                self._step(record.robot, Pose.of(record.at, record.heading), decided=False)
                 self.moved = record.robot, record.at
             case records.Depart() | records.Held():
                 if isinstance(record, records.Depart):
@@ -216,7 +214,7 @@ class TraceEnd(Struct):
                 self._forget(record.obstacle or "")
                 self.stays.add(record.obstacle or "")
             case records.Operator() if record.robot is not None and record.region is not None:
-                self.poses[record.robot] = pose_of(record.region, record.heading)
+                self.poses[record.robot] = Pose.of(record.region, record.heading)
             case records.Plan():
                 self._plans(record)
                 self.to_follow = False
@@ -291,7 +289,7 @@ class TraceEnd(Struct):
             self.since[robot] = round(self.time)
         if self.plan is not None and pose != before:
             ahead = self.plan.robots[robot][self.taken[robot] + 1 :]
-            self.taken[robot] += bool(ahead) and pose_of(*ahead[0]) == pose
+            self.taken[robot] += bool(ahead) and Pose.of(*ahead[0]) == pose
         memories = self.own[robot].memories
         if memories is not None and robot not in self.away and (decided or pose != before):
             tick = self.time if not self.live else 0
@@ -332,8 +330,8 @@ class TraceEnd(Struct):
         for name, way in left.items():
             here = self.poses[name]
             if len(way) == 1:  # it may have left it
-                left[name] = ((here.region, None if here.heading is None else here.heading.label),)
-            elif pose_of(*way[0]) != here:
+                left[name] = (here.place,)
+            elif Pose.of(*way[0]) != here:
                 return None
         orders = (
             (first, i - self.taken[first], then, j - self.taken[then])
@@ -473,11 +471,6 @@ class TraceEnd(Struct):
                 self.late.add(record.of)
 
 
-def pose_of(region: int, heading: Heading | None) -> Pose:
-    """A pose as a trace has it."""
-    return Pose(region, None if heading is None else HEADINGS[str(heading)])
-
-
 def ended_late(trace: Trace) -> bool:
     """Return whether a broken promise ended the run."""
     return trace.outcome is not None and trace.outcome.outcome is Outcome.LATE
@@ -492,7 +485,7 @@ def _pursued(name: str, header: setting.ScenarioHeader) -> Pursued:
         own.begun, own.rounds, own.seen, own.turn = True, done.rounds, {*done.seen}, done.turn
         own.clock = Round.continued(done.clock)
     if isinstance(own.pursuit, Ltl) and own.pursuit.memory:
-        start = pose_of(header.robots[name].start, header.robots[name].heading)
+        start = Pose.of(header.robots[name].start, header.robots[name].heading)
         own.memories = Memories.at_start(guarantees_of(own.pursuit), start)
         if done is not None and done.memory:
             own.memories.possible, own.memories.begun = [done.memory], True

@@ -24,7 +24,7 @@ from safenav.spec.compile import assumption_names
 from safenav.spec.other_robots.belief import models
 from safenav.spec.task import Fairness, Task
 from safenav.trace import records, vocabulary
-from safenav.trace.header import heading_in_trace, objective_in_trace
+from safenav.trace.header import objective_in_trace
 from safenav.trace.objective import Objective
 from safenav.trace.words import listed
 from safenav.world.moves import Pose
@@ -42,8 +42,8 @@ def acts(team: TeamState, settled: Settled) -> Iterator[records.Record]:
     for act in chosen.acts:
         places = {}
         for robot, number in zip(act.group, act.poses, strict=True):
-            pose = floor.problem.members[robot].graph.pose(number)
-            places[floor.names[robot]] = (pose.region, heading_in_trace(pose))
+            graph = floor.problem.members[robot].graph
+            places[floor.names[robot]] = graph.pose(number).place
         at = act.turn // len(floor.names)
         told.append(records.ScheduledAct(floor.gates[act.gate], act.need, at, places))
     beyond = tuple(floor.gates[gate] for gate in sorted(chosen.beyond))
@@ -241,7 +241,7 @@ def synthesis_record(
         tuple(assumption_names(task, world)),
         node=node,
         region=task.pose.region,
-        heading=heading_in_trace(task.pose),
+        heading=task.pose.facing,
         memory=_memory(task),
         inputs={each.name: on for each, on in task.inputs} or None,
         again={each.name: each.again for each, _ in task.inputs if each.again} or None,
@@ -299,4 +299,4 @@ def _memory(task: Task) -> dict[str, int] | None:
 def _places(poses: frozenset[Pose]) -> tuple[Place, ...]:
     """Return poses in the form of a trace."""
     ordered = sorted(poses, key=lambda pose: (pose.region, pose.heading or 0))
-    return tuple((pose.region, heading_in_trace(pose)) for pose in ordered)
+    return tuple(pose.place for pose in ordered)

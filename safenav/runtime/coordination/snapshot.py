@@ -15,7 +15,6 @@ from safenav.runtime.team import RobotState, TeamState
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.objective import Ltl, targets_of
 from safenav.scenario.settings import RequestOrder
-from safenav.trace.header import heading_in_trace
 from safenav.world.poses import Mask, PoseGraph, bits, region_mask
 
 
@@ -138,8 +137,5 @@ def _conflicts(scenario: Scenario) -> tuple[frozenset[int], ...]:
 
 def poses_in(graph: PoseGraph, poses: Mask) -> tuple[Place, ...]:
     """Return poses in the form of a proof: region and heading, ascending."""
-    found = []
-    for number in bits(poses):
-        pose = graph.pose(number)
-        found.append((pose.region, heading_in_trace(pose)))
+    found = (graph.pose(number).place for number in bits(poses))
     return tuple(sorted(found, key=lambda e: (e[0], e[1] or "")))

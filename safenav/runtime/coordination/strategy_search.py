@@ -20,7 +20,7 @@ from safenav.spec.compile import compile_task
 from safenav.spec.forms import Rung, Weakening, concession
 from safenav.spec.specification import Specification
 from safenav.spec.task import Task
-from safenav.synthesis.request import Listener, SynthesisResult
+from safenav.synthesis.request import Listener, SynthesisProgress, SynthesisResult
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace import records, vocabulary
 from safenav.trace.words import seconds_words
@@ -151,10 +151,10 @@ class StrategySearch(Struct, eq=False):
         self._stop.check()
         self.busy = True
 
-        def hear(progress: object) -> None:
+        def hear(progress: SynthesisProgress) -> None:
             self._stop.check()
             if self._progress is not None:
-                self._progress(progress)  # type: ignore[arg-type]
+                self._progress(progress)
 
         specs = [compile_task(task, self._world) for task in tasks]
         try:

@@ -23,7 +23,6 @@ from safenav.runtime.traffic.joint import Count, Course, Effort, Exhausted
 from safenav.runtime.traffic.joint_plan import Search
 from safenav.runtime.traffic.remembering import StateGraph
 from safenav.trace import proofs
-from safenav.trace.header import heading_in_trace
 from safenav.world.poses import bits
 
 
@@ -137,13 +136,7 @@ def deadlocked(state: TeamState, floor: Floor, course: Course, answer: Exhausted
     text = "".join(f"{line}\n" for line in places)
     proof = proofs.JointSearch(
         floor.names,
-        {
-            name: (
-                state.robots[name].next_pose.region,
-                heading_in_trace(state.robots[name].next_pose),
-            )
-            for name in floor.names
-        },
+        {name: state.robots[name].next_pose.place for name in floor.names},
         {
             **{g: stage.need for g, stage in zip(floor.gates, floor.stages, strict=True)},
             **state.knowledge.given_up(),

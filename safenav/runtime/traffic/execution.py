@@ -18,8 +18,6 @@ from safenav.begun import PlanLeft
 from safenav.runtime.resolution.problem import Floor, KeepOut, Problem, Stages
 from safenav.runtime.traffic.joint import Count, Joint
 from safenav.trace import records
-from safenav.trace.header import heading_in_trace
-from safenav.world.map import HEADINGS
 from safenav.world.moves import Pose
 from safenav.world.poses import Mask, bits
 
@@ -231,8 +229,7 @@ def plan_record(tick: int, floor: Floor, plan: Schedule, reason: str) -> records
     robots = {}
     for index, (name, way) in enumerate(zip(floor.names, plan.ways, strict=True)):
         graph = floor.problem.members[index].graph
-        poses = [graph.pose(number) for number in way]
-        robots[name] = tuple((pose.region, heading_in_trace(pose)) for pose in poses)
+        robots[name] = tuple(graph.pose(number).place for number in way)
     names = floor.names
     orders = tuple(
         # Step k leads from place k to place k + 1.
@@ -247,10 +244,7 @@ def scheduled(floor: Floor, left: PlanLeft) -> Schedule | None:
     if left.robots.keys() != {*floor.names}:
         return None
     ways = tuple(
-        tuple(
-            member.graph.number(Pose(region, None if heading is None else HEADINGS[heading]))
-            for region, heading in left.robots[name]
-        )
+        tuple(member.graph.number(Pose.of(*place)) for place in left.robots[name])
         for name, member in zip(floor.names, floor.problem.members, strict=True)
     )
     orders = tuple(

@@ -215,10 +215,8 @@ class Course(Struct, frozen=True, eq=False, dict=True):
         graphs = [member.graph for member in self.problem.members]
         found = set()
         for poses in {state.poses for state in states}:
-            told = []
-            for graph, number in zip(graphs, poses, strict=True):
-                pose = graph.pose(number)
-                told.append([pose.region, None if pose.heading is None else pose.heading.label])
+            pairs = zip(graphs, poses, strict=True)
+            told = [graph.pose(number).place for graph, number in pairs]
             found.add(json.dumps(told, separators=(",", ":")))
         return sorted(found)
 

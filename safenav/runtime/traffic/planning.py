@@ -8,7 +8,7 @@ possible because the plan is the beginning of one for all of it (docs/coordinati
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
 from itertools import pairwise
 
 from msgspec.structs import replace
@@ -62,7 +62,7 @@ class Traffic:
         self._pending: Pending | None = None
         self._all_wait = False
         self.thinking = Thinking(stop)
-        self._searches = searches = Searches(state, self.thinking)
+        self.searches = searches = Searches(state, self.thinking)
         self._certificates = certificates = Certificates(state, searches)
         robots = state.scenario.robots
         sweeps = state.scenario.sweeping and len(robots) > 1
@@ -114,7 +114,7 @@ class Traffic:
             return True
         if not awaited_by(floor, name, robot.own) >> graph.number(robot.pose) & 1:
             return True
-        return has_met(self._searches.counts(floor)[index], due)
+        return has_met(self.searches.counts(floor)[index], due)
 
     def arrived(self, name: str) -> None:
         """A robot has taken its next step of the plan."""
@@ -159,11 +159,7 @@ class Traffic:
     def set_out(self) -> None:
         """A robot has set out on a step."""
         if self._pending is not None:
-            self._pending.set_out(self._searches.floor().poses)
-
-    def only_out(self, robots: Sequence[RobotState]) -> bool:
-        """Whether each of some robots is out of service, or cut off by one that is."""
-        return self._searches.only_out(robots)
+            self._pending.set_out(self.searches.floor().poses)
 
     def ahead(self, name: str) -> Mask:
         """The regions that robots in conflict with this one still need for the plan."""
@@ -249,7 +245,7 @@ class Traffic:
             return False
         if not self.state.last_settled.notes.hurried:
             return True  # it is decided again since
-        floor, self.search.starved = self._searches.floor(), occasion.robot
+        floor, self.search.starved = self.searches.floor(), occasion.robot
         states = self.search.quickest(floor, gate)
         careful = self._whatever_stands(floor, gate, states)
         if careful is not None:
@@ -257,7 +253,7 @@ class Traffic:
             reason += ", whatever of the suspects is there"
         if states is None:
             return False
-        self._begin(floor, states, self._searches.counts(floor), reason)
+        self._begin(floor, states, self.searches.counts(floor), reason)
         return True
 
     def _whatever_stands(
@@ -286,7 +282,7 @@ class Traffic:
 
     def _plan(self, occasion: Occasion) -> None:
         """Make a plan and begin it. Raises RunEnded with the proof if there is none."""
-        here, self.search.starved = self._searches.floor(), occasion.robot
+        here, self.search.starved = self.searches.floor(), occasion.robot
         helping = any(r.assignment.role is Role.HELPS for r in self.state.robots.values())
         pending = self._search_from(here)
         found = self._sought(pending, occasion, helping)
@@ -306,7 +302,7 @@ class Traffic:
             return  # their strategies begin with those, and another plan is made
         if self.search.turning:
             self._certificates.keep(course, answer.states)
-        counts = self._searches.counts(floor)
+        counts = self.searches.counts(floor)
         cut = self.search.cut(course, start, answer.states, helping)
         states = pending.from_here(course, counts, cut)
         if states is None:
@@ -330,7 +326,7 @@ class Traffic:
         """The result of a search with its problem and first state; None if it is not there yet, or
         is of no use where the robots are now."""
         plain = pending.floor
-        floor = self._searches.aimed(plain)
+        floor = self.searches.aimed(plain)
         try:
             found = self.thinking.ask(
                 pending.moment, lambda: self.search.sought(plain, floor, helping)
@@ -406,8 +402,8 @@ class Traffic:
         if not all(meets_the_rest_alone(floor, robot, returns=returns) for robot in robots):
             return end
         course = Course(floor.problem, wanted, any_first=True)
-        start = self._searches.begun(floor, course)
-        search = self._searches.search(floor, course, start, work=Effort(budgets.MOST_WORK))
+        start = self.searches.begun(floor, course)
+        search = self.searches.search(floor, course, start, work=Effort(budgets.MOST_WORK))
         answer: Answer = Spent(0)
         if start.stages == floor.stages:
             answer = search.singles(budgets.PROOF_BUDGET)
@@ -429,7 +425,7 @@ class Traffic:
         team = here.stages, id(self.state.last_settled.found), repr(each)
         if self._pending is not None and self._pending.serves(here, team):
             return self._pending
-        counts = self._searches.counts(here)
+        counts = self.searches.counts(here)
         moment = here.poses, counts, team, self._all_wait
         free = () if self._all_wait else free_to_go_on(here, robots)
         return Pending(here, moment, team, [here.poses], free)
@@ -451,13 +447,12 @@ class Traffic:
     def _begin(
         self, floor: Floor, states: Sequence[Joint], counts: Sequence[Count], reason: str
     ) -> None:
-        states = shortened(self._searches.course(floor), states, self._fixed(floor))
+        states = shortened(self.searches.course(floor), states, self._fixed(floor))
         ends, states = states[-1].poses, self.search.approached(floor, states)
         pairs = zip(floor.names, ends, states[-1].poses, strict=True)
         notes = self.state.last_settled.notes
         notes.followers = frozenset(name for name, end, now in pairs if now != end)
         notes.followed = True
-        sizes = [member.graph.size for member in floor.problem.members]
         poses = [plain_poses(floor.problem, state.poses) for state in states]
         under_way = {}
         for index, robot in enumerate(self.state.robots.values()):
@@ -465,31 +460,40 @@ class Traffic:
                 under_way[index] = floor.problem.members[index].graph.number(robot.pose)
                 robot.transit = replace(robot.transit, by=vocabulary.MovedBy.PLAN)
         poses, states = execution.with_steps_under_way(poses, states, counts, under_way)
+        self.state.changes += 1
+        self.occasions.watch.begin_anew()
+        self._follow(floor, poses, states, counts, reason, under_way)
+
+    def _follow(
+        self,
+        floor: Floor,
+        poses: Sequence[tuple[int, ...]],
+        states: Sequence[Joint],
+        counts: Sequence[Count],
+        reason: str,
+        under_way: Collection[int] = (),
+    ) -> None:
+        """Follow a plan from now on: these joint poses, by which the states follow."""
+        sizes = [member.graph.size for member in floor.problem.members]
         apart = floor.problem.exclusions(states[0].stages)
         plan = execution.schedule(poses, sizes, floor.problem.conflicts, apart, under_way)
         self.execution = execution.Execution(plan, execution.dues_of(states, counts))
-        self.state.changes += 1
-        self.occasions.watch.begin_anew()
         self.state.emit(execution.plan_record(self.state.tick, floor, plan, reason))
 
     def resume(self, left: PlanLeft) -> None:
         """Follow the rest of a plan of the run that this one continues, if each of its steps can be
         taken here."""
-        floor, notes = self._searches.floor(), self.state.last_settled.notes
+        floor, notes = self.searches.floor(), self.state.last_settled.notes
         notes.followed = notes.hurried = notes.cleared = True
         plan = execution.scheduled(floor, left)
         joint = None if plan is None else execution.in_turn(plan)
         if plan is None or joint is None or joint[0] != floor.poses:
             return
-        counts, course = self._searches.counts(floor), self._searches.course(floor)
+        counts, course = self.searches.counts(floor), self.searches.course(floor)
         states = course.along(course.begun(floor.poses, counts, floor.stages), joint[1:])
         if not all(after.poses in course.next_poses(state) for state, after in pairwise(states)):
             return  # the scenario has changed since then
-        problem, sizes = floor.problem, [member.graph.size for member in floor.problem.members]
-        apart = problem.exclusions(floor.stages)
-        plan = execution.schedule(joint, sizes, problem.conflicts, apart)
-        self.execution = execution.Execution(plan, execution.dues_of(states, counts))
-        self.state.emit(execution.plan_record(self.state.tick, floor, plan, left.reason))
+        self._follow(floor, joint, states, counts, left.reason)
 
     def _fixed(self, floor: Floor) -> list[int]:
         """The robots that must end where a plan leads them: that is why it was made, or what makes
@@ -499,7 +503,7 @@ class Traffic:
             for index, robot in enumerate(self.state.robots.values())
             if self.search.turning
             or floor.problem.members[index].turns
-            or index in self._searches.stays(floor)
+            or index in self.searches.stays(floor)
             or robot.assignment.role is Role.HELPS
             or robot.name == self.search.starved
         ]

@@ -3,7 +3,7 @@ a plan looks ahead, each robot's counts, and its assignment."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from msgspec.structs import replace
 
@@ -131,16 +131,19 @@ class Searches:
     def goal(self, floor: Floor, name: str) -> Mask:
         """The poses that a robot is to reach now; none for one that waits or has done all."""
         robot = self._state.robots[name]
-        match robot.assignment.role:
-            case _ if not robot.active:
-                return 0
-            case Role.HELPS | Role.EARLY | Role.CHARGES:
-                return _lifted(floor, floor.index(name), robot.assignment.goal)
-            case Role.OWN if not self._has_done_all(robot):
-                cut_off = floor.index(name) in self.cut_off(floor)
-                return 0 if cut_off else awaited_by(floor, name, robot.own)
-            case _:
-                return 0
+        if not robot.active or (robot.assignment.role is Role.OWN and self._has_done_all(robot)):
+            return 0
+        wish = self._wish(floor, name)
+        return awaited_by(floor, name, robot.own) if wish is None else wish
+
+    def _wish(self, floor: Floor, name: str, cut_off: Collection[int] | None = None) -> Mask | None:
+        """The goal poses of a robot by its assignment; None: those of its own objective."""
+        robot, index = self._state.robots[name], floor.index(name)
+        if robot.assignment.role in (Role.HELPS, Role.EARLY, Role.CHARGES):
+            return _lifted(floor, index, robot.assignment.goal)
+        if robot.assignment.role is Role.WAITS:
+            return 0
+        return 0 if index in (self.cut_off(floor) if cut_off is None else cut_off) else None
 
     def cut_off(self, floor: Floor, *, every: bool = False) -> frozenset[int]:
         """The robots that cannot reach their own next target (``every``: or one that they have yet
@@ -282,19 +285,8 @@ class Searches:
     def _guide(self, floor: Floor, stages: Stages, poses: tuple[int, ...]) -> list[Mask | None]:
         """Return the goal poses that coordination would give each robot at a stage."""
         if stages == floor.stages:
-            wishes: list[Mask | None] = []
             cut_off = self.cut_off(floor)
-            for index, robot in enumerate(self._state.robots.values()):
-                match robot.assignment.role:
-                    case Role.HELPS | Role.EARLY | Role.CHARGES:
-                        wishes.append(_lifted(floor, index, robot.assignment.goal))
-                    case Role.WAITS:
-                        wishes.append(0)
-                    case _ if index in cut_off:
-                        wishes.append(0)
-                    case _:
-                        wishes.append(None)
-            return wishes
+            return [self._wish(floor, name, cut_off) for name in floor.names]
         requests = floor.problem.open(stages)
         try:
             plain = remembering.plain_poses(floor.problem, poses)

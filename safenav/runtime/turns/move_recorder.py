@@ -14,7 +14,6 @@ from safenav.spec.other_robots.belief import watch_for
 from safenav.spec.other_robots.knowledge import Knowledge
 from safenav.spec.task import Task
 from safenav.trace import records, vocabulary
-from safenav.trace.header import heading_in_trace
 from safenav.world.map import Region
 
 _HOLDS = {
@@ -51,7 +50,7 @@ class MoveRecorder:
         self._holds.pop(robot.name, None)
         if step is not None:
             node = robot.planner.node if step.by is vocabulary.MovedBy.STRATEGY else None
-            way = robot.pose.region, transit.pose.region, heading_in_trace(transit.pose)
+            way = robot.pose.region, *transit.pose.place
             told = tuple(sorted(step.shown)) or None, self._signal(robot)
             expected = None if seconds is None else round(seconds, 3)
             who = self._state.tick, command, robot.name
@@ -79,9 +78,8 @@ class MoveRecorder:
             case Lost(regions=found):
                 result, regions = vocabulary.MoveEnd.LOST, tuple(sorted(found))
                 reason = event.reason or None
-        who, here = (self._state.tick, event.command or 0, robot.name), robot.pose
-        at = here.region, heading_in_trace(here)
-        self._state.emit(records.Arrive(*who, *at, result, reason, regions))
+        who = self._state.tick, event.command or 0, robot.name
+        self._state.emit(records.Arrive(*who, *robot.pose.place, result, reason, regions))
         self._beliefs(robot)
 
     def stays(self, robot: RobotState, step: DecidedStep) -> None:
@@ -122,7 +120,7 @@ class MoveRecorder:
     ) -> None:
         """The line of a robot's turn in a tick."""
         by, shown = (None, None) if step is None else (step.by, tuple(sorted(step.shown)) or None)
-        way = start, robot.pose.region, heading_in_trace(robot.pose), toward
+        way = start, *robot.pose.place, toward
         self._state.emit(
             records.Move(self._state.tick, robot.name, *way, by, self._signal(robot), shown)
         )

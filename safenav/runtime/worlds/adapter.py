@@ -26,6 +26,16 @@ class WorldError(SafenavError):
     exit_code = ExitCode.INTERNAL
 
 
+def asked(call: str, ask: Callable[[], T]) -> T:
+    """The answer of a world. Raises WorldError if it has failed."""
+    try:
+        return ask()
+    except SafenavError:
+        raise
+    except Exception as error:
+        raise WorldError(f"World.{call} failed: {type(error).__name__}: {error}") from error
+
+
 class BlockingAdapter:
     """Lockstep: ``wait`` begins the next tick. Raises WorldError for impossible results."""
 
@@ -57,7 +67,7 @@ class BlockingAdapter:
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
         """The obstacle in ``region``, checked to be there."""
         call = f"sense({robot.name!r}, {region})"
-        found = self._asked(call, lambda: self._world.sense(robot, region))
+        found = asked(call, lambda: self._world.sense(robot, region))
         if found is None:
             return None
         obstacle = self._obstacle(call, found)
@@ -89,7 +99,7 @@ class BlockingAdapter:
             self._simulated.works.takers = takers
             self._simulated.cleared = {obstacle.name for obstacle in obstacles}
         call = f"act({robot.name!r})"
-        entries = self._asked(call, lambda: list(self._world.act(robot)))
+        entries = asked(call, lambda: list(self._world.act(robot)))
         results = [self._resolved(call, robot, entry) for entry in entries]
         found = tuple(
             (obstacle, ActResult.UNTRAVERSABLE if truth is False else ActResult.DONE)
@@ -118,7 +128,7 @@ class BlockingAdapter:
         if not isinstance(world, ChangingWorld):
             return []
         call = f"changes({tick})"
-        found: Iterable[Any] = self._asked(call, lambda: list(world.changes(tick, occupied)))
+        found: Iterable[Any] = asked(call, lambda: list(world.changes(tick, occupied)))
         changes = []
         for change in found:
             if not isinstance(change, Change):
@@ -139,7 +149,7 @@ class BlockingAdapter:
     def _moved(self, robot: Robot, pose: Pose, command: int) -> protocol.Ended:
         """The end of a step, with the pose that the world reports, checked to be possible."""
         call = f"move({robot.name!r}, {pose.region})"
-        found = self._asked(call, lambda: self._world.move(robot, pose))
+        found = asked(call, lambda: self._world.move(robot, pose))
         if found is None:
             found = pose
         if not isinstance(found, Pose):
@@ -187,14 +197,6 @@ class BlockingAdapter:
         if not self._scenario.map.is_free(found.region):
             raise self._wrong(call, f"{found.name} is in a wall or off the map")
         return found
-
-    def _asked(self, call: str, ask: Callable[[], T]) -> T:
-        try:
-            return ask()
-        except SafenavError:
-            raise
-        except Exception as error:
-            raise WorldError(f"World.{call} failed: {type(error).__name__}: {error}") from error
 
     def _wrong(self, call: str, found: str) -> WorldError:
         return WorldError(f"World.{call}: {found}")

@@ -14,7 +14,7 @@ from statistics import median
 from msgspec import Struct
 
 from safenav.runtime.worlds import protocol
-from safenav.runtime.worlds.adapter import BlockingAdapter, WorldError
+from safenav.runtime.worlds.adapter import BlockingAdapter, WorldError, asked
 from safenav.runtime.worlds.reports import (
     claimed,
     is_region,
@@ -142,15 +142,13 @@ class Commands:
         """The obstacle in ``region``, as far as the world's sensors know. Raises WorldError."""
         if not self.live:
             return self.world.sense(robot, region)
-        try:
-            found = self.world.sense(robot, region)
-        except Exception as error:
-            raise WorldError(f"World.sense({robot.name!r}, {region}) failed: {error}") from error
+        call = f"sense({robot.name!r}, {region})"
+        found = asked(call, lambda: self.world.sense(robot, region))
         if found is None:
             return found
         if isinstance(found, Obstacle) and found.region == region and is_region(found.region):
             return found
-        raise WorldError(f"World.sense({robot.name!r}, {region}) returned {found!r}")
+        raise WorldError(f"World.{call} returned {found!r}")
 
     def start(self, robot: Robot, here: Pose, pose: Pose) -> protocol.Ended | None:
         """Send a robot to ``pose``; the end of its step, if that is over already."""
@@ -165,8 +163,8 @@ class Commands:
             if event is not None:
                 self._take(event)
         found = self._ended.pop(robot.name, None)
-        assert not isinstance(found, protocol.Acted | protocol.Sensed)
-        return found  # type: ignore[return-value]
+        assert isinstance(found, protocol.Ended | None)
+        return found
 
     def may_have_ended(self, name: str) -> bool:
         """Whether a robot's step has ended, as far as that is known before its turn."""
@@ -209,11 +207,7 @@ class Commands:
             timeout = 0.0
         elif not self.simulated:
             timeout = SLICE if timeout is None else min(timeout, SLICE)
-        try:
-            events = list(self.world.wait(timeout))
-        except Exception as error:
-            raise WorldError(f"World.wait({timeout}) failed: {error}") from error
-        for event in events:
+        for event in asked(f"wait({timeout})", lambda: list(self.world.wait(timeout))):
             self._take(event)
             heard = True
         self._cancel_overdue()
@@ -234,10 +228,7 @@ class Commands:
 
     def _clock(self) -> float:
         """Seconds on the world's clock. Raises WorldError."""
-        try:
-            found = self.world.now()
-        except Exception as error:
-            raise WorldError(f"World.now() failed: {error}") from error
+        found = asked("now()", self.world.now)
         if not is_time(found):
             raise WorldError(f"World.now() returned {found!r}, not seconds")
         return float(found)

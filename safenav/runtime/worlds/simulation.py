@@ -121,8 +121,7 @@ class LiveSimulation:
     def placed(self, robot: Robot, pose: Pose) -> None:
         """An operator has put a robot somewhere."""
         self._poses[robot.name] = pose
-        heading = None if pose.heading is None else pose.heading.label
-        self._paces[robot.name].placed(self._now, heading)
+        self._paces[robot.name].placed(self._now, pose.facing)
         self.truth.move(robot, pose)
 
     def times(self) -> list[float]:
@@ -186,8 +185,7 @@ def paces(scenario: Scenario) -> dict[str, Pace]:
 
 def pace_on(world: RegionMap, robot: Robot) -> Pace:
     """The pace of a robot at its start at time 0."""
-    model, heading = robot.model, robot.start.heading
+    model = robot.model
     side = SIDE if world.frame is None else max(world.frame.resolution)
     motion = resolved(model.motion, model.size, model.speed, model.layer)
-    facing = None if heading is None else heading.label
-    return pace_of(motion, world.cols, side, facing, model.timing.least)
+    return pace_of(motion, world.cols, side, robot.start.facing, model.timing.least)
