@@ -93,8 +93,29 @@ class PlanSearch(Struct):
             self._look_for_few(plain, course)
             answer = (None if self.turning else local_plan(search)) or answer
         if isinstance(answer, Found):
+            answer = self._repeatable(floor, course, start, answer)
             answer = self._left_well(floor, course, start, answer, helping)
         return floor, course, start, answer
+
+    def _repeatable(self, floor: Floor, course: Course, start: Joint, found: Found) -> Found:
+        """A plan at whose end the rounds can restart, as they do if a robot on its way resolves an
+        obstacle that no robot knew: then they can from each state of the plan. The one that was
+        found, if it is so or no other one is found."""
+        if not self.turning or self._can_restart(floor, course, found.states[-1]):
+            return found
+        search = self.searches.search(floor, course, start, work=self.work)
+        search.goal = lambda state: (
+            course.completed(state) and self._can_restart(floor, course, state)
+        )
+        answer = search.run(*budgets.CERTIFICATE)
+        return answer if isinstance(answer, Found) else found
+
+    def _can_restart(self, floor: Floor, course: Course, state: Joint) -> bool:
+        """Whether no search has shown that the rounds cannot restart in a state."""
+        counts = tuple((index, 0, 0) for index, _, _ in state.counts)
+        begun = course.begun(state.poses, counts, state.stages)
+        search = self.searches.search(floor, course, begun, work=self.work)
+        return not isinstance(search.run(*budgets.CERTIFICATE), Exhausted)
 
     def _proof(self, plain: Floor) -> tuple[Floor, Course, Joint, Answer] | None:
         """The search that proves that no order of moves completes the mission with what the

@@ -47,3 +47,28 @@ def test_a_plan_leads_through_the_mission(clock: str, change: dict[str, str], on
     assert (len(run.all("plan")) == 1) is one
     ends = [line["type"] for line in run.records][-2:]
     assert not one or ends == ["plan_end", "outcome"]  # no strategies for a mission that is over
+
+
+# walker cannot turn round. West of 13, which it never leaves, cart could not return to 14. Nobody
+# knows that walker resolves the crate on its way; then both begin again.
+UNKNOWN_CRATE = """
+map: {{grid: ["##########", "#........#", "####.#####", "##########"]}}
+catalogue:
+  robots:
+    cart: {{mobility: free, layer: ground, capabilities: []}}
+    walker: {{mobility: heading, layer: ground, capabilities: [push]}}
+  obstacles: {{crate: {{action: push, resolve_at: [14]}}}}
+robots:
+  cart: {{model: cart, start: 12, objective: {{visit: [14]}}}}
+  walker: {{model: walker, start: 24, heading: west, objective: {{visit: [13]}}}}
+obstacles: [{{type: crate, region: 18}}]
+until: {{rounds: 1}}
+seed: {seed}
+"""
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_plan_leads_where_the_rounds_can_restart(seed: int) -> None:
+    trace = play(UNKNOWN_CRATE.format(seed=seed))
+    assert trace.one("resolved")["requested"] is False
+    assert trace.outcome["outcome"] == "completed"
