@@ -1,6 +1,6 @@
 """Correct-by-construction controllers for teams of heterogeneous robots.
 
-The names below are the library's face (docs/library.md). They are loaded when they are used:
+The names below are the public interface (docs/library.md). They are loaded on first use:
 ``import safenav`` alone, and so ``safenav --help``, loads nothing else.
 """
 
@@ -96,17 +96,17 @@ _DRAWINGS = {
     "safenav.report.replay.timeline": ("Replay", "_repr_html_", "frame_of_replay"),
     "safenav.runtime.mission": ("RunResult", "_repr_html_", "table_of_result"),
 }
-"""By module: a class that a notebook draws, the method that it asks for, and who draws it."""
+"""Per module: a class that a notebook can display, the display method, and its implementation."""
 
 
 def load_ipython_extension(shell: object) -> None:
-    """``%load_ext safenav``: nothing is left to do, what draws itself does so without it."""
+    """``%load_ext safenav``: does nothing, since objects display themselves without it."""
     del shell
 
 
 def _let_draw() -> None:
-    """Give those classes that are loaded their drawings. Done here, since nothing below may know
-    of what people look at; a drawing's code is loaded when a notebook asks for one."""
+    """Add display methods to the loaded classes. Done here, since lower layers must not import the
+    report package; the code of a display method is loaded when a notebook calls it."""
     for module, (kind, method, draws) in _DRAWINGS.items():
         home = sys.modules.get(module)
         if home is not None and not hasattr(getattr(home, kind), method):

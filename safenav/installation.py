@@ -34,12 +34,12 @@ from safenav.verify.verification import first_failure
 
 PURPOSES = {
     "maps": "maps from files",
-    "pictures": "PNG pictures and GIF films",
+    "pictures": "PNG pictures and GIFs",
     "motion": "motion in metres and 3D pages",
     "mcap": "runs as MCAP files for Foxglove and ROS 2",
     "studio": "the studio and live runs",
     "dask": "batches on a cluster",
-    "ros2": "robots that speak ROS 2",
+    "ros2": "robots with ROS 2",
     "simulation": "robots in a physics simulation",
     "pyrobosim": "robots in pyrobosim",
 }
@@ -146,7 +146,7 @@ def _wrong_answer(binary: Binary) -> str | None:
         except SafenavError as error:
             return str(error)
         if verdict is not expected:
-            return f"it says {verdict.value} of a specification that is {expected.value}"
+            return f"it reports {verdict.value} for a specification that is {expected.value}"
     return None
 
 
@@ -154,7 +154,7 @@ def _tiny(formula: str) -> Specification:
     """One input, one output, one guarantee."""
     rule = Constraint(Section.SYS_TRANS, formula, Origin("doctor", "a question with an answer"))
     variables = (Variable("a", Owner.INPUT), Variable("b", Owner.OUTPUT))
-    return Specification("doctor", "whether the synthesizer answers", variables, (rule,))
+    return Specification("doctor", "whether the synthesizer works", variables, (rule,))
 
 
 def _cache() -> CacheHealth:

@@ -139,7 +139,7 @@ def continuation_problems(
 def _plan_problems(told: Line | None, left: Left | None) -> Iterator[str]:
     ways, orders = left or ({}, set())
     if (told is None) is not (left is None):
-        yield f"{'no' if told is None else 'a'} joint plan is to be followed further"
+        yield f"{'no' if told is None else 'a'} joint plan must be continued"
     elif told is not None:
         for robot, way in ways.items():
             if len(way) > 1 and told.robots[robot] != way:
@@ -185,7 +185,7 @@ def _robot_problems(name: str, begins: Line, now: Situation, done: Line | None) 
     if (begins.start, begins.heading) != (at, way):
         yield f"{name} begins at {now.show(begins.start)}, but was at {now.show(at)}"
     if begins.objective not in (now.own[name], now.base[name]):
-        yield f"{name} is to {begins.objective}, but was to {now.own[name]}"
+        yield f"{name} has the objective '{begins.objective}', but had '{now.own[name]}'"
         return
     if now.is_away(name) or begins.objective != now.own[name]:
         return  # its rounds restart when it has its own objective again

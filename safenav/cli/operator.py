@@ -55,7 +55,7 @@ def run_with_operator(
             _run(mission, batches, terminal, helping=helping)
         except _Joins as joins:
             if another is None:
-                raise UsageError(f"{joins.place}: this run takes no further robot") from None
+                raise UsageError(f"{joins.place}: no robot can join this run") from None
             mission = terminal.mission = another(_with(mission, told, joins))
             continue
         except UsageError as error:

@@ -207,7 +207,7 @@ def verify(specification: str, strategy: str, counterstrategy: bool, as_json: bo
     try:
         automaton = Strategy.parse(_bytes(strategy), spec)
     except SynthesizerError as error:
-        hint = "it must be the explicit strategy of this very specification, as JSON"
+        hint = "it must be the explicit strategy of this specification, as JSON"
         raise InputError([Diagnostic(strategy, 0, 0, str(error), hint)]) from error
     check = verify_counterstrategy if counterstrategy else verify_strategy
     found = check(spec, automaton)
@@ -215,7 +215,7 @@ def verify(specification: str, strategy: str, counterstrategy: bool, as_json: bo
         click.echo(json.dumps(verification_data(found, automaton), indent=2))
     elif found.ok:
         good = click.style("correct:", fg="green", bold=True)
-        what = "the environment wins with it" if counterstrategy else "all guarantees are kept"
+        what = "the environment wins with it" if counterstrategy else "all guarantees are satisfied"
         click.echo(f"{good} {what} ({found.nodes} nodes, {found.edges} transitions checked)")
         if found.vacuous:
             warn(f"{Way.NO_BEGINNING} (ENV_INIT)")

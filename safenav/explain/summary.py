@@ -40,7 +40,7 @@ def why_words(found: Diagnosis, task: Task, world: RegionMap) -> str:
                 "without it, crossing is allowed"
             )
         case NoStrategyCause.FORBIDDEN_WAY:
-            return "what it always keeps leaves no way"
+            return "its 'always' rules leave no path"
         case NoStrategyCause.ONE_WAY:
             if found.lost:
                 return f"its mobility allows no path from {here} to {lost}"
@@ -50,7 +50,7 @@ def why_words(found: Diagnosis, task: Task, world: RegionMap) -> str:
                     f"with 'coordination: assignable' it must be able to leave {last} again; "
                     "with 'resynthesis' it may end there"
                 )
-            return "its mobility allows it to enter a region on the way, but not to leave it"
+            return "its mobility allows it to enter a region on the path, but not to leave it"
     if isinstance(task.objective, Ltl):
         inputs = " or ".join(task.objective.inputs)
         could = f", or the input {inputs} can keep it from its goals" if inputs else ""

@@ -55,7 +55,7 @@ def driven_motion(
     """The motion of a drive that is over. ``began``: when the run began, on the clock of the world,
     which has a recording.
 
-    Raises UsageError or InputError if a robot's model does not say how it moves in metres.
+    Raises UsageError or InputError if a robot's model has no motion in metres.
     """
     places, followers, recording = world.places, world.followers, world.recording
     assert recording is not None

@@ -169,29 +169,27 @@ class ScanKeys(Table):
     about = "A lidar that finds obstacles in the regions beside the robot."
     made = ScanUse
     topic = Key(TEXT, "Default: scan.")
-    obstacle = Key(
-        TEXT, "The type of obstacle that stands where a ray ends.", required="a type of obstacle"
-    )
-    beyond = Key(POSITIVE, "Metres behind the middle of a region that still count.")
+    obstacle = Key(TEXT, "The obstacle type at the end of a ray.", required="a type of obstacle")
+    beyond = Key(POSITIVE, "Distance beyond a region's centre that still counts, in metres.")
 
 
 class FollowKeys(Table):
-    about = "The robot tracks references for itself, instead of goals."
+    about = "The robot tracks references itself, instead of goals."
     made = FollowUse
     topic = Key(TEXT, "The topic of its references.")
-    tolerance = Key(POSITIVE, "Metres by which it may be off its reference.")
+    tolerance = Key(POSITIVE, "Allowed deviation from its reference, in metres.")
 
 
 class StationKeys(Table):
     definition = "robot"
     made = Station
     namespace = Key(TEXT, "Prefix of its topics. Default: / and its name.")
-    tolerance = Key(POSITIVE, "Metres from a region's middle that count as there.")
+    tolerance = Key(POSITIVE, "Distance from a region's centre that counts as arrival, in metres.")
     speed = Key(POSITIVE, "Metres per second, for time limits.")
-    timeout = Key(POSITIVE, "A goal may take this many times the expected time.")
-    retries = Key(whole(0, MOST_RETRIES), "How often a failed goal is sent again.")
+    timeout = Key(POSITIVE, "Time limit of a goal, as a multiple of the expected time.")
+    retries = Key(whole(0, MOST_RETRIES), "Number of times that a failed goal is sent again.")
     scan = Key(form(ScanKeys))
-    report = Key(TEXT, "A topic of text: 'door@47' is there, '-door@47' is gone.")
+    report = Key(TEXT, "A text topic: 'door@47' is present, '-door@47' is gone.")
     follow = Key(form(FollowKeys))
     act = Key(form(named(TEXT)), "The service that performs each action.")
 
@@ -378,9 +376,9 @@ def template_text(scenario: Scenario) -> str:
         "  interface: lo          # the network of your robots, for example wlan0",
         "  peers: [127.0.0.1]     # their addresses; [] for multicast",
         "defaults:",
-        "  tolerance: 0.3         # metres from the middle of a region: arrived",
+        "  tolerance: 0.3         # metres from the centre of a region: arrived",
         "  timeout: 3             # times the expected time, then the goal is cancelled",
-        "  retries: 2             # how often a failed goal is sent again",
+        "  retries: 2             # number of times that a failed goal is sent again",
         "  # follow: {topic: reference, tolerance: 0.25}  # references instead of goals",
         "robots:",
     ]

@@ -349,8 +349,8 @@ def mover_of(robot: Robot, places: Places) -> Mover:
     motion = resolved(model.motion, model.size, model.speed, model.layer)
     if motion is None:
         raise UsageError(
-            f"{robot.name} cannot follow references: the model '{model.name}' does not say how it "
-            "moves\n    add 'motion' or 'speed' to it, or leave out 'follow'"
+            f"{robot.name} cannot follow references: the model '{model.name}' has no "
+            "motion\n    add 'motion' or 'speed' to it, or leave out 'follow'"
         )
     floor = MetricFloor(places.world.rows, places.world.cols, east)
     return mover(robot.name, floor, *start.place, motion)

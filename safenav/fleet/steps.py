@@ -227,7 +227,7 @@ class FleetSteps:
             self._end(body, Elsewhere, pose)
         else:
             off = self._metres_to(body, task.to.region)
-            far = f"it reported its arrival {off:.2f} m from the middle of {task.to.region}"
+            far = f"it reported its arrival {off:.2f} m from the centre of {task.to.region}"
             task.phase = Phase.GOING
             self._again_or_back(body, task, far)
 

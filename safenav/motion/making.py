@@ -142,7 +142,7 @@ def floor_of(trace: Trace, side: float | None = None) -> MetricFloor:
     if side is None:
         east, north = world.resolution or (SIDE, SIDE)
         if abs(east - north) > 1e-9 * max(east, north):
-            found = f"regions of {east:g} x {north:g} m: robots move on square ones only"
+            found = f"regions of {east:g} x {north:g} m: motion needs square regions"
             hint = "set their size: --side 2.7"
             raise InputError([Diagnostic(trace.source, header.line, 1, found, hint)])
         side = east
@@ -173,7 +173,7 @@ def _motion(name: str, robot: RobotHeader) -> dict[str, object]:
         known = resolved(model.motion, model.size, model.speed, model.layer)
     if known is None:
         raise UsageError(
-            f"{name}: the model '{robot.model}' does not say how it moves in metres\n"
+            f"{name}: the model '{robot.model}' has no motion in metres\n"
             "    add 'motion: rover' or 'speed: 0.5' to it in the scenario, and run it again"
         )
     return known

@@ -81,7 +81,7 @@ class Interventions(Struct):
                 self._may_give(wanted)
             case user_changes.Serve(name, active):
                 if active and self._is_lost(self._robot(name).name):
-                    raise UsageError(f"{name} is lost: say where it is (put_back {name} REGION)")
+                    raise UsageError(f"{name} is lost: give its position (put_back {name} REGION)")
             case user_changes.SetInput(name):
                 if name not in self.state.inputs:
                     raise UsageError(f"there is no input '{name}'")
@@ -91,7 +91,7 @@ class Interventions(Struct):
                 self._live("obstacles become permanent")
                 self._met(name)
                 if name not in self.state.knowledge.pending | self.state.knowledge.given_up():
-                    raise UsageError(f"{name} is permanent already")
+                    raise UsageError(f"{name} is already permanent")
             case user_changes.PutBack():
                 self._may_put(wanted)
 
@@ -318,18 +318,20 @@ class Interventions(Struct):
 
     def _may_order(self, wanted: user_changes.PlaceOrder) -> None:
         if not self.state.scenario.map.is_free(wanted.region):
-            raise UsageError(f"region {wanted.region} is a wall: order something in a free one")
+            raise UsageError(f"region {wanted.region} is a wall: place the order in a free one")
         if wanted.type.blocks != frozenset():
             raise UsageError(f"a {wanted.type.name} stops robots: an order needs 'blocks: []'")
 
     def _may_give(self, wanted: user_changes.Give) -> None:
         robot = self._robot(wanted.robot)
         if robot.robot.when:
-            raise UsageError(f"the inputs decide what {wanted.robot} does: see its 'when'")
+            raise UsageError(
+                f"the inputs determine the objective of {wanted.robot}: see its 'when'"
+            )
         world = self.state.scenario.map
         avoid = avoided(wanted.objective)
         if robot.next_pose.region in avoid:
-            raise UsageError(f"{wanted.robot} is in region {robot.next_pose.region}, to be avoided")
+            raise UsageError(f"{wanted.robot} must avoid its own region {robot.next_pose.region}")
         reach = Reachability(robot.robot.model.mobility, robot.next_pose, world, avoid)
         for target in targets_of(wanted.objective):
             if not reach.reaches(target):
@@ -355,13 +357,13 @@ class Interventions(Struct):
             raise UsageError(f"only in live runs {what}: use 'clock: live'")
 
     def _may_put(self, wanted: user_changes.PutBack) -> None:
-        self._live("robots are put down")
+        self._live("robots are put back")
         robot, world = self._robot(wanted.robot), self.state.scenario.map
         region, heading = wanted.pose.region, wanted.pose.heading
         if robot.transit is not None or robot.acting is not None:
             raise UsageError(f"{robot.name} has a command: wait for its end")
         if not world.is_free(region):
-            raise UsageError(f"region {region} is a wall: put {robot.name} on a free one")
+            raise UsageError(f"region {region} is a wall: put {robot.name} into a free one")
         if (robot.robot.model.mobility is Mobility.HEADING) is (heading is None):
             said = "needs a heading" if heading is None else "has no heading"
             raise UsageError(f"{robot.name} {said}")

@@ -21,7 +21,7 @@ from safenav.spec.task import Known
 from safenav.world.map import Region
 
 UNTRAVERSABLE = "found to be untraversable"
-PERMANENT = "an operator says that it stays"
+PERMANENT = "an operator declared it permanent"
 
 
 class NeedMet(Struct, frozen=True):

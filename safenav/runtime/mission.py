@@ -56,9 +56,9 @@ WAITED = 0.05
 
 
 class RunResult(Struct, frozen=True):
-    """The end of a run. ``cause`` explains ``operator_needed``, ``links`` lists its reasons one by
-    one; ``stuck``: the robots that cannot continue. ``makespan``: of a live run, the time (seconds)
-    of the last end of a command. ``lost``: why promises could not be kept, one sentence each."""
+    """The result of a run. ``cause`` classifies ``operator_needed``, ``links`` lists its reasons;
+    ``stuck``: the robots that cannot continue. ``makespan`` (live): the time in seconds at which
+    the last command ended. ``lost``: why deadlines could not be met, one sentence each."""
 
     outcome: Outcome
     explanation: str
@@ -77,12 +77,12 @@ class RunResult(Struct, frozen=True):
 class Mission:
     """One run of a scenario.
 
-    ``world``: default a simulation of the scenario's hidden obstacles, in ticks or in time as the
-    scenario's ``clock`` says. A ``World`` makes the run live, a ``BlockingWorld`` lockstep.
-    ``listeners`` see every event as it happens (a ``TraceWriter`` is one). ``progress`` hears of
-    running syntheses. ``attended``: a live run waits for an operator where it would end.
+    ``world``: by default a simulation of the scenario's hidden obstacles, with the scenario's
+    ``clock``. A ``World`` makes the run live, a ``BlockingWorld`` lockstep. ``listeners`` receive
+    every event as it happens (a ``TraceWriter`` is one). ``progress`` receives the state of running
+    syntheses. ``attended``: a live run waits for an operator instead of ending.
 
-    Raises UsageError for a scenario whose strategies are not correct in a live run.
+    Raises UsageError for a scenario whose strategies would not be correct in a live run.
     """
 
     def __init__(
@@ -190,8 +190,8 @@ class Mission:
 
     @property
     def waiting(self) -> Conclusion | None:
-        """The end of a run that waits for an operator instead; None while it waits for a change of
-        the scenario."""
+        """The conclusion with which the run would end without an operator; None if it does not wait
+        for one."""
         return self.state.waiting if self.state.waits_for_operator else None
 
     @property
@@ -388,7 +388,7 @@ def refuse_if_unsafe(scenario: Scenario) -> None:
     far other robots move between two of its looks."""
     if scenario.promises:
         raise UsageError(
-            "a live run cannot keep promises in ticks: a tick has no length there; use "
+            "a live run cannot keep deadlines in ticks: a tick has no length there; use "
             f"'clock: lockstep', or {in_seconds(scenario)}"
         )
     for robot in scenario.robots:
@@ -398,6 +398,6 @@ def refuse_if_unsafe(scenario: Scenario) -> None:
         moves = f"{others[0]} moves" if len(others) == 1 else f"{' and '.join(others)} move"
         raise UsageError(
             f"{robot.name} has 'tracking: {robot.tracking.value}': its strategy assumes that "
-            f"{moves} at most one region between two of its looks, which a "
-            "live run does not keep; use 'clock: lockstep' or 'tracking: nearby'"
+            f"{moves} at most one region between two of its observations, which a "
+            "live run does not guarantee; use 'clock: lockstep' or 'tracking: nearby'"
         )

@@ -315,7 +315,7 @@ class Passes(Algorithm):
             plural = "round" if wanted == 1 else "rounds"
             said = f"every robot has met its objective for {wanted} {plural}"
             if undone := self._undone():
-                said += f"; not done: {', '.join(undone)}"
+                said += f"; still open: {', '.join(undone)}"
             self.deadlines.completed()
             raise RunEnded(Conclusion(Outcome.COMPLETED, said))
         left = [robot for robot in team.robots.values() if robot.own.rounds < wanted]
@@ -375,7 +375,7 @@ class Passes(Algorithm):
         word = self.team.scenario.map.word
         wanted = self.team.scenario.until.rounds
         left = [
-            f"{robot.name} has done {robot.own.rounds} of {wanted} rounds"
+            f"{robot.name} has completed {robot.own.rounds} of {wanted} rounds"
             for robot in self.team.robots.values()
             if robot.own.rounds < wanted
         ]
@@ -387,7 +387,7 @@ class Passes(Algorithm):
             f"{listed(request.helpers) if request.helpers else 'help'} to resolve "
             f"{obstacle_words(request.obstacle.name, word)}"
             if request.requesters
-            else f"{obstacle_words(request.obstacle.name, word)} is not done"
+            else f"{obstacle_words(request.obstacle.name, word)} is still open"
             for request in self.team.requests
         ]
         after = counted(self.team.tick, "tick")

@@ -56,7 +56,7 @@ map:
 {body}
   names: {{home: {place(home)}, away: {place(away)}, dock: {place(dock)}, yard: {place(far)}}}
 
-# The robot models and obstacle types that there are: safenav catalogue. Here is one more.
+# 'safenav catalogue' lists the built-in models and obstacle types. This adds a model.
 catalogue:
   robots:
     rover: {{mobility: free, layer: ground, capabilities: [push]}}
@@ -65,7 +65,7 @@ robots:
   scout: {{model: quadcopter, start: home, objective: {{patrol: [home, away]}}}}
   rover: {{model: rover, start: dock, objective: {{visit: [yard, dock]}}}}
 
-# Present, but unknown until a robot discovers it; take the sign away and run it again:
+# Present, but unknown until a robot discovers it; uncomment these lines and run it again:
 # obstacles:
 #   - {{type: door, region: {place(door)}}}
 

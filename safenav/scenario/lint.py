@@ -84,7 +84,7 @@ def imprecise(scenario: Scenario, tolerances: Mapping[str, float]) -> Iterator[s
         most = floor(100 * room) / 100
         remedy = f"set its 'tolerance' in the fleet file to {most:g}"
         yield (
-            f"{robot.name} may arrive {off:g} m beside the middle of a region ({side:g} m): its "
+            f"{robot.name} may arrive {off:g} m from the centre of a region ({side:g} m): its "
             f"body ({size:g} m) then reaches {off - room:.2f} m into the next one, where other "
             f"robots may be; {remedy if most else 'give the map larger regions'}"
         )

@@ -73,10 +73,10 @@ class Robot(Struct, frozen=True):
     """One robot of the team (the paper's agent p with its C_p and objective).
 
     ``avoids``: the robots that it must not share a region with; None for those of its layer.
-    ``tracks``: others whose position its specification models although it need not avoid them.
+    ``tracks``: further robots whose position its specification models.
     ``while_waiting``: its objective while it waits for help; None: it stays.
-    ``within``: the most ticks of a round of its objective, None if it has no such promise.
-    ``when``: its objectives while inputs are on, the first of them that is.
+    ``within``: the deadline of a round of its objective in ticks, if it has one.
+    ``when``: its objectives while inputs are on; the first active input counts.
     """
 
     name: str
@@ -103,9 +103,9 @@ class ResolveAt(StrEnum):
 
 
 class Need(Struct, frozen=True):
-    """One of the things that an obstacle needs: ``robots`` distinct ones perform ``action``, each
-    at one of the regions of ``at``; in the same tick if ``together``. ``same``: those of the need
-    before it, which must be able to perform both."""
+    """One need of an obstacle: ``robots`` distinct robots perform ``action``, each in one of the
+    regions of ``at``; in the same tick if ``together``. ``same``: the robots that fulfilled the
+    previous need, which must have both actions."""
 
     action: str
     robots: int = 1
@@ -115,10 +115,11 @@ class Need(Struct, frozen=True):
 
 
 class ObstacleType(Struct, frozen=True):
-    """A kind of resolvable obstacle: its action c_r, where that works, and whom it blocks.
+    """A type of resolvable obstacle: its action c_r, its resolution regions and the robots that it
+    blocks.
 
-    ``blocks`` lists the layers, robot models and robots that it physically stops, whatever they
-    can do; None means every robot.
+    ``blocks`` lists the layers, robot models and robots that it physically stops, whatever their
+    capabilities; None means every robot.
     ``has_truth``: resolving it may also reveal that the region is not traversable. ``listed``:
     its needs, in order, if it has more than the one of ``action`` at ``resolve_at`` (which are
     those of the first need then). ``resolve_within``: the most ticks from the request to the
@@ -178,10 +179,10 @@ class Obstacle(Struct, frozen=True):
     """A hidden obstacle r in R. ``traversable`` is the truth that resolving it reveals: True,
     False, the probability of True (drawn once per run from the seed), or None if its type
     has no truth to reveal. ``appears`` and ``goes``: the ticks at which it appears and
-    disappears; None for one that is there from the beginning, or to the end. ``resolve_within``:
-    the most ticks from the request to the resolution, None for those of its type. ``ordered``: the
-    team is to resolve it as soon as it appears, met or not. ``number``: of orders of the same work,
-    from 1. ``sweeps``: in place of those of its type."""
+    disappears; None: from the beginning, and never. ``resolve_within``: the deadline in ticks from
+    the request to the resolution, None for that of its type. ``ordered``: it is requested as soon
+    as it appears. ``number``: of orders of the same type and region, from 1. ``sweeps``: overrides
+    that of its type."""
 
     type: ObstacleType
     region: Region
@@ -258,19 +259,19 @@ def name_parts(name: str) -> tuple[str, str, int]:
 
 
 class Scenario(Struct, frozen=True):
-    """Complete input of a run. ``source`` is the file it came from, for messages.
+    """Complete input of a run. ``source`` is its file, for messages.
 
     ``deadlock``: whether joint plans resolve deadlocks.
     ``partition``: the cells of beliefs, None for the rooms of the map. ``changes``: the changes
-    for robots during the run, by tick (live: at this many seconds). ``catalogue``: the models and
-    types that its text could name, those of its own among them. ``failures``: live policies.
-    ``requirements``: formulas over the motion, by name. ``order``: of requests.
+    for robots during the run, by tick (live: at this many seconds). ``catalogue``: all available
+    models and types, including its own. ``failures``: policies of a live run.
+    ``requirements``: formulas over the motion, by name. ``order``: priority of requests.
     ``never_together``: exclusions of the team.
-    ``resolve_within``: for obstacles that say nothing of their own; ``suspects``: the obstacles
-    that the team knows may be there, None if it knows nothing; ``late``: after a broken promise.
-    ``chargers``: regions where batteries are charged; ``flat``: the obstacle that appears at a
-    robot whose charge does not last. ``inputs``: what the environment
-    tells all robots. ``begun``: the run that this one continues.
+    ``resolve_within``: the deadline of obstacles without their own; ``suspects``: possible
+    obstacles that the team knows of, if any; ``late``: whether a missed deadline ends the run.
+    ``chargers``: regions where batteries are charged; ``flat``: the obstacle type that represents a
+    robot without charge. ``inputs``: Booleans that the environment sets. ``begun``: the state of
+    the run that this one continues.
     """
 
     name: str

@@ -32,34 +32,34 @@ class MotionModel(Struct, frozen=True):
     values: tuple[tuple[str, Value], ...] = ()
 
 
-ACTION = Parameter(2.0, 0.0, 3600.0, "seconds that an action takes")
+ACTION = Parameter(2.0, 0.0, 3600.0, "duration of an action in seconds")
 
 KINDS: Mapping[str, Mapping[str, Parameter]] = {
     "walker": {
         "size": Parameter(0.6, 0.1, 2.0, "diameter of its body in metres"),
-        "speed": Parameter(0.45, 0.05, 2.0, "metres per second over each foot"),
-        "height": Parameter(0.8, 0.3, 1.5, "metres of the centre of mass above the ground"),
+        "speed": Parameter(0.45, 0.05, 2.0, "maximum speed of each foot in metres per second"),
+        "height": Parameter(0.8, 0.3, 1.5, "height of the centre of mass in metres"),
         "foot": Parameter(0.18, 0.1, 0.4, "metres from the centre line to each foot"),
-        "clearance": Parameter(0.12, 0.02, 0.3, "metres to which it lifts a foot"),
+        "clearance": Parameter(0.12, 0.02, 0.3, "foot clearance in metres"),
         "action_seconds": ACTION,
     },
     "flyer": {
         "size": Parameter(0.5, 0.05, 5.0, "diameter of its body in metres"),
-        "speed": Parameter(1.0, 0.05, 20.0, "highest speed in metres per second"),
+        "speed": Parameter(1.0, 0.05, 20.0, "maximum speed in metres per second"),
         "altitude": Parameter(2.2, 0.1, 100.0, "metres above the ground"),
-        "tilt": Parameter(3.4, 0.5, 8.0, "highest horizontal acceleration, in m/s^2"),
+        "tilt": Parameter(3.4, 0.5, 8.0, "maximum horizontal acceleration in m/s^2"),
         "action_seconds": ACTION,
     },
     "rover": {
         "size": Parameter(0.6, 0.05, 5.0, "diameter of its body in metres, without a footprint"),
-        "speed": Parameter(0.8, 0.05, 10.0, "highest speed in metres per second"),
-        "acceleration": Parameter(0.5, 0.05, 10.0, "highest acceleration in m/s^2"),
-        "turning": Parameter(1.0, 0.05, 10.0, "highest speed of turning in radians per second"),
+        "speed": Parameter(0.8, 0.05, 10.0, "maximum speed in metres per second"),
+        "acceleration": Parameter(0.5, 0.05, 10.0, "maximum acceleration in m/s^2"),
+        "turning": Parameter(1.0, 0.05, 10.0, "maximum turning rate in radians per second"),
         "action_seconds": ACTION,
     },
     "disc": {
         "size": Parameter(0.5, 0.01, 10.0, "diameter in metres"),
-        "speed": Parameter(0.5, 0.01, 20.0, "highest speed in metres per second"),
+        "speed": Parameter(0.5, 0.01, 20.0, "maximum speed in metres per second"),
         "action_seconds": ACTION,
     },
 }

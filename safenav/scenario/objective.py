@@ -177,7 +177,7 @@ class Patrol(TargetObjective, frozen=True):
             return found, "use 'visit' or 'cover' for any number of targets"
         first, second = targets
         if first == second:
-            return "both targets are the same", "use 'hold' to stay at one place"
+            return "both targets are the same", "use 'hold' to stay in one region"
         if first & second:
             shared = ", ".join(str(region) for region in sorted(first & second))
             return f"the targets share region {shared}", "use 'visit', which allows it"
@@ -210,7 +210,7 @@ class Circuit(TargetObjective, frozen=True):
     @classmethod
     def wrong(cls, targets: Sequence[Target]) -> tuple[str, str] | None:
         if len(targets) == 1:
-            return "one target, and a circuit has two or more", "use 'hold' to stay at one place"
+            return "one target, and a circuit has two or more", "use 'hold' to stay in one region"
         shared = (one & other for one, other in combinations(targets, 2) if one & other)
         if (regions := next(shared, None)) is not None:
             place = ", ".join(str(region) for region in sorted(regions))
@@ -272,7 +272,7 @@ class Once(TargetObjective, frozen=True):
     def wrong(cls, targets: Sequence[Target]) -> tuple[str, str] | None:
         if len(targets) > 1 and (shared := targets[-1] & targets[-2]):
             found = f"the last two targets share region {', '.join(map(str, sorted(shared)))}"
-            return found, "leave one of them out: where it stays is reached by then"
+            return found, "leave one of them out: staying there meets both"
         return super().wrong(targets)
 
     def words(self, word: Word) -> str:

@@ -73,16 +73,15 @@ class Observed(Struct, frozen=True):
 class Task(Struct, frozen=True):
     """Complete input of one robot's specification.
 
-    ``blocked``: obstacles known by now (O beyond the walls) that block this robot.
-    ``observed``: the moving robots that it must not collide with, modelled by ``tracking``
+    ``blocked``: known obstacles (O beyond the walls) that block this robot.
+    ``observed``: the moving robots with which it must not collide, modelled by ``tracking``
     under the assumption ``fairness``. For beliefs: the ``partition`` of the map (None for its
-    rooms), and the regions whose obstacles are ``closed``, so that they block the view.
-    ``assignable``: goals can be assigned at runtime. ``forbidden``: poses that the robot keeps out
-    of, because the team could lose it there. ``exclusive``: one other robot can close many regions
-    to it, because the two are never together in them. ``goal_places``: for each target the only
-    poses in which it is entered while it is next, so that rounds are short (none: any). ``inputs``:
-    those that the objective names, and whether they are on. ``live``: others move at any speed, so
-    from one look to the next they may get wherever they can go.
+    rooms), and the ``closed`` regions, whose obstacles block the view.
+    ``assignable``: goals can be assigned at runtime. ``forbidden``: poses from which the team
+    could not continue. ``exclusive``: one other robot can close many regions to it
+    (``never_together``). ``goal_places``: for each target the poses that count while it is next,
+    so that rounds are short (none: any). ``inputs``: those that the objective names, and whether
+    they are on. ``live``: other robots may move any distance between two observations.
     """
 
     robot: Robot

@@ -214,7 +214,7 @@ class Server:
 
     async def _socket_of(self, request: web.Request) -> web.StreamResponse:
         if len(self.studio.pages) >= PAGES:
-            raise web.HTTPServiceUnavailable(text=f"{PAGES} pages are open already\n")
+            raise web.HTTPServiceUnavailable(text=f"{PAGES} pages are already open\n")
         page_ = web.WebSocketResponse(max_msg_size=UPLOAD, heartbeat=20.0, compress=False)
         await page_.prepare(request)
         queue: asyncio.Queue[str | None] = asyncio.Queue(BEHIND)

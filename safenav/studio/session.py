@@ -192,7 +192,7 @@ class Studio:
     ) -> dict[str, Any] | None:
         """Take a file that a page sends. Raises UsageError where there is no editor."""
         del name, content, about
-        raise UsageError("this studio shows a run and takes no files")
+        raise UsageError("this studio only shows a run and opens no files")
 
     async def close(self) -> None:
         """End the run."""

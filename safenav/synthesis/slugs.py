@@ -47,7 +47,7 @@ nothing of each other."""
 
 
 class Synthesizer:
-    """Asks a slugs binary, within limits, and remembers what it said.
+    """Calls a slugs binary within limits, and caches its results.
 
     ``binary``: default as ``find_binary`` finds it. ``seconds`` (wall) and ``memory_mb`` limit
     each single synthesis; None for no limit. ``cache``: default as the environment says.
@@ -81,7 +81,7 @@ class Synthesizer:
     def synthesize(self, spec: Specification, strategy: bool = True) -> SynthesisResult:
         """The verdict, and the strategy if there is one and it is wanted.
 
-        Raises SynthesizerError if the binary is missing, crashes or prints nonsense.
+        Raises SynthesizerError if the binary is missing, crashes or prints invalid output.
         """
         return self.synthesize_all([spec], strategy)[0]
 
@@ -225,7 +225,7 @@ class Synthesizer:
             result = self._checked(job, entry, cached=False, detail=finished.explanation)
         except SynthesizerError as error:
             raise failure(
-                f"gave a wrong answer: {error}", finished, self.binary, job.robot
+                f"gave a wrong result: {error}", finished, self.binary, job.robot
             ) from error
         if self.cache.directory is not None:
             self.cache.store(self._key(job), entry)

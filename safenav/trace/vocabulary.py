@@ -57,7 +57,7 @@ class BlockReason(StrEnum):
     UNRESOLVABLE = "unresolvable"
     """The closure of all that the team can do never resolves it: see ``proof``."""
     OPERATOR = "operator"
-    """Live: an operator says that it stays."""
+    """Live: an operator declared it permanent."""
 
 
 class MovedBy(StrEnum):

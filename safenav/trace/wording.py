@@ -64,7 +64,7 @@ _WHY = {
     vocabulary.Reason.REQUEST: "for a request",
     vocabulary.Reason.RESOLVED: "after a resolution",
     vocabulary.Reason.BLOCKED: "around a blocked region",
-    vocabulary.Reason.GONE: "after an obstacle went",
+    vocabulary.Reason.GONE: "after an obstacle disappeared",
     vocabulary.Reason.OBJECTIVE: "for another objective",
     vocabulary.Reason.SERVICE: "back in service",
     vocabulary.Reason.PLAN: "after a joint plan",
@@ -183,24 +183,24 @@ class Wording(Struct, frozen=True):
             case records.Goal():
                 return self.goal(line)
             case records.Assumption():
-                return f"{self.robot(line.robot)}: assumption broken: {line.name}"
+                return f"{self.robot(line.robot)}: assumption violated: {line.name}"
             case records.Plan():
                 reason = _OBSTACLE.sub(lambda found: self.obstacle(found[0]), line.reason)
                 count, whole = len(line.robots), "all " * (len(line.robots) == self.team)
                 who = f"{whole}{count} robots" if count > MANY else self._all(line.robots)
                 return f"{who} move by a joint plan ({reason})"
             case records.PlanEnd():
-                return f"the joint plan is over: {_PLAN_OVER[line.reason]}"
+                return f"the joint plan has ended: {_PLAN_OVER[line.reason]}"
             case records.Depart():
                 way = f"from {self._at(line.from_)} to {self._at(line.to)}"
-                return f"{self.robot(line.robot)} sets out {way}"
+                return f"{self.robot(line.robot)} departs {way}"
             case records.Arrive():
                 where = f"{self.robot(line.robot)} is at {self._at(line.at)}"
                 if line.result is vocabulary.MoveEnd.ARRIVED:
                     again = f", after another attempt ({line.reason})" if line.reason else ""
                     return where + again
                 why = f" ({line.reason})" if line.reason else ""
-                return f"{where}, its step ended: {line.result.value}{why}"
+                return f"{where}, its step has ended: {line.result.value}{why}"
             case records.Act():
                 names = " and ".join(map(self.obstacle, line.obstacles))
                 verb = "act" if len(line.robots) > 1 else "acts"
@@ -268,11 +268,11 @@ class Wording(Struct, frozen=True):
         ]
         late = "may" if line.spent else "will"
         said += [f"{self.obstacle(name)} {late} be late" for name in line.beyond]
-        chosen = f"chosen by what is due: {'; '.join(said)}" if said else ""
+        chosen = f"chosen for the deadlines: {'; '.join(said)}" if said else ""
         if line.spent:
-            told = "no verdict whether all is in time: the search has used up its budget"
+            told = "search budget exhausted: no verdict whether all deadlines can be met"
             return f"{told}; {chosen}" if chosen else told
-        return chosen or "nothing is chosen by what is due any longer"
+        return chosen or "no deadline determines the next acts any longer"
 
     def _operator(self, line: records.Operator) -> str:
         what = line.intervention.value.replace("_", " ")

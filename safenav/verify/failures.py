@@ -16,7 +16,7 @@ class Fault(StrEnum):
     RANGE = "a value outside its range"
     FORBIDDEN_INPUT = "a next input that the assumptions exclude"
     SEVERAL_INPUTS = "the environment does not choose one next input"
-    MISSING_SUCCESSOR = "no successor for something that the other player may do"
+    MISSING_SUCCESSOR = "no successor for an allowed move of the other player"
     SEVERAL_SUCCESSORS = "two successors for the same move of the other player"
     BROKEN_GUARANTEE = "a transition that breaks a guarantee"
     STARVED_GOAL = "a cycle that meets all assumptions, but not this goal"

@@ -43,7 +43,7 @@ class MoveCheck:
         self.position(position)
         for section in (Section.ENV_INIT, Section.SYS_INIT):
             for constraint in self._broken(section, position.values):
-                raise self.wrong(f"a start that breaks {constraint.origin}", constraint)
+                raise self.wrong(f"a start that violates {constraint.origin}", constraint)
 
     def refusal(self, here: Position, inputs: Values) -> None:
         """No answer to these next inputs: then an assumption excludes them."""
@@ -51,18 +51,18 @@ class MoveCheck:
             return
         following = {**here.values, **{name: inputs[name] for name in self._inputs}}
         if not any(self._broken(Section.ENV_TRANS, here.values, following)):
-            raise self.wrong("no answer, though every assumption is kept")
+            raise self.wrong("no move, though every assumption holds")
 
     def move(self, here: Position, inputs: Values, move: ServedMove) -> None:
         """The answer to these next inputs: allowed, and closer to the goal."""
         before, after = here.values, move.to.values
         if any(after[name] != inputs[name] for name in self._inputs):
-            raise self.wrong("an answer to other inputs than were given")
+            raise self.wrong("a move for other inputs than requested")
         self._ranges(after)
         for constraint in self._broken(Section.ENV_TRANS, before, after):
-            raise self.wrong(f"an answer although {constraint.origin} is broken", constraint)
+            raise self.wrong(f"a move although {constraint.origin} is violated", constraint)
         for constraint in self._broken(Section.SYS_TRANS, before, after):
-            raise self.wrong(f"a move that breaks {constraint.origin}", constraint)
+            raise self.wrong(f"a move that violates {constraint.origin}", constraint)
         self._progress(here, move)
 
     def _progress(self, here: Position, move: ServedMove) -> None:
@@ -74,18 +74,18 @@ class MoveCheck:
         for number in range(min(move.met, len(goals))):
             goal = goals[(here.goal + number) % count]
             if not goal.holds(before, after):
-                said = f"that it meets {goal.constraint.origin}, which it does not"
+                said = f"goal {goal.constraint.origin} as met, which it is not"
                 raise self.wrong(said, goal.constraint)
         awaited = here.measure.assumption
         fair = self._sections[Section.ENV_LIVENESS]
         if awaited is not None and not 0 <= awaited < len(fair):
-            raise self.wrong(f"to wait for assumption {awaited}, of {len(fair)}")
+            raise self.wrong(f"waiting for assumption {awaited}, of {len(fair)}")
         holds = awaited is None or fair[awaited].holds(before, after)
         if move.to.measure.distance < 0 or not falls(here, move, holds):
             goal_said = str(goals[here.goal].constraint.origin) if goals else "its goal"
             raise self.wrong(
-                f"a move that comes no closer to {goal_said}: from {here.measure.distance} to "
-                f"{move.to.measure.distance}, and nothing excuses that"
+                f"a move that makes no progress to {goal_said}: from {here.measure.distance} to "
+                f"{move.to.measure.distance}, and no assumption fails"
             )
 
     def _broken(
@@ -109,5 +109,5 @@ class MoveCheck:
         """The error about an answer; ``constraint``: what it breaks."""
         formula = f" [{constraint.formula}]" if constraint is not None else ""
         return SynthesizerError(
-            f"the synthesizer gave a wrong answer about {self._spec.robot}: {said}{formula}"
+            f"the synthesizer sent a wrong move for {self._spec.robot}: {said}{formula}"
         )

@@ -191,7 +191,7 @@ def test_who_helps_can_meet_the_next_need(tmp_path: Path) -> None:
     for line in (*run.all("push", helper="b"), *run.all("pop", helper="b")):
         line |= {"helper": "c"} | ({"helpers": ["c"]} if "helpers" in line else {})
     said = said_of(TWO_NEEDS, run, tmp_path)
-    assert "c is to help with pile@7, but lacks the action" in said
+    assert "c helps with pile@7, but lacks the action" in said
 
 
 def test_what_formulas_meet_while_a_robot_waits_is_no_goal_of_its_own() -> None:

@@ -107,7 +107,7 @@ def test_report_names_the_chain_and_the_waiting(safenav: Command, moved: Path) -
 @pytest.mark.parametrize(
     ("motion", "metres", "words"),
     [
-        ("size: 0.5", "", "does not say how it moves in metres"),
+        ("size: 0.5", "", "has no motion in metres"),
         ("speed: 1, size: 3", "", "a body of 3 m does not fit into regions of 2.7 m"),
         ("motion: {kind: rover}, size: 1", "resolution: 0.9", "cannot turn in regions of 0.9 m"),
     ],
@@ -132,7 +132,7 @@ def test_another_robot_of_a_built_in_name_does_not_move_as_that(
     assert safenav("run", path, "--trace", "run.jsonl").returncode == 0
     found = safenav("motion", "run.jsonl", "-o", "out.jsonl")
     assert found.returncode == 2
-    assert "the model 'digit' does not say how it moves in metres" in found.stderr
+    assert "the model 'digit' has no motion in metres" in found.stderr
 
 
 def test_walker_on_small_regions_is_refused(safenav: Command, moved: Path) -> None:

@@ -43,7 +43,7 @@ def test_a_large_one_is_summed_up_on_the_map(safenav: Command, tmp_path: Path) -
     ]
     assert sum(counts) == len(nodes)
     words = " ".join(_texts(tmp_path / "out" / "a.svg"))
-    assert f"{len(nodes)} states" in words and "keeps track of b" in words
+    assert f"{len(nodes)} states" in words and "tracks b" in words
     assert "assumes: infinitely often no robot is beside it" in words
 
 

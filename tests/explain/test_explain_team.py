@@ -206,7 +206,7 @@ def test_the_command_tells_people_and_machines(tmp_path: Path, invoke: Invoke) -
     answer = invoke(explain.command, scenario)
     assert answer.status == 1
     assert "2. crate@west needs two robots with 'lift'; this team has one: ben" in answer.output
-    assert "With any one of these changes, a run was completed:" in answer.output
+    assert "With any one of these repairs, a run was completed:" in answer.output
     told = json.loads(invoke(explain.command, scenario, "--json").output)
     assert told["cause"] == "no_capable_robot"
     assert told["repairs"] and told["chain"]

@@ -46,7 +46,7 @@ def test_wrong_strategy(safenav: Process, slugs_that: Script) -> None:
     wrong = slugs_that(f'"$SLUGS" "$@" | sed \'{turn}\'')
     done = safenav("run", CASE_STUDY, "--trace", "t.jsonl", SAFENAV_SLUGS=wrong)
     assert done.returncode == 4
-    assert "gave a wrong answer" in done.stderr
+    assert "gave a wrong result" in done.stderr
     assert records(safenav.folder / "t.jsonl")[-1]["outcome"] == "error"
     # What was wrong is not kept: the next run, with the real slugs, asks again.
     assert safenav("run", CASE_STUDY).returncode == 0

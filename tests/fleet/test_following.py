@@ -229,7 +229,7 @@ def test_a_robot_without_a_motion_is_refused() -> None:
     )
     scenario = load_scenario_text(text, "hall.yaml")
     assert scenario.map.frame is not None
-    with pytest.raises(Exception, match="'box' does not say how it moves"):
+    with pytest.raises(Exception, match="'box' has no motion"):
         mover_of(scenario.robots[3], Places(scenario.map, scenario.map.frame))
 
 

@@ -273,7 +273,7 @@ def waiting(clock: str) -> Mission:
     ("clock", "word", "said"),
     [
         ("live", "put_back c 2", "gate@2 is in region 2: resolve it first"),
-        ("lockstep", "put_back c 1", "only in live runs robots are put down"),
+        ("lockstep", "put_back c 1", "only in live runs robots are put back"),
         ("lockstep", "permanent gate@2", "only in live runs obstacles become permanent"),
     ],
 )

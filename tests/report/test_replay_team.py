@@ -121,8 +121,8 @@ def test_a_picture_hatches_beliefs_and_tints_sight(replays: dict[str, Replay]) -
     scene = meeting.scene(1)
     svg = svg_of(scene, Options(shading=shading_of(meeting, "west", 1)))
     words = " ".join(e.text or "" for e in ElementTree.fromstring(svg).iter(f"{SVG}text"))
-    assert "what west sees (up to 3 regions far)" in words
-    assert "where west took east to be when it last looked" in words
+    assert "what west sees (radius 3 regions)" in words
+    assert "where west believed east to be at its last observation" in words
     assert "occupies both" not in words and "occupies both" in svg_of(replays["slow"].scene(1))
     hatched = [
         path.attrib["d"]
@@ -176,7 +176,7 @@ def test_draw_shows_what_a_robot_sees_from_its_start(tmp_path: Path) -> None:
     text = CliRunner().invoke(draw_command, arguments, standalone_mode=False).output
     assert "digit sees 18-20, 31-33, 42-48, 57-59, 70-72" in text
     CliRunner().invoke(draw_command, [*arguments, "-o", str(out)], standalone_mode=False)
-    assert "what digit sees (up to 4 regions far)" in out.read_text()
+    assert "what digit sees (radius 4 regions)" in out.read_text()
 
 
 def test_the_words_of_a_shading_name_every_region(meeting: Replay) -> None:

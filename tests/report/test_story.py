@@ -94,7 +94,7 @@ def test_what_comes_and_goes_and_joint_plans_are_told() -> None:
     assert [line[11:] for line in said] == [
         "door@gate appears",
         "quad and digit move by a joint plan (both wait)",
-        "the joint plan is over: every robot has arrived",
+        "the joint plan has ended: every robot has arrived",
         "door@gate disappears",
         "quad is out of service",
         "digit is out of service after this failure",

@@ -278,7 +278,7 @@ def test_a_user_sets_inputs_during_a_run() -> None:
     mission.intervene(SetInput("call", on=True))
     mission.step()
     assert isinstance(mission.state.robots["quad"].robot.objective, Hold)
-    with pytest.raises(UsageError, match="the inputs decide what quad does"):
+    with pytest.raises(UsageError, match="the inputs determine the objective of quad"):
         mission.intervene(Give("quad", Hold((frozenset({0}),))))
     with pytest.raises(UsageError, match="there is no input 'fire'"):
         mission.intervene(SetInput("fire", on=True))

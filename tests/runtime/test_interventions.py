@@ -54,7 +54,7 @@ until: {rounds: 1}
             TWO_DIGITS,
             "{at: 13, robot: spare, service: out}",
             "operator_needed",
-            "spare has done",
+            "spare has completed",
             2,
         ),
         (

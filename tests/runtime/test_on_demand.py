@@ -140,7 +140,7 @@ def test_a_wrong_move_ends_the_run_before_it_is_made(monkeypatch: pytest.MonkeyP
         )
 
     monkeypatch.setattr(ServedStrategy, "move", lying)
-    with pytest.raises(SynthesizerError, match="a wrong answer about quad: a move that breaks"):
+    with pytest.raises(SynthesizerError, match="a wrong move for quad: a move that violates"):
         mission.step()
     assert mission.state.poses == before
 

@@ -377,7 +377,7 @@ def test_a_joint_plan_is_followed_to_its_end(clock: str) -> None:
         assert "left has other places of the joint plan left" in problems[0].explanation
         header["plan"] = None
         problems = audit(read_lines(rest.lines), first).findings
-        assert problems[0].explanation == "no joint plan is to be followed further"
+        assert problems[0].explanation == "no joint plan must be continued"
 
 
 @pytest.mark.parametrize("clock", ["lockstep", "live"])
@@ -798,7 +798,12 @@ def test_the_audit_derives_what_the_header_tells(name: str) -> None:
         (40, ("begun", "trace"), "0" * 64, "continues another trace"),
         (40, ("begun",), None, "does not record that it continues"),
         (40, ("robots", "q", "start"), 0, "q begins at 0"),
-        (40, ("robots", "q", "objective"), {"visit": [0, 4]}, "q is to visit 0, 4, but was to"),
+        (
+            40,
+            ("robots", "q", "objective"),
+            {"visit": [0, 4]},
+            "q has the objective 'visit 0, 4', but had '",
+        ),
     ],
 )
 def test_a_header_that_tells_otherwise_is_found(

@@ -181,7 +181,7 @@ def test_what_can_be_done_is_done(text: str, outcome: str, done: list[str]) -> N
     resolved = {line["obstacle"] for line in trace.all("resolved")} & orders
     assert sorted(resolved) == done
     if outcome == "completed":
-        told = trace.outcome["explanation"].partition("not done: ")[2]
+        told = trace.outcome["explanation"].partition("still open: ")[2]
         assert sorted(told.split(", ") if told else []) == sorted(orders - resolved)
 
 
@@ -370,7 +370,7 @@ until: {rounds: 2}
 def test_an_own_objective_may_read_as_a_duty(clock: Clock) -> None:
     trace = play(f"{OWN_AS_DUTY}clock: {clock.value}\n")
     assert trace.outcome["outcome"] == "completed"
-    assert "not done" not in trace.outcome["explanation"]
+    assert "still open" not in trace.outcome["explanation"]
 
 
 # A joint plan exists only if r0 begins its patrol with the target whose turn it is not.

@@ -98,7 +98,7 @@ def test_random_missions_with_swept_regions_end_as_without(seed: int, clock: str
 
 
 WRONG = {
-    "sweeps: self": ("sweeps: neighbours}", "sweeps: self}", "its own region is meant anyway"),
+    "sweeps: self": ("sweeps: neighbours}", "sweeps: self}", "its own region is always included"),
     "sweeps: []": ("sweeps: neighbours}", "sweeps: []}", "is empty"),
     "sweeps: wall": ("region: [2, 4]}", "region: [2, 4], sweeps: [99]}", "99"),
     "needs": (

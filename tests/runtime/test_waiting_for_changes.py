@@ -315,7 +315,7 @@ def test_an_order_is_undone_only_when_nothing_is_to_come(
     played = play(text)
     ended = played.outcome
     assert ended["outcome"] == "completed"
-    assert ("not done: p0@14" in ended["explanation"]) is not done
+    assert ("still open: p0@14" in ended["explanation"]) is not done
     assert len(played.all("resolved", obstacle="p0@14")) == done
     at = ended["tick"] if lockstep else ended["t"]
     assert at >= last if last else at < 40
@@ -346,7 +346,9 @@ clock: live
 def test_the_last_order_may_come_a_little_later_on_a_real_clock() -> None:
     """A drive hears the time of an order at the next message, and ends in that pass."""
     run = play(LAST)
-    assert run.outcome["outcome"] == "completed" and "not done: p0@8" in run.outcome["explanation"]
+    assert (
+        run.outcome["outcome"] == "completed" and "still open: p0@8" in run.outcome["explanation"]
+    )
     for record in run.records:
         if record.get("t", 0.0) >= 30:
             record["t"] += 0.0003

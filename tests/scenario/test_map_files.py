@@ -240,7 +240,7 @@ def test_every_flaw_of_a_broken_map_is_told_at_its_place(name: str) -> None:
         ("image: rooms.png, rows: 0, cols: 13", "'rows' of map is 0, and must be at least 1"),
         ("image: rooms.png, rows: 7, cols: 13, share: 2", "'share' of map is 2"),
         ("image: rooms.png, rows: 2, cols: 2", "every region is a wall.*share: 0.5"),
-        ("ros: office.yaml", "the map measures 5.2 x 2.8 m: say how large"),
+        ("ros: office.yaml", "the map measures 5.2 x 2.8 m: give the size"),
         ("ros: office.yaml, resolution: 0.0001", "a map of 28000 x 52000 regions"),
         ("ros: office.yaml, resolution: 1, rows: 7, cols: 13", "both 'rows' and 'resolution'"),
         ("ros: office.yaml, resolution: 1, origin: [0, 0]", "the file has its own origin"),

@@ -78,7 +78,7 @@ def test_robots_keep_out_unless_they_resolve_by_entering(
         (
             "[{action: push}]",
             "[{type: vault, region: [1, 4], from: 9, until: 9}]",
-            "goes before it appears",
+            "disappears before it appears",
         ),
         (
             "[{action: push}]",

@@ -58,42 +58,42 @@ def test_what_the_strategy_may_do(here: Position, inputs: dict[str, int], move: 
 @pytest.mark.parametrize(
     ("here", "inputs", "move", "why"),
     [
-        (HERE, CALM, ServedMove(position(4, 4, calm=1), 0), "a move that breaks .*at' <= at"),
+        (HERE, CALM, ServedMove(position(4, 4, calm=1), 0), "a move that violates .*at' <= at"),
         (
             HERE,
             {"calm": 0, "fog": 1},
             ServedMove(position(3, 4, fog=1), 0),
-            "a move that breaks .*fog'",
+            "a move that violates .*fog'",
         ),
         (position(5, 1), CALM, ServedMove(position(6, 0, calm=1), 0), "a value outside its range"),
-        (HERE, CALM, ServedMove(position(3, 4), 0), "an answer to other inputs"),
+        (HERE, CALM, ServedMove(position(3, 4), 0), "a move for other inputs"),
         (
             position(2, 6, fog=1),
             {"calm": 0, "fog": 1},
             ServedMove(position(2, 4, fog=1), 0),
-            "an answer although .* is broken",
+            "a move although .* is violated",
         ),
-        (HERE, CALM, ServedMove(position(2, 6, calm=1), 0), "comes no closer .*from 6 to 6"),
-        (HERE, STORM, ServedMove(position(2, 7), 0), "comes no closer .*from 6 to 7"),
-        (HERE, STORM, ServedMove(position(2, 6, assumption=None), 0), "comes no closer"),
+        (HERE, CALM, ServedMove(position(2, 6, calm=1), 0), "makes no progress .*from 6 to 6"),
+        (HERE, STORM, ServedMove(position(2, 7), 0), "makes no progress .*from 6 to 7"),
+        (HERE, STORM, ServedMove(position(2, 6, assumption=None), 0), "makes no progress"),
         (
             position(2, 6, assumption=None),
             STORM,
             ServedMove(position(2, 6, assumption=None), 0),
-            "comes no closer",
+            "makes no progress",
         ),
-        (HERE, CALM, ServedMove(position(3, -1, calm=1), 0), "comes no closer"),
+        (HERE, CALM, ServedMove(position(3, -1, calm=1), 0), "makes no progress"),
         (
             HERE,
             CALM,
             ServedMove(position(3, 9, goal=1, calm=1), 1),
-            "that it meets .* does not",
+            "goal .* as met, which it is not",
         ),
         (
             position(4, 2),
             CALM,
             ServedMove(position(5, 9, goal=0, calm=1), 2),
-            "that it meets .* does not",
+            "goal .* as met, which it is not",
         ),
         (HERE, CALM, ServedMove(position(3, 4, goal=1, calm=1), 0), "goal 1 after goal 0"),
         (
@@ -106,25 +106,25 @@ def test_what_the_strategy_may_do(here: Position, inputs: dict[str, int], move: 
             position(2, 6, assumption=3),
             STORM,
             ServedMove(position(2, 6, assumption=3), 0),
-            "to wait for assumption 3, of 1",
+            "waiting for assumption 3, of 1",
         ),
     ],
 )
 def test_what_it_may_not_do(
     here: Position, inputs: dict[str, int], move: ServedMove, why: str
 ) -> None:
-    with pytest.raises(SynthesizerError, match=f"a wrong answer about ferry: .*{why}"):
+    with pytest.raises(SynthesizerError, match=f"a wrong move for ferry: .*{why}"):
         CHECK.move(here, inputs, move)
 
 
 def test_where_it_may_begin() -> None:
     CHECK.start(position(0, 9))
     for wrong in (position(1, 9), position(0, 9, fog=1), position(-1, 9)):
-        with pytest.raises(SynthesizerError, match=r"a start that breaks|outside its range"):
+        with pytest.raises(SynthesizerError, match=r"a start that violates|outside its range"):
             CHECK.start(wrong)
 
 
 def test_only_what_the_assumptions_exclude_may_be_refused() -> None:
     CHECK.refusal(position(2, 6, fog=1), {"calm": 0, "fog": 1})
-    with pytest.raises(SynthesizerError, match="no answer, though every assumption is kept"):
+    with pytest.raises(SynthesizerError, match="no move, though every assumption holds"):
         CHECK.refusal(HERE, CALM)

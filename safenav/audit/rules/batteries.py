@@ -110,7 +110,7 @@ class ChargeRule(Rule):
         others = (name for name in now.region if name != move.robot)
         alone = not any(now.conflict(move.robot, o) or now.zones(move.robot, o) for o in others)
         if alone and taken(move) == {move.from_} and move.to not in stop.targets[0]:
-            yield move.robot, f"{move.robot} is to {stop}, and stays at {now.show(move.to)}", move
+            yield move.robot, f"{move.robot} must {stop}, but stays at {now.show(move.to)}", move
 
     def _stop(self, record: Line, now: Situation) -> Iterator[str]:
         """Judge a stop by that before it."""

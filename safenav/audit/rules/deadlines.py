@@ -125,7 +125,7 @@ class DeadlineRule(Rule):
         elif record.type in _SETTLES_AGAIN and self._since != (self._tick, self._had):
             self._around = {}
         elif record.type == "move" and record.to != record.from_ and self._shuns(record):
-            yield f"{record.robot} is in {now.show(record.to)}, and was to keep out of it"
+            yield f"{record.robot} is in {now.show(record.to)}, and had to keep out of it"
         if record.type == "deadline":
             self._look(now)
             yield from self._judged(record, now)
@@ -149,7 +149,7 @@ class DeadlineRule(Rule):
             return
         if not self._active:
             if outcome.late is not None or _promised(outcome):
-                yield "it lists broken promises; there are none"
+                yield "it lists missed deadlines; there are none"
             return
         if outcome.late is None or set(outcome.late) != set(self._late):
             said = ", ".join(outcome.late or ()) or "nothing"
@@ -158,7 +158,7 @@ class DeadlineRule(Rule):
         stops = now.header.promises is not None and now.header.promises.late == "stop"
         ends_late = (outcome.outcome == "late") is not (stops and bool(self._late))
         if ends_late and outcome.outcome not in ("interrupted", "error"):
-            yield "the run ends late iff a promise is broken"
+            yield "the run ends late iff a deadline is missed"
         if outcome.outcome == "completed" and MISSION in self._open:
             yield "no line records that the mission was in time"
         over = outcome.outcome in ("completed", "tick_limit") or outcome.cause == "deadlock"
@@ -286,7 +286,7 @@ class DeadlineRule(Rule):
     def _judged(self, record: Line, now: Situation) -> Iterator[str]:
         entry = (record.of, record.due, record.verdict)
         if not self._active:
-            yield "the scenario has no promise"
+            yield "the scenario has no deadline"
             return
         by_charge = record.verdict != "lost" and record.of in self._by_charge
         if record.cause != ("battery" if by_charge else None):

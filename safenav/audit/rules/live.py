@@ -99,7 +99,7 @@ class CommandRule(Rule):
             at = now.show(record.at)
             yield f"the step of {robot} has ended as {record.result}, but at {at}"
         if record.result == "arrived" and record.heading != depart.heading:
-            yield f"{robot} was to face {depart.heading}, but faces {record.heading}"
+            yield f"{robot} should face {depart.heading}, but faces {record.heading}"
 
 
 @judges("line", "act")
@@ -110,7 +110,7 @@ def act(record: Line, now: Situation) -> Iterator[Said]:
         yield f"{record.robot} has no part in its own act"
     for robot in record.robots:
         if robot in now.under_way:
-            yield robot, f"{robot} is to act, but is on its way"
+            yield robot, f"{robot} acts, but is in transit"
     for name in record.obstacles:
         if name not in now.obstacles:
             yield f"{name} is not known"
@@ -144,7 +144,7 @@ class HoldsRule(Rule):
     def _held(self, record: Line, now: Situation) -> Iterator[Said]:
         robot = record.robot
         if robot in now.under_way:
-            yield f"{robot} stays, but is on its way"
+            yield f"{robot} stays, but is in transit"
             return
         if self._why.get(robot) == (record.why, record.signal, record.shown):
             yield f"{robot} stays for the same reason as before"

@@ -152,7 +152,7 @@ class NeedRule(Rule):
         if any((r.obstacle, r.need) == (name, record.need) for r in now.turn.all("met")):
             yield f"{what} is met twice"
         if record.action != needs[record.need].action:
-            yield f"{what} is to {needs[record.need].action}, not to {record.action}"
+            yield f"{what} needs '{needs[record.need].action}', not '{record.action}'"
         if record.at != now.region[record.robot]:
             here = now.show(now.region[record.robot])
             yield f"{record.robot} acts at {now.show(record.at)}, but is at {here}"
@@ -300,13 +300,13 @@ class BlockedRule(Rule):
         for record in now.turn.all("resolved"):
             joins = record.traversable is not False or record.obstacle in joined
             if not joins and not now.turn.torn:
-                problem = f"{record.obstacle} is untraversable but does not join the obstacles"
+                problem = f"{record.obstacle} is untraversable but does not become permanent"
                 yield record.robot, problem, record
 
     def _problems(self, record: Line, now: Situation) -> Iterator[str]:
         name, turn = record.obstacle, now.turn
         if name in self._blocked:
-            yield f"{name} joined the obstacles before"
+            yield f"{name} became permanent before"
         stopped = now.stopped_by(name)
         if record.robots != stopped:
             told, truth = _names(record.robots), _names(stopped)

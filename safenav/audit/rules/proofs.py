@@ -80,7 +80,7 @@ class ProofRule(Rule):
                     yield None, "an operator is needed, but that is not proven"
                 return
             for name in _could_be_given_up(proof, now):
-                yield f"no need of {name} can ever be met, but it does not join the obstacles"
+                yield f"no need of {name} can ever be met, but it does not become permanent"
             try:
                 memory = self._numbers(proof.get("memory") or {}, now)
                 if isinstance(memory, str):

@@ -262,7 +262,7 @@ class HelperRule(Rule):
         if told != truth:
             wrong = [name for name in now.header.robots if name in truth - told]
             chosen, right = (", ".join(sorted(some)) or "no robot" for some in (told, truth))
-            problem = f"{chosen} is to resolve {line.obstacle}, but it should be {right}"
+            problem = f"{chosen} helps with {line.obstacle}, but the rules choose {right}"
             yield (wrong or sorted(told))[0], problem, line
 
     def _wrong(self, robot: str, objective: Objective, found: Settlement, now: Situation) -> str:
@@ -284,14 +284,14 @@ class HelperRule(Rule):
             if objective == own and first():
                 return ""
             where = _list(sorted(duty.regions))
-            return f"{robot} is to resolve {duty.obstacle} from {where}, but gets {objective}"
+            return f"{robot} must resolve {duty.obstacle} from {where}, but gets {objective}"
         early = found.early.get(robot)
         if early is not None:
             waits = objective.kind == STAYING and objective.targets[:1] == (early.regions,)
             if waits or is_stop(robot, objective.targets, now):
                 return ""
             where = _list(sorted(early.regions))
-            return f"{robot} is to wait at {where} for {early.obstacle}, but gets {objective}"
+            return f"{robot} must wait at {where} for {early.obstacle}, but gets {objective}"
         for obstacle in found.served:
             if robot not in now.requests.get(obstacle, ()):
                 continue
@@ -341,7 +341,7 @@ def _other_syntheses(lines: list[Line]) -> Iterator[Said]:
         elif line.type == "synthesis" and line.node is not None and line.reason != "charge":
             objective = said.get(line.robot, line.objective)
             if objective != line.objective:
-                problem = f"{line.robot} is to {objective}, but gets {line.objective}"
+                problem = f"{line.robot} must {objective}, but gets {line.objective}"
                 yield Finding("synthesis", line.tick, line.robot, line.line, problem)
 
 

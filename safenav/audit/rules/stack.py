@@ -28,7 +28,7 @@ def push(record: Line, now: Situation) -> Iterator[Said]:
         yield requester, problem + f"which {requester} does not wait for"
         return
     for robot in sorted({*helpers_of(record)} - now.capable(name)):
-        yield robot, f"{robot} is to help with {name}, but lacks the action"
+        yield robot, f"{robot} helps with {name}, but lacks the action"
 
 
 @judges("line", "told")
@@ -73,7 +73,7 @@ class PopRule(Rule):
         if now.header.coordination == RESYNTHESIS:
             for name, objective in record.objectives.items():
                 for helped, stored in self._stored(name, objective, now):
-                    said = f"{name} was to {stored} before the push, but gets {objective}"
+                    said = f"{name} had to {stored} before the push, but gets {objective}"
                     self._again.append((name, helped, (name, said, record)))
 
     def turn(self, now: Situation) -> Iterator[Said]:

@@ -84,7 +84,7 @@ class SynthesisRule(Rule):
         if is_initial:
             self._initial.add(robot)
             if record.objective != now.own[robot]:
-                yield f"{robot} is to {now.own[robot]}, but the synthesis is for {record.objective}"
+                yield f"{robot} must {now.own[robot]}, but the synthesis is for {record.objective}"
         if is_initial is not (record.tick == 0):
             yield f"a synthesis of tick {record.tick} for the reason {record.reason}"
         if record.verified == "moves":

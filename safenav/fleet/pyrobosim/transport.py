@@ -90,7 +90,7 @@ class PyrobosimTransport:
         for name, (x, y) in hallways.items():
             region = self._places.region(x, y)
             if region is None or not self._places.world.is_free(region):
-                said = f"the middle of hallway '{name}' ({x:.2f}, {y:.2f} m) is in no free region"
+                said = f"the centre of hallway '{name}' ({x:.2f}, {y:.2f} m) is in no free region"
                 raise UsageError(f"{self._use.world}: {said} of the scenario")
             self._halls[region] = name
 

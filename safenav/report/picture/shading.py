@@ -63,7 +63,7 @@ def shading_rows(shading: Shading, style: Mapping[str, Look]) -> list[Row]:
         _sight(page, _swatch(x, y), _swatch(x, y), style[shading.robot])
 
     if shading.sight is not None:
-        limit = "" if shading.vision is None else f" (up to {number(shading.vision)} regions far)"
+        limit = "" if shading.vision is None else f" (radius {number(shading.vision)} regions)"
         rows.append(Row(sight, lines_of(f"what {shading.robot} sees{limit}", 12)))
     for other, belief in shading.beliefs:
 
@@ -73,9 +73,9 @@ def shading_rows(shading: Shading, style: Mapping[str, Look]) -> list[Row]:
             order, box = list(style).index(other), _swatch(x, y)
             _belief(page, box, box, belief, style[other], 40.0, order, "-legend")
 
-        words = f"where {shading.robot} saw {other} when it last looked"
+        words = f"where {shading.robot} saw {other} at its last observation"
         if not belief.seen:
-            words = f"where {shading.robot} took {other} to be when it last looked"
+            words = f"where {shading.robot} believed {other} to be at its last observation"
         rows.append(Row(believed, lines_of(words, 12)))
     return rows
 

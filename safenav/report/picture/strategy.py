@@ -157,7 +157,7 @@ def _legend(
         f"{crossings} of them move, {stays} stay",
         f"objective: {describe(task.objective, world.word)}",
     ]
-    figures += [f"keeps track of {other.name}" for other in task.observed]
+    figures += [f"tracks {other.name}" for other in task.observed]
     figures += [f"assumes: {name}" for name in assumption_names(task, world)]
     rows = tuple(Row(None, lines_of(words, 12, WIDTH)) for words in figures)
 

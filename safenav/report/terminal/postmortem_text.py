@@ -22,7 +22,7 @@ _CAUSES = {
     "unrealizable": "a robot has no strategy for its task",
     "no order": "no order of actions lets every robot continue",
     "out_of_service": "robots that are needed are out of service",
-    "deadlock": "the robots are in each other's way",
+    "deadlock": "the robots block each other",
 }
 
 
@@ -50,12 +50,12 @@ def postmortem_lines(found: Postmortem, word: Word) -> Iterator[str]:
     yield from _missing_lines(found.missing, word)
     yield ""
     if found.repairs:
-        yield "With any one of these changes, a run was completed:"
+        yield "With any one of these repairs, a run was completed:"
         for repair in found.repairs:
             change = "; ".join(f"{item}: {value}" for item, value in repair.change)
             yield f"  - {change} (after {_time(repair.ticks, repair.makespan)})"
     else:
-        yield f"None of the simple changes that were tried helps ({found.tried} runs)."
+        yield f"None of the simple repairs that were tried completes a run ({found.tried} runs)."
 
 
 def _missing_lines(missing: Sequence[Missing], word: Word) -> Iterator[str]:

@@ -20,7 +20,7 @@ def worst_lines(cases: Sequence[Worst], word: Word) -> Iterator[str]:
         yield f"{name}: {_times(alone)} ({_moment(alone, word)})"
         if around is not None and around.worst != alone.worst:
             at = _moment(around, word)
-            yield f"    with the other obstacles standing: {_worst(around)} ({at})"
+            yield f"    with the other obstacles present: {_worst(around)} ({at})"
         if case.limit is not None:
             late = [t for t in (alone, around) if t and (t.worst is None or t.worst > case.limit)]
             if late:
@@ -121,13 +121,13 @@ def _verdict(of: str, most: int, ahead: Ahead, unseen: str) -> str:
     late = _late(of, most, ahead)
     steps = unseen + (", with the slowest steps" if ahead.slowest else "")
     if ahead.why:
-        return f"no promise: {ahead.why}"
+        return f"no guarantee: {ahead.why}"
     if late is not None:
         done = f", completed in tick {ahead.completed}" if ahead.completed is not None else ""
         return f"late in tick {late}, as simulated{steps}{done if of == MISSION else ''}"
     if ahead.repeats is not None and of != MISSION:
         first, again = ahead.repeats
-        return f"kept forever, as simulated{steps}: tick {again} is as tick {first}"
+        return f"kept forever, as simulated{steps}: tick {again} repeats tick {first}"
     if ahead.completed is not None:
         return f"kept, as simulated{steps}: the mission is completed in tick {ahead.completed}"
-    return "no promise: the simulated run neither ended nor repeated itself"
+    return "no guarantee: the simulation neither ended nor repeated a state"

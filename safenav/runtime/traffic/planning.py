@@ -250,7 +250,7 @@ class Traffic:
         careful = self._whatever_stands(floor, gate, states)
         if careful is not None:
             floor, states = careful
-            reason += ", whatever of the suspects is there"
+            reason += ", whichever suspects exist"
         if states is None:
             return False
         self._begin(floor, states, self.searches.counts(floor), reason)
@@ -408,7 +408,7 @@ class Traffic:
         if start.stages == floor.stages:
             answer = search.singles(budgets.PROOF_BUDGET)
         if not isinstance(answer, Exhausted):
-            said = f"{end.explanation}; that no order of moves helps is not proven"
+            said = f"{end.explanation}; this does not prove that no order of moves helps"
             return Conclusion(Outcome.SEARCH_LIMIT, said)
         found = deadlocked(state, floor, course, answer).conclusion
         links = (*end.links, found.explanation)

@@ -20,7 +20,7 @@ from safenav.world.moves import Pose
 
 
 class DatedEvent(Struct, frozen=True):
-    """``at``: when it was so, in seconds on the world's clock."""
+    """``at``: time of the event in seconds on the world's clock."""
 
     at: float
 
@@ -33,8 +33,8 @@ class WorldEvent(DatedEvent, frozen=True, kw_only=True):
 
 
 class Arrived(WorldEvent, frozen=True):
-    """The robot is in the pose that it was sent to, and in no other region. ``reason``: why it took
-    more than one attempt."""
+    """The robot is in the commanded pose, and in no other region. ``reason``: why it took more than
+    one attempt."""
 
     robot: str
     reason: str = ""
@@ -48,8 +48,8 @@ class Elsewhere(WorldEvent, frozen=True):
 
 
 class Blocked(WorldEvent, frozen=True):
-    """The robot is back in ``pose``, where it set out, and in no other region: it met an obstacle
-    (None: it does not know which) in the region that it was sent to."""
+    """The robot is back in ``pose``, its departure pose, and in no other region: it encountered an
+    obstacle (None: it does not know which) in the commanded region."""
 
     robot: str
     pose: Pose
@@ -83,9 +83,9 @@ class Sensed(WorldEvent, frozen=True):
 
 
 class Acted(WorldEvent, frozen=True):
-    """The action of a robot is over: the result for each obstacle that it was to act on, and for
-    each other one that it has resolved. ``done``: its last need is met. ``reason``: why it has
-    failed, or ended without doing anything."""
+    """The action of a robot has ended: a result for each obstacle of the command, and for each
+    other one that it has resolved. ``done``: its last need is fulfilled. ``reason``: why the action
+    failed or had no effect."""
 
     robot: str
     found: Sequence[tuple[Obstacle, ActResult]] = ()
@@ -98,57 +98,55 @@ Ended = Arrived | Elsewhere | Blocked | Failed | Lost
 
 @runtime_checkable
 class World(Protocol):
-    """The actual world, in time. Only ``wait`` may block. Commands have increasing numbers; each is
-    ended by exactly one event with its number, which ``start`` and ``act`` return if it has
-    happened already (else None), and ``wait`` later. Results are checked; an event that cannot be
-    true is a fatal failure of its robot."""
+    """The actual world of a live run. Only ``wait`` may block. Commands have increasing numbers.
+    One event with its number ends each command: ``start`` and ``act`` return it if it has already
+    happened (else None), otherwise ``wait`` does. Results are checked; an event that cannot be true
+    is a fatal failure of its robot."""
 
     @property
     def idle(self) -> bool:
-        """Whether no command is open, so that no event is to come."""
+        """Whether no command is open."""
 
     def now(self) -> float:
-        """Seconds since some moment; never less than before."""
+        """Seconds on a monotonic clock."""
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
-        """The unresolved obstacle in a region that ``robot`` is about to enter, if any is known to
-        its sensors now."""
+        """The unresolved obstacle that the newest reading shows in ``region``, which ``robot`` is
+        about to enter."""
 
     def start(self, robot: Robot, pose: Pose, command: int) -> WorldEvent | None:
         """Send the robot to ``pose``, in its own region or a neighbouring one."""
 
     def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> WorldEvent | None:
-        """Let the robot perform its actions where it stands: on ``obstacles``, as far as the team
-        knows, and on those that the team does not know. Always ended by ``Acted``, be it with
-        ``nothing`` for an obstacle that is not there."""
+        """Let the robot act in its region: on ``obstacles``, which the team knows, and on others.
+        Always ends with ``Acted``, with ``nothing`` for an absent obstacle."""
 
     def cancel(self, robot: Robot) -> None:
-        """Stop the robot's command as soon as possible; it is still ended by its event."""
+        """Stop the robot as soon as possible; the command still ends with its event."""
 
     def wait(self, timeout: float | None) -> Sequence[WorldEvent]:
-        """Wait for events, at most ``timeout`` seconds (None: no limit); those that happened."""
+        """Wait for events, at most ``timeout`` seconds (None: no limit), and return them."""
 
 
 class BlockingWorld(Protocol):
-    """The actual world of a run in lockstep: an implementation of these three methods can drive
-    real robots.
+    """The actual world of a lockstep run: implement these three methods to drive real robots.
 
-    Its results are checked; an exception ends the run with a typed error.
+    Results are checked; an exception ends the run with a typed error.
     """
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
         """The unresolved obstacle in a region that ``robot`` is about to enter, if any."""
 
     def move(self, robot: Robot, pose: Pose) -> Pose | None:
-        """Bring the robot to ``pose``: its own region or a neighbouring one. Return the pose that
-        it really has now, or None if that is the commanded one."""
+        """Bring the robot to ``pose``, in its own region or a neighbouring one. Return the pose
+        that it has reached, or None if that is the commanded one."""
 
     def act(self, robot: Robot) -> Iterable[tuple[Obstacle, bool | None]]:
-        """Let the robot perform its actions where it stands: after each ``move``, of which the
-        first one is to stay where it starts. Return the obstacles whose last need that fulfils,
-        each with whether its region is traversable (None: its type has no truth).
+        """Let the robot act in its region, after each ``move`` (the first one is to its start).
+        Return the obstacles whose last need this fulfils, each with whether its region is
+        traversable (None: its type has no truth).
 
-        Earlier needs are not returned: the mission derives them from where robots are."""
+        The mission derives earlier needs from the poses of the robots."""
 
 
 @runtime_checkable
@@ -156,15 +154,15 @@ class TimedWorld(Protocol):
     """A simulation: it knows how long commands take, and time passes in ``wait`` only."""
 
     def expected(self, robot: Robot) -> float | None:
-        """Seconds that the last command of a robot takes."""
+        """Duration in seconds of a robot's last command."""
 
     def times(self) -> Sequence[float]:
-        """The times to come at which something changes by itself."""
+        """Future times at which the world changes by itself."""
 
 
 @runtime_checkable
 class PausingWorld(Protocol):
-    """A world that may stand still while the run thinks: a simulated fleet."""
+    """A world that may pause while the run computes: a simulated fleet."""
 
     @property
     def pauses(self) -> bool:
@@ -176,12 +174,12 @@ class PlacingWorld(Protocol):
     """A world that keeps the poses of robots."""
 
     def placed(self, robot: Robot, pose: Pose) -> None:
-        """A robot without a command stands in ``pose`` now."""
+        """Record that a robot without a command is in ``pose``."""
 
 
 @runtime_checkable
 class RememberingWorld(Protocol):
-    """A world that remembers what its sensors have seen: a fleet."""
+    """A world that stores sensor readings: a fleet."""
 
     def cleared(self, obstacle: Obstacle) -> None:
         """An operator has resolved ``obstacle``: earlier readings of it are void."""

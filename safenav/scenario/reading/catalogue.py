@@ -85,18 +85,18 @@ class TimingKeys(Table):
 
 
 class BatteryKeys(Table):
-    about = "Charge, in units of its own."
+    about = "Charge, in units of your choice."
     definition = "battery"
     made = Battery
-    capacity = Key(
-        whole(1, MOST_CHARGE), "The most that it holds.", required="for example 'capacity: 60'"
-    )
-    move = Key(whole(0, MOST_CHARGE), "What a step takes.")
-    stay = Key(whole(0, MOST_CHARGE), "What a tick without a step takes.")
+    capacity = Key(whole(1, MOST_CHARGE), "Full charge.", required="for example 'capacity: 60'")
+    move = Key(whole(0, MOST_CHARGE), "Charge used by a step.")
+    stay = Key(whole(0, MOST_CHARGE), "Charge used by a tick without a step.")
     charge = Key(
-        whole(1, MOST_CHARGE), "What a tick on a charger gives.", required="for example 'charge: 5'"
+        whole(1, MOST_CHARGE),
+        "Charge gained by a tick on a charger.",
+        required="for example 'charge: 5'",
     )
-    start = Key(whole(0, MOST_CHARGE), "With what it begins. Default: full.")
+    start = Key(whole(0, MOST_CHARGE), "Initial charge. Default: full.")
 
 
 class ModelKeys(Table):
@@ -112,7 +112,7 @@ class ModelKeys(Table):
     )
     capabilities = Key(WORDS, "Actions that it can perform.")
     vision = Key(VISION)
-    size = Key(POSITIVE, "Metres: diameter of the circle that its body fits in.")
+    size = Key(POSITIVE, "Diameter of its body's bounding circle, in metres.")
     speed = Key(POSITIVE, "Metres per second.")
     timing = Key(
         form(either(whole(1, MOST_TICKS), TimingKeys)),
@@ -122,7 +122,7 @@ class ModelKeys(Table):
     battery = Key(form(BatteryKeys))
     carries = Key(
         whole(1, MOST_LOADS),
-        "The most loads (of needs that the 'same' robots meet) that it carries.",
+        "Maximum number of loads (needs with 'same') that it carries.",
     )
 
 
@@ -130,10 +130,10 @@ class NeedKeys(Table):
     definition = "need"
     made = Need
     action = Key(TEXT, "The capability that resolves it.", required=ACTION)
-    robots = Key(whole(1, MOST_ROBOTS), "How many distinct robots perform it.")
+    robots = Key(whole(1, MOST_ROBOTS), "Number of distinct robots that perform it.")
     at = Key(form(WHERE), "Where the action works.")
     together = Key(TRUTH, "Whether all perform it in the same tick.")
-    same = Key(TRUTH, "Whether the robots that met the need before must meet this one.")
+    same = Key(TRUTH, "Whether the robots that fulfilled the previous need must fulfil this one.")
 
 
 class TypeKeys(Table):
@@ -150,7 +150,7 @@ class TypeKeys(Table):
     }
     action = Key(TEXT, "The capability that resolves it.")
     resolve_at = Key(form(WHERE), "Where the action works.")
-    needs = Key(form(many(NeedKeys, 1)), "Several things that must be done, in this order.")
+    needs = Key(form(many(NeedKeys, 1)), "Several actions that resolve it, in this order.")
     blocks = Key(WORDS, "Layers, models and robots that it stops. Default: all without the action.")
     has_truth = Key(TRUTH, "Whether resolving it reveals if the region is traversable.")
     resolve_within = Key(whole(), "The most ticks from the request to the resolution.")
@@ -294,7 +294,7 @@ def _type(known: Catalogue, key: Scalar, node: Node, reading: Reading) -> Obstac
         for word in ("action", "resolve_at"):
             if (stray := item.node.get(word)) is not None:
                 found = f"{what} has both 'needs' and '{word}'"
-                reading.add(stray, found, "each need says its own 'action' and 'at'")
+                reading.add(stray, found, "each need has its own 'action' and 'at'")
         action: str | None = needs[0].action if needs else ""
         where: ResolveAt | frozenset[Region] | None = needs[0].at if needs else None
     else:
@@ -302,9 +302,7 @@ def _type(known: Catalogue, key: Scalar, node: Node, reading: Reading) -> Obstac
         where = places(item.resolve_at, f"'resolve_at' of {what}", reading)
     blocks = _blocks(item, what, known, reading)
     if needs and needs[-1].same and needs[-1].at is ResolveAt.SELF and blocks != frozenset():
-        found = (
-            f"the last need of {what} is met inside it by the 'same' robots, which may not enter"
-        )
+        found = f"the 'same' robots fulfil the last need of {what} inside it, but may not enter"
         reading.add(node, found, "say 'at: neighbours', or 'blocks: []'")
     has_truth, limit = item.has_truth, item.resolve_within
     sweeps = swept(item.sweeps, what, listed, reading)
@@ -318,7 +316,7 @@ def _needs(node: Node | None, what: str, reading: Reading) -> tuple[Need, ...]:
     """``needs: [{action: lift, robots: 2, at: neighbours, together: true}]``, in this order."""
     items = read.sequence(node, f"'needs' of {what}", reading) or ()
     if node is not None and not items:
-        reading.add(node, f"'needs' of {what} is empty", "say what must be done to resolve it")
+        reading.add(node, f"'needs' of {what} is empty", "list the actions that resolve it")
     found: list[Need] = []
     for number, entry in enumerate(items, 1):
         label = f"need {number} of {what}"
@@ -327,12 +325,12 @@ def _needs(node: Node | None, what: str, reading: Reading) -> tuple[Need, ...]:
             continue
         action, robots, together, same = item.action, item.robots, item.together, bool(item.same)
         if same and number == 1:
-            told = f"{label} has no need before it to be the 'same' as"
+            told = f"{label} has no previous need for 'same'"
             reading.add(item.where(NeedKeys.same), told)
         before = found[-1].robots if same and found else 1
         if same and found and (robots or before) != before:
-            said = f"{label} takes {robots} robots, and the need before it {before}"
-            hint = "the same robots meet both; leave 'robots' out"
+            said = f"{label} needs {robots} robots, and the need before it {before}"
+            hint = "the same robots fulfil both; leave 'robots' out"
             reading.add(item.where(NeedKeys.robots), said, hint)
         where = places(item.at, f"'at' of {label}", reading)
         if action is not None:
@@ -347,7 +345,7 @@ def swept(
     """The regions that a resolution sweeps. ``several``: it takes more than one need."""
     found = places(node, f"'sweeps' of {what}", reading)
     if found is ResolveAt.SELF or (found is not None and several):
-        said = "it has several needs" if several else "its own region is meant anyway"
+        said = "it has several needs" if several else "its own region is always included"
         hint = "'sweeps' lists regions beside an obstacle of one 'action', or is 'neighbours'"
         reading.add(node, f"'sweeps' of {what}: {said}", hint)
     return found

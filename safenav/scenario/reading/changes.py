@@ -22,10 +22,10 @@ SERVICE = {"out": False, "back": True}
 class ChangeKeys(Table):
     definition = "change"
     rules: ClassVar = {"oneOf": ({"required": ["objective"]}, {"required": ["service"]})}
-    at = Key(TICK, "The tick from which it holds.", required="for example 'at: 12'")
+    at = Key(TICK, "The tick at which it applies.", required="for example 'at: 12'")
     robot = Key(TEXT, required="the name of a robot of the team")
     objective = Key(form(ObjectiveKeys), "Its objective from then on; not 'ltl'.")
-    service = Key(form({"enum": tuple(SERVICE)}), "out: it stands still; back: it continues.")
+    service = Key(form({"enum": tuple(SERVICE)}), "out: it stops; back: it continues.")
 
 
 CHANGES = form(many(ChangeKeys))
@@ -69,11 +69,11 @@ def _objective(node: Node | None, name: str | None, reading: Reading) -> Objecti
     if node is None:
         return None
     if isinstance(found, Ltl):
-        hint = f"formulas can be given from the beginning only: {one_of(kinds_that())}"
-        reading.add(node, f"objective of {name}: formulas in a change", hint)
+        hint = f"'ltl' cannot be assigned during a run: use {one_of(kinds_that())}"
+        reading.add(node, f"objective of {name}: 'ltl' in a change", hint)
         return None
     if robot is not None and robot.when:
-        reading.add(node, f"objective of {name}: its 'when' decides what it does")
+        reading.add(node, f"objective of {name}: its 'when' determines it")
     charged = robot is not None and robot.model.battery is not None
     if charged and found is not None and not found.ordered():
         kinds = one_of(kinds_that(lambda kind: kind.ordered()), chr(39))

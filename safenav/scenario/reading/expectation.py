@@ -39,13 +39,11 @@ class ExpectKeys(Table):
     about = "The expected result of a run; only the keys that are given are checked."
     definition = "expect"
     example = "{outcome: completed}"
-    outcome = Key(choice(OUTCOMES), "How the run ends.")
-    late = Key(form(many(TEXT)), "Exactly the broken promises: robots, obstacles, mission.")
+    outcome = Key(choice(OUTCOMES), "The outcome of the run.")
+    late = Key(form(many(TEXT)), "Exactly the missed deadlines: robots, obstacles, mission.")
     resolved = Key(_OBSTACLES, "Exactly the obstacles that are resolved.")
-    blocked = Key(_OBSTACLES, "Exactly the obstacles that join the known ones.")
-    helpers = Key(
-        form(named(TEXT, {"pattern": "^.+@.+$"})), "Which robot helps with which obstacle."
-    )
+    blocked = Key(_OBSTACLES, "Exactly the obstacles that become permanent.")
+    helpers = Key(form(named(TEXT, {"pattern": "^.+@.+$"})), "The helper of each obstacle.")
     ticks = Key(form(either(whole(1), TickKeys)), "At most this many ticks, or bounds.")
     rounds = Key(
         form(either(whole(1), named(whole()))),

@@ -41,7 +41,7 @@ class InputKeys(shapes.Table):
     )
     probability = shapes.Key(
         shapes.Shape(shapes.PROBABILITY.schema, _chance),
-        "Of being on in each other tick of a simulation. Default: 0.",
+        "Probability of being on in each other tick of a simulation. Default: 0.",
     )
     always_eventually = shapes.Key(
         shapes.form({"enum": [*_AGAIN, True, False]}), "Assumed infinitely often: off, on or both."
@@ -94,6 +94,6 @@ def _again(node: Node | None, what: str, findings: Findings) -> tuple[bool, ...]
     word = {True: "on", False: "off"}.get(value) if isinstance(value, bool) else value
     if not isinstance(word, str) or word not in _AGAIN:
         found = f"'always_eventually' of {what}: found '{clipped(str(value))}'"
-        findings.add(node, found, "'off': it always ends; 'on': it always comes again; 'both'")
+        findings.add(node, found, "'off': off infinitely often; 'on': on infinitely often; 'both'")
         return ()
     return _AGAIN[word]

@@ -76,24 +76,24 @@ class UntilKeys(Table):
 
 
 class LimitKeys(Table):
-    about = "When to give up."
+    about = "Limits of the run and of each synthesis."
     example = "{ticks: 500}"
     made = settings.Limits
     ticks = Key(whole(1), "Ticks of a run.")
     seconds = Key(POSITIVE, "Seconds of a run (live: on its clock). Default: none.")
     synthesis_seconds = Key(POSITIVE, "Seconds of a single synthesis.")
     synthesis_memory = Key(whole(1), "Memory of a single synthesis, in MiB.")
-    states = Key(whole(1), "The most states of a strategy that 'auto' lists.")
+    states = Key(whole(1), "Maximum number of states of a strategy that 'auto' lists.")
 
 
 class FailureKeys(Table):
-    about = "What follows when robots fail in a live run."
+    about = "Policies for failures in a live run."
     example = "{retries: 3}"
     made = settings.Failures
     retries = Key(whole(), "How often a failed move into a region is repeated.")
     then = Key(
         choice(settings.FailedMoves),
-        "What follows: the region is an obstacle, or the robot out of service.",
+        "Then the region is an obstacle, or the robot is out of service.",
     )
     most = Key(whole(1), "Failed moves in a row after which a robot is out of service.")
     actions = Key(whole(1), "Failed actions after which another robot helps.")
@@ -123,10 +123,10 @@ class ScenarioKeys(Table):
         "The team by name, in the order of moves within a tick.",
         required="name each robot with its model, start and objective",
     )
-    never_together = Key(NEVER_TOGETHER, "Robots and regions for at most one of them.")
+    never_together = Key(NEVER_TOGETHER, "Regions with at most one of several robots at a time.")
     inputs = Key(INPUTS, "Booleans that the environment sets.")
-    obstacles = Key(OBSTACLES, "Obstacles that robots find by encountering them.")
-    orders = Key(ORDERS, "Work that the team receives at some tick.")
+    obstacles = Key(OBSTACLES, "Hidden obstacles, which robots discover by encountering them.")
+    orders = Key(ORDERS, "Tasks that the team receives during the run.")
     changes = Key(CHANGES, "Objectives and service of robots during the run.")
     until = Key(form(UntilKeys))
     limits = Key(form(LimitKeys))
@@ -136,11 +136,13 @@ class ScenarioKeys(Table):
         whole(),
         "The most ticks from a request to a resolution, unless the obstacle says otherwise.",
     )
-    suspects = Key(SUSPECTS, "Obstacles that the team knows may be there.")
-    late = Key(choice(settings.LatePolicy), "After a broken promise: go_on, or stop.")
+    suspects = Key(SUSPECTS, "Possible obstacles that the team knows of.")
+    late = Key(choice(settings.LatePolicy), "After a missed deadline: go_on, or stop.")
     chargers = Key(form(many(REGION)), "Regions where batteries are charged.")
-    flat = Key(TEXT, "The obstacle type (with 'blocks: []') of a robot without charge.")
-    seed = Key(whole(most=2**63 - 1), "Seed of everything random in a run.")
+    flat = Key(
+        TEXT, "The obstacle type (with 'blocks: []') that represents a robot without charge."
+    )
+    seed = Key(whole(most=2**63 - 1), "Seed of all random draws.")
     coordination = Key(choice(settings.Coordination), "How robots are reassigned.")
     order = Key(choice(settings.RequestOrder), "Which open request is served first.")
     controllers = Key(

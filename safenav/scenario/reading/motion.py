@@ -50,7 +50,7 @@ MOTION = form(
         {"type": "object", "properties": {KIND: _OF_A_PACKAGE}, "required": [KIND]},
     ),
     "motion",
-    "How it moves in metres: a kind of motion, or one with its parameters.",
+    "Its motion in metres: a kind, or a kind with its parameters.",
 )
 
 
@@ -73,7 +73,7 @@ def read_motion(
         findings.add(node, f"{label}: unknown kind '{clipped(kind)}'", hint)
         return None
     if kind in motion.ONLY_WITH_HEADING and mobility is Mobility.FREE:
-        hint = "it cannot turn round within a region: write 'mobility: heading'"
+        hint = "it cannot turn around within a region: write 'mobility: heading'"
         findings.add(node, f"{label}: a {kind} moves with a heading", hint)
     for key in _MODEL_KEYS:
         if key in known:
@@ -131,7 +131,7 @@ def _polygon(
     turns = [a[0] * b[1] - a[1] * b[0] for a, b in zip(corners, shifted, strict=True)]
     if len(corners) < 3 or min(turns) <= 0:
         hint = "for example [[0.4, -0.2], [0.4, 0.2], [-0.3, 0.2], [-0.3, -0.2]]"
-        found = f"{what} must be a polygon around the robot's middle, counter-clockwise"
+        found = f"{what} must be a polygon around the robot's centre, counter-clockwise"
         findings.add(node, found, hint)
         return None
     return tuple(corners)

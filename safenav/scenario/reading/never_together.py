@@ -54,7 +54,7 @@ def read_never_together(node: Node | None, reading: Reading) -> tuple[Exclusion,
         for name in sorted(names & {*known}):
             if known[name].tracking is not Tracking.NEARBY:
                 said = f"'tracking: {known[name].tracking.value}' of {name}"
-                hint = "leave it out: 'tracking: nearby' observes regions that are taken"
+                hint = "leave it out: 'tracking: nearby' observes which regions are occupied"
                 reading.add(place, f"never_together does not work with {said}", hint)
         if len(reading) == before and zone is not None:
             found.append(Exclusion(names, zone))

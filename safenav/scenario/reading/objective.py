@@ -62,9 +62,9 @@ class LtlKeys(Table):
     definition = "ltl"
     example = "{liveness: [region = 14, region = 20], safety: region' != 47}"
     rules: ClassVar = either({"required": ["safety"]}, {"required": ["liveness"]})
-    init = Key(FORMULAS, "What holds at the start (no next values).")
-    safety = Key(FORMULAS, "What holds on every step.")
-    liveness = Key(FORMULAS, "What is reached infinitely often.")
+    init = Key(FORMULAS, "Conditions at the start (no next values).")
+    safety = Key(FORMULAS, "Conditions on every step.")
+    liveness = Key(FORMULAS, "Conditions met infinitely often.")
     memory = Key(
         form(named(either({"const": "bool"}, several(whole(), whole())), VARIABLE)),
         "Variables of its own: bool or [lowest, highest].",
@@ -79,7 +79,7 @@ def _targets(kind: type[TargetObjective]) -> Key[Node]:
 
 
 class ObjectiveKeys(Table, more=[_targets(kind) for kind in KINDS.values()]):
-    about = "The task of a robot, round after round."
+    about = "The task of a robot, repeated in rounds."
     definition = "objective"
     example = EXAMPLE
     rules: ClassVar = {
@@ -92,11 +92,11 @@ class ObjectiveKeys(Table, more=[_targets(kind) for kind in KINDS.values()]):
     ltl = Key(form(LtlKeys))
     form = Key(
         Shape({"const": "literal"}, read.text),
-        "literal: it keeps its formula by the letter, or is unrealizable.",
+        "literal: the exact formula, or unrealizable.",
     )
     within = Key(whole(1), f"The most ticks of each round of {one_of(TIMED)}.")
-    avoid = Key(ZONE, "Regions that the robot never enters, whatever it does.")
-    always = Key(FORMULAS, "Formulas over region and heading that each of its steps keeps.")
+    avoid = Key(ZONE, "Regions that the robot never enters.")
+    always = Key(FORMULAS, "Formulas over region and heading that each of its steps satisfies.")
 
 
 def stated(node: Node | None) -> tuple[str, tuple[Node, ...]]:
@@ -177,7 +177,7 @@ def read_within(
         return found
     kind = "ltl" if isinstance(objective, Ltl) else objective.kind
     if kind not in TIMED:
-        said = f"'{WITHIN}' of {robot}: rounds of '{kind}' are not promised"
+        said = f"'{WITHIN}' of {robot}: rounds of '{kind}' cannot have a deadline"
         findings.add(at, said, f"use it with {one_of(TIMED)}")
     return found
 
@@ -320,7 +320,7 @@ def _line(
         if problem.unknown == "heading":
             hint = "only robots with heading mobility have one"
         elif problem.unknown in {*reading.names, *reading.areas}:
-            hint = f"it names a place: write region = {problem.unknown}"
+            hint = f"it names a region: write region = {problem.unknown}"
         elif problem.unknown:
             hint = suggestion(problem.unknown, {*declared, *reading.names, *reading.areas})
         reading.add_inside(node, problem.column, f"{what}: {problem.found}", hint)

@@ -104,8 +104,8 @@ def _read_obstacle(node: Node, reading: Reading) -> Obstacle | None:
     several = kind is not None and bool(kind.listed)
     sweeps = swept(item.sweeps, label, several, reading)
     if appears is not None and goes is not None and appears >= goes:
-        hint = "'from' is the tick at which it appears, 'until' that at which it goes"
-        reading.add(item.where(ObstacleKeys.until), f"{label} goes before it appears", hint)
+        hint = "'from' is the tick at which it appears, 'until' that at which it disappears"
+        reading.add(item.where(ObstacleKeys.until), f"{label} disappears before it appears", hint)
     if kind is None or region is None or len(reading) > before:
         return None
     return Obstacle(kind, region, truth, appears, goes, limit, sweeps=sweeps)

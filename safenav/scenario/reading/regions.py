@@ -33,7 +33,7 @@ REGION = Shape(
     either(NUMBER, CELL, matching(NAME)),
     _region,
     "region",
-    "A region: its number, [row, column] or name; where several may be, an area.",
+    "A region: its number, [row, column] or name; or an area, if several regions are allowed.",
 )
 
 

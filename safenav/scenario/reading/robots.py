@@ -63,16 +63,16 @@ class RobotKeys(Table):
     )
     heading = Key(
         Shape({"enum": tuple(HEADINGS)}, read.text),
-        "Which way it faces, if its mobility is heading.",
+        "Its initial heading, if its mobility is heading.",
     )
     objective = Key(form(ObjectiveKeys), required=f"its task, for example 'objective: {EXAMPLE}'")
     while_waiting = Key(
         form(ObjectiveKeys), "While it waits for help; not 'ltl'. Default: it stays."
     )
     vision = Key(VISION)
-    avoids = Key(WORDS, "Robots to keep apart from. Default: those of its layer.")
+    avoids = Key(WORDS, "Robots whose regions it must not enter. Default: those of its layer.")
     tracks = Key(WORDS, "Robots that its specification also models.")
-    tracking = Key(choice(Tracking), "How its specification models others.")
+    tracking = Key(choice(Tracking), "How its specification models other robots.")
     when = Key(form(named(ObjectiveKeys)), "Objectives while inputs are on; the first counts.")
 
 
@@ -231,7 +231,7 @@ def _check_starts(standing: Collection[Standing], reading: Reading) -> None:
 
 
 def _check_timing(standing: Collection[Standing], reading: Reading) -> None:
-    """Report robots that keep track of others step by step where steps take several ticks:
+    """Report robots that track other robots step by step where steps take several ticks:
     what their specification assumes of the others would not be true."""
     for robot, _, node in standing:
         if robot.tracking is Tracking.NEARBY:
@@ -247,7 +247,7 @@ def _check_timing(standing: Collection[Standing], reading: Reading) -> None:
                 f"'tracking' of {clipped(robot.name)}: {robot.tracking.value} requires "
                 f"one-tick steps; those of {clipped(slow[0])} take longer"
             )
-            reading.add(node, found, "'tracking: nearby' is right for any timing")
+            reading.add(node, found, "'tracking: nearby' works with any timing")
 
 
 def _why_apart(one: Robot, other: Robot) -> str:
@@ -271,7 +271,7 @@ def _check_reachable(robot: Robot, node: Node | None, reading: Reading) -> None:
     missed = misses_targets(robot, node, reading)
     settles = not isinstance(robot.objective, Ltl) and robot.objective.settles
     if not missed and settles and not reach.follows(targets):
-        found = f"objective of {robot.name}: it cannot get from target to target in this order"
+        found = f"objective of {robot.name}: it cannot visit its targets in this order"
         reading.add(node, found, "with heading mobility it cannot turn at its target")
     elif not missed and not settles and not reach.recurs(targets):
         found = f"objective of {robot.name}: it cannot visit all targets infinitely often"
@@ -298,9 +298,9 @@ def misses_targets(robot: Robot, node: Node | None, reading: Reading) -> bool:
 
 def _why(robot: Robot, target: frozenset[int], world: RegionMap) -> str:
     if Reachability(robot.model.mobility, robot.start, world).reaches(target):
-        return "what it avoids is between them"
+        return "regions that it avoids are between them"
     if robot.model.mobility is Mobility.HEADING:
         on_foot = Reachability(Mobility.FREE, Pose(robot.start.region), world)
         if on_foot.reaches(target):
-            return "with heading mobility it cannot turn round on the spot: check the heading"
+            return "with heading mobility it cannot turn around on the spot: check the heading"
     return "walls are between them"

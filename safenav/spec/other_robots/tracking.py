@@ -20,7 +20,7 @@ from safenav.world.map import Region, RegionMap
 
 class Sightings(Struct, frozen=True):
     """The observable state around a robot: where it is, which regions are taken up by those
-    whom it must not run into, and where everybody is that it keeps track of (``positions``), or
+    whom it must not run into, and where everybody is that it tracks (``positions``), or
     what it knows of that (``known``)."""
 
     region: Region

@@ -84,7 +84,7 @@ def _check_name(name: str, places: MapPlaces) -> None:
 def _span(ends: Sequence[int], most: int) -> int | str:
     first, last = int(ends[0]), int(ends[1])
     if not 0 <= first <= last < most:
-        raise UsageError("an area lies within the map")
+        raise UsageError("an area must lie within the map")
     return first if first == last else f"{first}-{last}"
 
 

@@ -150,7 +150,7 @@ class Judge:
                 continue
             far = close_to(self._places, line.at, now)
             if here != line.at or far > self._limit(name):
-                self._wrong(t, f"{name} {line.result} {far:.2f} m from the middle of {line.at}")
+                self._wrong(t, f"{name} {line.result} {far:.2f} m from the centre of {line.at}")
             if line.heading is not None:
                 facing = self._places.heading(now[2]).label
                 if facing != line.heading:

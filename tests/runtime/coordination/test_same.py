@@ -220,8 +220,8 @@ def test_a_checker_of_bundles_follows_it() -> None:
 @pytest.mark.parametrize(
     ("needs", "found"),
     [
-        ("[{action: fetch, same: true}]", "no need before it"),
-        ("[{action: fetch, at: [depot]}, {action: swap, robots: 2, same: true}]", "takes 2 robots"),
+        ("[{action: fetch, same: true}]", "no previous need"),
+        ("[{action: fetch, at: [depot]}, {action: swap, robots: 2, same: true}]", "needs 2 robots"),
         ("[{action: fetch, at: [depot]}, {action: swap, same: true}]", "may not enter"),
     ],
 )

@@ -212,7 +212,7 @@ def test_nothing_else_is_in_time_than_to_hope() -> None:
     ("damage", "said"),
     [
         (lambda run: run.all("acts")[0].update(around={"a": [18, 23]}), "cannot act on parcel@42"),
-        (lambda run: run.all("acts")[0].update(around={"a": [38]}), "and was to keep out of it"),
+        (lambda run: run.all("acts")[0].update(around={"a": [38]}), "and had to keep out of it"),
         (
             lambda run: run.records[0]["scenario"].update(suspects=None),
             "the scenario has no suspects",
@@ -270,4 +270,4 @@ def test_the_audit_judges_who_sets_out() -> None:
     run = play(NEEDS.replace("LAYER", "air"))
     (push,), (synthesis,) = run.all("push"), run.all("synthesis", robot="b", tick=1)
     push["objectives"]["b"] = synthesis["objective"] = {"visit": [22, 21]}
-    assert "b is to wait at 18 for crate@17, but gets" in run.findings
+    assert "b must wait at 18 for crate@17, but gets" in run.findings

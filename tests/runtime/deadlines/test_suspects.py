@@ -33,7 +33,7 @@ suspects: [{type: gate, region: [1, 7]}]
 orders: [{at: 1, type: parcel, region: [3, 9], resolve_within: LIMIT}]
 until: {rounds: 1}
 """
-CAREFUL = "whatever of the suspects is there"
+CAREFUL = "whichever suspects exist"
 
 
 @pytest.mark.parametrize("gate", ["", "{type: gate, region: [1, 7]}"], ids=["absent", "there"])

@@ -113,7 +113,7 @@ def test_what_cannot_be_is_refused_before_the_start() -> None:
     [
         (
             LATE.replace("visit: [[1, 5], [1, 1]]", "cover: [[1, 5], [1, 1]], within: 9"),
-            "not promised",
+            "cannot have a deadline",
         ),
         (LATE.replace("by: 8", "by: 0"), "at least 1"),
         (LATE + "clock: live\n", "a tick has no length"),

@@ -17,7 +17,7 @@ from safenav.scenario.yaml.source import parsed, read_source
 from safenav.world.map import RegionMap
 
 _IMAGES = (".png", ".pgm")
-_ASK = "say how large the regions are: --rows 20 --cols 30, or --side 0.5 (metres)"
+_ASK = "give the size of the regions: --rows 20 --cols 30, or --side 0.5 (metres)"
 _AS_OPTIONS = re.compile(r"'(rows|cols|share): ([\d.]+)'( and)?")
 _LINES = re.compile(r"^(image|occupied_thresh)\s*:", re.MULTILINE)
 

@@ -33,7 +33,7 @@ def read_image_map(node: Node, fields: MapKeys, findings: Reading) -> RegionMap 
     threshold, share = fields.threshold, fields.share or 0.0
     file, legend, text = _described(node, findings)
     if legend and (stray := fields.where(MapKeys.threshold)) is not None:
-        findings.add(stray, "map: 'threshold' has no meaning with a legend", "leave it out")
+        findings.add(stray, "map: 'threshold' has no effect with a legend", "leave it out")
     image = None if file is None else read_pixels(file, findings)
     if image is None or len(findings) > before:
         return None

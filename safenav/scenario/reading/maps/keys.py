@@ -64,7 +64,7 @@ class ImageKeys(Table):
         form(named(matching(NAME), matching(COLOUR))),
         "Colours (#rrggbb) that mean wall, free, or an area.",
     )
-    text = Key(choice(Text), "What labels on the plan become. Default: ignore.")
+    text = Key(choice(Text), "How labels on the plan are treated. Default: ignore.")
 
 
 class MapKeys(Table):
@@ -88,9 +88,11 @@ class MapKeys(Table):
     movingai = Key(TEXT, "A map of the MovingAI benchmarks.")
     rows = Key(whole(1), "Rows of regions into which the file is divided.")
     cols = Key(whole(1), "Columns of regions into which the file is divided.")
-    threshold = Key(PROBABILITY, "What is darker is wall; 0 is black, 1 is white. Default: 0.5.")
-    share = Key(PROBABILITY, "How much of a region makes it a wall. Default: 0, any of it.")
-    resolution = Key(POSITIVE, "Metres that a region measures.")
+    threshold = Key(PROBABILITY, "Darker pixels are walls; 0 is black, 1 is white. Default: 0.5.")
+    share = Key(
+        PROBABILITY, "Blocked share of a region that makes it a wall. Default: 0, any of it."
+    )
+    resolution = Key(POSITIVE, "Size of a region in metres.")
     origin = Key(
         form({**many({"type": "number"}, 2), "maxItems": 3}),
         "[x, y] or [x, y, yaw] of the south-western corner, in metres, radians.",

@@ -107,7 +107,7 @@ def read_ros(node: Node, fields: MapKeys, findings: Reading) -> RegionMap | None
     height, width = (pixels * settings.resolution for pixels in blocked.shape)
     if not sized:
         hint = (
-            f"the map measures {width:g} x {height:g} m: say how large a region is, for example "
+            f"the map measures {width:g} x {height:g} m: give the size of a region, for example "
             "'resolution: 0.5' (metres), or give 'rows' and 'cols'"
         )
         findings.add(node, "map: region size missing", hint)

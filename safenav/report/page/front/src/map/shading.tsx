@@ -107,7 +107,7 @@ export function knowledgeOf(run: Run, robot: Robot, tick: number): string[] {
     const count = sizeOf(run, set);
     const first = runsOf(run, set)[0]?.[0] ?? 0;
     const where = count === 1 ? label(run, first) : `one of ${count} regions`;
-    return [`last look: ${seen ? "saw" : "believes"} ${name} ${seen ? "at" : "in"} ${where}`];
+    return [`last observation: ${seen ? "saw" : "believes"} ${name} ${seen ? "at" : "in"} ${where}`];
   });
 }
 

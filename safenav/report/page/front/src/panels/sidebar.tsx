@@ -368,7 +368,7 @@ function ShadingLegend({ run }: { run: Run }) {
             <path d="M1 1h16v16h-16z" fill="url(#hatch-legend)" />
             <path class="border" d="M1 1h16v16h-16z" />
           </svg>
-          where the robot of that colour may be, by the last look
+          where the robot of that colour may be, by the last observation
         </li>
       )}
       {believing && (

@@ -206,7 +206,7 @@ function Open({ folder, files, say, ask }: Omit<AskedProps, "asking">) {
         onSubmit={(event) => {
           event.preventDefault();
           const packed = packedIn(link.includes("#") ? link : `#${link}`);
-          if (packed === null) notice("This link holds no scenario: copy it whole, from # on.");
+          if (packed === null) notice("This link contains no scenario: copy all of it, from # on.");
           else open({ kind: "link", packed });
         }}
       >

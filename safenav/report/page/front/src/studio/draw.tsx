@@ -31,9 +31,9 @@ const KEYS: Keys = [
   ["V", "select and drag"],
   ["1 2", "paint walls, or floor"],
   ["3 4", "name regions, or draw areas"],
-  ["Esc", "close a menu; put the tool down"],
+  ["Esc", "close a menu; deselect the tool"],
   ["Delete", "remove what is selected"],
-  ["Tab", "to the map, and on"],
+  ["Tab", "focus the map, then the next control"],
   ["↑ ↓ ← →", "on the map: move the cursor; with Shift: drag an item, or paint"],
   ["Enter", "on the map: click at the cursor"],
   ["Ctrl+S", "save"],
@@ -213,11 +213,11 @@ function hintOf(pen: Pen, drawing: Drawing): string {
     case "obstacle":
       return `Click a free region: a hidden ${pen.type} closes it.`;
     case "order":
-      return `Click a region: at its tick the team is ordered to do ${pen.type} there.`;
+      return `Click a region: the team receives the order ${pen.type} there at its tick.`;
     case "delivery":
-      return pen.from === null ? "Click where the load lies." : "Click where it is to be brought.";
+      return pen.from === null ? "Click the origin of the load." : "Click its destination.";
     case "charger":
-      return "Click regions where batteries are charged; click a charger to take it away.";
+      return "Click regions where batteries are charged; click a charger to remove it.";
     case "objective": {
       const { robot, kind, targets } = pen;
       const some = `click them${targets.length > 0 ? `, ${targets.length} so far` : ""}`;

@@ -136,7 +136,7 @@ export function useDrawingHand(args: HandArgs): Hand {
     } else if (pen.does === "delivery") {
       if (!free(region, "a delivery")) return true;
       if (pen.from === null) setPen({ does: "delivery", from: region });
-      else if (pen.from === region) notice("A delivery ends in another region than it begins.");
+      else if (pen.from === region) notice("The destination of a delivery must differ from its origin.");
       else {
         awaited.current = pen.from;
         edit("add_delivery", { action: lifting, from: pen.from, to: region, at: FIRST_ORDER });

@@ -40,7 +40,7 @@ export function Tools({ doc, drawing, pen, setPen, say }: Drawn) {
           (pen.does === "obstacle" || pen.does === "order") && pen.type === name,
           name,
           { does: blocks ? "obstacle" : "order", type: name },
-          blocks ? `unknown to the robots; '${action}' resolves it` : `the team is ordered to do it; '${action}' resolves it`,
+          blocks ? `unknown to the robots; '${action}' resolves it` : `an order of the scenario; '${action}' resolves it`,
           shape,
         ),
       );
@@ -78,7 +78,7 @@ export function Tools({ doc, drawing, pen, setPen, say }: Drawn) {
             pen.does === "delivery",
             "Delivery",
             { does: "delivery", from: null },
-            "Order that one robot brings a load from a region to another",
+            "Order the delivery of a load from one region to another",
           )}
           {types(false)}
         </div>
@@ -108,10 +108,10 @@ function Size({ drawing, say }: { drawing: Drawing; say: Say }) {
           {sides.map(([side, arrow]) => (
             <li key={side}>
               {arrow}
-              <button type="button" aria-label={`One row or column less: ${side}`} onClick={() => grow(side, -1)}>
+              <button type="button" aria-label={`Remove a row or column: ${side}`} onClick={() => grow(side, -1)}>
                 −
               </button>
-              <button type="button" aria-label={`One row or column more: ${side}`} onClick={() => grow(side, 1)}>
+              <button type="button" aria-label={`Add a row or column: ${side}`} onClick={() => grow(side, 1)}>
                 +
               </button>
             </li>
@@ -120,7 +120,7 @@ function Size({ drawing, say }: { drawing: Drawing; say: Say }) {
       ) : (
         <>
           <p class="quiet">This map comes from a file; edit the file.</p>
-          <button type="button" title="Draw the map into the scenario, which then needs no file" onClick={() => say("embed")}>
+          <button type="button" title="Copy the map into the scenario, which then needs no file" onClick={() => say("embed")}>
             Copy into the scenario
           </button>
         </>
@@ -312,7 +312,7 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
             sweeps
             <select value={obstacle.sweeps ?? ""} onChange={(event) => set("sweeps", event.currentTarget.value || null)}>
               <option value="">as its type</option>
-              <option value="neighbours">all regions beside it</option>
+              <option value="neighbours">all adjacent regions</option>
               {obstacle.sweeps === "listed" && (
                 <option value="listed" disabled>
                   listed regions
@@ -385,7 +385,7 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
         <button type="button" onClick={() => setPen({ ...NEW_AREA, area })}>
           Add a part
         </button>
-        <p class="quiet">Any of its regions counts where a robot has it as a target.</p>
+        <p class="quiet">As a target, any of its regions counts.</p>
       </section>
     );
   }
