@@ -311,6 +311,7 @@ CASES_OF_LIVE: list[Case] = [
     ("clock", "delayed", edit("goal", {"robot": "b", "goal": 1}, t=None), 6, None),
     ("collision", "lost", all_earlier, 2, "b", 5),
     ("command", "delayed", edit("arrive", {"robot": "b"}, command=9), 2, "b"),
+    ("command", "delayed", drop("arrive", nth=3), 9, "a"),
     ("command", "delayed", edit("depart", {"robot": "a", "command": 4}, command=1), 5, "a", 2),
     ("command", "opened", edit("acted", {"command": 4}, results={}), 8, "digit"),
     ("command", "opened", edit("acted", {"command": 4}, barred=["door@9"]), 8, "digit"),
