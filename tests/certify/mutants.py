@@ -249,14 +249,6 @@ def _elsewhere(line: dict[str, Any], source: Random) -> bool:
     return True
 
 
-def _face_elsewhere(line: dict[str, Any], source: Random) -> bool:
-    if line["heading"] is None:
-        return False
-    others = {"north", "east", "south", "west"} - {line["heading"]}
-    line["heading"] = source.choice(sorted(others))
-    return True
-
-
 def _set(key: str, values: list[Any]) -> Callable[[dict[str, Any], Random], bool]:
     def change(line: dict[str, Any], source: Random) -> bool:
         value = source.choice(values)
@@ -281,12 +273,6 @@ def _begins_elsewhere(files: Files, source: Random) -> Files | None:
     if other is not None and all(one["state"][k] == other["state"][k] for k in kept):
         return None
     return with_lines(files, lines)
-
-
-def _other_objectives(line: dict[str, Any], source: Random) -> bool:
-    name = source.choice(sorted(line["objectives"]))
-    line["objectives"][name] = {"visit": [0, 1]}  # nothing is resolved there
-    return True
 
 
 def _exchange_strategies(files: Files, source: Random) -> Files | None:
@@ -398,6 +384,18 @@ def _literal(line: dict[str, Any], source: Random) -> bool:
     return weak
 
 
+def _exchanged_ways(line: dict[str, Any], source: Random) -> bool:
+    ways = line["robots"]
+    one, other = source.sample(sorted(ways), 2)
+    ways[one], ways[other] = ways[other], ways[one]
+    return bool(ways[one] != ways[other])
+
+
+def _no_proof(line: dict[str, Any], source: Random) -> bool:
+    del source
+    return line.pop("proof", None) is not None
+
+
 MUTANTS = (
     Mutant("a stronger form in the facts", _stronger_form("assurance.json")),
     Mutant("a stronger form on the page", _stronger_form("index.html")),
@@ -420,16 +418,12 @@ MUTANTS = (
     Mutant("a target", _header(_target)),
     Mutant("a start", _header(_start)),
     Mutant("a move", _line("move", _elsewhere)),
-    Mutant("a heading", _line("move", _face_elsewhere)),
-    Mutant("a move gone", _drop_line("move")),
     Mutant("a stack event gone", _drop_line("push", "pop")),
-    Mutant("an objective on the stack", _line("push", _other_objectives)),
-    Mutant("a depth", _line("push", _set("depth", [0, 2, 3]))),
-    Mutant("a violation gone", _drop_line("violation")),
     Mutant("where a strategy begins", _begins_elsewhere),
     Mutant("what a strategy is for", _line("synthesis", _set("objective", [{"hold": 29}]))),
-    Mutant("a resolved obstacle gone", _drop_line("resolved")),
     Mutant("an outcome", _line("outcome", _set("outcome", ["completed"]))),
+    Mutant("no proof", _line("outcome", _no_proof)),
+    Mutant("whose way it is", _line("plan", _exchanged_ways)),
     Mutant("an exchanged strategy", _exchange_strategies),
     Mutant("a weaker text with its strategy", _weaker_with_strategy),
     Mutant("an edge of a counterstrategy", _counter_edge, ELSEWHERE),

@@ -1,5 +1,6 @@
 """Altered bundles are refused, unless they still prove what they claim.
 
+The broken traces of ``tests/audit`` try each rule about lines, which bundles are judged by, too.
 Among the tests the campaign is short; SAFENAV_FUZZ=2000 tries as many others.
 """
 
@@ -12,15 +13,13 @@ from typing import Any
 
 import pytest
 
-from certify.forgeries import ASKED, FORGERIES, ORDERS, PROOF
 from certify.making import Files, files_of, rewrite, run_checker, shipped
 from certify.mutants import MEASURE, MUTANTS, Mutant, lines_of
 from safenav.spec.parsing import read_specification
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.verification import first_failure
 
-ALL = (*MUTANTS, *FORGERIES)
-COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) // len(ALL) or 3
+COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) // len(MUTANTS) or 3
 FIRST = int(os.environ.get("SAFENAV_FUZZ_FIRST", "1000")) if "SAFENAV_FUZZ" in os.environ else 0
 BUNDLES = (
     "case_study_1",
@@ -44,7 +43,7 @@ def check() -> Any:
     return import_module("safenav.certify.checker.check").check
 
 
-@pytest.mark.parametrize("mutant", ALL, ids=lambda m: m.name)
+@pytest.mark.parametrize("mutant", MUTANTS, ids=lambda m: m.name)
 def test_an_altered_bundle_is_refused_unless_it_proves_the_same(
     mutant: Mutant, check: Any, tmp_path: Path
 ) -> None:
@@ -72,7 +71,7 @@ def test_an_altered_bundle_is_refused_unless_it_proves_the_same(
 
 def still_true(mutant: Mutant, files: Files) -> bool:
     """Whether the claims of a bundle that was accepted are true, by the verifier's judgement."""
-    if mutant.harmless in (MEASURE, ORDERS, ASKED, PROOF):  # it is not about strategies
+    if mutant.harmless == MEASURE:  # it is not about strategies
         return True
     for line in lines_of(files):
         if line["type"] != "synthesis":
