@@ -61,6 +61,17 @@ def test_a_found_obstacle_without_helper_is_not_requested(tmp_path: Path) -> Non
     assert replay.statuses["door@47"].at(11) is ObstacleStatus.FOUND
 
 
+@pytest.mark.parametrize(("until", "kind"), [(None, "waiting"), (30.0, "paused")])
+def test_a_wait_for_an_operator_is_told_from_one_for_a_change(
+    tmp_path: Path, until: float | None, kind: str
+) -> None:
+    lines = made_traces.door()
+    wait = {"outcome": "operator_needed", "explanation": "no robot helps", "until": until}
+    lines.insert(-1, {"type": "waiting", "tick": lines[-1]["tick"], **wait})
+    events = read_replay(made_traces.write(lines, tmp_path / "t.jsonl")).events
+    assert [e.kind for e in events if "waits for" in e.text] == [kind]
+
+
 def test_the_stack_grows_and_shrinks_with_nested_requests(replays: dict[str, Replay]) -> None:
     replay = replays["chain"]
     first, second = (

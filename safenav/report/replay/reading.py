@@ -157,7 +157,9 @@ class ReplayBuilder:
                 self.plans.append((line.tick, {}))
             case records.End():
                 self.ending = line
-        if line.type in STORY:
+        if isinstance(line, records.Waiting) and line.until is not None:
+            self._event(line, StoryKind.PAUSED)
+        elif line.type in STORY:
             self._event(line, StoryKind(line.type))
 
     def _charges(self, tick: int, time: float) -> None:

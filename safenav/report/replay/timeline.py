@@ -69,6 +69,8 @@ class StoryKind(StrEnum):
     TRUTH = "truth"
     REOPENED = "reopened"
     WAITING = "waiting"
+    """For an operator; ``paused``: for a change of the scenario."""
+    PAUSED = "paused"
     OPERATOR = "operator"
     FAILURE = "failure"
     INPUTS = "inputs"

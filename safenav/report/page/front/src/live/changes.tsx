@@ -4,7 +4,7 @@ import { useState } from "preact/hooks";
 import { CELL } from "../map/camera";
 import { isWall } from "../map/floor";
 import { notice, unless } from "../panels/notice";
-import { at, label, type Obstacle, type Robot, type Run } from "../run/run";
+import { at, label, type EventKind, type Obstacle, type Robot, type Run } from "../run/run";
 import type { Hand } from "../map/stage";
 import type { Palette } from "../studio/model";
 import type { Say } from "./player";
@@ -338,11 +338,11 @@ function headingsOf(robot: Robot): (string | null)[] {
   return robot.headings === null ? [null] : HEADINGS;
 }
 
-/** Why the run waits for an operator; null if it does not, or waits for a change of the scenario. */
+/** Why the run waits for an operator; null if it does not. */
 export function waitsFor(run: Run): string | null {
-  const last = [...run.events].reverse().find(([, kind]) => kind === "waiting" || kind === "operator");
-  const waits = last !== undefined && last[1] === "waiting" && last[2].startsWith("the team waits for an operator");
-  return waits ? last[2] : null;
+  const waits = new Set<EventKind>(["waiting", "paused", "operator"]);
+  const last = [...run.events].reverse().find(([, kind]) => waits.has(kind));
+  return last !== undefined && last[1] === "waiting" ? last[2] : null;
 }
 
 /** A hand that does what the chosen tool says where the map is clicked. */

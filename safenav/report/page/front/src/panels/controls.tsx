@@ -147,6 +147,7 @@ const STORY: EventKind[] = [
   ...(["failure", "assumption"] as const),
 ];
 const REST: EventKind[] = [
+  "paused",
   "reopened",
   "appeared",
   "gone",

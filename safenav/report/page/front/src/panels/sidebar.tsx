@@ -207,6 +207,7 @@ const MEANINGS: Record<Exclude<EventKind, "violation" | "request" | "resolved" |
   truth: "truth set",
   reopened: "may be resolvable again",
   waiting: "waits for an operator",
+  paused: "waits for a change",
   operator: "operator intervenes",
   failure: "failure",
   inputs: "inputs changed",

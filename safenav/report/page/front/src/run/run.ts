@@ -21,6 +21,7 @@ export type EventKind =
   | "truth"
   | "reopened"
   | "waiting"
+  | "paused"
   | "operator"
   | "failure"
   | "objective"
