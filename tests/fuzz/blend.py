@@ -10,13 +10,13 @@ import argparse
 import json
 import sys
 import tempfile
-from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from random import Random
 from typing import Any
 
+from campaigns.seeds import Judged, campaign
 from fuzz.mixed import formula_mission, mixed_mission
 from fuzz.troubles import Troubled, faults_of
 from fuzz.watch import Watch
@@ -294,65 +294,23 @@ class Hand:
         return None
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(prog="fuzz.blend", description=__doc__)
-    parser.add_argument("--seeds", default="0:50", help="first:behind")
-    parser.add_argument("--lockstep", action="store_true")
-    parser.add_argument("--faults", action="store_true")
-    parser.add_argument("--operator", action="store_true")
-    parser.add_argument("--formulas", action="store_true", help="objectives in formulas")
-    parser.add_argument("--continued", action="store_true", help="killed, and continued")
-    parser.add_argument("--every", type=int, help="with --continued: after each so many lines")
-    parser.add_argument("--patience", type=int, default=60)
-    parser.add_argument("--keep", help="a folder for the scenarios and traces of findings")
-    options = parser.parse_args()
-    first, behind = map(int, options.seeds.split(":"))
-    counts: Counter[str] = Counter()
-    injected: Counter[str] = Counter()
-    found = 0
-    for seed in range(first, behind):
-        made = formula_mission if options.formulas else mixed_mission
-        data = made(seed, live=not options.lockstep)
-        try:
-            one = (
-                continued(
-                    data,
-                    seed,
-                    every=options.every,
-                    faults=faults_of(seed) if options.faults else None,
-                    operator=options.operator,
-                    patience=options.patience,
-                )
-                if options.continued
-                else play(
-                    data,
-                    seed,
-                    faults=faults_of(seed) if options.faults else None,
-                    operator=options.operator,
-                    patience=options.patience,
-                )
-            )
-        except InputError:
-            counts["refused"] += 1
-            continue
-        counts[one.outcome] += 1
-        counts["valid"] += 1
-        counts["cuts"] += one.cuts
-        counts["interventions"] += len(one.given)
-        injected.update(one.injected)
-        if one.found:
-            found += 1
-            more = f" (and {len(one.found) - 1} more)" if len(one.found) > 1 else ""
-            print(f"{seed}: {one.found[0][:400]}{more}", flush=True)
-            if options.keep:
-                place = Path(options.keep)
-                place.mkdir(exist_ok=True, parents=True)
-                (place / f"{seed}.yaml").write_text(json.dumps(data))
-                (place / f"{seed}.jsonl").write_text("".join(one.lines))
-                (place / f"{seed}.words").write_text(json.dumps(one.given))
-    print(f"{counts['valid']} runs, {found} findings: {dict(counts)}; faults: {dict(injected)}")
-    return int(found > 0)
+def judged(seed: int, options: argparse.Namespace) -> Judged:
+    """The run of one seed."""
+    made = formula_mission if options.formulas else mixed_mission
+    data = made(seed, live=not options.lockstep)
+    faults = faults_of(seed) if options.faults else None
+    about: Any = {"faults": faults, "operator": options.operator, "patience": options.patience}
+    try:
+        if options.continued:
+            one = continued(data, seed, every=options.every, **about)
+        else:
+            one = play(data, seed, **about)
+    except InputError:
+        return Judged(counts={"refused": 1})
+    counts = {one.outcome: 1, "cuts": one.cuts, "interventions": len(one.given), **one.injected}
+    files = {"yaml": json.dumps(data), "jsonl": "".join(one.lines), "words": json.dumps(one.given)}
+    return Judged(one.found, counts, files)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(campaign(judged, __doc__, "lockstep faults operator formulas continued every="))

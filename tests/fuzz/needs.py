@@ -11,6 +11,7 @@ import json
 from random import Random
 from typing import Any
 
+from campaigns.seeds import Judged, campaign
 from runtime.deadlines.every_behaviour import every_behaviour
 from runtime.played import Line, Run, loaded, play
 from safenav.errors import InputError
@@ -159,24 +160,14 @@ def _regions(need: Need) -> frozenset[int]:
     return need.at
 
 
-def main() -> int:
-    """Play the missions of some seeds; 1 if something is wrong."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seeds", default="0:100")
-    first, behind = map(int, parser.parse_args().seeds.split(":"))
-    bad = out = 0
-    for seed in range(first, behind):
-        try:
-            found = defects(mission(seed))
-        except Exception as error:  # of the run, the scenario or the audit
-            found = [f"{type(error).__name__}: {error}"]
-        out += found is None
-        for line in found or ():
-            print(f"{seed}: {line}", flush=True)
-        bad += bool(found)
-    print(f"{behind - first} missions, {bad} with a defect, {out} too large")
-    return int(bad > 0)
+def judged(seed: int, _: argparse.Namespace) -> Judged:
+    """The run of one seed."""
+    try:
+        found = defects(mission(seed))
+    except Exception as error:  # of the run, the scenario or the audit
+        found = [f"{type(error).__name__}: {error}"]
+    return Judged(found or (), {"too large": found is None})
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    raise SystemExit(campaign(judged, __doc__))

@@ -1,7 +1,8 @@
 """A campaign from the shell: ``python -m live.campaign --seeds 0:2000 --faults`` (in tests/).
 
 Plays the missions of the seeds in time, some of them with faults and some through a world in
-another process, and judges each by the world's log; its trace is audited. Prints what it finds.
+another process, and judges each by the world's log; its trace is audited. ``--both`` compares those
+without faults with lockstep.
 """
 
 import argparse
@@ -9,7 +10,6 @@ import json
 import signal
 import sys
 import traceback
-from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager, nullcontext
 from dataclasses import dataclass
@@ -20,6 +20,7 @@ from typing import Any
 import yaml
 from msgspec.structs import replace
 
+from campaigns.seeds import Judged, campaign
 from live.floor import Floor
 from live.judge import Walk, verdict
 from live.missions import timed
@@ -159,38 +160,23 @@ def limited(seconds: int) -> Iterator[None]:
             signal.signal(kind, handler)
 
 
+def judged(seed: int, options: argparse.Namespace) -> Judged:
+    """The run of one seed: every fourth with faults, if there are to be some."""
+    faults = options.faults and seed % 4 == 3
+    one = play(seed, faults=faults, wired=seed % 10 == 7, patience=options.patience)
+    counts = {one.outcome: 1, "with faults": faults, "undecided": one.found == "?"}
+    counts |= {"moves": one.walk.moves, "stopped": one.walk.stopped, **one.injected}
+    problem = one.found if one.found != "?" else ""
+    if options.both and not faults and not problem:
+        other = serially(seed)
+        counts["ends alike"] = other.outcome == one.outcome
+        if other.outcome != one.outcome:
+            problem = f"ends as {one.outcome}, in lockstep as {other.outcome}"
+    return Judged([f"{problem}{' (with faults)' * faults}"] if problem else [], counts)
+
+
 def main() -> int:
-    """Play the seeds; 1 if there is a finding."""
-    parser = argparse.ArgumentParser(prog="live.campaign", description=__doc__)
-    parser.add_argument("--seeds", default="0:50", help="first:behind")
-    parser.add_argument("--faults", action="store_true", help="in every fourth run")
-    parser.add_argument("--both", action="store_true", help="compare with lockstep, without faults")
-    parser.add_argument("--patience", type=int, default=120, help="seconds for one run")
-    options = parser.parse_args()
-    first, behind = map(int, options.seeds.split(":"))
-    counts: Counter[str] = Counter()
-    injected: Counter[str] = Counter()
-    found = 0
-    for seed in range(first, behind):
-        faults = options.faults and seed % 4 == 3
-        one = play(seed, faults=faults, wired=seed % 10 == 7, patience=options.patience)
-        counts[one.outcome] += 1
-        counts["runs with faults"] += faults
-        counts["undecided"] += one.found == "?"
-        counts["moves"] += one.walk.moves
-        counts["stopped by an obstacle"] += one.walk.stopped
-        injected.update(one.injected)
-        problem = one.found if one.found != "?" else ""
-        if options.both and not faults and not problem:
-            other = serially(seed)
-            same = other.outcome == one.outcome
-            counts["ends alike"] += same
-            problem = "" if same else f"ends as {one.outcome}, in lockstep as {other.outcome}"
-        if problem:
-            found += 1
-            print(f"seed {seed}{' with faults' * faults}: {problem}", flush=True)
-    print(f"{behind - first} runs, {found} findings: {dict(counts)}; faults: {dict(injected)}")
-    return int(found > 0)
+    return campaign(judged, __doc__, "faults both")
 
 
 if __name__ == "__main__":
