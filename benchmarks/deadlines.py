@@ -22,7 +22,7 @@ from statistics import median
 from tempfile import TemporaryDirectory
 
 from safenav.report.terminal.table import table
-from safenav.runtime.analysis.ahead import run_ahead
+from safenav.runtime.analysis.team_simulation import simulate_team
 from safenav.runtime.deadlines.worst import visited, worst_cases
 from safenav.runtime.mission import default_synthesizer, first_results
 from safenav.scenario.reading.loader import load_scenario
@@ -74,7 +74,7 @@ def _checked(path: Path) -> tuple[float, float]:
     found = {name: visited(one.task, one.result.strategy, scenario) for name, one in answers}
     worst_cases(scenario, found)
     half = time.perf_counter()
-    run_ahead(scenario, synthesizer)
+    simulate_team(scenario, synthesizer)
     return half - begun, time.perf_counter() - half
 
 

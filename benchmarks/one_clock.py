@@ -128,10 +128,10 @@ def measure(text: str, draw: int) -> Draw | None:
     apart = 0.0
     original = StrategySearch.synthesize
 
-    def apart_from_the_rest(search: StrategySearch, ladders: Any) -> Any:
+    def apart_from_the_rest(search: StrategySearch, alternatives: Any) -> Any:
         nonlocal apart
         begun = time.process_time()
-        found = original(search, ladders)
+        found = original(search, alternatives)
         apart += time.process_time() - begun
         return found
 

@@ -20,8 +20,8 @@ import missions
 from safenav.report.terminal.table import table
 from safenav.runtime.traffic import planning, shortening
 from safenav.runtime.traffic.execution import schedule
-from safenav.runtime.traffic.joint import Course, Joint
-from safenav.runtime.traffic.remembering import plain_poses
+from safenav.runtime.traffic.formula_memory import plain_poses
+from safenav.runtime.traffic.joint import Course, JointState
 
 MOST_TICKS, MOST_MS = 0.75, 5.0
 """Bars: the ratio of ticks, and the median of the milliseconds."""
@@ -42,8 +42,8 @@ def plans(count: int) -> list[Shortened]:
     original = shortening.shortened
 
     def measured(
-        course: Course, states: Sequence[Joint], fixed: Collection[int]
-    ) -> Sequence[Joint]:
+        course: Course, states: Sequence[JointState], fixed: Collection[int]
+    ) -> Sequence[JointState]:
         begun = time.process_time()
         new = original(course, states, fixed)
         spent = 1000 * (time.process_time() - begun)
@@ -59,7 +59,7 @@ def plans(count: int) -> list[Shortened]:
     return found[:count]
 
 
-def _size(course: Course, states: Sequence[Joint]) -> tuple[int, int]:
+def _size(course: Course, states: Sequence[JointState]) -> tuple[int, int]:
     """Ticks and steps of a plan."""
     problem = course.problem
     sizes = [member.graph.size for member in problem.members]

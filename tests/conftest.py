@@ -73,7 +73,7 @@ def patient(monkeypatch: pytest.MonkeyPatch) -> None:
     for constant in (
         "safenav.explain.investigation.REPAIR_SECONDS",
         "safenav.runtime.analysis.postmortem.RUN_SECONDS",
-        "safenav.runtime.analysis.ahead.SECONDS",
+        "safenav.runtime.analysis.team_simulation.SECONDS",
         "safenav.runtime.deadlines.worst.SECONDS",
         "safenav.runtime.analysis.explanation.QUESTION_SECONDS",
     ):

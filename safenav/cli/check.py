@@ -18,7 +18,7 @@ from safenav.explain.vacuity import vacuous_wins
 from safenav.report.terminal.specification_text import vacuity_data, vacuity_lines
 from safenav.report.terminal.synthesis_progress import WaitingLine
 from safenav.report.terminal.worst_cases import promise_data, promise_lines, worst_data, worst_lines
-from safenav.runtime.analysis.ahead import run_ahead
+from safenav.runtime.analysis.team_simulation import simulate_team
 from safenav.runtime.coordination.foresight import foreseen
 from safenav.runtime.coordination.strategy_search import TaskResult
 from safenav.runtime.deadlines.worst import visited, worst_cases
@@ -71,7 +71,7 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
     cases = worst_cases(plan, poses)
     realizable = all(answer.realizable for answer in answers.values())
     refusal = Mission(plan, synthesizer).refusal() if realizable else None
-    ahead = run_ahead(plan, synthesizer) if realizable and refusal is None else None
+    ahead = simulate_team(plan, synthesizer) if realizable and refusal is None else None
     if as_json:
         obstacles = [worst_data(case) for case in cases]
         data = {"robots": verdicts, "obstacles": obstacles, "warnings": of_scenario}

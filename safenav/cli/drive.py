@@ -10,7 +10,7 @@ import click
 from msgspec.structs import replace
 
 from safenav.cli import options, warn
-from safenav.cli.playing import Performance, attendant
+from safenav.cli.run_session import RunSession, attendant
 from safenav.fleet.acting import unserved
 from safenav.fleet.fleet_file import load_fleet
 from safenav.fleet.transport import DriveRecording
@@ -141,7 +141,7 @@ def command(
             view = stack.enter_context(LiveView(plan))
             click.echo(f"live: {view.address}", err=True)
         connection = stack.enter_context(ExitStack())
-        run = Performance(
+        run = RunSession(
             mission,
             stack,
             trace,

@@ -14,9 +14,9 @@ from safenav.report.terminal.explanation_text import explanation_data, explanati
 from safenav.report.terminal.postmortem_text import postmortem_data, postmortem_lines
 from safenav.report.terminal.synthesis_progress import WaitingLine
 from safenav.report.terminal.worst_cases import promise_lines
-from safenav.runtime.analysis.ahead import run_ahead
 from safenav.runtime.analysis.explanation import explain_team
 from safenav.runtime.analysis.postmortem import explain_run
+from safenav.runtime.analysis.team_simulation import simulate_team
 from safenav.runtime.mission import default_synthesizer
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario
@@ -84,7 +84,7 @@ def _of_the_run(plan: Scenario, as_json: bool) -> int:
         for line in postmortem_lines(found, plan.map.word):
             click.echo(line)
         refused = found.result.outcome is Outcome.UNREALIZABLE  # it names the promise
-        ahead = None if refused else run_ahead(plan, default_synthesizer(plan))
+        ahead = None if refused else simulate_team(plan, default_synthesizer(plan))
         for line in promise_lines(plan, ahead):
             click.echo(f"without obstacles: {line}")
     return exit_code_of(found.result.outcome)

@@ -9,7 +9,7 @@ import click
 from msgspec.structs import replace
 
 from safenav.cli import options, warn
-from safenav.cli.playing import MakeMission, Performance, attendant
+from safenav.cli.run_session import MakeMission, RunSession, attendant
 from safenav.errors import ExitCode, UsageError, exit_code_of
 from safenav.outfile import write_out
 from safenav.report.terminal.synthesis_progress import WaitingLine
@@ -130,7 +130,7 @@ def command(
     with ExitStack() as stack:
         needed = f"{scenario.stem}.jsonl" if html is not None or motion is not None else None
         make = _simulated(verify, attended=operator is not None)
-        run = Performance(make, stack, trace, temporary=needed, as_json=as_json, maps=maps)
+        run = RunSession(make, stack, trace, temporary=needed, as_json=as_json, maps=maps)
         run.begin(plan)
         run.run(operator)
         unmet = []
@@ -233,7 +233,7 @@ def resume(
 
     with ExitStack() as stack:
         make = _simulated(True, attended=operator is not None)
-        run = Performance(make, stack, output, maps=maps)
+        run = RunSession(make, stack, output, maps=maps)
         run.begin(plan)
         run.run(operator, joins=False)
     assert run.mission.result is not None

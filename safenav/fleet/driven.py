@@ -32,7 +32,7 @@ from safenav.motion.file.records import (
 )
 from safenav.motion.making import described, floor_of, movers_of
 from safenav.motion.mover import Mover
-from safenav.motion.timing.given import Deed, TraceLedger, actions_of, when
+from safenav.motion.timing.recorded_times import TimedAction, TraceLedger, actions_of, when
 from safenav.trace import records
 from safenav.trace.trace import Trace
 
@@ -156,7 +156,7 @@ class _Turns:
 def _actions(
     act: records.Act,
     acted: records.ActionEnd,
-    deeds: Sequence[Deed],
+    deeds: Sequence[TimedAction],
     acts: Sequence[tuple[float, float]],
 ) -> Iterator[Line]:
     """The lines of the robots of an action, one after the other. ``acts``: when a follower that

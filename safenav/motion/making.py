@@ -16,7 +16,7 @@ from safenav.motion.geometry import MetricFloor
 from safenav.motion.in_time import at_times
 from safenav.motion.mover import Mover, mover
 from safenav.motion.timing import schedule
-from safenav.motion.timing.given import carried_out, when
+from safenav.motion.timing.recorded_times import motion_at_recorded_times, when
 from safenav.motion.walker.mover import RECOVERING, WalkerMover
 from safenav.motion.walker.recovery import pushed
 from safenav.pace.robot import SIDE as SIDE
@@ -101,10 +101,10 @@ def _carried_out(
 ) -> tuple[tuple[Line, ...], MotionOutcome]:
     """Return the motion at the seconds of the trace; in lockstep, as early as its order allows."""
     if trace.header.clock is not None:
-        return carried_out(trace, floor, movers)
+        return motion_at_recorded_times(trace, floor, movers)
     done = schedule.scheduled(trace, floor, movers)
     timed = at_times(trace, schedule.steps_of(done), schedule.actions_of(done))
-    lines, outcome = carried_out(timed, floor, movers)
+    lines, outcome = motion_at_recorded_times(timed, floor, movers)
     waits = [*schedule.waits_of(done)]
     waiting = dict.fromkeys(movers, 0.0)
     for wait in waits:

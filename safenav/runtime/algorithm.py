@@ -33,9 +33,9 @@ from msgspec.structs import replace
 from safenav.runtime.coordination import events
 from safenav.runtime.coordination.decision import Decision, coordinate, reconsider
 from safenav.runtime.coordination.events import Event, Unsettled
-from safenav.runtime.coordination.ladder import misses_its_rounds
 from safenav.runtime.coordination.strategies import Strategies
 from safenav.runtime.coordination.strategy_search import NotYet, StrategySearch, TaskResult, failed
+from safenav.runtime.coordination.task_candidates import misses_its_rounds
 from safenav.runtime.energy.batteries import Batteries
 from safenav.runtime.interventions import Interventions
 from safenav.runtime.progress import Progress
@@ -65,9 +65,9 @@ class Algorithm(Struct):
     stop: Stop
     deadlines: Deadlines
     batteries: Batteries
-    _owed: Unsettled | None = None
+    _deferred: Unsettled | None = None
     _together: bool = False
-    _astray: list[events.Astray] = field(default_factory=list)
+    _astray: list[events.OutsideStrategy] = field(default_factory=list)
     _paying: bool = False
 
     def begin(self) -> None:
@@ -95,7 +95,7 @@ class Algorithm(Struct):
         if robot.serves_later and robot.own.memory.index != turn:
             yield Unsettled(Reason.REQUEST)
         if robot.own.rounds > rounds and misses_its_rounds(self.team, robot):
-            yield events.Astray(robot.name, Reason.ROUND)
+            yield events.OutsideStrategy(robot.name, Reason.ROUND)
         yield from self.batteries.turn_ends(robot, completes=self.completes())
 
     def settle(self, arising: Iterable[Event]) -> None:
@@ -110,7 +110,7 @@ class Algorithm(Struct):
                 try:
                     answers = self.search.synthesize(decision.tasks)  # 14, 20
                 except NotYet:
-                    self._owe(decision)
+                    self._defer(decision)
                     break
                 event = self.apply(self.team, decision, answers)
         self._forget()
@@ -141,7 +141,7 @@ class Algorithm(Struct):
                 self.turns.relocation.put_in_service(team.robots[name], active=active)
             case events.ObjectiveGiven(name, objective, within, progress):
                 team.give(name, objective, within, progress or Progress(objective))
-            case events.Astray(name, Reason.BLOCKED, waits=False) if not decision.drafts:
+            case events.OutsideStrategy(name, Reason.BLOCKED, waits=False) if not decision.drafts:
                 self.traffic.free(name)
         if decision.recount:
             team.restart_counts()
@@ -170,34 +170,34 @@ class Algorithm(Struct):
 
     def _forget(self) -> None:
         """Forget the strategies that have come, once no decision waits for any."""
-        if not (self.team.owed or self._astray or self._paying):
+        if not (self.team.deferred or self._astray or self._paying):
             self.search.forget()
 
-    def _owe(self, decision: Decision) -> None:
+    def _defer(self, decision: Decision) -> None:
         """Defer a decision until its strategies are available; robots without a
         strategy that suffices wait."""
         for name in decision.tasks:
             self.team.robots[name].held = HoldReason.SYNTHESIS
         if isinstance(decision.event, Unsettled):
-            self._owed = Unsettled(decision.event.reason)
-            self.team.owed = decision.settled or self.team.last_settled
-        elif isinstance(decision.event, events.Astray):
+            self._deferred = Unsettled(decision.event.reason)
+            self.team.deferred = decision.settled or self.team.last_settled
+        elif isinstance(decision.event, events.OutsideStrategy):
             self._astray.append(decision.event)
 
-    def pay(self) -> None:
+    def retry_deferred(self) -> None:
         """Make the decisions again that wait for strategies."""
-        owed, astray = self._owed, self._astray
-        self._owed, self._astray, self.team.owed = None, [], None
+        deferred, astray = self._deferred, self._astray
+        self._deferred, self._astray, self.team.deferred = None, [], None
         for robot in self.team.robots.values():
             robot.held = None
         self.team.changes += 1
         self._paying = True
         try:
-            self.settle([owed] if owed is not None else [])
+            self.settle([deferred] if deferred is not None else [])
             for event in astray:
                 robot = self.team.robots[event.robot]
                 off = robot.planner.node is None and robot.transit is None
-                free = off and self._owed is None
+                free = off and self._deferred is None
                 if event.waits or (free and not self.strategies.relocate(robot)):
                     self.settle([event])
         finally:

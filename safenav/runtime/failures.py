@@ -22,7 +22,7 @@ class Reaction(Enum):
     OUT_OF_SERVICE = "others take over its duties"
 
 
-class Troubles(Struct):
+class FailureCounts(Struct):
     """Failures since they last meant nothing. ``moves``: of each robot into each region, and
     ``in_row``: without an arrival; ``actions``: of each robot on each obstacle; ``barred``: robots
     that no longer act on an obstacle; ``opened``: when each obstacle was resolved or gone."""

@@ -102,11 +102,11 @@ def _read(
             truth = bool(data.get("truth", True)) if types[name].has_truth else None
             if region is None or kind == "order":
                 return None if region is None else user_changes.PlaceOrder(types[name], region)
-            return user_changes.Close(types[name], region, truth)
+            return user_changes.AddObstacle(types[name], region, truth)
         case "input":
             return user_changes.SetInput(str(data.get("input")), bool(data.get("on")))
         case "open":
-            return user_changes.TakeAway(str(data.get("obstacle")))
+            return user_changes.RemoveObstacle(str(data.get("obstacle")))
         case "resolved":
             return user_changes.MarkResolved(_obstacle(data, reading))
         case "permanent":
@@ -131,8 +131,8 @@ def _read(
             listed = [{"at": 1, "robot": data.get("robot"), kind: told}]
             for change in read_changes(_node(listed, reading), reading):
                 if change.objective is not None:
-                    return user_changes.Give(change.robot, change.objective)
-                return user_changes.Serve(change.robot, change.active is True)
+                    return user_changes.AssignObjective(change.robot, change.objective)
+                return user_changes.SetService(change.robot, change.active is True)
     return None
 
 

@@ -35,7 +35,7 @@ _SCENARIO = vocabulary.ChangeCause.SCENARIO
 _INPUT = vocabulary.ChangeCause.INPUT
 
 
-_AWAY = (user_changes.MarkResolved, user_changes.TakeAway)
+_AWAY = (user_changes.MarkResolved, user_changes.RemoveObstacle)
 
 
 class Interventions(Struct):
@@ -68,18 +68,18 @@ class Interventions(Struct):
 
     def _check(self, wanted: user_changes.Intervention) -> None:
         match wanted:
-            case user_changes.Close():
+            case user_changes.AddObstacle():
                 self._may_close(wanted)
             case user_changes.PlaceOrder():
                 self._may_order(wanted)
-            case user_changes.TakeAway(name):
+            case user_changes.RemoveObstacle(name):
                 self._there(name)
             case user_changes.SetTruth(name):
                 if not self._there(name).type.has_truth:
                     raise UsageError(f"{name} has no truth to reveal")
-            case user_changes.Give():
+            case user_changes.AssignObjective():
                 self._may_give(wanted)
-            case user_changes.Serve(name, active):
+            case user_changes.SetService(name, active):
                 if active and self._is_lost(self._robot(name).name):
                     raise UsageError(f"{name} is lost: give its position (put_back {name} REGION)")
             case user_changes.SetInput(name):
@@ -132,7 +132,7 @@ class Interventions(Struct):
 
     def _has_effect(self, wanted: user_changes.Intervention) -> bool:
         match wanted:
-            case user_changes.Serve(name, active):
+            case user_changes.SetService(name, active):
                 return self.state.live or self._robot(name).active is not active
             case user_changes.SetInput(name, on):
                 return self.state.inputs[name] is not on
@@ -218,7 +218,7 @@ class Interventions(Struct):
     def _bring_about(self, wanted: user_changes.Intervention) -> Iterator[events.Event]:
         state = self.state
         match wanted:
-            case user_changes.Close(kind, region, truth):
+            case user_changes.AddObstacle(kind, region, truth):
                 new = Obstacle(kind, region, truth, appears=int(self.state.time))
                 self._simulation().bring(new, truth)
                 if truth is not None and new.name in state.named:  # it comes back, perhaps changed
@@ -233,7 +233,7 @@ class Interventions(Struct):
                 else:
                     state.introduce(new)
                     yield from self._placed(Change(new, appeared=True, by_user=True))
-            case user_changes.TakeAway(name):
+            case user_changes.RemoveObstacle(name):
                 self._tell(OperatorIntervention.RESOLVED, obstacle=name)
                 self._simulation().take_away(name)
             case user_changes.SetTruth(name, truth):
@@ -241,10 +241,10 @@ class Interventions(Struct):
                 self._simulation().truths[name] = truth
                 state.introduce(obstacle, truth)
                 state.emit(records.Truth(state.tick, name, truth, _USER))
-            case user_changes.Give(name, objective):
+            case user_changes.AssignObjective(name, objective):
                 self._tell(OperatorIntervention.OBJECTIVE, name, objective=objective)
                 yield from self._give(self._robot(name), objective, _USER)
-            case user_changes.Serve(name, active):
+            case user_changes.SetService(name, active):
                 what = OperatorIntervention.ADDED if active else OperatorIntervention.OUT_OF_SERVICE
                 self._tell(what, name)
                 robot = self._robot(name)
@@ -261,7 +261,7 @@ class Interventions(Struct):
             case user_changes.MarkPermanent(name):
                 self._tell(OperatorIntervention.PERMANENT, obstacle=name)
                 yield from self.turns.relocation.leave_plan()
-                yield events.ObstacleSealed(self._met(name))
+                yield events.ObstacleDeclaredPermanent(self._met(name))
             case user_changes.PutBack(name, pose):
                 self._tell(OperatorIntervention.PUT_BACK, name, pose=pose)
                 yield from self._put_back(self._robot(name), pose)
@@ -299,7 +299,7 @@ class Interventions(Struct):
         hope = state.waiting is None  # it may resolve what it kept out of
         yield events.ObjectiveGiven(robot.name, objective, within, own_progress, hope)
 
-    def _may_close(self, wanted: user_changes.Close) -> None:
+    def _may_close(self, wanted: user_changes.AddObstacle) -> None:
         world = self.state.scenario.map
         if not world.is_free(wanted.region):
             raise UsageError(f"region {wanted.region} is a wall: close a free one")
@@ -310,7 +310,8 @@ class Interventions(Struct):
             if known.region == wanted.region and reason == UNTRAVERSABLE:
                 raise UsageError(f"{known.name} is permanent: no robot can pass")
         if any(
-            isinstance(o, user_changes.Close) and o.region == wanted.region for o in self._asked
+            isinstance(o, user_changes.AddObstacle) and o.region == wanted.region
+            for o in self._asked
         ):
             raise UsageError(f"region {wanted.region} is already closed with the next tick")
         if wanted.type.has_truth and wanted.truth is None:
@@ -322,7 +323,7 @@ class Interventions(Struct):
         if wanted.type.blocks != frozenset():
             raise UsageError(f"a {wanted.type.name} stops robots: an order needs 'blocks: []'")
 
-    def _may_give(self, wanted: user_changes.Give) -> None:
+    def _may_give(self, wanted: user_changes.AssignObjective) -> None:
         robot = self._robot(wanted.robot)
         if robot.robot.when:
             raise UsageError(

@@ -40,7 +40,7 @@ from safenav.runtime.worlds.protocol import BlockingWorld, World, WorldEvent
 from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.runtime.worlds.world import InputWorld, SimulatedWorld
 from safenav.scenario.model import Scenario, Tracking
-from safenav.scenario.reading.promises import in_seconds
+from safenav.scenario.reading.deadlines import in_seconds
 from safenav.scenario.settings import Clock
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
@@ -166,9 +166,9 @@ class Mission:
         search. A running synthesis is given up immediately, by an exception, so this must be
         called in the run's own thread."""
         self._stop.ask(why)
-        self.look_at_the_clock()
+        self.check_time_limit()
 
-    def look_at_the_clock(self) -> None:
+    def check_time_limit(self) -> None:
         """Give up a synthesis, or the verification of its strategy, that outlasts the time limit of
         the run, by an exception: to be called in the run's own thread."""
         if self._search.busy:
@@ -201,7 +201,7 @@ class Mission:
         under_way = [r for r in robots if r.transit is not None or r.acting is not None]
         return all(self.state.waiting is not None and goes_on(self.state, r) for r in under_way)
 
-    def rested(self, seconds: float) -> None:
+    def exclude_idle_time(self, seconds: float) -> None:
         """Exclude the time in which no tick was requested from the time limit of the run."""
         self._stop.rest(seconds)
 
@@ -250,14 +250,14 @@ class Mission:
             raise UsageError(f"step() after the end: the outcome is {self.result.outcome.value}")
         self._guarded(self._algorithm.tick)
 
-    def machine(self) -> Hashable:
+    def state_key(self) -> Hashable:
         """The state by which a run in lockstep continues without a surprise, but the rounds
         counted; None if a joint plan is followed, or robots remember where they saw others."""
-        adapter, traffic = self._commands.world, self._traffic.machine()
+        adapter, traffic = self._commands.world, self._traffic.state_key()
         remembers = any(r.tracking is not Tracking.NEARBY for r in self.scenario.robots)
         if traffic is None or remembers or not isinstance(adapter, BlockingAdapter):
             return None
-        robots = tuple(robot.machine for robot in self.state.robots.values())
+        robots = tuple(robot.state_key for robot in self.state.robots.values())
         return robots, traffic, self._deadlines.ages(), adapter.left
 
     def _guarded(self, part: Callable[[], None]) -> None:

@@ -14,7 +14,7 @@ from msgspec import Struct
 from safenav.runtime.progress import Progress
 from safenav.scenario.guarantees import values_of
 from safenav.scenario.objective import Ltl
-from safenav.spec.assignable import Switch
+from safenav.spec.assignable import CommandInputs
 from safenav.spec.specification import Specification
 from safenav.spec.task import Task
 from safenav.world.map import Heading, Region
@@ -57,7 +57,7 @@ class Planner:
         self.strategy = strategy
         self.node: int | None = node
         self.behind = False
-        self.switch: Switch | None = None
+        self.switch: CommandInputs | None = None
 
     @classmethod
     def start(cls, task: Task, strategy: Controller) -> Planner:

@@ -12,10 +12,10 @@ from functools import partial
 from safenav.outcome import Outcome
 from safenav.runtime.algorithm import Algorithm
 from safenav.runtime.coordination.events import (
-    Astray,
     Continued,
-    HopeReturned,
     ObstacleChanged,
+    ObstaclesReopened,
+    OutsideStrategy,
     RequestsSetAside,
 )
 from safenav.runtime.team import RobotState, Role
@@ -131,14 +131,16 @@ class Passes(Algorithm):
         for name, target in turned.items():
             robot = self.team.robots[name]
             robot.own.begin_with(target)
-            self.settle([Astray(name, Reason.PLAN)] if robot.assignment.role is Role.OWN else [])
+            self.settle(
+                [OutsideStrategy(name, Reason.PLAN)] if robot.assignment.role is Role.OWN else []
+            )
 
     def _unless_still(self) -> None:
         """Live: where robots wait only for robots that wait, they plan. Where nothing can change,
         the run ends. Raises RunEnded."""
         team = self.team
         thinks = self.traffic.wanted is not None and self.traffic.thinking.background
-        if self._changed or team.waiting is not None or team.owed or self._astray or thinks:
+        if self._changed or team.waiting is not None or team.deferred or self._astray or thinks:
             self._still = 0
             return
         if self.traffic.quiescent(all_still=self.world.idle):
@@ -260,13 +262,13 @@ class Passes(Algorithm):
         team.emit(records.Waiting(team.tick, outcome, *told, team.waits_until))
         for robot in team.robots.values():
             if has_other_objective(team, robot):
-                self.settle([Astray(robot.name, Reason.BLOCKED, waits=True)])
+                self.settle([OutsideStrategy(robot.name, Reason.BLOCKED, waits=True)])
 
     def _resume(self) -> None:
         """Decide once after all interventions of a pass, or since the scenario has changed: what
         was given up is requested again first, for what it lacked may be there now."""
         self.team.waiting, self._together = None, False
-        self.guarded(lambda: self.settle([HopeReturned()]))
+        self.guarded(lambda: self.settle([ObstaclesReopened()]))
 
     def _hear(self) -> None:
         """Take in what the world has reported beside the ends of commands."""
@@ -286,7 +288,7 @@ class Passes(Algorithm):
                 self.guarded(partial(self.settle, self.turns.actions.gone(obstacle)))
         if self._come:
             self._come = False
-            self.guarded(self.pay)
+            self.guarded(self.retry_deferred)
 
     def completes(self) -> bool:
         team = self.team
@@ -295,7 +297,7 @@ class Passes(Algorithm):
         now = self.world.now() if team.live else team.tick
         if any(o.ordered and (o.appears or 0) > now for o in team.scenario.obstacles):
             return False
-        if (team.owed or team.last_settled).found.served:
+        if (team.deferred or team.last_settled).found.served:
             return False
         return not (self._undone() and self._to_come())
 

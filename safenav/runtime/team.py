@@ -17,7 +17,7 @@ from safenav.runtime.deadlines.choice import Dues, InTime
 from safenav.runtime.duties.reasons import Shortfall
 from safenav.runtime.duties.requests import Requests
 from safenav.runtime.duties.settlement import Settled
-from safenav.runtime.failures import Troubles
+from safenav.runtime.failures import FailureCounts
 from safenav.runtime.knowledge import Knowledge
 from safenav.runtime.navigation import Planner
 from safenav.runtime.progress import Progress
@@ -164,7 +164,7 @@ class RobotState(Struct):
         return frozenset({self.pose.region, self.next_pose.region})
 
     @property
-    def machine(self) -> Hashable:
+    def state_key(self) -> Hashable:
         """State on which its decisions depend in lockstep without new observations, except counted
         rounds."""
         node = id(self.planner.strategy), self.planner.node, self.planner.behind
@@ -191,7 +191,7 @@ class TeamState(Struct):
     ``requests``: the stack; ``settled``: the last settlement, None before the first; ``lacks``:
     what obstacles lacked that could not be resolved at some time; ``recorded``: the objectives that
     the trace has named last. Only ``safenav.runtime.algorithm.apply`` changes these. ``now``: the
-    clock of a live run, None in lockstep; ``failures``: those of its robots; ``owed``: what a
+    clock of a live run, None in lockstep; ``failures``: those of its robots; ``deferred``: what a
     decision would settle that waits for strategies; ``waiting``: the end of the run, if it waits
     instead, for an operator or a change of the scenario at ``waits_until`` (``changes_to_come``:
     whether it has any left);
@@ -213,8 +213,8 @@ class TeamState(Struct):
     introduced: set[str] = field(default_factory=set)
     tick: int = 0
     now: Callable[[], float] | None = None
-    failures: Troubles = field(default_factory=Troubles)
-    owed: Settled | None = None
+    failures: FailureCounts = field(default_factory=FailureCounts)
+    deferred: Settled | None = None
     waiting: Conclusion | None = None
     waits_until: float | None = None
     changes: int = 0

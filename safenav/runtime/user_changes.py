@@ -10,7 +10,7 @@ from safenav.world.map import Region
 from safenav.world.moves import Pose
 
 
-class Close(Struct, frozen=True):
+class AddObstacle(Struct, frozen=True):
     """An obstacle that appears in a region, as soon as no robot is there. ``truth``: revealed by
     resolving it, for a type that has a truth."""
 
@@ -27,7 +27,7 @@ class PlaceOrder(Struct, frozen=True):
     region: Region
 
 
-class TakeAway(Struct, frozen=True):
+class RemoveObstacle(Struct, frozen=True):
     """An obstacle that disappears, by its name."""
 
     obstacle: str
@@ -40,14 +40,14 @@ class SetTruth(Struct, frozen=True):
     traversable: bool
 
 
-class Give(Struct, frozen=True):
+class AssignObjective(Struct, frozen=True):
     """A robot gets another objective of its own."""
 
     robot: str
     objective: Objective
 
 
-class Serve(Struct, frozen=True):
+class SetService(Struct, frozen=True):
     """A robot stands still, or is back in service."""
 
     robot: str
@@ -85,12 +85,12 @@ class GiveUp(Struct, frozen=True):
 
 
 Intervention = (
-    Close
+    AddObstacle
     | PlaceOrder
-    | TakeAway
+    | RemoveObstacle
     | SetTruth
-    | Give
-    | Serve
+    | AssignObjective
+    | SetService
     | SetInput
     | MarkResolved
     | MarkPermanent

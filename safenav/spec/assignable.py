@@ -36,7 +36,7 @@ class AssignedGoal(Struct, frozen=True):
     wait: bool
 
 
-class Switch:
+class CommandInputs:
     """Turns signals into inputs that respect what the specification assumes of them: the
     assigned region does not change while a request is open. ``refused``: the pose in which the
     last move of the strategy was refused that the team could not do with; ``stopped``: that in

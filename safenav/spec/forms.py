@@ -6,7 +6,8 @@ plain alternation, which allows to cross a target out of turn and to wait at one
 a floor, go to chargers, or get goals assigned at runtime, alternate plainly from the start. Every
 other objective has one form. A strict one with ``form: literal`` has only its first.
 
-``run``, ``check``, ``synth``, ``explain``, the studio and certificates all climb this one ladder.
+``run``, ``check``, ``synth``, ``explain``, the studio and certificates try these forms in this
+order.
 """
 
 from __future__ import annotations
@@ -57,7 +58,7 @@ class Weakening(StrEnum):
     """Goals may be assigned to it at any time."""
 
 
-class Rung(Struct, frozen=True):
+class ObjectiveForm(Struct, frozen=True):
     """One form of an objective. ``turn``: the target that comes first. ``weakening``: why no
     stronger form is asked for; None for the strongest."""
 
@@ -76,31 +77,31 @@ def forms(
     shared: bool = False,
     assigned: bool = False,
     charged: bool = False,
-) -> Iterator[Rung]:
+) -> Iterator[ObjectiveForm]:
     """The forms to ask for, the strongest first, for a robot at ``pose`` that has target number
     ``turn`` next. ``blocked``: a mask of the regions that it cannot enter. Forms that the robot
     could not keep even alone are left out, but for the last one."""
     plain = relaxed(objective)
     if isinstance(objective, Ltl) or plain == objective:
-        yield Rung(objective, turn)
+        yield ObjectiveForm(objective, turn)
         return
     if shared or assigned:
-        yield Rung(plain, turn, Weakening.SHARED if shared else Weakening.ASSIGNED)
+        yield ObjectiveForm(plain, turn, Weakening.SHARED if shared else Weakening.ASSIGNED)
         return
     if charged:
-        yield Rung(plain, turn, Weakening.CHARGED)
+        yield ObjectiveForm(plain, turn, Weakening.CHARGED)
         return
     count = len(objective.targets)
     turns = [(turn + k) % count for k in range(count)]
     tried = [first for first in turns if can_keep(graph, pose, objective, first, blocked)]
     for first in tried:
-        yield Rung(objective, first, None if first == turn else Weakening.TURNED)
+        yield ObjectiveForm(objective, first, None if first == turn else Weakening.TURNED)
     why = Weakening.KEPT if tried else _obstruction(graph, pose, objective, blocked)
-    yield Rung(plain, turn, why)
+    yield ObjectiveForm(plain, turn, why)
 
 
 def concession(
-    asked: Objective, rung: Rung, word: Word = number_word, others: Collection[str] = ()
+    asked: Objective, rung: ObjectiveForm, word: Word = number_word, others: Collection[str] = ()
 ) -> str | None:
     """Return the difference between a form and the objective, with its reason: ``may cross a target
     on the way: the corridor leaves no other path``. ``others``: the robots on its floor. None for

@@ -25,7 +25,7 @@ class Fairness(StrEnum):
     AT_ITS_TARGETS = "at_its_targets"
 
 
-LADDERS: dict[Tracking, tuple[Fairness, ...]] = {
+FAIRNESS_ORDER: dict[Tracking, tuple[Fairness, ...]] = {
     Tracking.NEARBY: (Fairness.NONE, Fairness.OUT_OF_MY_WAY),
     Tracking.EXACT: (
         Fairness.NONE,

@@ -16,7 +16,7 @@ from pathlib import Path
 from msgspec import Struct
 
 from safenav.errors import SynthesizerError
-from safenav.synthesis.process import Crew
+from safenav.synthesis.process import ProcessGroup
 
 VARIABLE = "SAFENAV_SLUGS"
 """Environment variable that names another binary, for instance upstream's."""
@@ -136,7 +136,7 @@ def _recorded_by_installer() -> Path | None:
 def _ask_version(path: Path, _mtime_ns: int, _size: int) -> str | None:
     """Ask once per file content; upstream's binary takes ``--version`` for a mistake."""
     try:
-        answer = Crew().run([str(path), "--version"], b"", _VERSION_SECONDS)
+        answer = ProcessGroup().run([str(path), "--version"], b"", _VERSION_SECONDS)
     except SynthesizerError:
         return None
     if answer.status != 0:

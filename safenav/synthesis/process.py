@@ -61,7 +61,7 @@ class DismissedError(Exception):
     """The command was killed because nobody waits for its answer."""
 
 
-class Crew:
+class ProcessGroup:
     """The running commands of one call. Thread safe."""
 
     def __init__(self) -> None:

@@ -10,7 +10,7 @@ from msgspec import Struct
 
 from safenav.outcome import Verdict
 from safenav.synthesis.binary import Binary, find_own_binary
-from safenav.synthesis.process import Crew, Finished, limited
+from safenav.synthesis.process import Finished, ProcessGroup, limited
 from safenav.synthesis.request import Job, RequestKind
 from safenav.synthesis.result import failure
 
@@ -33,7 +33,7 @@ class Program(Struct, frozen=True):
     seconds: float | None
     memory_mb: int | None
 
-    def answer(self, crew: Crew, job: Job) -> Brought:
+    def answer(self, crew: ProcessGroup, job: Job) -> Brought:
         """Run until the job is answered. Raises SynthesizerError, and DismissedError if the crew
         is sent home."""
         if job.kind is RequestKind.MOVES:
@@ -53,7 +53,7 @@ class Program(Struct, frozen=True):
             return served, time.monotonic() - begun
         return (self._run_native if self.binary.native else self._run_foreign)(crew, job)
 
-    def _run_native(self, crew: Crew, job: Job) -> Finished:
+    def _run_native(self, crew: ProcessGroup, job: Job) -> Finished:
         """Our own program reads standard input and keeps its limits itself."""
         command = [str(self.binary.path), *job.options]
         if job.kind is RequestKind.REALIZABILITY:
@@ -68,7 +68,7 @@ class Program(Struct, frozen=True):
             command += ["--memory", str(self.memory_mb)]
         return crew.run([*command, "-"], job.text.encode(), deadline, self.memory_mb)
 
-    def _run_foreign(self, crew: Crew, job: Job) -> Finished:
+    def _run_foreign(self, crew: ProcessGroup, job: Job) -> Finished:
         """Upstream's program reads slugsin files only and knows no limits."""
         # Imported here: it is slow, and our own binary needs no files.
         import tempfile
@@ -80,7 +80,7 @@ class Program(Struct, frozen=True):
             command = [str(self.binary.path), *job.options, str(file)]
             return crew.run(limited(command, self.memory_mb), b"", self.seconds, self.memory_mb)
 
-    def _translated(self, crew: Crew, job: Job) -> tuple[bytes, str]:
+    def _translated(self, crew: ProcessGroup, job: Job) -> tuple[bytes, str]:
         """The specification as slugsin if our own binary is there to translate it."""
         own = find_own_binary()
         given = job.text.encode()

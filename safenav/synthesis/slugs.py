@@ -24,7 +24,7 @@ from safenav.scenario.settings import Controllers, Limits
 from safenav.spec.specification import Specification
 from safenav.synthesis.binary import Binary, find_binary, find_own_binary
 from safenav.synthesis.cache import Cache, CacheEntry, key_of
-from safenav.synthesis.process import Crew, Finished, orderly_termination
+from safenav.synthesis.process import Finished, ProcessGroup, orderly_termination
 from safenav.synthesis.program import Brought, Program
 from safenav.synthesis.request import (
     Job,
@@ -158,7 +158,7 @@ class Synthesizer:
         """The results of jobs by their indices. Threads run the program; its answers are read, and
         reported, in the caller's thread. Whatever ends this ends the programs, too."""
         _ = self.binary.native  # asked here once, not in every thread
-        program, crew = Program(self.binary, self.seconds, self.memory_mb), Crew()
+        program, crew = Program(self.binary, self.seconds, self.memory_mb), ProcessGroup()
         begun: dict[int, float] = {}
         results: dict[int, SynthesisResult] = {}
 

@@ -9,7 +9,7 @@ from safenav.errors import Diagnostic, InputError
 from safenav.spec.parsing import read_specification
 from safenav.spec.specification import Specification
 from safenav.synthesis.binary import find_own_binary
-from safenav.synthesis.process import Crew
+from safenav.synthesis.process import ProcessGroup
 from safenav.synthesis.result import ExitStatus
 
 _ERROR = re.compile(r"-:(\d+):(\d+): error: (.*)")
@@ -31,7 +31,7 @@ def load_specification(path: Path) -> Specification:
         raise InputError([Diagnostic(str(path), 0, 0, "not valid UTF-8 text")]) from error
     own = find_own_binary()
     if own is not None:
-        done = Crew().run([str(own.path), "--translate", "-"], data, _SECONDS)
+        done = ProcessGroup().run([str(own.path), "--translate", "-"], data, _SECONDS)
         if done.status == ExitStatus.BAD_INPUT:
             raise InputError(_diagnostics(done.stderr.decode("utf-8", "replace"), str(path), text))
     return read_specification(text, str(path), path.stem)

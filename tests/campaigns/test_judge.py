@@ -132,7 +132,7 @@ def test_rounds_restart_with_a_resolution() -> None:
     opener = {"model": "digit", "start": 9, "heading": "east", "objective": {"hold": 9}}
     robots = {"a": flyer(8, visit=[8, 9]), "b": opener}
     found = corridor(5, robots, obstacles=[{"type": "door", "region": 10}])
-    game = joint.Joint(found, told(found))
+    game = joint.JointState(found, told(found))
     (begun,) = game.starts()
     assert begun[1] == ((1, 1), (0, 1))
     (opened,) = (state for state in game.successors(begun) if not state[2])

@@ -25,7 +25,7 @@ from safenav.scenario.objective import targets_of
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.settings import Clock
 from safenav.spec.compile import compile_task
-from safenav.spec.forms import Rung
+from safenav.spec.forms import ObjectiveForm
 from safenav.spec.objective import NO_MEMORY, Memory
 from safenav.spec.specification import Constraint, Section, Specification
 from safenav.spec.task import Fairness, Known, Observed, Task
@@ -133,7 +133,9 @@ def verdict_of(
             records.Violation(0, name, at, o.region, o.name, o.type.action)
             for o in scenario.obstacles
         ]
-    found = TaskResult(task, answer, task.objective, Rung(task.objective, about.memory.index))
+    found = TaskResult(
+        task, answer, task.objective, ObjectiveForm(task.objective, about.memory.index)
+    )
     team = TeamState(scenario, {}, Knowledge(scenario))
     lines.append(replace(synthesis_record(team, found, Reason.INITIAL, node), t=t))
     trace = "".join(json_line(as_data(line)) for line in lines).encode()

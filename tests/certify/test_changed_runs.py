@@ -9,7 +9,7 @@ from certify.making import SCENARIOS, files_of, rewrite, run_checker, shipped
 from certify.mutants import lines_of, with_lines
 from safenav import Mission, TraceWriter, built_in, load_scenario
 from safenav.certify.record import bundle_of_trace
-from safenav.runtime.user_changes import Close, Give, Serve
+from safenav.runtime.user_changes import AddObstacle, AssignObjective, SetService
 from safenav.scenario.objective import Visit
 
 Line = dict[str, Any]
@@ -28,11 +28,11 @@ def changed() -> Path:
         while mission.result is None:
             tick = mission.state.tick
             if tick in (OUT, BACK):
-                mission.intervene(Serve("quad", tick == BACK))
+                mission.intervene(SetService("quad", tick == BACK))
             if tick == BACK + 1:
-                mission.intervene(Close(built_in().obstacles["door"], 44, None))
+                mission.intervene(AddObstacle(built_in().obstacles["door"], 44, None))
                 targets = (frozenset({58}), frozenset({71}))
-                mission.intervene(Give("digit", Visit(targets)))
+                mission.intervene(AssignObjective("digit", Visit(targets)))
             mission.step()
     bundle_of_trace(folder / "run.jsonl", folder / "bundle")
     return folder / "bundle"

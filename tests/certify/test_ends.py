@@ -13,7 +13,7 @@ from certify.mutants import lines_of, with_lines
 from safenav import Mission, TraceWriter, load_scenario
 from safenav.certify.record import bundle_of_run, bundle_of_trace
 from safenav.errors import NotCertifiedError
-from safenav.runtime.user_changes import Give
+from safenav.runtime.user_changes import AssignObjective
 from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario, Tracking
 from safenav.scenario.objective import Visit
@@ -111,7 +111,7 @@ def test_another_objective_during_the_run_is_claimed(tmp_path: Path) -> None:
         mission = Mission(scenario, world=SimulatedWorld(scenario), listeners=[writer])
         mission.start()
         mission.step()
-        mission.intervene(Give(scenario.robots[0].name, Visit(targets)))
+        mission.intervene(AssignObjective(scenario.robots[0].name, Visit(targets)))
         while mission.result is None:
             mission.step()
     made = bundle_of_trace(trace, tmp_path / "bundle")

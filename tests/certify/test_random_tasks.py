@@ -13,7 +13,7 @@ from certify.tasks import Circumstances, scenario_of, verdict_of
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Patrol, Visit, targets_of
 from safenav.spec.objective import NO_MEMORY, Memory
-from safenav.spec.task import LADDERS, Fairness
+from safenav.spec.task import FAIRNESS_ORDER, Fairness
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "40"))
 FIRST = 0 if "SAFENAV_FUZZ" not in os.environ else 100_000
@@ -67,7 +67,7 @@ def random_circumstances(source: Random, scenario: Scenario) -> Circumstances:
     memory = NO_MEMORY
     if isinstance(robot.objective, Visit | Patrol):
         memory = Memory(source.randrange(len(targets_of(robot.objective))))
-    rungs = LADDERS[robot.tracking] if len(scenario.robots) > 1 else (Fairness.NONE,)
+    rungs = FAIRNESS_ORDER[robot.tracking] if len(scenario.robots) > 1 else (Fairness.NONE,)
     hidden = scenario.obstacles[0].region
     taken = {other.start.region for other in scenario.robots}
     closed = (hidden,) if source.random() < 0.4 and hidden not in taken else ()

@@ -16,7 +16,7 @@ from runtime.deadlines.every_behaviour import every_behaviour
 from runtime.played import Line, Run, loaded, play
 from safenav.errors import InputError
 from safenav.runtime.deadlines.bound import BoundMoment, BoundObstacle, BoundRobot
-from safenav.runtime.resolution.problem import GateNeed, OpenObstacle, Stage
+from safenav.runtime.resolution.problem import OpenNeed, OpenObstacle, Stage
 from safenav.scenario.model import Need, Robot, Scenario
 from safenav.world.map import HEADINGS, Heading, RegionMap
 from safenav.world.moves import Pose
@@ -129,7 +129,7 @@ def _moment(
     for job, name in zip(jobs, names, strict=True):
         told = scenario.catalogue.obstacles[job["type"]].needs
         needs = tuple(
-            GateNeed(need.action, need.robots, region_mask(_regions(need)), need.together)
+            OpenNeed(need.action, need.robots, region_mask(_regions(need)), need.together)
             for need in told
         )
         met = [line["need"] for line in before.all("met", obstacle=name)]

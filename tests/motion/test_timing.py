@@ -14,7 +14,7 @@ from safenav.motion.geometry import MetricFloor
 from safenav.motion.in_time import in_time
 from safenav.motion.making import motion_of
 from safenav.motion.mover import Crossing, Mover
-from safenav.motion.timing.given import when
+from safenav.motion.timing.recorded_times import when
 from safenav.motion.timing.schedule import actions_of, scheduled
 from safenav.trace.reading import read_bytes
 from safenav.trace.records import Met, Move, Resolved, Service

@@ -19,7 +19,7 @@ from runtime.played import Run, loaded, play
 from safenav.cli.check import command
 from safenav.errors import UsageError
 from safenav.runtime.mission import Mission
-from safenav.runtime.user_changes import Give, SetInput
+from safenav.runtime.user_changes import AssignObjective, SetInput
 from safenav.runtime.worlds.protocol import Acted, Arrived, WorldEvent
 from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
@@ -279,7 +279,7 @@ def test_a_user_sets_inputs_during_a_run() -> None:
     mission.step()
     assert isinstance(mission.state.robots["quad"].robot.objective, Hold)
     with pytest.raises(UsageError, match="the inputs determine the objective of quad"):
-        mission.intervene(Give("quad", Hold((frozenset({0}),))))
+        mission.intervene(AssignObjective("quad", Hold((frozenset({0}),))))
     with pytest.raises(UsageError, match="there is no input 'fire'"):
         mission.intervene(SetInput("fire", on=True))
     mission.intervene(SetInput("call", on=False))

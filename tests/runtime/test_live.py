@@ -19,10 +19,10 @@ from safenav import Mission
 from safenav.errors import UsageError
 from safenav.outcome import Outcome
 from safenav.runtime.analysis.expectation import Ledger, differences
-from safenav.runtime.failures import Reaction, Troubles
+from safenav.runtime.failures import FailureCounts, Reaction
 from safenav.runtime.termination import Conclusion, RunEnded
 from safenav.runtime.traffic.execution import schedule, still, with_steps_under_way
-from safenav.runtime.traffic.joint import Joint
+from safenav.runtime.traffic.joint import JointState
 from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.worlds.protocol import (
     Acted,
@@ -402,7 +402,10 @@ def test_robots_that_wait_only_for_robots_that_wait(
 
 def test_a_plan_begins_with_the_steps_under_way() -> None:
     """Robot 1 set out from 4 to 5: its way begins in 4, and the others stay meanwhile."""
-    states = [Joint((1, 5), ((0, 0, 0),) * 2, ()), Joint((2, 6), ((0, 0, 0), (1, 0, 0)), ())]
+    states = [
+        JointState((1, 5), ((0, 0, 0),) * 2, ()),
+        JointState((2, 6), ((0, 0, 0), (1, 0, 0)), ()),
+    ]
     counts = ((0, 0, 0),) * 2
     poses, after = with_steps_under_way([s.poses for s in states], states, counts, {1: 4})
     assert poses == [(1, 4), (1, 5), (2, 6)]
@@ -413,7 +416,7 @@ def test_a_plan_begins_with_the_steps_under_way() -> None:
 
 
 def test_reactions_to_failed_moves() -> None:
-    policy, troubles = Failures(retries=1, most=4), Troubles()
+    policy, troubles = Failures(retries=1, most=4), FailureCounts()
     fail = [troubles.move_failed(policy, "a", region, fatal=False) for region in (1, 1, 2)]
     assert fail == [Reaction.RETRY, Reaction.OBSTACLE, Reaction.RETRY]
     assert troubles.move_failed(policy, "b", 1, fatal=True) is Reaction.OUT_OF_SERVICE

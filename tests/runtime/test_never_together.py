@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from campaigns.judge.joint import Joint, State
+from campaigns.judge.joint import JointState, State
 from campaigns.judge.mission import read_mission
 from campaigns.judge.situation import Answer, at_start
 from certify.making import certified
@@ -67,7 +67,7 @@ def reached(start: int, free: set[int]) -> set[int]:
     return found
 
 
-class Apart(Joint):
+class Apart(JointState):
     """The states in which at most one robot is in the zone."""
 
     def __init__(self, document: dict[str, Any]) -> None:

@@ -25,7 +25,7 @@ from safenav.spec.other_robots import belief
 from safenav.spec.other_robots.knowledge import Knowledge, occurring, watch
 from safenav.spec.other_robots.tracking import OthersEncoding, encode_others
 from safenav.spec.specification import Section
-from safenav.spec.task import LADDERS, Fairness, Observed, Task
+from safenav.spec.task import FAIRNESS_ORDER, Fairness, Observed, Task
 from safenav.synthesis.slugs import Synthesizer
 from safenav.verify.verification import first_failure
 from safenav.world.map import Region, RegionMap
@@ -256,7 +256,7 @@ def test_two_that_see_four_regions_get_strategies(
     scenario = load_scenario(CASE_STUDY_3)
     start = {"digit": 49, "quad": 58}[robot]
     synthesizer = Synthesizer(verifier=first_failure)
-    for fairness in LADDERS[Tracking.BELIEF]:
+    for fairness in FAIRNESS_ORDER[Tracking.BELIEF]:
         task = _tracking(scenario.robot(robot), "other", start, 4.0, fairness)
         result = synthesizer.synthesize(compile_task(task, scenario.map))
         if fairness is Fairness.NONE:

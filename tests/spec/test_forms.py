@@ -18,7 +18,7 @@ from safenav.scenario.objective import (
     TargetObjective,
     Visit,
 )
-from safenav.spec.forms import Rung, Weakening, can_keep, concession, forms
+from safenav.spec.forms import ObjectiveForm, Weakening, can_keep, concession, forms
 from safenav.spec.objective import Memory
 from safenav.world.map import Heading, RegionMap
 from safenav.world.moves import Mobility, Pose
@@ -60,7 +60,7 @@ def at(*regions: int) -> frozenset[int]:
     return frozenset(regions)
 
 
-def climbed(objective: Objective, start: int, turn: int = 0, **about: bool) -> list[Rung]:
+def climbed(objective: Objective, start: int, turn: int = 0, **about: bool) -> list[ObjectiveForm]:
     """The forms for a robot in a corridor of five regions."""
     graph = PoseGraph(floor("....."), Mobility.FREE)
     return list(forms(objective, turn, Pose(start), graph, **about))
@@ -73,18 +73,18 @@ PLAIN = Visit((at(1), at(4)))
     "objective", [Visit((at(0), at(4))), Cover((at(0),)), Hold((at(3),)), Once((at(0),))]
 )
 def test_other_objectives_have_one_form(objective: Objective) -> None:
-    assert climbed(objective, 2, shared=True) == [Rung(objective, 0)]
+    assert climbed(objective, 2, shared=True) == [ObjectiveForm(objective, 0)]
 
 
 def test_a_patrol_comes_down_a_form_at_a_time() -> None:
     patrol = Patrol((at(1), at(4)))
-    turned = Rung(patrol, 1, Weakening.TURNED)
-    last = Rung(PLAIN, 0, Weakening.KEPT)
-    assert climbed(patrol, 2) == [Rung(patrol, 0), turned, last]
-    assert climbed(patrol, 0) == [Rung(patrol, 0), last]
+    turned = ObjectiveForm(patrol, 1, Weakening.TURNED)
+    last = ObjectiveForm(PLAIN, 0, Weakening.KEPT)
+    assert climbed(patrol, 2) == [ObjectiveForm(patrol, 0), turned, last]
+    assert climbed(patrol, 0) == [ObjectiveForm(patrol, 0), last]
     assert climbed(patrol, 0, 1) == [
-        Rung(patrol, 0, Weakening.TURNED),
-        Rung(PLAIN, 1, Weakening.KEPT),
+        ObjectiveForm(patrol, 0, Weakening.TURNED),
+        ObjectiveForm(PLAIN, 1, Weakening.KEPT),
     ]
 
 
@@ -92,8 +92,8 @@ def test_a_circuit_begins_with_the_next_target_that_it_can() -> None:
     circuit = Circuit((at(0), at(2), at(7)))
     graph = PoseGraph(floor("...", ".#.", "...", "#.#"), Mobility.FREE)
     turned, last = forms(circuit, 0, Pose(10), graph)
-    assert turned == Rung(circuit, 2, Weakening.TURNED)
-    assert last == Rung(Visit(circuit.targets), 0, Weakening.KEPT)
+    assert turned == ObjectiveForm(circuit, 2, Weakening.TURNED)
+    assert last == ObjectiveForm(Visit(circuit.targets), 0, Weakening.KEPT)
     assert concession(circuit, turned) == (
         "7 first: from here it cannot begin with the one whose turn it is without crossing 7"
     )
@@ -101,22 +101,22 @@ def test_a_circuit_begins_with_the_next_target_that_it_can() -> None:
 
 def test_who_must_cross_a_target_patrols_by_alternation() -> None:
     wide = Patrol((at(0), at(1, 2)))
-    (rung,) = climbed(wide, 3)
-    assert rung == Rung(Visit((at(0), at(1, 2))), 0, Weakening.CORRIDOR)
-    assert concession(wide, rung) == (
+    (chosen_form,) = climbed(wide, 3)
+    assert chosen_form == ObjectiveForm(Visit((at(0), at(1, 2))), 0, Weakening.CORRIDOR)
+    assert concession(wide, chosen_form) == (
         "may cross a target on the way: the corridor leaves no other path"
     )
     assert climbed(Patrol((at(0), at(1, 2)), literal=True), 3) == [
-        Rung(Patrol((at(0), at(1, 2)), literal=True), 0)
+        ObjectiveForm(Patrol((at(0), at(1, 2)), literal=True), 0)
     ]
 
 
 def test_among_others_a_patrol_is_alternation_from_the_start() -> None:
     patrol = Patrol((at(1), at(4)))
-    assert climbed(patrol, 2, shared=True) == [Rung(PLAIN, 0, Weakening.SHARED)]
-    assert climbed(patrol, 2, charged=True) == [Rung(PLAIN, 0, Weakening.CHARGED)]
-    assert climbed(patrol, 2, assigned=True) == [Rung(PLAIN, 0, Weakening.ASSIGNED)]
-    assert concession(patrol, Rung(PLAIN, 0, Weakening.SHARED), others=["bob"]) == (
+    assert climbed(patrol, 2, shared=True) == [ObjectiveForm(PLAIN, 0, Weakening.SHARED)]
+    assert climbed(patrol, 2, charged=True) == [ObjectiveForm(PLAIN, 0, Weakening.CHARGED)]
+    assert climbed(patrol, 2, assigned=True) == [ObjectiveForm(PLAIN, 0, Weakening.ASSIGNED)]
+    assert concession(patrol, ObjectiveForm(PLAIN, 0, Weakening.SHARED), others=["bob"]) == (
         "may cross a target on the way and wait at one: it shares its floor with bob"
     )
 
@@ -125,10 +125,10 @@ def test_obstacles_and_mobility_are_named_where_they_are_the_reason() -> None:
     ring = floor("...", ".#.", "...")
     patrol = Patrol((at(0), at(2)))
     graph = PoseGraph(ring, Mobility.FREE)
-    (rung,) = forms(Patrol((at(0), at(1, 2))), 0, Pose(5), graph, region_mask([7]))
-    assert rung.weakening is Weakening.OBSTACLES
+    (chosen_form,) = forms(Patrol((at(0), at(1, 2))), 0, Pose(5), graph, region_mask([7]))
+    assert chosen_form.weakening is Weakening.OBSTACLES
     heading = PoseGraph(floor("....", "....", "...."), Mobility.HEADING)
     narrow = PoseGraph(floor("....."), Mobility.HEADING)
     assert next(forms(patrol, 0, Pose(5, Heading.EAST), heading)).weakening is None
-    (rung,) = forms(patrol, 0, Pose(3, Heading.EAST), narrow)
-    assert rung.weakening is Weakening.MOBILITY
+    (chosen_form,) = forms(patrol, 0, Pose(3, Heading.EAST), narrow)
+    assert chosen_form.weakening is Weakening.MOBILITY

@@ -13,7 +13,14 @@ from runtime.played import Run
 from safenav.errors import UsageError
 from safenav.report.replay.reading import replay_of
 from safenav.runtime.mission import Mission
-from safenav.runtime.user_changes import Close, Give, Intervention, Serve, SetTruth, TakeAway
+from safenav.runtime.user_changes import (
+    AddObstacle,
+    AssignObjective,
+    Intervention,
+    RemoveObstacle,
+    SetService,
+    SetTruth,
+)
 from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.objective import Hold, Visit
 from safenav.scenario.reading.catalogue import built_in
@@ -314,12 +321,12 @@ def whatever(mission: Mission, world: SimulatedWorld, chance: random.Random) -> 
     objective = chance.choice([Hold((here,)), Visit((here | there_too,)), Visit((here, there_too))])
     return chance.choice(
         [
-            TakeAway(chance.choice(there)),
+            RemoveObstacle(chance.choice(there)),
             SetTruth(chance.choice(there), truth),
-            Close(kind, one, truth if kind.has_truth else None),
-            Close(kind, one, truth if kind.has_truth else None),
-            Give(robot, objective),
-            Serve(robot, chance.random() < 0.6),
+            AddObstacle(kind, one, truth if kind.has_truth else None),
+            AddObstacle(kind, one, truth if kind.has_truth else None),
+            AssignObjective(robot, objective),
+            SetService(robot, chance.random() < 0.6),
         ]
     )
 

@@ -11,7 +11,7 @@ import pytest
 
 from safenav.errors import UsageError
 from safenav.runtime.mission import Mission
-from safenav.runtime.user_changes import Close, Give, Serve
+from safenav.runtime.user_changes import AddObstacle, AssignObjective, SetService
 from safenav.scenario.objective import Hold
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_scenario
@@ -28,10 +28,10 @@ def trace() -> bytes:
     mission = Mission(load_scenario(SCENARIOS / "case_study_1.yaml"), listeners=[records.append])
     mission.start()
     for change in (
-        Close(built_in().obstacles["door"], 44),
-        Serve("digit", False),
-        Give("digit", Hold((frozenset({72}),))),
-        Serve("digit", True),
+        AddObstacle(built_in().obstacles["door"], 44),
+        SetService("digit", False),
+        AssignObjective("digit", Hold((frozenset({72}),))),
+        SetService("digit", True),
     ):
         mission.intervene(change)
         mission.step()

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from safenav.runtime.analysis.ahead import Ahead
+from safenav.runtime.analysis.team_simulation import TeamSimulation
 from safenav.runtime.deadlines.worst import Times, Worst
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Word
@@ -74,7 +74,7 @@ def _moment(times: Times, word: Word) -> str:
 MISSION = "mission"
 
 
-def promise_lines(scenario: Scenario, ahead: Ahead | None) -> Iterator[str]:
+def promise_lines(scenario: Scenario, ahead: TeamSimulation | None) -> Iterator[str]:
     """``within 12 of digit: kept, as simulated until the mission is completed in tick 30``."""
     for of, most in _promised(scenario) if ahead is not None else ():
         assert ahead is not None
@@ -82,7 +82,7 @@ def promise_lines(scenario: Scenario, ahead: Ahead | None) -> Iterator[str]:
         yield f"{what}: {_verdict(of, most, ahead, _unseen(scenario))}"
 
 
-def promise_data(scenario: Scenario, ahead: Ahead | None) -> list[dict[str, Any]]:
+def promise_data(scenario: Scenario, ahead: TeamSimulation | None) -> list[dict[str, Any]]:
     """The same for programs: ``verdict`` is kept, late or none."""
     if ahead is None:
         return []
@@ -104,7 +104,7 @@ def _promised(scenario: Scenario) -> Iterator[tuple[str, int]]:
         yield MISSION, scenario.until.by
 
 
-def _late(of: str, most: int, ahead: Ahead) -> int | None:
+def _late(of: str, most: int, ahead: TeamSimulation) -> int | None:
     """The first tick in which a promise is late."""
     if of == MISSION and ahead.completed is not None and ahead.completed > most:
         return most + 1
@@ -117,7 +117,7 @@ def _unseen(scenario: Scenario) -> str:
     return " without obstacles" if hidden else ""
 
 
-def _verdict(of: str, most: int, ahead: Ahead, unseen: str) -> str:
+def _verdict(of: str, most: int, ahead: TeamSimulation, unseen: str) -> str:
     late = _late(of, most, ahead)
     steps = unseen + (", with the slowest steps" if ahead.slowest else "")
     if ahead.why:

@@ -11,11 +11,11 @@ from collections.abc import Iterable, Mapping
 
 from msgspec.structs import replace
 
-from safenav.runtime.coordination.ladder import TaskDraft
+from safenav.runtime.coordination.task_candidates import TaskDraft
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.scenario.objective import station
-from safenav.spec.assignable import AssignedGoal, Switch
+from safenav.spec.assignable import AssignedGoal, CommandInputs
 from safenav.world.map import Region
 from safenav.world.poses import FAR, Mask, region_mask
 
@@ -56,7 +56,7 @@ def signal(team: TeamState, robot: RobotState, observed: Mapping[str, int]) -> d
 
 
 def _led(
-    robot: RobotState, switch: Switch, observed: Mapping[str, int], place: Region
+    robot: RobotState, switch: CommandInputs, observed: Mapping[str, int], place: Region
 ) -> dict[str, int] | None:
     """Return inputs by which a robot's strategy goes to the region ``place`` beside it; None if
     there are none. A goal that it happens to meet leaves its next step open, so that sent to a
@@ -86,13 +86,13 @@ def _meets_something(team: TeamState, robot: RobotState) -> bool:
     return any(knowledge.closed_to(w.obstacle, robot.robot) for w in knowledge.pending.values())
 
 
-def _by_steps(team: TeamState, robot: RobotState, switch: Switch) -> bool:
+def _by_steps(team: TeamState, robot: RobotState, switch: CommandInputs) -> bool:
     """Whether a robot is led step by step: its own path was refused where it stands."""
     stopped = switch.stopped == robot.pose and _meets_something(team, robot)
     return stopped or switch.refused == robot.pose
 
 
-def _next(team: TeamState, robot: RobotState, switch: Switch, goal: Mask) -> Region | None:
+def _next(team: TeamState, robot: RobotState, switch: CommandInputs, goal: Mask) -> Region | None:
     """Return the region to which a robot with goal poses ``goal`` is sent: the farthest region on
     a shortest path around all known obstacles to which no shorter path exists for a strategy that
     does not know them. A robot whose own path was refused is led step by step."""

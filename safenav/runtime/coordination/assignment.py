@@ -7,7 +7,7 @@ from collections.abc import Collection
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.runtime.coordination.ladder import TaskDraft
+from safenav.runtime.coordination.task_candidates import TaskDraft
 from safenav.runtime.coordination.waiting import clear_region, in_the_way
 from safenav.runtime.duties.settlement import Duty, Settlement
 from safenav.runtime.resolution.problem import Floor

@@ -8,8 +8,8 @@ from collections.abc import Iterator, Mapping
 from msgspec.structs import replace
 
 from safenav.bounds import Place
-from safenav.runtime.coordination.ladder import TaskDraft
 from safenav.runtime.coordination.strategy_search import TaskResult
+from safenav.runtime.coordination.task_candidates import TaskDraft
 from safenav.runtime.duties.reasons import why_nobody
 from safenav.runtime.duties.requests import OpenRequest, Requests
 from safenav.runtime.duties.settlement import Settled, Settlement

@@ -23,17 +23,17 @@ from safenav.runtime.coordination.coordination_recorder import (
     synthesis_record,
 )
 from safenav.runtime.coordination.events import Event, Unsettled
-from safenav.runtime.coordination.ladder import Ladder, TaskDraft, ladder
 from safenav.runtime.coordination.snapshot import floor_of, moved_on
 from safenav.runtime.coordination.strategies import only_off, outdated
 from safenav.runtime.coordination.strategy_search import TaskResult, failed
+from safenav.runtime.coordination.task_candidates import TaskCandidates, TaskDraft, task_candidates
 from safenav.runtime.coordination.waiting import early
 from safenav.runtime.deadlines.choice import InTime, after, choose
 from safenav.runtime.duties.reasons import Shortfall, shortfall_words, shortfalls
 from safenav.runtime.duties.requests import OpenRequest, Requests
 from safenav.runtime.duties.settlement import Settled, Settlement, settle
 from safenav.runtime.knowledge import PERMANENT, UNTRAVERSABLE, Knowledge
-from safenav.runtime.resolution.problem import Floor, SpentError
+from safenav.runtime.resolution.problem import BudgetExhaustedError, Floor
 from safenav.runtime.resolution.proofs import TeamClosure, closure_of
 from safenav.runtime.resolution.solve import Plan, PoseSets, Solver
 from safenav.runtime.team import Role, TeamState
@@ -64,7 +64,7 @@ class Decision(Struct, frozen=True):
     records: tuple[Record, ...] = ()
     recount: bool = False
     drafts: Mapping[str, TaskDraft] = field(default_factory=dict)
-    tasks: Mapping[str, Ladder] = field(default_factory=dict)
+    tasks: Mapping[str, TaskCandidates] = field(default_factory=dict)
     reason: Reason = Reason.INITIAL
     next: Event | None = None
     end: Conclusion | None = None
@@ -77,7 +77,7 @@ def coordinate(team: TeamState, event: Event, stopping: Stopping) -> Decision:
     """Decide what follows from an event. ``stopping`` raises to end a search from outside."""
     try:
         return _decided(team, event, stopping)
-    except SpentError:
+    except BudgetExhaustedError:
         return Decision(event, end=infeasibility.spent("resolutions"))
 
 
@@ -98,21 +98,21 @@ def _decided(team: TeamState, event: Event, stopping: Stopping) -> Decision:
             return _resolved(team, event)
         case events.ObstacleChanged():
             return _changed(team, event)
-        case events.ObstacleSealed(obstacle):
+        case events.ObstacleDeclaredPermanent(obstacle):
             return _sealed(team, event, obstacle)
         case events.RequestsSetAside(names):
             kept = replace(team.requests, aside=team.requests.aside | names)
             return Decision(event, requests=kept, next=Unsettled(Reason.BLOCKED))
-        case events.HopeReturned(reason):
+        case events.ObstaclesReopened(reason):
             return _reopened(team, event, reason)
         case events.ServiceChanged():
             return _served(team, event)
         case events.ObjectiveGiven(hope=hope):
-            then = events.HopeReturned if hope else Unsettled
+            then = events.ObstaclesReopened if hope else Unsettled
             return Decision(event, next=then(Reason.OBJECTIVE))
-        case events.Astray(name, reason, waits=True):
+        case events.OutsideStrategy(name, reason, waits=True):
             return _meanwhile(team, event, name, reason)
-        case events.Astray(name):
+        case events.OutsideStrategy(name):
             last = team.last_settled
             now = replace(last, floor=moved_on(last.floor, team))
             return _assigned(team, event, now, only=name)
@@ -131,9 +131,11 @@ def reconsider(team: TeamState, decision: Decision, results: Mapping[str, TaskRe
     outcome = Outcome.OPERATOR_NEEDED if begun else Outcome.UNREALIZABLE
     said = Reason.INITIAL
     match event:
-        case events.Astray(end=end) if end is None or end.outcome is not Outcome.OPERATOR_NEEDED:
+        case events.OutsideStrategy(end=end) if (
+            end is None or end.outcome is not Outcome.OPERATOR_NEEDED
+        ):
             return Decision(event, end=end)
-        case events.Astray():
+        case events.OutsideStrategy():
             outcome, said = Outcome.OPERATOR_NEEDED, Reason.BLOCKED
         case Unsettled(reason, refused):
             refused, waiting, off = dict(refused), set(event.idle), set(event.off)
@@ -159,7 +161,7 @@ def reconsider(team: TeamState, decision: Decision, results: Mapping[str, TaskRe
 def _begun(team: TeamState, event: Event, settled: Settled) -> Decision:
     """The first tasks. In the rest of a run that began before, an impasse is one of that run."""
     if team.scenario.continues and settled.found.proof is not None:
-        end = infeasibility.nobody_goes_on(team, settled.floor, settled.found.proof, {}, {})
+        end = infeasibility.infeasible_end(team, settled.floor, settled.found.proof, {}, {})
         return Decision(event, settled=settled, end=end)
     return _assigned(team, event, settled)
 
@@ -225,7 +227,7 @@ def _changed(team: TeamState, event: events.ObstacleChanged) -> Decision:
     requests = replace(team.requests, aside=frozenset())
     if not change.appeared:
         hope = requests.given_up and team.waiting is None  # it may have been in the way of those
-        gone = events.HopeReturned(Reason.GONE) if hope else Unsettled(Reason.GONE)
+        gone = events.ObstaclesReopened(Reason.GONE) if hope else Unsettled(Reason.GONE)
         after = gone if knowledge.forget(obstacle) else None
         requests = requests.without(name)
     else:
@@ -337,7 +339,7 @@ def _duties(team: TeamState, event: Unsettled, stopping: Stopping) -> Decision:
     settled = _settled(team, event.refused, stopping)
     floor, found = settled.floor, settled.found
     if found.proof is not None:
-        end = infeasibility.nobody_goes_on(team, floor, found.proof, event.refused, team.lacks)
+        end = infeasibility.infeasible_end(team, floor, found.proof, event.refused, team.lacks)
         if event.refused and _settled(team, (), stopping).found.proof is None:
             told = [synthesis_record(team, r, Reason.REQUEST) for r in event.refused.values()]
             return Decision(event, records=(*told,), end=infeasibility.unserved(end, event.refused))
@@ -395,7 +397,7 @@ def _meanwhile(team: TeamState, event: Event, name: str, reason: Reason) -> Deci
     if found is None or team.waiting is None:
         return Decision(event)
     return Decision(
-        event, drafts={name: found}, tasks={name: ladder(team, name, found)}, reason=reason
+        event, drafts={name: found}, tasks={name: task_candidates(team, name, found)}, reason=reason
     )
 
 
@@ -417,7 +419,7 @@ def _assigned(
     if assigned and reason in (Reason.REQUEST, Reason.RESOLVED, Reason.GONE):
         reason = Reason.BLOCKED  # whatever gave the occasion, the known map has changed
     tasks = {
-        name: ladder(team, name, draft)
+        name: task_candidates(team, name, draft)
         for name, draft in wanted.items()
         if only is not None or (name not in off and outdated(team, name, draft))
     }

@@ -50,7 +50,7 @@ class ObstacleChanged(Struct, frozen=True):
     change: Change
 
 
-class ObstacleSealed(Struct, frozen=True):
+class ObstacleDeclaredPermanent(Struct, frozen=True):
     """An operator reports that an obstacle is permanent."""
 
     obstacle: Obstacle
@@ -62,7 +62,7 @@ class RequestsSetAside(Struct, frozen=True):
     obstacles: frozenset[str]
 
 
-class HopeReturned(Struct, frozen=True):
+class ObstaclesReopened(Struct, frozen=True):
     """Obstacles that were given up may be resolvable again: an operator has intervened, the wait
     for a change is over, or a robot has another objective."""
 
@@ -101,7 +101,7 @@ class Unsettled(Struct, frozen=True):
     off: frozenset[str] = frozenset()
 
 
-class Astray(Struct, frozen=True):
+class OutsideStrategy(Struct, frozen=True):
     """A robot is in no node of its strategy, and needs one from where it is. ``end``: conclusion of
     the run if there is none; None: the robot stays, and tries again. ``waits``: the team waits for
     the scenario, and the robot needs one for its objective while it waits."""
@@ -119,11 +119,11 @@ Event = (
     | HelpRequested
     | ObstaclesResolved
     | ObstacleChanged
-    | ObstacleSealed
+    | ObstacleDeclaredPermanent
     | RequestsSetAside
-    | HopeReturned
+    | ObstaclesReopened
     | ServiceChanged
     | ObjectiveGiven
     | Unsettled
-    | Astray
+    | OutsideStrategy
 )

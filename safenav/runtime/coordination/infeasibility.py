@@ -48,7 +48,7 @@ def recorded_closure(floor: Floor, closure: TeamClosure) -> Closure:
     )
 
 
-def nobody_goes_on(
+def infeasible_end(
     state: TeamState,
     floor: Floor,
     proof: Refutation,

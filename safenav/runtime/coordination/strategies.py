@@ -7,13 +7,13 @@ from collections.abc import Mapping
 from msgspec import Struct
 
 from safenav.runtime.coordination.coordination_recorder import synthesis_record
-from safenav.runtime.coordination.ladder import TaskDraft, wants_places
 from safenav.runtime.coordination.strategy_search import TaskResult
+from safenav.runtime.coordination.task_candidates import TaskDraft, wants_places
 from safenav.runtime.navigation import Controller, Planner
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.scenario.model import Tracking
 from safenav.scenario.objective import Ltl, relaxed
-from safenav.spec.assignable import Switch
+from safenav.spec.assignable import CommandInputs
 from safenav.spec.assignable_regions import assignable_regions
 from safenav.spec.other_robots.belief import models
 from safenav.spec.task import Task
@@ -55,7 +55,7 @@ class Strategies(Struct, frozen=True):
         state = self._state.robots[found.task.robot.name]
         planner = Planner.start(found.task, strategy)
         if found.task.assignable:
-            planner.switch = Switch(assignable_regions(found.task, self._state.scenario.map))
+            planner.switch = CommandInputs(assignable_regions(found.task, self._state.scenario.map))
         if (
             found.form is vocabulary.Form.OTHER_MEMORY
             and state.assignment.role is Role.OWN

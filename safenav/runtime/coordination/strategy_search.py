@@ -1,4 +1,4 @@
-"""The search for strategies: each robot climbs its ladder until a specification is realizable, all
+"""The search for strategies: each robot tries its candidates until one is realizable, all
 robots simultaneously."""
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ from msgspec import Struct, field
 
 from safenav.errors import ResourceLimitError
 from safenav.outcome import Verdict
-from safenav.runtime.coordination.ladder import Candidate, Ladder, alone
+from safenav.runtime.coordination.task_candidates import Candidate, TaskCandidates, alone
 from safenav.runtime.termination import Stop
 from safenav.scenario.objective import Objective, Word
 from safenav.scenario.objective_text import describe
 from safenav.spec.compile import compile_task
-from safenav.spec.forms import Rung, Weakening, concession
+from safenav.spec.forms import ObjectiveForm, Weakening, concession
 from safenav.spec.specification import Specification
 from safenav.spec.task import Task
 from safenav.synthesis.request import Listener, SynthesisProgress, SynthesisResult
@@ -32,12 +32,12 @@ if TYPE_CHECKING:
 
 class TaskResult(Struct, frozen=True):
     """The last synthesis result for a robot's task. ``told``: the objective that it is for, and
-    ``rung`` the form of it that stands in the task; ``tried``: what failed before."""
+    ``chosen_form`` the form of it that stands in the task; ``tried``: what failed before."""
 
     task: Task
     result: SynthesisResult
     told: Objective
-    rung: Rung
+    chosen_form: ObjectiveForm
     tried: tuple[records.Tried, ...] = ()
 
     @property
@@ -47,15 +47,15 @@ class TaskResult(Struct, frozen=True):
     @property
     def form(self) -> vocabulary.Form:
         """The form of the objective in the specification."""
-        if self.rung.objective != self.told:
+        if self.chosen_form.objective != self.told:
             return vocabulary.Form.ALTERNATION
-        turned = self.rung.weakening is Weakening.TURNED
+        turned = self.chosen_form.weakening is Weakening.TURNED
         return vocabulary.Form.OTHER_MEMORY if turned else vocabulary.Form.LITERAL
 
     def allows(self, word: Word) -> str | None:
         """The shortfall of its form from the objective, with the reason; None if there is none."""
         others = [other.name for other in self.task.observed if other.danger]
-        return concession(self.told, self.rung, word, others)
+        return concession(self.told, self.chosen_form, word, others)
 
     def words(self, word: Word) -> str:
         """The objective in the requested form, in the user's words."""
@@ -101,34 +101,36 @@ class StrategySearch(Struct, eq=False):
         """Forget the results that decisions waited for."""
         self._asked.clear()
 
-    def synthesize(self, ladders: Mapping[str, Ladder]) -> dict[str, TaskResult]:
-        """The result for each robot: of the first realizable candidate of its ladder, or of the
+    def synthesize(self, alternatives: Mapping[str, TaskCandidates]) -> dict[str, TaskResult]:
+        """The result for each robot: of its first realizable candidate, or of the
         last one; of the task alone where no strategy exists even without other robots. Raises
         ResourceLimitError if a synthesis runs out of time or memory, RunEnded if the run is to
         end."""
         found: dict[str, TaskResult] = {}
-        left = {name: list(ladder.candidates) for name, ladder in ladders.items()}
+        left = {
+            name: list(task_candidates.candidates) for name, task_candidates in alternatives.items()
+        }
         while tried := {n: of[0] for n, of in left.items() if of}:
             left = {name: of[1:] for name, of in left.items() if of}
-            answers = self._answers(ladders, tried, found)
+            answers = self._answers(alternatives, tried, found)
             doubtful = {
                 name: (form, task)
                 for name, (form, accepted) in tried.items()
                 if answers[name].realizable and (task := alone(accepted)) is not None
             }
-            refuted = self._answers(ladders, doubtful, found) if doubtful else {}
+            refuted = self._answers(alternatives, doubtful, found) if doubtful else {}
             refuted = {name: each for name, each in refuted.items() if not each.realizable}
             found |= answers | refuted
             for name in tried:
                 if found[name].realizable:
                     left[name] = []
                 elif name in refuted:  # whatever it assumes about others
-                    left[name] = [each for each in left[name] if each[0] != found[name].rung]
+                    left[name] = [each for each in left[name] if each[0] != found[name].chosen_form]
         return found
 
     def _answers(
         self,
-        ladders: Mapping[str, Ladder],
+        alternatives: Mapping[str, TaskCandidates],
         candidates: Mapping[str, Candidate],
         before: Mapping[str, TaskResult],
     ) -> dict[str, TaskResult]:
@@ -137,7 +139,7 @@ class StrategySearch(Struct, eq=False):
         found = {}
         for (name, (form, task)), result in zip(candidates.items(), results, strict=True):
             earlier = _tried(before[name]) if name in before else ()
-            found[name] = TaskResult(task, result, ladders[name].objective, form, earlier)
+            found[name] = TaskResult(task, result, alternatives[name].objective, form, earlier)
         return found
 
     def close(self) -> None:

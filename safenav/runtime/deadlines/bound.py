@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from msgspec import Struct
 
-from safenav.runtime.resolution.problem import GateNeed, OpenObstacle, Stage
+from safenav.runtime.resolution.problem import OpenNeed, OpenObstacle, Stage
 from safenav.world.poses import Mask, PoseGraph, bits
 
 NEVER = 1 << 40
@@ -51,7 +51,7 @@ class BoundObstacle(Struct, frozen=True):
         return self.gate.resolved(self.stage)
 
     @property
-    def next(self) -> GateNeed:
+    def next(self) -> OpenNeed:
         return self.gate.needs[self.stage.need]
 
     def open_to(self, robot: int) -> bool:
@@ -192,7 +192,7 @@ class Spread:
                 closed |= poses
         return closed
 
-    def leaving(self, part: GateNeed, since: int) -> int:
+    def leaving(self, part: OpenNeed, since: int) -> int:
         """The first turn from ``since`` on in which it can have its part in a need where it set
         out, before it arrives; NEVER if there is none."""
         walker = self.walker
@@ -315,7 +315,7 @@ def _field(
     return spread.field(had) if had else None
 
 
-def _meets(spread: Spread, field: ReachByTick, part: GateNeed, before: int) -> int:
+def _meets(spread: Spread, field: ReachByTick, part: OpenNeed, before: int) -> int:
     """The first turn, from ``before`` on, in which a robot can have its part in a need."""
     tick = field.contact(spread.walker.graph.poses_on(part.regions))
     if tick >= NEVER:
@@ -325,7 +325,7 @@ def _meets(spread: Spread, field: ReachByTick, part: GateNeed, before: int) -> i
 
 
 def _when_met(
-    spread: Spread, robot: int, turn: int, fields: Mapping[int, ReachByTick], need: GateNeed
+    spread: Spread, robot: int, turn: int, fields: Mapping[int, ReachByTick], need: OpenNeed
 ) -> dict[int, Mask]:
     """Where a robot may be, by tick, once a need is met in a turn: where it was before, or where it
     had its part in that."""

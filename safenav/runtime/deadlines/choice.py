@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 from safenav.runtime.deadlines.bound import NEVER, BoundMoment, BoundObstacle, BoundRobot
 from safenav.runtime.deadlines.schedule import Acts, Scheduler, leads_through, possible
-from safenav.runtime.resolution.problem import Floor, SpentError, Stages
+from safenav.runtime.resolution.problem import BudgetExhaustedError, Floor, Stages
 from safenav.runtime.resolution.solve import Plan, PoseSets, Solver, Step
 from safenav.world.map import Region
 from safenav.world.poses import Mask
@@ -130,7 +130,7 @@ def _choose(
     urgent, spent = dict(sorted(last.items(), key=lambda one: one[1])), False
     try:
         acts, beyond = _kept(search, urgent)
-    except SpentError:
+    except BudgetExhaustedError:
         acts, beyond = _most_urgent(search, urgent)
         if not acts:
             return InTime(spent=True)
@@ -168,7 +168,7 @@ def _most_urgent(search: Scheduler, last: Mapping[int, int]) -> tuple[Acts, froz
     acts: Acts = ()
     for gate, turn in last.items():
         search.begin_again()
-        with suppress(SpentError):
+        with suppress(BudgetExhaustedError):
             found = search.in_time({**kept, gate: turn})
             if found is not None:
                 kept[gate], acts = turn, found
@@ -187,7 +187,7 @@ def _all_soon(
             if not better:
                 return acts
             acts, turn = better, better[-1].turn
-    except SpentError:
+    except BudgetExhaustedError:
         return acts
 
 

@@ -15,7 +15,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.runtime.deadlines import bound
-from safenav.runtime.resolution.problem import SpentError
+from safenav.runtime.resolution.problem import BudgetExhaustedError
 from safenav.world.poses import Mask
 
 BUDGET = 300
@@ -92,7 +92,7 @@ class Scheduler(Struct, eq=False):
         seen.add(key)
         self._nodes += 1
         if self._nodes > (BUDGET if self.budget is None else self.budget):
-            raise SpentError
+            raise BudgetExhaustedError
         times = bound.earliest(moment, self._fields)
         if any(times[gate][-1] > turn for gate, turn in due.items()):
             return None

@@ -6,7 +6,7 @@ from msgspec.structs import replace
 
 from safenav.outcome import Outcome
 from safenav.runtime.deadlines.bound import NEVER, BoundMoment, earliest, rounds_done
-from safenav.runtime.deadlines.within import Walk, least_within
+from safenav.runtime.deadlines.round_deadlines import Walk, least_within
 from safenav.runtime.energy.batteries import Batteries, least_capacity, least_charge
 from safenav.runtime.formulas import graph_of, permitted
 from safenav.runtime.promises.ledger import MISSION

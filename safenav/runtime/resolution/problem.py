@@ -22,11 +22,11 @@ from safenav.world.map import RegionMap
 from safenav.world.poses import Mask, PoseGraph, bits, region_mask
 
 
-class SpentError(Exception):
+class BudgetExhaustedError(Exception):
     """A search has used up its budget: nothing is proven."""
 
 
-class GateNeed(Struct, frozen=True):
+class OpenNeed(Struct, frozen=True):
     """One thing that an obstacle needs: ``robots`` distinct ones that can do ``action``, each on
     one of ``regions`` (a mask), all in the same tick if ``together``; ``same``: they are among
     those that met the need before it."""
@@ -62,7 +62,7 @@ class OpenObstacle(Struct, frozen=True, dict=True):
     name: str
     region: int
     closed_to: tuple[frozenset[int], ...]
-    needs: tuple[GateNeed, ...]
+    needs: tuple[OpenNeed, ...]
     barred: frozenset[int] = frozenset()
     sweeps: Mask = 0
     order: tuple[str, int, int] = ("", 0, 0)
@@ -81,7 +81,7 @@ class OpenObstacle(Struct, frozen=True, dict=True):
         parts, closed = [], []
         for number, need in enumerate(obstacle.needs):
             regions = region_mask(obstacle.resolution_regions(world, number))
-            parts.append(GateNeed(need.action, need.robots, regions, need.together, need.same))
+            parts.append(OpenNeed(need.action, need.robots, regions, need.together, need.same))
             shut = (i for i, robot in enumerate(robots) if obstacle.closed_to(robot, number))
             closed.append(frozenset(shut))
         sweeps, about = region_mask(obstacle.swept(world)), (obstacle.name, obstacle.region)
@@ -94,7 +94,7 @@ class OpenObstacle(Struct, frozen=True, dict=True):
         that the same robots must meet after it."""
         return tuple(needs.actions(self.needs, number) for number in range(len(self.needs)))
 
-    def chain(self, need: int) -> tuple[GateNeed, ...]:
+    def chain(self, need: int) -> tuple[OpenNeed, ...]:
         """A need, and those after it that the same robots must meet."""
         return tuple(needs.chain(self.needs, need))
 
@@ -257,7 +257,7 @@ class Problem(Struct, frozen=True, eq=False, dict=True):
         both = enumerate(zip(self.gates, stages, strict=True))
         return [number for number, (gate, stage) in both if stage.need < len(gate.needs)]
 
-    def next_need(self, gate: int, stages: Stages) -> GateNeed:
+    def next_need(self, gate: int, stages: Stages) -> OpenNeed:
         return self.gates[gate].needs[stages[gate].need]
 
     def allowed(self, robot: int, stages: Stages) -> Mask:

@@ -16,7 +16,7 @@ from itertools import combinations
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from safenav.runtime.resolution.problem import Problem, SpentError, Stages
+from safenav.runtime.resolution.problem import BudgetExhaustedError, Problem, Stages
 from safenav.world.poses import FAR, Mask
 
 BUDGET = 20_000
@@ -133,7 +133,7 @@ class Solver(Struct):
             return self._memo[key]
         self._nodes += 1
         if self._nodes > self.budget:
-            raise SpentError
+            raise BudgetExhaustedError
         self.stopping()
         found: Plan | None = () if now.done(wanted) else None
         for option in options(now, origins, present) if found is None else ():

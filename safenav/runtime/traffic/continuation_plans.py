@@ -13,21 +13,21 @@ from safenav.components import path_to, shortest_paths
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import TeamState
 from safenav.runtime.traffic import budgets
-from safenav.runtime.traffic.joint import Answer, Course, Effort, Found, Joint
-from safenav.runtime.traffic.remembering import StateGraph
+from safenav.runtime.traffic.formula_memory import StateGraph
+from safenav.runtime.traffic.joint import Answer, Course, Effort, Found, JointState
 from safenav.runtime.traffic.searches import Searches
 from safenav.world.moves import Pose
 from safenav.world.poses import Mask, bits, region_mask
 
 
-class Certificates:
+class ContinuationPlans:
     """The moves of a team that are known to leave the mission possible, and its last plan."""
 
     def __init__(self, state: TeamState, searches: Searches) -> None:
         self._state = state
         self._searches = searches
-        self._last: tuple[Course, Sequence[Joint]] | None = None
-        self._known: dict[tuple[Joint, int, int], bool] = {}
+        self._last: tuple[Course, Sequence[JointState]] | None = None
+        self._known: dict[tuple[JointState, int, int], bool] = {}
         self._about: Course | None = None
         self._work = Effort(budgets.CERTIFICATE_WORK)
 
@@ -95,7 +95,7 @@ class Certificates:
                 self.keep(course, answer.states)
         return known
 
-    def again(self, course: Course, start: Joint) -> Found | None:
+    def again(self, course: Course, start: JointState) -> Found | None:
         """The last plan for all of this mission, if the team can return to it."""
         if self._last is None:
             return None
@@ -105,7 +105,7 @@ class Certificates:
         found = rejoined(course, start, states)
         return None if found is None else Found(found)
 
-    def keep(self, course: Course, states: Sequence[Joint]) -> None:
+    def keep(self, course: Course, states: Sequence[JointState]) -> None:
         """The rest of a plan is the certificate of the moves that it makes."""
         self._last, self._work = (course, states), Effort(budgets.CERTIFICATE_WORK)
         self._concern(course)
@@ -126,7 +126,9 @@ def _mission(course: Course) -> tuple[Collection[int], Mapping[int, int], Collec
     return course.served, course.sent, course.excused
 
 
-def rejoined(course: Course, start: Joint, plan: Sequence[Joint]) -> tuple[Joint, ...] | None:
+def rejoined(
+    course: Course, start: JointState, plan: Sequence[JointState]
+) -> tuple[JointState, ...] | None:
     """The joint states from ``start`` to the end of the mission along ``plan``, a plan for the same
     problem; None if this way finds none."""
 
@@ -143,7 +145,7 @@ def rejoined(course: Course, start: Joint, plan: Sequence[Joint]) -> tuple[Joint
     return None
 
 
-def _return(course: Course, start: Joint, poses: tuple[int, ...]) -> list[Joint] | None:
+def _return(course: Course, start: JointState, poses: tuple[int, ...]) -> list[JointState] | None:
     """The states on the way to joint poses, one robot moving after the other."""
     states = [start]
     while states[-1].poses != poses:
@@ -158,7 +160,7 @@ def _return(course: Course, start: Joint, poses: tuple[int, ...]) -> list[Joint]
     return states
 
 
-def _way(course: Course, state: Joint, robot: int, goal: int) -> list[int]:
+def _way(course: Course, state: JointState, robot: int, goal: int) -> list[int]:
     """Return a shortest path of one robot while the others stand still; empty if there is none."""
     start = state.poses[robot]
     size = course.problem.members[robot].graph.size
@@ -170,7 +172,7 @@ def _way(course: Course, state: Joint, robot: int, goal: int) -> list[int]:
     return [*path_to(goal, before)][1:] if goal in before else []
 
 
-def _follow(course: Course, states: list[Joint], plan: Sequence[Joint]) -> bool:
+def _follow(course: Course, states: list[JointState], plan: Sequence[JointState]) -> bool:
     """Continue along a plan from its first state; return whether that completes the mission."""
     for here, there in pairwise(plan):
         state = states[-1]

@@ -18,10 +18,10 @@ from safenav.runtime.resolution.problem import Floor, Problem
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded
 from safenav.runtime.traffic.budgets import FEW_GROUPS, FEW_SIZES, FEW_STATES
-from safenav.runtime.traffic.immobile import Stuck
+from safenav.runtime.traffic.formula_memory import StateGraph
+from safenav.runtime.traffic.immobile import ImmobileRobots
 from safenav.runtime.traffic.joint import Count, Course, Effort, Exhausted
 from safenav.runtime.traffic.joint_plan import Search
-from safenav.runtime.traffic.remembering import StateGraph
 from safenav.trace import proofs
 from safenav.world.poses import bits
 
@@ -40,7 +40,7 @@ def deadlock_of_few(
     only until they are back."""
     whole = Course(floor.problem, rounds)
     now = whole.begun(floor.poses, tuple(counts), floor.stages)
-    stuck = Stuck(whole).cannot_complete(now)
+    stuck = ImmobileRobots(whole).cannot_complete(now)
     groups = [tuple(sorted(stuck))] if stuck and stuck <= {*among} else []
     sizes = [size for size in FEW_SIZES if size < len(floor.names)]
     by_size = (islice(_groups(floor, among, size), FEW_GROUPS) for size in sizes)

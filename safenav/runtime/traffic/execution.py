@@ -16,7 +16,7 @@ from msgspec.structs import replace
 
 from safenav.begun import PlanLeft
 from safenav.runtime.resolution.problem import Floor, KeepOut, Problem, Stages
-from safenav.runtime.traffic.joint import Count, Joint
+from safenav.runtime.traffic.joint import Count, JointState
 from safenav.trace import records
 from safenav.world.moves import Pose
 from safenav.world.poses import Mask, bits
@@ -88,7 +88,7 @@ def schedule(
     return Schedule(tuple(map(tuple, ways)), tuple(orders))
 
 
-def dues_of(states: Sequence[Joint], counts: Sequence[Count]) -> list[dict[int, Count]]:
+def dues_of(states: Sequence[JointState], counts: Sequence[Count]) -> list[dict[int, Count]]:
     """Return for each robot the count that it must have before it leaves a place of its path: the
     plan assumes that it has met these goals there, by waiting. ``states``: those that the plan
     leads through; ``counts``: those at its start, which may be less than in the first state."""
@@ -208,10 +208,10 @@ def still_needed(problem: Problem, plan: Execution, robot: int, stages: Stages) 
 
 def with_steps_under_way(
     poses: Sequence[tuple[int, ...]],
-    states: Sequence[Joint],
+    states: Sequence[JointState],
     counts: Sequence[Count],
     under_way: Mapping[int, int],
-) -> tuple[list[tuple[int, ...]], list[Joint]]:
+) -> tuple[list[tuple[int, ...]], list[JointState]]:
     """The joint poses and states of a plan which begins while robots are on their way: the way of
     such a robot begins where it set out (``under_way``), and its first step is that one."""
     if not under_way:

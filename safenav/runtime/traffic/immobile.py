@@ -8,11 +8,11 @@ and no obstacle that disappears changes that. On full floors most paths end like
 
 from __future__ import annotations
 
-from safenav.runtime.traffic.joint import Course, Joint
+from safenav.runtime.traffic.joint import Course, JointState
 from safenav.world.poses import Mask, PoseGraph
 
 
-class Stuck:
+class ImmobileRobots:
     """Finds such robots in the joint states of a course."""
 
     def __init__(self, course: Course) -> None:
@@ -40,7 +40,7 @@ class Stuck:
             found.difference_update(free)
         return found
 
-    def cannot_complete(self, state: Joint) -> set[int]:
+    def cannot_complete(self, state: JointState) -> set[int]:
         """Robots of which one can never complete, whatever all others do; none if none are
         known."""
         stuck = self.robots(state.poses)
@@ -60,7 +60,7 @@ class Stuck:
         taken = {poses[other] % self._sizes[other] for other in others}
         return not taken.issuperset(self._after[robot][poses[robot]])
 
-    def _gets_on(self, robot: int, state: Joint, stuck: set[int]) -> bool:
+    def _gets_on(self, robot: int, state: JointState, stuck: set[int]) -> bool:
         """Whether a robot can reach its awaited targets past the robots that are stuck."""
         walls = 0
         for other in self._conflicts[robot] & stuck:

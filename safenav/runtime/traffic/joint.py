@@ -35,7 +35,7 @@ def has_met(count: Count, due: Count) -> bool:
     return (count[2], count[1] & due[1]) >= (due[2], due[1])
 
 
-class Joint(Struct, frozen=True):
+class JointState(Struct, frozen=True):
     """One joint state. ``poses`` by number, see ``PoseGraph``; ``charges`` of the robots whose
     batteries a course follows, in its order."""
 
@@ -108,11 +108,13 @@ class Course(Struct, frozen=True, eq=False, dict=True):
         sent = {robot: gate for robot, gate in self.sent.items() if gate in served}
         return replace(self, served=served, sent=sent)
 
-    def begun(self, poses: tuple[int, ...], counts: tuple[Count, ...], stages: Stages) -> Joint:
+    def begun(
+        self, poses: tuple[int, ...], counts: tuple[Count, ...], stages: Stages
+    ) -> JointState:
         """Return the start state of a search: goals that waiting meets count as met."""
         return self._settled(poses, counts, stages, range(len(poses)))
 
-    def moved(self, state: Joint, poses: tuple[int, ...], who: Iterable[int]) -> Joint:
+    def moved(self, state: JointState, poses: tuple[int, ...], who: Iterable[int]) -> JointState:
         """Return the state after the robots ``who`` have reached their poses in ``poses``."""
         found = self._settled(poses, state.counts, state.stages, who)
         if not self.batteries:
@@ -124,14 +126,14 @@ class Course(Struct, frozen=True, eq=False, dict=True):
         )
         return replace(found, charges=charges)
 
-    def lasts(self, state: Joint) -> bool:
+    def lasts(self, state: JointState) -> bool:
         """Whether each robot has the charge with which it could continue alone."""
         return not self.batteries or all(
             charge >= stops.needed(state.poses[robot], stops.turn(state.counts[robot][0]))
             for (robot, stops), charge in zip(self.batteries.items(), state.charges, strict=True)
         )
 
-    def along(self, first: Joint, ways: Iterable[tuple[int, ...]]) -> list[Joint]:
+    def along(self, first: JointState, ways: Iterable[tuple[int, ...]]) -> list[JointState]:
         """Return the states from the first on while the robots go to these joint poses."""
         found = [first]
         for poses in ways:
@@ -155,7 +157,7 @@ class Course(Struct, frozen=True, eq=False, dict=True):
             for m, steps in zip(self.problem.members, self.steps(stages), strict=True)
         )
 
-    def singles(self, state: Joint) -> Iterator[tuple[int, int]]:
+    def singles(self, state: JointState) -> Iterator[tuple[int, int]]:
         """(robot, pose) of every step that one robot can take while the others stand still."""
         members, poses = self.problem.members, state.poses
         regions = [pose % member.graph.size for pose, member in zip(poses, members, strict=True)]
@@ -167,12 +169,12 @@ class Course(Struct, frozen=True, eq=False, dict=True):
                 if pose % size not in taken and not held >> pose % size & 1:
                     yield robot, pose
 
-    def next_poses(self, state: Joint) -> set[tuple[int, ...]]:
+    def next_poses(self, state: JointState) -> set[tuple[int, ...]]:
         """The joint poses after each of ``singles``."""
         at = state.poses
         return {(*at[:robot], pose, *at[robot + 1 :]) for robot, pose in self.singles(state)}
 
-    def after(self, state: Joint, robot: int, pose: int) -> Joint:
+    def after(self, state: JointState, robot: int, pose: int) -> JointState:
         """The state after one step of one robot."""
         poses = (*state.poses[:robot], pose, *state.poses[robot + 1 :])
         return self.moved(state, poses, (robot,))
@@ -186,7 +188,7 @@ class Course(Struct, frozen=True, eq=False, dict=True):
             return True
         return count[2] >= self.rounds * (len(member.targets) if member.in_turn else 1)
 
-    def completed(self, state: Joint) -> bool:
+    def completed(self, state: JointState) -> bool:
         """Whether each robot has done its rounds, unless it is excused, and can continue forever
         from where it is, and what is served is resolved."""
         if not all(i in self.excused or self.is_done(i, n) for i, n in enumerate(state.counts)):
@@ -209,7 +211,7 @@ class Course(Struct, frozen=True, eq=False, dict=True):
         """Whether any of its targets may be the first that a robot meets."""
         return self.any_first and count[2] == 0 and self.problem.members[robot].any_first
 
-    def places(self, states: Iterable[Joint]) -> list[str]:
+    def places(self, states: Iterable[JointState]) -> list[str]:
         """The joint poses of some states, each once, as text: a JSON list of [region, heading]
         for each robot, sorted (docs/trace.md)."""
         graphs = [member.graph for member in self.problem.members]
@@ -222,7 +224,7 @@ class Course(Struct, frozen=True, eq=False, dict=True):
 
     def _settled(
         self, poses: tuple[int, ...], counts: tuple[Count, ...], stages: Stages, who: Iterable[int]
-    ) -> Joint:
+    ) -> JointState:
         """Let every robot act where it stands, and count the goals that waiting meets there."""
         acting = self.problem.acting_in(stages)
         if any(mask >> pose & 1 for mask, pose in zip(acting, poses, strict=True)):
@@ -237,7 +239,7 @@ class Course(Struct, frozen=True, eq=False, dict=True):
             if count != counts[robot]:
                 changed = changed or list(counts)
                 changed[robot] = count
-        return Joint(poses, tuple(changed) if changed else counts, stages)
+        return JointState(poses, tuple(changed) if changed else counts, stages)
 
     def _resolved(self, stages: Stages) -> int:
         return sum(self.problem.resolved(gate, stages) for gate in range(len(stages)))
@@ -315,22 +317,22 @@ def _last_the_loads(problem: Problem, stages: Stages) -> list[int]:
 class Found(Struct, frozen=True):
     """A plan: the joint states from the first to the last."""
 
-    states: tuple[Joint, ...]
+    states: tuple[JointState, ...]
 
 
 class Exhausted(Struct, frozen=True):
     """All reachable joint states, if none completes a plan."""
 
-    states: frozenset[Joint]
+    states: frozenset[JointState]
 
 
-class Spent(Struct, frozen=True):
+class BudgetExhausted(Struct, frozen=True):
     """The budget is exhausted: no verdict."""
 
     states: int
 
 
-Answer = Found | Exhausted | Spent
+Answer = Found | Exhausted | BudgetExhausted
 
 
 class Effort(Struct):

@@ -23,7 +23,7 @@ from itertools import count as counting
 from safenav.components import path_to
 from safenav.runtime.resolution.problem import Stages
 from safenav.runtime.traffic import budgets, joint
-from safenav.runtime.traffic.immobile import Stuck
+from safenav.runtime.traffic.immobile import ImmobileRobots
 from safenav.runtime.traffic.pibt import Field, Generator
 from safenav.world.poses import FAR, Mask, region_mask
 
@@ -31,7 +31,7 @@ Guide = Callable[[Stages, tuple[int, ...]], Sequence[Mask | None]]
 """The goal poses that coordination gives each robot at stages and poses: a set of poses, 0 for
 nothing, None for its own objective."""
 
-Goal = Callable[[joint.Joint], bool]
+Goal = Callable[[joint.JointState], bool]
 
 
 class Variant(Enum):
@@ -52,7 +52,7 @@ class Search:
         self,
         course: joint.Course,
         guide: Guide,
-        start: joint.Joint,
+        start: joint.JointState,
         goal: Goal,
         *,
         seed: int = 0,
@@ -70,7 +70,7 @@ class Search:
         self._guided: dict[Stages, Sequence[Mask | None]] = {}
         self._known: dict[Stages, dict[tuple[int, joint.Count], Field]] = {}
         self._generator = Generator(course, self._rng)
-        self._stuck = Stuck(course)
+        self._stuck = ImmobileRobots(course)
         self._immobile = self._stuck.robots(start.poses)
 
     def run(
@@ -85,12 +85,14 @@ class Search:
             return joint.Found((self.start,))
         few = len(self.start.poses) <= 4
         if not few and self._stuck.cannot_complete(self.start):
-            return joint.Spent(0)  # as good as refuted; the proof is about those who are stuck
+            return joint.BudgetExhausted(
+                0
+            )  # as good as refuted; the proof is about those who are stuck
         spent = 0
         budget = budgets.FIRST_BUDGET
         for turn in range(max(1, rounds)):
             if self.work.done:
-                return joint.Spent(spent)
+                return joint.BudgetExhausted(spent)
             for variant, states in _attempts(budget):
                 answer = self.by(variant, states)
                 if isinstance(answer, joint.Found):
@@ -105,16 +107,16 @@ class Search:
             spent += answer.states
             if turn == 0 and few:
                 answer = self.singles(min(budgets.SINGLES_BUDGET, proof))
-                if not isinstance(answer, joint.Spent):
+                if not isinstance(answer, joint.BudgetExhausted):
                     return answer
                 spent += answer.states
             budget *= 2
         if few and proof > budgets.SINGLES_BUDGET:
             answer = self.singles(proof)
-            if not isinstance(answer, joint.Spent):
+            if not isinstance(answer, joint.BudgetExhausted):
                 return answer
             spent += answer.states
-        return joint.Spent(spent)
+        return joint.BudgetExhausted(spent)
 
     def singles(self, budget: int) -> joint.Answer:
         """Every state that steps of one robot lead to, breadth first: a shortest plan, or the
@@ -135,7 +137,7 @@ class Search:
                 queue.append(after)
                 self.work.left -= len(state.poses)
             if len(before) > budget or self.work.done:
-                return joint.Spent(len(before))
+                return joint.BudgetExhausted(len(before))
         return joint.Exhausted(frozenset(before))
 
     def by(self, variant: Variant, budget: int) -> joint.Answer:
@@ -148,7 +150,7 @@ class Search:
         return self.depth_first(self.start, self.goal, budget, variant, order)
 
     def depth_first(
-        self, start: joint.Joint, goal: Goal, budget: int, variant: Variant, order: list[int]
+        self, start: joint.JointState, goal: Goal, budget: int, variant: Variant, order: list[int]
     ) -> joint.Answer:
         """Search from a start for a goal. With ``ONE`` goal at a time only the first robot of
         ``order`` that has goal poses pursues them, and all others give way."""
@@ -164,14 +166,14 @@ class Search:
                 continue
             edges += 1
             if edges > budget * 12 or self.work.done:
-                return joint.Spent(len(before))
+                return joint.BudgetExhausted(len(before))
             if after in before:
                 continue
             before[after] = state
             if goal(after):
                 return joint.Found(path_to(after, before))
             if len(before) > budget:
-                return joint.Spent(len(before))
+                return joint.BudgetExhausted(len(before))
             stack.append((after, self._following(after, variant, order)))
         return joint.Exhausted(frozenset(before))
 
@@ -185,7 +187,7 @@ class Search:
             self.stopping()
             _, _, state = heapq.heappop(heap)
             if self.work.done:
-                return joint.Spent(len(before))
+                return joint.BudgetExhausted(len(before))
             for after in self._following(state, Variant.FARTHEST, order):
                 if after in before:
                     continue
@@ -193,11 +195,11 @@ class Search:
                 if self.goal(after):
                     return joint.Found(path_to(after, before))
                 if len(before) > budget:
-                    return joint.Spent(len(before))
+                    return joint.BudgetExhausted(len(before))
                 heapq.heappush(heap, (self._left(after), next(ticket), after))
         return joint.Exhausted(frozenset(before))
 
-    def _left(self, state: joint.Joint) -> int:
+    def _left(self, state: joint.JointState) -> int:
         """Return the remaining effort: goals, and the paths to the next ones."""
         weight = 4 * self.course.problem.members[0].graph.world.cols
         found = weight * len(self.course.problem.open(state.stages))
@@ -210,16 +212,16 @@ class Search:
         return found
 
     def _following(
-        self, state: joint.Joint, variant: Variant, order: list[int]
-    ) -> Iterator[joint.Joint]:
+        self, state: joint.JointState, variant: Variant, order: list[int]
+    ) -> Iterator[joint.JointState]:
         """The states that may come next and are not known to be hopeless."""
         for after in self._proposed(state, variant, order):
             if self.keeps(after) and not self._stuck.cannot_complete(after):
                 yield after
 
     def _proposed(
-        self, state: joint.Joint, variant: Variant, order: list[int]
-    ) -> Iterator[joint.Joint]:
+        self, state: joint.JointState, variant: Variant, order: list[int]
+    ) -> Iterator[joint.JointState]:
         """The states that may come next: proposals first, then every step of one robot."""
         course = self.course
         fields = self.fields(state)
@@ -254,7 +256,7 @@ class Search:
                 self.work.left -= len(poses)
                 yield course.after(state, robot, pose)
 
-    def fields(self, state: joint.Joint) -> list[Field]:
+    def fields(self, state: joint.JointState) -> list[Field]:
         """Return for each robot the distances to its goal poses in a state."""
         guided = self._guided.get(state.stages)
         if guided is None:
@@ -294,7 +296,9 @@ def _attempts(budget: int) -> Iterator[tuple[Variant, int]]:
             yield variant, budget // times
 
 
-def by_legs(search: Search, rng: random.Random, most_vain: int) -> joint.Found | joint.Spent:
+def by_legs(
+    search: Search, rng: random.Random, most_vain: int
+) -> joint.Found | joint.BudgetExhausted:
     """Return one chain from the start of a search to its goal. ``rng`` draws which robot is next,
     and how far to backtrack where no leg leads further; ``most_vain``: limit on states examined
     without success.
@@ -303,7 +307,7 @@ def by_legs(search: Search, rng: random.Random, most_vain: int) -> joint.Found |
     all others pushed aside, takes some ten states. Any robot that succeeds may be the next. A chain
     that ends in a state from which no leg leads further backtracks to an earlier one, and continues
     by other legs."""
-    legs: list[tuple[joint.Joint, ...]] = [(search.start,)]
+    legs: list[tuple[joint.JointState, ...]] = [(search.start,)]
     most = budgets.LEGS_OF_A_ROBOT * len(search.start.poses)
     spent, made = 0, 0
     while not search.goal(legs[-1][-1]):
@@ -312,7 +316,7 @@ def by_legs(search: Search, rng: random.Random, most_vain: int) -> joint.Found |
         made += 1
         over = spent > most_vain or made > most or search.work.done
         if over or (leg is None and len(legs) == 1):
-            return joint.Spent(spent + sum(map(len, legs)))
+            return joint.BudgetExhausted(spent + sum(map(len, legs)))
         if leg is None:
             del legs[rng.randrange(1, len(legs)) :]
         else:
@@ -321,8 +325,8 @@ def by_legs(search: Search, rng: random.Random, most_vain: int) -> joint.Found |
 
 
 def _next_leg(
-    search: Search, state: joint.Joint, rng: random.Random
-) -> tuple[tuple[joint.Joint, ...] | None, int]:
+    search: Search, state: joint.JointState, rng: random.Random
+) -> tuple[tuple[joint.JointState, ...] | None, int]:
     """Return the states until some robot reaches its current goal poses, and the number of states
     examined without success."""
     fields = search.fields(state)
@@ -343,13 +347,13 @@ def _next_leg(
     return None, vain
 
 
-def _reached(search: Search, start: joint.Joint, robot: int) -> Goal:
+def _reached(search: Search, start: joint.JointState, robot: int) -> Goal:
     """Return a test whether a robot has reached its goal poses of ``start``, the stages or its
     count have changed, or the goal of the search is reached."""
     field = search.fields(start)[robot]
     assert field is not None
 
-    def reached(state: joint.Joint) -> bool:
+    def reached(state: joint.JointState) -> bool:
         if state.stages != start.stages or state.counts[robot] != start.counts[robot]:
             return True
         return field[state.poses[robot]] == 0 or search.goal(state)

@@ -25,7 +25,7 @@ Row = tuple[int, ...]
 """The part of a node that formulas refer to: region, heading if there is one, memory, inputs."""
 
 
-class Aims:
+class Milestones:
     """Milestones of a robot with formulas by one strategy of its own. Results are kept. ``inputs``:
     of the environment, whichever of them the formulas name."""
 

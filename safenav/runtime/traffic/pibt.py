@@ -18,7 +18,7 @@ from itertools import pairwise
 from msgspec.structs import replace
 
 from safenav.runtime.resolution.problem import KeepOut
-from safenav.runtime.traffic.joint import Course, Joint
+from safenav.runtime.traffic.joint import Course, JointState
 from safenav.world.poses import Mask
 
 Field = list[int] | None
@@ -36,12 +36,12 @@ class Generator:
         self._rng = rng
         self._sizes = [member.graph.size for member in course.problem.members]
         self._conflicts = course.problem.conflicts
-        self._state: Joint | None = None
+        self._state: JointState | None = None
         self._fields: Sequence[Field] = ()
 
     def propose(
         self,
-        state: Joint,
+        state: JointState,
         fields: Sequence[Field],
         order: Sequence[int],
         forced: tuple[int, int] | None = None,
@@ -61,7 +61,7 @@ class Generator:
                 return None
         return tuple([self._next[robot] for robot in range(len(state.poses))])
 
-    def _look(self, state: Joint, fields: Sequence[Field], order: Sequence[int]) -> None:
+    def _look(self, state: JointState, fields: Sequence[Field], order: Sequence[int]) -> None:
         """Prepare the data that all proposals for a state share."""
         self._state, self._fields = state, fields
         self._poses = state.poses

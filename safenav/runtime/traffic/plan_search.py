@@ -13,15 +13,23 @@ from msgspec.structs import replace
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.traffic import budgets
-from safenav.runtime.traffic.continuation_plans import Certificates
+from safenav.runtime.traffic.background_search import BackgroundSearch
+from safenav.runtime.traffic.continuation_plans import ContinuationPlans
 from safenav.runtime.traffic.deadlock import deadlock_of_few, deadlocked
-from safenav.runtime.traffic.joint import Answer, Course, Effort, Exhausted, Found, Joint, Spent
+from safenav.runtime.traffic.formula_memory import plain_poses, remembering
+from safenav.runtime.traffic.joint import (
+    Answer,
+    BudgetExhausted,
+    Course,
+    Effort,
+    Exhausted,
+    Found,
+    JointState,
+)
 from safenav.runtime.traffic.joint_plan import Search
 from safenav.runtime.traffic.local import local_plan
-from safenav.runtime.traffic.remembering import plain_poses, remembering
 from safenav.runtime.traffic.searches import Searches
 from safenav.runtime.traffic.shortening import Separation, following, shortened, timed
-from safenav.runtime.traffic.thinking import Thinking
 from safenav.runtime.traffic.timed import Quickest, beside
 from safenav.scenario.objective import Ltl
 
@@ -33,9 +41,9 @@ class PlanSearch(Struct):
     served obstacles that no plan for the mission resolves, as the last one has shown."""
 
     state: TeamState
-    thinking: Thinking
+    thinking: BackgroundSearch
     searches: Searches
-    certificates: Certificates
+    certificates: ContinuationPlans
     rivals: Mapping[str, bool]
     failures: int = 0
     used: int = 0
@@ -60,14 +68,14 @@ class PlanSearch(Struct):
 
     def sought(
         self, plain: Floor, floor: Floor, helping: bool
-    ) -> tuple[Floor, Course, Joint, Answer]:
+    ) -> tuple[Floor, Course, JointState, Answer]:
         """Search for a plan, the last resorts included; return also where it begins. Raises
         RunEnded as ``_look_for_few``."""
         self.work = Effort(budgets.MOST_WORK - self.used)
         course = self.searches.course(floor)
         start = self.searches.begun(floor, course)
         if self.state.live and start.stages != floor.stages:
-            return floor, course, start, Spent(0)  # a robot is about to resolve something
+            return floor, course, start, BudgetExhausted(0)  # a robot is about to resolve something
         course, start, search, answer = self._searched(floor, helping)
         if (isinstance(answer, Exhausted) or self.hopeless) and floor is not plain:
             if remembering(floor.problem):
@@ -89,7 +97,7 @@ class PlanSearch(Struct):
                     course, start, answer = other, begun, found
                 if isinstance(found, Found):
                     break
-        if isinstance(answer, Spent):
+        if isinstance(answer, BudgetExhausted):
             self._look_for_few(plain, course)
             answer = (None if self.turning else local_plan(search)) or answer
         if isinstance(answer, Found):
@@ -97,7 +105,7 @@ class PlanSearch(Struct):
             answer = self._left_well(floor, course, start, answer, helping)
         return floor, course, start, answer
 
-    def _repeatable(self, floor: Floor, course: Course, start: Joint, found: Found) -> Found:
+    def _repeatable(self, floor: Floor, course: Course, start: JointState, found: Found) -> Found:
         """A plan at whose end the rounds can restart, as they do if a robot on its way resolves an
         obstacle that no robot knew: then they can from each state of the plan. The one that was
         found, if it is so or no other one is found."""
@@ -110,14 +118,14 @@ class PlanSearch(Struct):
         answer = search.run(*budgets.CERTIFICATE)
         return answer if isinstance(answer, Found) else found
 
-    def _can_restart(self, floor: Floor, course: Course, state: Joint) -> bool:
+    def _can_restart(self, floor: Floor, course: Course, state: JointState) -> bool:
         """Whether no search has shown that the rounds cannot restart in a state."""
         counts = tuple((index, 0, 0) for index, _, _ in state.counts)
         begun = course.begun(state.poses, counts, state.stages)
         search = self.searches.search(floor, course, begun, work=self.work)
         return not isinstance(search.run(*budgets.CERTIFICATE), Exhausted)
 
-    def _proof(self, plain: Floor) -> tuple[Floor, Course, Joint, Answer] | None:
+    def _proof(self, plain: Floor) -> tuple[Floor, Course, JointState, Answer] | None:
         """The search that proves that no order of moves completes the mission with what the
         robots' formulas remember; None if one may."""
         floor = self.searches.everything(plain)
@@ -130,14 +138,14 @@ class PlanSearch(Struct):
         return (floor, course, start, answer) if isinstance(answer, Exhausted) else None
 
     def _left_well(
-        self, floor: Floor, course: Course, start: Joint, found: Found, helping: bool
+        self, floor: Floor, course: Course, start: JointState, found: Found, helping: bool
     ) -> Found:
         """A plan that takes no more charge of a robot than it has, and at whose end each may stay,
         if that is not so for the one that was found and another one is found; else that one."""
         charged, begun = self.searches.charged(floor, course, start)
         stays = self.searches.stays(floor)
 
-        def ends_well(state: Joint) -> bool:
+        def ends_well(state: JointState) -> bool:
             return all(mask >> state.poses[robot] & 1 for robot, mask in stays.items())
 
         cut = self.cut(course, start, found.states, helping)
@@ -165,7 +173,9 @@ class PlanSearch(Struct):
         self._leg_end = len(states)
         return Found((*states, *rest.states[1:]))
 
-    def quickest(self, floor: Floor, gate: int, known: Floor | None = None) -> list[Joint] | None:
+    def quickest(
+        self, floor: Floor, gate: int, known: Floor | None = None
+    ) -> list[JointState] | None:
         """The quickest plan for the next need of an obstacle, if the team can continue then.
         ``known``: the floor on which it is to continue, if that is another one."""
         if remembering(self.searches.aimed(floor).problem):
@@ -191,7 +201,7 @@ class PlanSearch(Struct):
             self.certificates.keep(course, (*states, *after.states[1:]))
         return states
 
-    def straightened(self, floor: Floor, states: list[Joint]) -> list[Joint]:
+    def straightened(self, floor: Floor, states: list[JointState]) -> list[JointState]:
         """A plan on which a robot steps more often than it has poses (two that must stand in
         different places drive each other round and round), or the quickest one instead of it."""
         robot = self.state.robots[self.starved]
@@ -207,7 +217,7 @@ class PlanSearch(Struct):
         found = self.quickest(floor, floor.gates.index(obstacle))
         return states if found is None or len(found) >= len(states) else found
 
-    def approached(self, floor: Floor, states: Sequence[Joint]) -> Sequence[Joint]:
+    def approached(self, floor: Floor, states: Sequence[JointState]) -> Sequence[JointState]:
         """A plan that ends with a resolution, on which robots that wait come nearer to their
         targets behind the others, if that makes the next plan shorter."""
         problem, first, last = floor.problem, states[0], states[-1]
@@ -235,7 +245,7 @@ class PlanSearch(Struct):
             self.certificates.keep(course, (*found, *rest.states[1:]))
         return found
 
-    def _next_leg(self, floor: Floor, course: Course, start: Joint) -> int | None:
+    def _next_leg(self, floor: Floor, course: Course, start: JointState) -> int | None:
         """The ticks until each robot has counted once after a resolution, or there is another one;
         None if that is not found soon."""
         search = self.searches.search(floor, course, start, work=self.work)
@@ -253,7 +263,7 @@ class PlanSearch(Struct):
         apart = Separation.of(floor.problem, start.stages)
         return len(timed(apart.schedule([state.poses for state in states])))
 
-    def leg(self, floor: Floor, course: Course, start: Joint) -> list[Joint] | None:
+    def leg(self, floor: Floor, course: Course, start: JointState) -> list[JointState] | None:
         """Return moves that bring at least the starving robot to its target: formulas may
         remember, so that a plan for all assumes goals as met that are not. None if there are no
         such moves, or the team could not continue after them."""
@@ -280,13 +290,13 @@ class PlanSearch(Struct):
         elif assignment.role is Role.HELPS and assignment.obstacle in floor.gates:
             self.hopeless = frozenset({floor.gates.index(assignment.obstacle)})
 
-    def _leg_of_starved(self, floor: Floor, course: Course, start: Joint) -> Answer:
+    def _leg_of_starved(self, floor: Floor, course: Course, start: JointState) -> Answer:
         """Search for moves that bring the starving robot to its target."""
         index, goal = floor.index(self.starved), self.searches.goal(floor, self.starved)
         obstacle = self.state.robots[self.starved].assignment.obstacle
         gate = floor.gates.index(obstacle) if obstacle in floor.gates else None
 
-        def changed(state: Joint) -> bool:
+        def changed(state: JointState) -> bool:
             if gate is None:
                 return state.stages != start.stages
             return state.stages[gate] != start.stages[gate]
@@ -295,7 +305,7 @@ class PlanSearch(Struct):
         search.goal = lambda state: changed(state) or bool(goal >> state.poses[index] & 1)
         return search.run(1)
 
-    def _leg_first(self, floor: Floor, course: Course, start: Joint) -> Found | None:
+    def _leg_first(self, floor: Floor, course: Course, start: JointState) -> Found | None:
         """Return a plan that brings the starving robot to its target while others go to their
         chargers and stay there, and then all through the mission. None if none is found."""
         leg = self._leg_of_starved(floor, course, start)
@@ -309,8 +319,8 @@ class PlanSearch(Struct):
         return Found((*leg.states, *rest.states[1:]))
 
     def cut(
-        self, course: Course, start: Joint, states: Sequence[Joint], helping: bool
-    ) -> list[Joint]:
+        self, course: Course, start: JointState, states: Sequence[JointState], helping: bool
+    ) -> list[JointState]:
         """The plan up to the first resolution; where it does not lead through the mission, until
         each has counted once."""
         found, through = [], self._through_the_mission(helping)
@@ -338,7 +348,7 @@ class PlanSearch(Struct):
             )
         )
 
-    def leg_done(self, course: Course, start: Joint, state: Joint, helping: bool) -> bool:
+    def leg_done(self, course: Course, start: JointState, state: JointState, helping: bool) -> bool:
         if state.stages != start.stages:
             return True
         return not helping and self._each_has_counted(course, start, state)
@@ -348,7 +358,7 @@ class PlanSearch(Struct):
         starves = robot.name == self.starved and robot.active
         return starves and robot.assignment.role is Role.CHARGES
 
-    def _each_has_counted(self, course: Course, start: Joint, state: Joint) -> bool:
+    def _each_has_counted(self, course: Course, start: JointState, state: JointState) -> bool:
         """Whether each robot with goal poses has reached them once; of those that go to a charger
         only the one that starves."""
         for index, robot in enumerate(self.state.robots.values()):
@@ -362,11 +372,11 @@ class PlanSearch(Struct):
                 return False
         return True
 
-    def _at_stop(self, course: Course, state: Joint, index: int, robot: RobotState) -> bool:
+    def _at_stop(self, course: Course, state: JointState, index: int, robot: RobotState) -> bool:
         pose = plain_poses(course.problem, state.poses)[index]
         return bool(robot.assignment.goal >> pose & 1)
 
-    def _searched(self, floor: Floor, helping: bool) -> tuple[Course, Joint, Search, Answer]:
+    def _searched(self, floor: Floor, helping: bool) -> tuple[Course, JointState, Search, Answer]:
         """Search for a plan; return the search and its result."""
         self.hopeless = frozenset()
         self._cut_off, self._leg_end = self.searches.cut_off(floor), 0
@@ -376,15 +386,19 @@ class PlanSearch(Struct):
         if self.turning or remembering(floor.problem):
             hindered = self.hindered
             answer = search.run(1, chain=budgets.CERTIFICATE_CHAIN) if hindered else search.run(1)
-            if isinstance(answer, Spent):
+            if isinstance(answer, BudgetExhausted):
                 answer = self.certificates.again(course, start) or answer
-            if isinstance(answer, Spent) and self.turning and self.searches.own_of_charging():
+            if (
+                isinstance(answer, BudgetExhausted)
+                and self.turning
+                and self.searches.own_of_charging()
+            ):
                 answer = self._leg_first(floor, course, start) or answer
-            if isinstance(answer, Spent) and self.turning and not hindered:
+            if isinstance(answer, BudgetExhausted) and self.turning and not hindered:
                 answer = search.run(self._rounds)
             if isinstance(answer, Exhausted) and course.served:
                 course, search, answer = self._without_hopeless(floor, course, start)
-            if self.turning or not isinstance(answer, Spent):
+            if self.turning or not isinstance(answer, BudgetExhausted):
                 return course, start, search, answer
         # Everything can be undone: a plan that serves those that want something is safe.
         search.goal = lambda state: self.leg_done(course, start, state, helping)
@@ -412,7 +426,7 @@ class PlanSearch(Struct):
             states += answer.states[1:]
         return Found(tuple(states))
 
-    def turned(self, floor: Floor, course: Course, states: Sequence[Joint]) -> dict[str, int]:
+    def turned(self, floor: Floor, course: Course, states: Sequence[JointState]) -> dict[str, int]:
         """The robots that begin with another target than the one whose turn it is in a plan, up to
         its first resolution, each with the number of that target."""
         found = dict[str, int]()
@@ -430,7 +444,7 @@ class PlanSearch(Struct):
         return {n: k for n, k in found.items() if k != before[floor.index(n)][0]}
 
     def _without_hopeless(
-        self, floor: Floor, course: Course, start: Joint
+        self, floor: Floor, course: Course, start: JointState
     ) -> tuple[Course, Search, Answer]:
         """Search for a plan for the mission where none resolves all that is served: for as many
         obstacles as one resolves together, those that are served first before the others."""

@@ -21,25 +21,30 @@ from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded, Stop
 from safenav.runtime.traffic import budgets, execution
-from safenav.runtime.traffic.continuation_plans import Certificates
+from safenav.runtime.traffic.background_search import (
+    BackgroundSearch,
+    PendingSearch,
+    Unknown,
+    free_to_go_on,
+)
+from safenav.runtime.traffic.continuation_plans import ContinuationPlans
 from safenav.runtime.traffic.deadlock import deadlocked, meets_the_rest_alone
+from safenav.runtime.traffic.formula_memory import plain_poses
 from safenav.runtime.traffic.joint import (
     Answer,
+    BudgetExhausted,
     Count,
     Course,
     Effort,
     Exhausted,
     Found,
-    Joint,
-    Spent,
+    JointState,
     has_met,
 )
-from safenav.runtime.traffic.occasions import Occasion, Occasions
 from safenav.runtime.traffic.plan_search import PlanSearch
-from safenav.runtime.traffic.remembering import plain_poses
+from safenav.runtime.traffic.plan_triggers import PlanTrigger, PlanTriggers
 from safenav.runtime.traffic.searches import Searches
 from safenav.runtime.traffic.shortening import shortened
-from safenav.runtime.traffic.thinking import Pending, Thinking, Unknown, free_to_go_on
 from safenav.runtime.traffic.timed import keeping_out
 from safenav.scenario.settings import Coordination
 from safenav.trace import records, vocabulary
@@ -55,26 +60,26 @@ class Traffic:
         self.stop = stop
         self.clock = clock
         self.execution: execution.Execution | None = None
-        self.wanted: Occasion | None = None
+        self.wanted: PlanTrigger | None = None
         self.turned: Mapping[str, int] = {}
         """Robots that must begin with another of their targets, as the last search has shown."""
         self._looked = -1.0
-        self._pending: Pending | None = None
+        self._pending: PendingSearch | None = None
         self._all_wait = False
-        self.thinking = Thinking(stop)
+        self.thinking = BackgroundSearch(stop)
         self.searches = searches = Searches(state, self.thinking)
-        self._certificates = certificates = Certificates(state, searches)
+        self._certificates = certificates = ContinuationPlans(state, searches)
         robots = state.scenario.robots
         sweeps = state.scenario.sweeping and len(robots) > 1
         self._rivals = {robot.name: sweeps or bool(state.rivals(robot)) for robot in robots}
-        self.occasions = Occasions(state, searches, self._rivals, clock)
+        self.occasions = PlanTriggers(state, searches, self._rivals, clock)
         self.search = PlanSearch(state, self.thinking, searches, certificates, self._rivals)
 
     @property
     def active(self) -> bool:
         return self.execution is not None
 
-    def machine(self) -> Hashable:
+    def state_key(self) -> Hashable:
         """State on which plans depend in lockstep without new observations; None during a plan."""
         if self.execution is not None or self.wanted is not None:
             return None
@@ -216,7 +221,7 @@ class Traffic:
     def free(self, name: str) -> None:
         """Want a plan for a robot that has no strategy from where it is."""
         if self.execution is None and self.wanted is None:
-            self.wanted = Occasion(f"{name} has no strategy from where it is", name)
+            self.wanted = PlanTrigger(f"{name} has no strategy from where it is", name)
             self._looked = -1.0
 
     def end(
@@ -237,7 +242,7 @@ class Traffic:
             return self._certificates.allow(name, pose)
         return self._certificates.undone(name, pose, self.ahead(name))
 
-    def _hurry(self, occasion: Occasion) -> bool:
+    def _hurry(self, occasion: PlanTrigger) -> bool:
         """Begin the quickest plan for what is due, if it is for that and there is one; whether no
         other plan is to be made now."""
         gate, reason = occasion.gate, occasion.reason
@@ -257,8 +262,8 @@ class Traffic:
         return True
 
     def _whatever_stands(
-        self, floor: Floor, gate: int, hopeful: Sequence[Joint] | None
-    ) -> tuple[Floor, list[Joint]] | None:
+        self, floor: Floor, gate: int, hopeful: Sequence[JointState] | None
+    ) -> tuple[Floor, list[JointState]] | None:
         """The quickest plan around all suspects, if that is in time and the ``hopeful`` one leads
         where they may be: no robot leaves it for what turns up (docs/deadlines.md)."""
         chosen, dues = self.state.last_settled.in_time, self.state.dues(floor)
@@ -280,7 +285,7 @@ class Traffic:
             return None
         return around, states
 
-    def _plan(self, occasion: Occasion) -> None:
+    def _plan(self, occasion: PlanTrigger) -> None:
         """Make a plan and begin it. Raises RunEnded with the proof if there is none."""
         here, self.search.starved = self.searches.floor(), occasion.robot
         helping = any(r.assignment.role is Role.HELPS for r in self.state.robots.values())
@@ -321,8 +326,8 @@ class Traffic:
         self._begin(floor, states, counts, occasion.reason)
 
     def _sought(
-        self, pending: Pending, occasion: Occasion, helping: bool
-    ) -> tuple[Floor, Course, Joint, Answer] | None:
+        self, pending: PendingSearch, occasion: PlanTrigger, helping: bool
+    ) -> tuple[Floor, Course, JointState, Answer] | None:
         """The result of a search with its problem and first state; None if it is not there yet, or
         is of no use where the robots are now."""
         plain = pending.floor
@@ -350,9 +355,9 @@ class Traffic:
         self,
         floor: Floor,
         course: Course,
-        start: Joint,
-        answer: Exhausted | Spent,
-        occasion: Occasion,
+        start: JointState,
+        answer: Exhausted | BudgetExhausted,
+        occasion: PlanTrigger,
     ) -> None:
         """A search has found no plan: the robots wait for one that is out of service, or for a
         search with a larger budget. Raises RunEnded if neither can help."""
@@ -404,7 +409,7 @@ class Traffic:
         course = Course(floor.problem, wanted, any_first=True)
         start = self.searches.begun(floor, course)
         search = self.searches.search(floor, course, start, work=Effort(budgets.MOST_WORK))
-        answer: Answer = Spent(0)
+        answer: Answer = BudgetExhausted(0)
         if start.stages == floor.stages:
             answer = search.singles(budgets.PROOF_BUDGET)
         if not isinstance(answer, Exhausted):
@@ -416,10 +421,10 @@ class Traffic:
         specs = end.unrealizable
         return replace(found, explanation=told, links=links, stuck=end.stuck, unrealizable=specs)
 
-    def _search_from(self, here: Floor) -> Pending:
+    def _search_from(self, here: Floor) -> PendingSearch:
         """The search that is under way, if it is of use from here; else one that begins here."""
         if not self.thinking.background:
-            return Pending(here, None, None, [here.poses])
+            return PendingSearch(here, None, None, [here.poses])
         robots = self.state.robots.values()
         each = tuple((r.active, r.assignment) for r in robots)
         team = here.stages, id(self.state.last_settled.found), repr(each)
@@ -428,15 +433,15 @@ class Traffic:
         counts = self.searches.counts(here)
         moment = here.poses, counts, team, self._all_wait
         free = () if self._all_wait else free_to_go_on(here, robots)
-        return Pending(here, moment, team, [here.poses], free)
+        return PendingSearch(here, moment, team, [here.poses], free)
 
-    def _search_again(self, occasion: Occasion) -> None:
+    def _search_again(self, occasion: PlanTrigger) -> None:
         """Search for a plan from here while all robots stand."""
         self.wanted = replace(occasion, gate=None)
         self._pending, self._all_wait = None, True
 
     def _changes_nothing(
-        self, floor: Floor, states: Sequence[Joint], counts: Sequence[Count]
+        self, floor: Floor, states: Sequence[JointState], counts: Sequence[Count]
     ) -> bool:
         """Whether a plan moves no robot, and lets none wait for a goal that it has yet to meet."""
         if len({state.poses for state in states}) > 1:
@@ -445,7 +450,7 @@ class Traffic:
         return all(self._has_met(floor, i, count) for i, due in dues for count in due.values())
 
     def _begin(
-        self, floor: Floor, states: Sequence[Joint], counts: Sequence[Count], reason: str
+        self, floor: Floor, states: Sequence[JointState], counts: Sequence[Count], reason: str
     ) -> None:
         states = shortened(self.searches.course(floor), states, self._fixed(floor))
         ends, states = states[-1].poses, self.search.approached(floor, states)
@@ -468,7 +473,7 @@ class Traffic:
         self,
         floor: Floor,
         poses: Sequence[tuple[int, ...]],
-        states: Sequence[Joint],
+        states: Sequence[JointState],
         counts: Sequence[Count],
         reason: str,
         under_way: Collection[int] = (),

@@ -10,31 +10,31 @@ from msgspec.structs import replace
 from safenav.runtime.coordination.snapshot import awaited_by, moved_on
 from safenav.runtime.duties.settlement import settle
 from safenav.runtime.formulas import formulas_of
-from safenav.runtime.resolution.problem import Floor, Problem, SpentError, Stages
+from safenav.runtime.resolution.problem import BudgetExhaustedError, Floor, Problem, Stages
 from safenav.runtime.stops import Stops
 from safenav.runtime.team import RobotState, Role, TeamState
-from safenav.runtime.traffic import remembering
+from safenav.runtime.traffic import formula_memory
+from safenav.runtime.traffic.background_search import BackgroundSearch
 from safenav.runtime.traffic.budgets import ROUNDS_AHEAD
-from safenav.runtime.traffic.joint import Count, Course, Effort, Joint
+from safenav.runtime.traffic.joint import Count, Course, Effort, JointState
 from safenav.runtime.traffic.joint_plan import Search
-from safenav.runtime.traffic.milestone import Aims
-from safenav.runtime.traffic.thinking import Thinking
+from safenav.runtime.traffic.milestone import Milestones
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import Ltl
 from safenav.synthesis.strategy import Strategy
 from safenav.world.moves import Pose
 from safenav.world.poses import FAR, Mask, region_mask
 
-_Graphs = dict[int, remembering.StateGraph]
+_Graphs = dict[int, formula_memory.StateGraph]
 
 
 class Searches:
     """The current start of a search for a joint plan, and such searches."""
 
-    def __init__(self, state: TeamState, stop: Thinking) -> None:
+    def __init__(self, state: TeamState, stop: BackgroundSearch) -> None:
         self._state = state
         self._stop = stop
-        self._aims: dict[str, Aims] = {}
+        self._aims: dict[str, Milestones] = {}
         self._remembering: dict[bool, tuple[Problem, _Graphs, Problem]] = {}
         self._hopeless: Problem | None = None
 
@@ -67,7 +67,7 @@ class Searches:
         """The problem with these graphs, the same as the last time if they are."""
         of, last, found = self._remembering.get(stays, (None, {}, problem))
         if of is not problem or last != graphs:
-            found = remembering.with_memory(problem, graphs)
+            found = formula_memory.with_memory(problem, graphs)
             self._remembering[stays] = problem, graphs, found
         return found
 
@@ -79,7 +79,7 @@ class Searches:
             if not isinstance(objective, Ltl) or not robot.active:
                 continue
             world = self._state.scenario.map
-            graph = remembering.state_graph(objective, world, mobility, stays=stays)
+            graph = formula_memory.state_graph(objective, world, mobility, stays=stays)
             state = graph.state(poses[index], robot.memory.values) if graph is not None else None
             if graph is not None and state is not None:
                 graphs[index], poses[index] = graph, state
@@ -100,7 +100,7 @@ class Searches:
             objective = robot.robot.objective
             if not isinstance(objective, Ltl) or not robot.active:
                 continue
-            known = isinstance(members[index].graph, remembering.StateGraph)
+            known = isinstance(members[index].graph, formula_memory.StateGraph)
             if known or not guarantees_of(objective).remember_something:
                 continue
             if robot.assignment.role is not Role.OWN or self._has_done_all(robot):
@@ -122,7 +122,7 @@ class Searches:
         aims = self._aims.get(robot.name)
         if aims is None or aims.strategy is not planner.strategy:
             inputs = [each.name for each in self._state.scenario.inputs]
-            aims = self._aims[robot.name] = Aims(planner.strategy, objective, inputs)
+            aims = self._aims[robot.name] = Milestones(planner.strategy, objective, inputs)
         return aims.aim(planner.node, robot.own.seen)
 
     def _has_done_all(self, robot: RobotState) -> bool:
@@ -189,11 +189,11 @@ class Searches:
                 found[index] = _lifted(floor, index, formulas.staying)
         return found
 
-    def charged(self, floor: Floor, course: Course, start: Joint) -> tuple[Course, Joint]:
+    def charged(self, floor: Floor, course: Course, start: JointState) -> tuple[Course, JointState]:
         """The same rules and start of a search that follows the charge of each robot which has the
         charge to continue alone."""
         batteries, charges = dict[int, Stops](), list[int]()
-        poses = remembering.plain_poses(floor.problem, start.poses)
+        poses = formula_memory.plain_poses(floor.problem, start.poses)
         for index, robot in enumerate(self._state.robots.values()):
             stops = self._state.stops(robot)
             if stops is None or robot.charge is None or not robot.active:
@@ -233,7 +233,9 @@ class Searches:
         done = max(robot.own.rounds for robot in self._state.robots.values())
         return min(self._state.scenario.until.rounds, done + ROUNDS_AHEAD)
 
-    def begun(self, floor: Floor, course: Course, poses: tuple[int, ...] | None = None) -> Joint:
+    def begun(
+        self, floor: Floor, course: Course, poses: tuple[int, ...] | None = None
+    ) -> JointState:
         """The joint state in which the team stands, or would stand in other poses."""
         counts = self.counts(floor, course.rounds)
         return course.begun(poses or floor.poses, counts, floor.stages)
@@ -258,7 +260,7 @@ class Searches:
         self,
         floor: Floor,
         course: Course,
-        start: Joint,
+        start: JointState,
         goals: Mapping[int, Mask | None] | None = None,
         *,
         work: Effort,
@@ -289,9 +291,9 @@ class Searches:
             return [self._wish(floor, name, cut_off) for name in floor.names]
         requests = floor.problem.open(stages)
         try:
-            plain = remembering.plain_poses(floor.problem, poses)
+            plain = formula_memory.plain_poses(floor.problem, poses)
             found = settle(self._state.last_settled.solver, plain, stages, requests, {})
-        except SpentError:
+        except BudgetExhaustedError:
             return [None] * len(poses)
         goals = {index: _lifted(floor, index, duty.goal) for index, duty in found.duties.items()}
         return [goals.get(index) for index in range(len(poses))]
@@ -300,4 +302,4 @@ class Searches:
 def _lifted(floor: Floor, index: int, poses: Mask) -> Mask:
     """Poses of a robot in the numbers of a floor."""
     graph = floor.problem.members[index].graph
-    return graph.lifted(poses) if isinstance(graph, remembering.StateGraph) else poses
+    return graph.lifted(poses) if isinstance(graph, formula_memory.StateGraph) else poses

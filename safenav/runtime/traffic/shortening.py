@@ -16,7 +16,7 @@ from msgspec import Struct
 from safenav.runtime.resolution.problem import KeepOut, Problem, Stages
 from safenav.runtime.traffic.budgets import SHORTENING_LAYERS, SHORTENING_ROUNDS
 from safenav.runtime.traffic.execution import Execution, Schedule, schedule
-from safenav.runtime.traffic.joint import Course, Joint, has_met
+from safenav.runtime.traffic.joint import Course, JointState, has_met
 from safenav.world.poses import FAR, Mask, PoseGraph, bits, region_mask
 
 Timed = Sequence[tuple[int, ...]]
@@ -52,7 +52,9 @@ class Separation(Struct, frozen=True):
         return found
 
 
-def shortened(course: Course, states: Sequence[Joint], fixed: Collection[int]) -> Sequence[Joint]:
+def shortened(
+    course: Course, states: Sequence[JointState], fixed: Collection[int]
+) -> Sequence[JointState]:
     """Return a plan of at most as many ticks and steps as ``states``: the same stages are reached,
     or, where these do not change, the same goals counted (rounds restart with a resolution).
     ``fixed``: the robots that must end in the same pose."""
@@ -271,7 +273,7 @@ _Cell = list[int]
 """The poses in which a robot may be, by how many of ``via`` it has passed."""
 
 
-def following(course: Course, states: Sequence[Joint], robot: int) -> list[Joint] | None:
+def following(course: Course, states: Sequence[JointState], robot: int) -> list[JointState] | None:
     """Return a plan of the same ticks in which a robot, once it has done its way, comes as near as
     possible to its next target; None if it comes no nearer, or the plan would be another.
 

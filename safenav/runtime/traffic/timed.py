@@ -15,7 +15,7 @@ from itertools import count as counting
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.runtime.resolution.problem import Floor, GateNeed, Problem, Stages
+from safenav.runtime.resolution.problem import Floor, OpenNeed, Problem, Stages
 from safenav.runtime.traffic.budgets import MOST_HELPERS, TIMED_STATES
 from safenav.world.poses import FAR, Mask
 
@@ -38,7 +38,7 @@ class Quickest(Struct, frozen=True, eq=False, dict=True):
     stopping: Callable[[], None] = lambda: None
 
     @cached_property
-    def _need(self) -> GateNeed:
+    def _need(self) -> OpenNeed:
         return self.problem.next_need(self.gate, self.stages)
 
     @cached_property

@@ -39,7 +39,7 @@ class Relocation(Struct, frozen=True):
         nodes = {name: robot.planner.node for name, robot in self.state.robots.items()}
         self.traffic.end(reason, nodes)
         for robot in () if settling else self._off_their_strategies():
-            yield events.Astray(robot.name, Reason.PLAN)
+            yield events.OutsideStrategy(robot.name, Reason.PLAN)
 
     def _off_their_strategies(self) -> list[RobotState]:
         """The robots that can decide something and are in no node of their strategy."""
@@ -74,7 +74,7 @@ class Relocation(Struct, frozen=True):
         if robot.planner.node is not None or not robot.active:
             return
         if not self.strategies.relocate(robot):
-            yield events.Astray(robot.name, Reason.PLAN)
+            yield events.OutsideStrategy(robot.name, Reason.PLAN)
 
     def go_on_from_elsewhere(self, robot: RobotState) -> Iterator[Event]:
         """Continue from the pose that the world reports if it is not the commanded one."""
@@ -95,9 +95,9 @@ class Relocation(Struct, frozen=True):
             f"{f' ({rules})' if rules else ''}, which has no strategy from here",
         )
         if broken:
-            yield events.Astray(robot.name, Reason.BLOCKED, end)
+            yield events.OutsideStrategy(robot.name, Reason.BLOCKED, end)
             return
         # A joint plan has left it where its formulas forbid it to stay: another one may help.
         end = Conclusion(Outcome.OPERATOR_NEEDED, f"{robot.name} has no strategy from here")
         helped = self.state.frees(robot.name)
-        yield events.Astray(robot.name, Reason.BLOCKED, None if helped else end)
+        yield events.OutsideStrategy(robot.name, Reason.BLOCKED, None if helped else end)

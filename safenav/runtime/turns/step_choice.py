@@ -68,7 +68,7 @@ class StepChoice(Struct, frozen=True):
             frozenset(side for side in sides if ahead >> side & 1),
             tuple(self.state.inputs.values()),
             self.traffic.holds(robot.name),
-            self.state.owed,
+            self.state.deferred,
         )
 
     def violation(self, robot: RobotState, pose: Pose) -> ForbiddenMove | None:
@@ -144,7 +144,7 @@ class StepChoice(Struct, frozen=True):
         if pose.region in taken or self.traffic.ahead(robot.name) >> pose.region & 1:
             return False
         graph = graph_of(robot.robot, self.state.scenario.map)
-        if not self.state.owed or not graph.one_way:
+        if not self.state.deferred or not graph.one_way:
             return True
         allowed = graph.everywhere & ~graph.poses_on(region_mask(taken))
         return graph.returns(graph.number(pose), graph.number(robot.pose), allowed)

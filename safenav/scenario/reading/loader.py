@@ -25,6 +25,7 @@ from safenav.scenario.reading.catalogue import (
     read_catalogue_file,
 )
 from safenav.scenario.reading.changes import CHANGES, read_changes
+from safenav.scenario.reading.deadlines import check_promises
 from safenav.scenario.reading.expectation import ExpectKeys, read_expectation
 from safenav.scenario.reading.inputs import INPUTS, read_inputs
 from safenav.scenario.reading.maps.keys import MapKeys
@@ -39,7 +40,6 @@ from safenav.scenario.reading.obstacles import (
     read_suspects,
 )
 from safenav.scenario.reading.partition import PARTITION, read_partition
-from safenav.scenario.reading.promises import check_promises
 from safenav.scenario.reading.regions import REGION, Reading
 from safenav.scenario.reading.requirements import REQUIREMENTS, read_requirements
 from safenav.scenario.reading.robots import ROBOTS, read_robots

@@ -67,7 +67,7 @@ def _serve(orders: IO[str], say: Any) -> None:
     while mission.result is None:
         rested = time.monotonic()
         line = orders.readline()
-        mission.rested(time.monotonic() - rested)
+        mission.exclude_idle_time(time.monotonic() - rested)
         if not line:
             break
         data = json.loads(line)

@@ -11,7 +11,7 @@ from typing import IO, Any
 
 from safenav.errors import SynthesizerError
 from safenav.lines import json_line
-from safenav.synthesis.process import Crew, Finished, kill_group
+from safenav.synthesis.process import Finished, ProcessGroup, kill_group
 
 _CHUNK = 1 << 16
 _MOST_LINE = 64 << 20
@@ -22,7 +22,9 @@ class Connection:
     """Lines to and from the process. ``seconds`` (wall) limit each reply; ``file``: an open one
     that the process shares; ``crew``: who can dismiss it, up to ``leave_crew``."""
 
-    def __init__(self, command: Sequence[str], seconds: float, crew: Crew, file: IO[bytes]) -> None:
+    def __init__(
+        self, command: Sequence[str], seconds: float, crew: ProcessGroup, file: IO[bytes]
+    ) -> None:
         self._program = command[0]
         self._seconds = seconds
         self._crew = crew

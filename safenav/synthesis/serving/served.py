@@ -24,7 +24,7 @@ from safenav.errors import SynthesizerError
 from safenav.outcome import Verdict
 from safenav.spec.specification import Owner, Specification
 from safenav.synthesis.binary import Binary, find_own_binary
-from safenav.synthesis.process import Crew
+from safenav.synthesis.process import ProcessGroup
 from safenav.synthesis.result import failure, verdict_of
 from safenav.synthesis.serving.connection import Connection
 from safenav.synthesis.strategy import Field, locate
@@ -182,7 +182,7 @@ def serve(
     seconds: float | None = 60.0,
     memory_mb: int | None = 2048,
     answer_seconds: float = 60.0,
-    crew: Crew | None = None,
+    crew: ProcessGroup | None = None,
 ) -> ServedStrategy | Verdict:
     """Solve, and keep the process for moves; any verdict but realizable is returned as such.
 
@@ -201,7 +201,7 @@ def serve(
         command += ["--timeout", f"{seconds:g}"]
     if memory_mb is not None:
         command += ["--memory", str(memory_mb)]
-    crew = crew or Crew()
+    crew = crew or ProcessGroup()
     begun = time.monotonic()
     # The program's standard input is for requests, so the specification is a file: one without
     # a name, of which nothing is left whatever becomes of us.

@@ -21,10 +21,10 @@ State = tuple[tuple[Pose, ...], tuple[Progress, ...], Stages]
 
 def can_complete(mission: Mission, begin: Situation, budget: int = 200_000) -> Answer:
     """Whether the team can complete the mission; ``budget``: states looked at."""
-    return Joint(mission, begin).search(budget)
+    return JointState(mission, begin).search(budget)
 
 
-class Joint:
+class JointState:
     """The states of a mission from some situation on."""
 
     def __init__(self, mission: Mission, begin: Situation) -> None:

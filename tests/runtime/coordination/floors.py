@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from safenav.runtime.resolution.problem import GateNeed, Member, OpenObstacle, Problem
+from safenav.runtime.resolution.problem import Member, OpenNeed, OpenObstacle, Problem
 from safenav.world.map import Heading, RegionMap
 from safenav.world.moves import Mobility, Pose
 from safenav.world.poses import PoseGraph, region_mask
@@ -70,7 +70,7 @@ class Floor:
             if blocked is None:
                 able = [set(bot.can.split()) >= actions for _, bot in listed]
                 blocked = [i for i, yes in enumerate(able) if not yes]
-            needs = tuple(GateNeed(a, n, region_mask(at), t) for a, n, at, t in block.needs)
+            needs = tuple(OpenNeed(a, n, region_mask(at), t) for a, n, at, t in block.needs)
             barred = (frozenset(blocked),) * len(needs)
             sweeps = region_mask(block.sweeps)
             gates.append(OpenObstacle(f"o{number}", block.region, barred, needs, sweeps=sweeps))

@@ -15,7 +15,7 @@ from certify.making import certified
 from runtime.coordination.floors import Bot, Floor
 from runtime.played import play
 from safenav.errors import InputError
-from safenav.runtime.resolution.problem import GateNeed, OpenObstacle, Problem
+from safenav.runtime.resolution.problem import OpenNeed, OpenObstacle, Problem
 from safenav.runtime.resolution.proofs import TeamClosure, closure_of, refute
 from safenav.runtime.resolution.solve import PoseSets, Solver
 from safenav.scenario.reading.loader import load_scenario_text
@@ -50,7 +50,7 @@ def floor(seed: int) -> Floor:
     for number in range(random.choice((1, 2, 2))):
         robots = random.choice((1, 1, 2))
         needs = tuple(
-            GateNeed(
+            OpenNeed(
                 random.choice("ab"),
                 robots,
                 region_mask(random.sample(free, min(2, len(free)))),

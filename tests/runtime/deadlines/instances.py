@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from random import Random
 
 from safenav.runtime.deadlines.bound import BoundMoment, BoundObstacle, BoundRobot
-from safenav.runtime.resolution.problem import GateNeed, OpenObstacle, Stage
+from safenav.runtime.resolution.problem import OpenNeed, OpenObstacle, Stage
 from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility
 from safenav.world.poses import PoseGraph, bits, region_mask
@@ -105,13 +105,13 @@ def _obstacle(
     random: Random, world: RegionMap, walkers: list[BoundRobot], used: set[int]
 ) -> BoundObstacle:
     free, count = sorted(world.free), len(walkers)
-    parts: list[GateNeed] = []
+    parts: list[OpenNeed] = []
     for k in range(random.choice((1, 1, 2))):
         same = k > 0 and random.random() < 0.3
         robots = parts[-1].robots if same else random.choice((1, 1, 2))
         where = region_mask(random.sample(free, random.choice((1, 2, 2))))
         together = robots > 1 and random.random() < 0.5
-        parts.append(GateNeed(random.choice("ab"), robots, where, together, same))
+        parts.append(OpenNeed(random.choice("ab"), robots, where, together, same))
     skills = OpenObstacle("", 0, (), tuple(parts)).skills
     stage = random.choice((0, 0, 0, len(parts) - 1))
     able = [
@@ -211,7 +211,7 @@ def _corridor(
                 number,
                 (frozenset[int](),) * len(parts),
                 tuple(
-                    GateNeed(a, robots, region_mask(at), *how) for a, at, (robots, *how) in parts
+                    OpenNeed(a, robots, region_mask(at), *how) for a, at, (robots, *how) in parts
                 ),
             )
         )

@@ -10,7 +10,7 @@ from runtime.deadlines.every_behaviour import every_behaviour
 from runtime.deadlines.instances import FUZZ
 from runtime.played import Run, play
 from safenav.runtime.deadlines.bound import BoundMoment, BoundObstacle, BoundRobot
-from safenav.runtime.resolution.problem import GateNeed, OpenObstacle
+from safenav.runtime.resolution.problem import OpenNeed, OpenObstacle
 from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility
 from safenav.world.poses import PoseGraph, region_mask
@@ -96,7 +96,7 @@ class Floor:
         needs = [("fetch", self.parcel, frozenset[int]())]
         needs += [("push", at, frozenset({0})) for at in self.suspects]
         opens = tuple(
-            BoundObstacle(OpenObstacle("", at, (stops,), (GateNeed(action, 1, region_mask([at])),)))
+            BoundObstacle(OpenObstacle("", at, (stops,), (OpenNeed(action, 1, region_mask([at])),)))
             for action, at, stops in needs
         )
         foes = (frozenset({1}), frozenset({0}))

@@ -8,7 +8,7 @@ import pytest
 from msgspec.structs import replace
 
 from runtime.played import Run, play
-from safenav.runtime.deadlines.within import Walk, best_places, least_within, next_places
+from safenav.runtime.deadlines.round_deadlines import Walk, best_places, least_within, next_places
 from safenav.world.map import Heading, RegionMap
 from safenav.world.moves import Mobility, Pose
 from safenav.world.poses import PoseGraph, region_mask

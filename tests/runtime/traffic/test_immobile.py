@@ -3,7 +3,7 @@
 import random
 
 from runtime.coordination.floors import Bot, Floor
-from safenav.runtime.traffic.immobile import Stuck
+from safenav.runtime.traffic.immobile import ImmobileRobots
 from safenav.runtime.traffic.joint import Course, Exhausted
 from safenav.runtime.traffic.joint_plan import Search
 
@@ -12,7 +12,7 @@ def test_who_stands_where_another_wants_to_be_and_cannot_move_stops_it() -> None
     bots = {"a": Bot("6w", [6]), "b": Bot("11w", [11]), "c": Bot("8", [6])}
     floor = Floor(["#####", "#...#", "#...#", "#####"], bots)
     course = Course(floor.problem, 1)
-    stuck, start = Stuck(course), course.begun(floor.poses, floor.counts, ())
+    stuck, start = ImmobileRobots(course), course.begun(floor.poses, floor.counts, ())
     assert (stuck.robots(floor.poses), stuck.cannot_complete(start)) == ({0, 1}, {0, 1, 2})
 
 
@@ -35,7 +35,7 @@ def test_what_is_called_hopeless_has_no_plan() -> None:
         floor = Floor(grid, bots)
         course = Course(floor.problem, 1)
         start = course.begun(floor.poses, floor.counts, ())
-        if Stuck(course).cannot_complete(start):
+        if ImmobileRobots(course).cannot_complete(start):
             judged += 1
             nobody = [None] * len(bots)
             search = Search(course, lambda *_, n=nobody: n, start, course.completed)

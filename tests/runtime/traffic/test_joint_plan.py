@@ -17,13 +17,13 @@ from safenav.runtime.traffic.execution import (
     schedule,
 )
 from safenav.runtime.traffic.joint import (
+    BudgetExhausted,
     Count,
     Course,
     Effort,
     Exhausted,
     Found,
-    Joint,
-    Spent,
+    JointState,
     has_met,
 )
 from safenav.runtime.traffic.joint_plan import Search, Variant
@@ -33,7 +33,9 @@ TUBE = ["######", "#....#", "######"]
 RING = ["#####", "#...#", "#.#.#", "#...#", "#####"]
 
 
-def search(floor: Floor, rounds: int = 1, goal: Callable[[Joint], bool] | None = None) -> Search:
+def search(
+    floor: Floor, rounds: int = 1, goal: Callable[[JointState], bool] | None = None
+) -> Search:
     course = Course(floor.problem, rounds)
     start = course.begun(floor.poses, floor.counts, floor.problem.nothing_done)
 
@@ -199,10 +201,10 @@ def test_headings_make_plans_for_the_next_goal_insufficient() -> None:
 
 def test_a_spent_budget_proves_nothing() -> None:
     floor = Floor(RING, {"a": Bot("6", [18, 6]), "b": Bot("18", [6, 18]), "c": Bot("8", [16])})
-    assert isinstance(search(floor, rounds=3).singles(5), Spent)
+    assert isinstance(search(floor, rounds=3).singles(5), BudgetExhausted)
 
 
-def never(_: Joint) -> bool:
+def never(_: JointState) -> bool:
     return False
 
 
@@ -213,7 +215,7 @@ def test_no_search_does_more_work_than_is_left(left: int) -> None:
     floor = Floor(RING, {f"r{k}": Bot(at, [12 + k]) for k, at in enumerate(starts)})
     asked = search(floor, goal=never)
     asked.work = Effort(left)
-    assert isinstance(asked.run(), Spent)
+    assert isinstance(asked.run(), BudgetExhausted)
     assert -5 * len(floor.poses) ** 2 <= asked.work.left <= 0
 
 
@@ -304,7 +306,7 @@ def test_variants_agree_with_the_exhaustive_search(seed: int) -> None:
     }
     floor = Floor(grid, bots)
     truth = search(floor).singles(200_000)
-    assert not isinstance(truth, Spent)
+    assert not isinstance(truth, BudgetExhausted)
     answer = search(floor).run()
     assert type(answer) is type(truth)
     if isinstance(answer, Found):

@@ -8,7 +8,7 @@ import pytest
 from runtime.coordination.floors import Bot, Floor
 from runtime.traffic.test_joint_plan import SWAP, TUBE, play, search
 from safenav.runtime.traffic.continuation_plans import rejoined
-from safenav.runtime.traffic.joint import Found, Joint
+from safenav.runtime.traffic.joint import Found, JointState
 from safenav.runtime.traffic.joint_plan import Search
 
 ROOM = ["######", "#....#", "#....#", "######"]
@@ -18,7 +18,7 @@ TEAMS = {
 }
 
 
-def strayed(found: Search, plan: Found, rng: random.Random) -> Joint:
+def strayed(found: Search, plan: Found, rng: random.Random) -> JointState:
     """The team after a while on the plan and some steps of its own."""
     course, state = found.course, plan.states[rng.randrange(len(plan.states) - 1)]
     for _ in range(rng.randint(1, 6)):

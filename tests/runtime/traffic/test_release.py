@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from runtime.coordination.floors import Bot, Floor
 from runtime.traffic.test_joint_plan import search
 from safenav.runtime.traffic.execution import Execution, Schedule, schedule, still_needed
-from safenav.runtime.traffic.joint import Course, Found, Joint
+from safenav.runtime.traffic.joint import Course, Found, JointState
 
 DEAD_END = ["#######", "#.....#", "#..####", "#######"]
 FLOORS = int(os.environ.get("SAFENAV_FUZZ", "8"))
@@ -31,9 +31,9 @@ def small_floor(seed: int) -> Floor:
     return Floor(grid, bots)
 
 
-def completable(course: Course, start: Joint) -> set[Joint]:
+def completable(course: Course, start: JointState) -> set[JointState]:
     """The states among all that ``start`` leads to from which the mission can be completed."""
-    before: dict[Joint, list[Joint]] = {start: []}
+    before: dict[JointState, list[JointState]] = {start: []}
     queue = deque(before)
     while queue:
         state = queue.popleft()
@@ -54,8 +54,8 @@ def completable(course: Course, start: Joint) -> set[Joint]:
 
 
 def released(
-    course: Course, first: Joint, plan: Schedule, *, returning: bool = True
-) -> Iterator[tuple[Joint, tuple[int, ...]]]:
+    course: Course, first: JointState, plan: Schedule, *, returning: bool = True
+) -> Iterator[tuple[JointState, tuple[int, ...]]]:
     """Every state of a team whose robots follow a plan in any order and leave it when they have
     done their way, with their steps taken. ``returning``: only by moves that they can undo."""
     problem = course.problem
@@ -88,7 +88,7 @@ def released(
         assert run.finished or any(run.next(robot) is not None for robot in range(len(taken)))
 
 
-def beginnings(floor: Floor) -> Iterator[tuple[Course, Joint, Schedule]]:
+def beginnings(floor: Floor) -> Iterator[tuple[Course, JointState, Schedule]]:
     """Plans for the whole mission, each cut where a robot has had its target once."""
     found = search(floor)
     plan = found.run()
@@ -105,7 +105,7 @@ def beginnings(floor: Floor) -> Iterator[tuple[Course, Joint, Schedule]]:
 def test_robots_that_leave_a_plan_never_make_the_mission_impossible() -> None:
     left = 0
     for seed in range(FLOORS):
-        alive: set[Joint] = set()
+        alive: set[JointState] = set()
         for course, first, plan in beginnings(small_floor(seed)):
             alive = alive or completable(course, first)
             states = set(released(course, first, plan))

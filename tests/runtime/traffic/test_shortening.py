@@ -10,7 +10,7 @@ from runtime import played
 from runtime.coordination.floors import Block, Bot, Floor
 from runtime.traffic.test_joint_plan import SWAP, play, search
 from safenav.runtime.traffic.execution import schedule
-from safenav.runtime.traffic.joint import Course, Found, Joint
+from safenav.runtime.traffic.joint import Course, Found, JointState
 from safenav.runtime.traffic.shortening import shortened
 from safenav.world.poses import FAR, region_mask
 
@@ -26,7 +26,7 @@ ROOMS = [
 ]
 
 
-def ticks(floor: Floor, states: list[Joint]) -> int:
+def ticks(floor: Floor, states: list[JointState]) -> int:
     """Ticks of a plan, by its order between the robots alone."""
     sizes = [member.graph.size for member in floor.problem.members]
     apart = floor.problem.exclusions(states[0].stages)
@@ -46,11 +46,11 @@ def ticks(floor: Floor, states: list[Joint]) -> int:
     return max(ends.values())
 
 
-def steps(states: list[Joint]) -> int:
+def steps(states: list[JointState]) -> int:
     return sum(a != b for x, y in pairwise(states) for a, b in zip(x.poses, y.poses, strict=True))
 
 
-def counted(states: list[Joint], robot: int) -> list[int]:
+def counted(states: list[JointState], robot: int) -> list[int]:
     """The poses in which a plan counts the goals of a robot, in order."""
     return [b.poses[robot] for a, b in pairwise(states) if a.counts[robot] != b.counts[robot]]
 

@@ -12,8 +12,8 @@ from runtime.played import Run, loaded
 from safenav.outcome import Outcome
 from safenav.runtime.mission import Mission
 from safenav.runtime.termination import RunEnded, Stop
+from safenav.runtime.traffic.background_search import BackgroundSearch, Unknown
 from safenav.runtime.traffic.plan_search import PlanSearch
-from safenav.runtime.traffic.thinking import Thinking, Unknown
 from safenav.runtime.worlds.protocol import Acted, Arrived, WorldEvent
 from safenav.scenario.model import Obstacle, Robot
 from safenav.scenario.reading.loader import load_scenario
@@ -183,7 +183,7 @@ def test_robots_off_their_strategies_get_those_that_come_later(
     assert asked and not trace.findings
 
 
-def asked(thinking: Thinking, moment: object, search: Callable[[], object]) -> object:
+def asked(thinking: BackgroundSearch, moment: object, search: Callable[[], object]) -> object:
     """The answer, asked for until it is there."""
     for _ in range(30_000):
         try:
@@ -194,7 +194,7 @@ def asked(thinking: Thinking, moment: object, search: Callable[[], object]) -> o
 
 
 def test_an_answer_is_for_its_moment() -> None:
-    thinking, going = Thinking(Stop()), threading.Event()
+    thinking, going = BackgroundSearch(Stop()), threading.Event()
     thinking.background = True
 
     def endless() -> str:
@@ -212,7 +212,7 @@ def test_an_answer_is_for_its_moment() -> None:
 
 
 def test_what_a_search_raises_is_raised() -> None:
-    thinking = Thinking(Stop(asked="enough"))
+    thinking = BackgroundSearch(Stop(asked="enough"))
     thinking.background = True
     with pytest.raises(RunEnded):
         asked(thinking, 1, thinking.check)
@@ -220,4 +220,4 @@ def test_what_a_search_raises_is_raised() -> None:
 
 
 def test_without_a_thread_an_answer_is_there_at_once() -> None:
-    assert Thinking(Stop()).ask(1, threading.get_ident) == threading.get_ident()
+    assert BackgroundSearch(Stop()).ask(1, threading.get_ident) == threading.get_ident()

@@ -12,8 +12,8 @@ from runtime.played import play
 from safenav.runtime.deadlines.bound import BoundMoment, BoundObstacle, BoundRobot
 from safenav.runtime.resolution.problem import (
     Floor,
-    GateNeed,
     Member,
+    OpenNeed,
     OpenObstacle,
     Problem,
     Stage,
@@ -47,7 +47,7 @@ def crowd(seed: int) -> tuple[Problem, tuple[int, ...]]:
         members.append(Member(f"r{k}", graph, graph.everywhere, (), True, False, skills, ticks))
     robots = min(random.choice((1, 1, 2)), sum(bool(m.capabilities) for m in members))
     regions = region_mask(random.sample(free, min(3, len(free))))
-    need = GateNeed("lift", robots, regions, together=robots > 1 and random.random() < 0.7)
+    need = OpenNeed("lift", robots, regions, together=robots > 1 and random.random() < 0.7)
     everybody = frozenset(range(count))
     gate = OpenObstacle("o@0", at[-1], (everybody,), (need,))
     apart = tuple(everybody - {i} for i in range(count))
@@ -121,7 +121,7 @@ def test_no_plan_enters_a_door_that_sweeps_where_another_is(
     graph = PoseGraph(RegionMap.from_grid(["######", "#....#", "######"]), Mobility.FREE)
     other = Member("a", graph, graph.everywhere, (), True, False, frozenset())
     helper = Member("b", graph, graph.everywhere, (), True, False, frozenset({"push"}))
-    need, closed = GateNeed("push", 1, 1 << 9), (frozenset({1}),)
+    need, closed = OpenNeed("push", 1, 1 << 9), (frozenset({1}),)
     door = OpenObstacle("door@9", 9, closed, (need,), sweeps=region_mask(sweeps))
     problem = Problem((helper, other), (door,), (frozenset({1}), frozenset({0})))
     found = Quickest(problem, (Stage(),), (10, 8), 0).plan()

@@ -1,4 +1,4 @@
-"""The ladder of specifications to synthesize for a robot, the strongest form first.
+"""The specifications to try for a robot, the strongest form first.
 
 The forms of its objective (``spec.forms``), and for each the weakest sufficient assumption about
 other robots.
@@ -11,16 +11,22 @@ from collections.abc import Iterator
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.runtime.deadlines.within import Walk, best_places, keep, least_within, next_places
+from safenav.runtime.deadlines.round_deadlines import (
+    Walk,
+    best_places,
+    keep,
+    least_within,
+    next_places,
+)
 from safenav.runtime.formulas import graph_of, permitted
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
 from safenav.scenario.model import Tracking
 from safenav.scenario.objective import Ltl, Objective, avoided, targets_of
 from safenav.scenario.settings import Coordination
-from safenav.spec.forms import Rung, forms
+from safenav.spec.forms import ObjectiveForm, forms
 from safenav.spec.objective import Memory
 from safenav.spec.other_robots.knowledge import Knowledge
-from safenav.spec.task import LADDERS, Fairness, Observed, Task
+from safenav.spec.task import FAIRNESS_ORDER, Fairness, Observed, Task
 from safenav.world.moves import Pose
 from safenav.world.partition import Partition
 from safenav.world.poses import bits, region_mask
@@ -40,10 +46,10 @@ class TaskDraft(Struct, frozen=True):
     places: frozenset[Pose] = frozenset()
 
 
-Candidate = tuple[Rung, Task]
+Candidate = tuple[ObjectiveForm, Task]
 
 
-class Ladder(Struct, frozen=True):
+class TaskCandidates(Struct, frozen=True):
     """The specifications to try for a robot's ``objective``: its strongest form and the weakest
     assumption first."""
 
@@ -51,8 +57,8 @@ class Ladder(Struct, frozen=True):
     candidates: tuple[Candidate, ...]
 
 
-def ladder(team: TeamState, name: str, draft: TaskDraft) -> Ladder:
-    """The ladder of a robot, from what the team knows now."""
+def task_candidates(team: TeamState, name: str, draft: TaskDraft) -> TaskCandidates:
+    """Return the candidates of a robot for the team's present knowledge."""
     state = team.robots[name]
     candidates = tuple(
         (rung, replace(task, fairness=fairness, goal_places=places))
@@ -62,10 +68,12 @@ def ladder(team: TeamState, name: str, draft: TaskDraft) -> Ladder:
         if places is not None
         for fairness in rungs(task)
     )
-    return Ladder(draft.objective, candidates)
+    return TaskCandidates(draft.objective, candidates)
 
 
-def _forms(team: TeamState, robot: RobotState, draft: TaskDraft) -> Iterator[tuple[Rung, Memory]]:
+def _forms(
+    team: TeamState, robot: RobotState, draft: TaskDraft
+) -> Iterator[tuple[ObjectiveForm, Memory]]:
     assigned = team.scenario.coordination is Coordination.ASSIGNABLE
     strict = draft.objective.strict
     own = draft.assignment.role is Role.OWN or assigned
@@ -224,4 +232,4 @@ def rungs(task: Task) -> tuple[Fairness, ...]:
         settled = len(targets) == 1 and (objective.settles or objective.in_turn)
         if task.assignable or not (settled and task.pose.region in targets[0]):
             return (Fairness.OUT_OF_MY_WAY,)
-    return LADDERS[task.tracking]
+    return FAIRNESS_ORDER[task.tracking]

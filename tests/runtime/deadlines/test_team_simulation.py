@@ -11,7 +11,7 @@ from runtime.deadlines.timed import timed_scenario
 from runtime.played import play
 from safenav.cli.check import command
 from safenav.errors import InputError
-from safenav.runtime.analysis.ahead import run_ahead
+from safenav.runtime.analysis.team_simulation import simulate_team
 from safenav.runtime.mission import Mission, default_synthesizer
 from safenav.scenario.model import Timing
 from safenav.scenario.reading.loader import load_scenario_text
@@ -40,7 +40,7 @@ def test_what_repeats_goes_on_repeating(seed: int) -> None:
             for robot in scenario.robots
         ),
     )
-    found = run_ahead(still, default_synthesizer(still))
+    found = simulate_team(still, default_synthesizer(still))
     if found is None or found.repeats is None:
         return
     first, again = found.repeats
@@ -77,14 +77,14 @@ until: {rounds: 3, by: 60}
 
 def test_variable_steps_on_a_shared_floor_are_no_promise() -> None:
     scenario = load_scenario_text(SHARED)
-    found = run_ahead(scenario, default_synthesizer(scenario))
+    found = simulate_team(scenario, default_synthesizer(scenario))
     assert found is not None
     assert "a step of a takes 1 to 2 ticks, and it shares its floor" in found.why
 
 
 def test_alone_the_slowest_steps_are_the_worst_case(tmp_path: Path) -> None:
     scenario = load_scenario_text(SHARED.replace("  b:", "  # b:"))
-    found = run_ahead(scenario, default_synthesizer(scenario))
+    found = simulate_team(scenario, default_synthesizer(scenario))
     assert found is not None
     assert found.slowest
     assert found.completed is not None

@@ -37,7 +37,7 @@ MakeMission = Callable[[Scenario, list[Listener]], Mission]
 """Makes the mission of a scenario with these listeners."""
 
 
-class Performance:
+class RunSession:
     """A mission and those that continue it where a robot joins, each with a trace of its own.
 
     ``trace``: file of the first one; None: no trace, or with a name ``temporary`` one that lasts
@@ -188,7 +188,7 @@ def _interrupt(mission: Mission, number: int) -> None:
     if mission.stopping:
         raise KeyboardInterrupt
     if number == signal.SIGALRM:
-        mission.look_at_the_clock()
+        mission.check_time_limit()
         return
     mission.stop()
     signal.setitimer(signal.ITIMER_REAL, PATIENCE)

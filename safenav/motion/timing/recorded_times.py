@@ -39,7 +39,7 @@ SLACK = 1e-6
 """Seconds that are rounding."""
 
 
-def carried_out(
+def motion_at_recorded_times(
     trace: Trace, floor: MetricFloor, movers: Mapping[str, Mover]
 ) -> tuple[tuple[Line, ...], MotionOutcome]:
     """The lines of a trace that these movers carry out, whose time is 0. Raises InputError for what
@@ -153,12 +153,16 @@ class _Run:
 
     def _acted(self, act: records.Act, acted: records.ActionEnd) -> None:
         begin, end = _time(act), _time(acted)
-        deeds = self._actions.get(acted.command, [])
+        timed_actions = self._actions.get(acted.command, [])
         idle = self._movers.keys() - self._ledger.departs.keys()
-        unasked = sorted(idle & {name for deed in deeds for name in deed.robots})
+        unasked = sorted(idle & {name for deed in timed_actions for name in deed.robots})
         team = {name: self._movers[name] for name in (*act.robots, *unasked)}
         for name, mover in team.items():
-            stays = bool(deeds) and deeds[0].region == mover.region and begin < mover.time + SLACK
+            stays = (
+                bool(timed_actions)
+                and timed_actions[0].region == mover.region
+                and begin < mover.time + SLACK
+            )
             self._rest(mover, acted.tick, begin, stays=stays)
             self._lines += mover.halt(acted.tick)
             if mover.time > end + SLACK:
@@ -166,14 +170,14 @@ class _Run:
                 raise self._refused(acted, late)
         lasting = max(mover.values.get(ACTION_SECONDS, 2.0) for mover in team.values())
         ahead = {name: copy(mover) for name, mover in team.items()}
-        _, natural = _done(ahead, deeds, acted.tick, lasting, 0.0, end)
-        if deeds and natural > end:
-            lasting = max(0.0, lasting - (natural - end) / len(deeds))
+        _, natural = _done(ahead, timed_actions, acted.tick, lasting, 0.0, end)
+        if timed_actions and natural > end:
+            lasting = max(0.0, lasting - (natural - end) / len(timed_actions))
         pause = max(0.0, end - natural)
-        lines, _ = _done(team, deeds, acted.tick, lasting, pause, end)
+        lines, _ = _done(team, timed_actions, acted.tick, lasting, pause, end)
         self._lines += lines
         for name, mover in team.items():
-            if any(name in deed.robots and deed.region == mover.region for deed in deeds):
+            if any(name in deed.robots and deed.region == mover.region for deed in timed_actions):
                 self._due.add(name)
             if mover.time < end:
                 self._lines += mover.rest(acted.tick, end)
@@ -222,7 +226,7 @@ def _time(record: records.Record) -> float:
     return record.t or 0.0
 
 
-class Deed(Struct, frozen=True):
+class TimedAction(Struct, frozen=True):
     """An act of robots on an obstacle in ``region``; ``takes``: they carry it from then on."""
 
     obstacle: str
@@ -232,10 +236,10 @@ class Deed(Struct, frozen=True):
     takes: bool
 
 
-def actions_of(trace: Trace) -> tuple[dict[int, list[Deed]], set[tuple[str, int]]]:
+def actions_of(trace: Trace) -> tuple[dict[int, list[TimedAction]], set[tuple[str, int]]]:
     """By the command of each action: its actions, those that take a load last; robots and
     commands of the steps that end before such an obstacle in the region that they enter."""
-    found: dict[int, list[Deed]] = {}
+    found: dict[int, list[TimedAction]] = {}
     short: set[tuple[str, int]] = set()
     ended: dict[tuple[str, int], records.Act] = {}
     acts: dict[int, records.Act] = {}
@@ -264,17 +268,17 @@ def actions_of(trace: Trace) -> tuple[dict[int, list[Deed]], set[tuple[str, int]
                 at = {name: robot.start for name, robot in trace.header.scenario.robots.items()}
                 at |= {name: region for name, (region, _) in entered.items()}
                 team = frozenset(team_of(trace, record, needs[need], at))
-                found.setdefault(by.command, []).append(Deed(*place, team, takes))
+                found.setdefault(by.command, []).append(TimedAction(*place, team, takes))
                 steps = ((name, *entered.get(name, (-1, 0))) for name in team)
                 short |= {(name, step) for name, at, step in steps if at == obstacle.region}
-    for deeds in found.values():
-        deeds.sort(key=lambda deed: (deed.takes, deed.obstacle))
+    for timed_actions in found.values():
+        timed_actions.sort(key=lambda deed: (deed.takes, deed.obstacle))
     return found, short
 
 
 def _done(
     team: Mapping[str, Mover],
-    deeds: Sequence[Deed],
+    timed_actions: Sequence[TimedAction],
     tick: int,
     lasting: float,
     pause: float,
@@ -284,10 +288,10 @@ def _done(
     ``lasting`` seconds, the last until ``end`` but for rounding; and when they have done it."""
     lines: list[Line] = []
     over = max((mover.time for mover in team.values()), default=0.0)
-    for number, deed in enumerate(deeds):
+    for number, deed in enumerate(timed_actions):
         group = [mover for name, mover in team.items() if name in deed.robots]
         for mover in group:
-            if number and deeds[number - 1].region == mover.region != deed.region:
+            if number and timed_actions[number - 1].region == mover.region != deed.region:
                 lines += mover.resume(tick)
             lines += mover.face(tick, deed.region)
         start = max([over, *(mover.time for mover in group)]) + (0.0 if number else pause)

@@ -21,7 +21,7 @@ from safenav.runtime.traffic.searches import Searches
 from safenav.world.poses import FAR
 
 
-class Occasion(Struct, frozen=True):
+class PlanTrigger(Struct, frozen=True):
     """Why a joint plan is wanted, and the robot for which it is made. ``gate``: the obstacle that
     is due, by its number; None: nothing is."""
 
@@ -30,7 +30,7 @@ class Occasion(Struct, frozen=True):
     gate: int | None = None
 
 
-class Occasions:
+class PlanTriggers:
     """Finds occasions in the state of a team. ``rivals``: whether each robot shares its floor;
     ``watch``: how long each has got no nearer to its target."""
 
@@ -45,17 +45,17 @@ class Occasions:
         sharing = (robot for robot in state.scenario.robots if rivals[robot.name])
         slowest = max((robot.model.timing.most for robot in sharing), default=1)
         begun = state.scenario.begun
-        self.watch = Watch(slowest, None if begun is None else begun.waited)
+        self.watch = StarvationMonitor(slowest, None if begun is None else begun.waited)
         self.tried: Counter[Hashable] = Counter()
         self._searches = searches
         self._rivals = rivals
         self._clock = clock
 
-    def next(self) -> Occasion | None:
+    def next(self) -> PlanTrigger | None:
         """The most urgent occasion after a tick."""
         return self._due() or self._clearing() or self._starving()
 
-    def stuck(self, *, all_still: bool) -> Occasion | None:
+    def stuck(self, *, all_still: bool) -> PlanTrigger | None:
         """Live: robots wait only for robots that wait. ``all_still``: no robot has a command."""
         robots = self.state.robots
         waits = {}
@@ -85,7 +85,7 @@ class Occasions:
                 1 if not all_still or not all(key[2]) else 4 * budgets.MOST_FAILURES
             ):
                 return None
-            return Occasion(f"{name} makes no progress towards its target", name)
+            return PlanTrigger(f"{name} makes no progress towards its target", name)
         return None
 
     def frees(self, name: str) -> bool:
@@ -98,7 +98,7 @@ class Occasions:
         self.tried[key] += 1
         return self.tried[key] <= 4 * budgets.MOST_FAILURES
 
-    def _due(self) -> Occasion | None:
+    def _due(self) -> PlanTrigger | None:
         """With the requests as they were settled last something is due, and who acts for it next
         shares a floor. None if not, or a plan was wanted for that."""
         settled = self.state.last_settled
@@ -109,9 +109,9 @@ class Occasions:
         if step is None or not any(self._rivals[settled.floor.names[i]] for i in step.group):
             return None
         first = settled.floor.names[step.group[0]]
-        return Occasion(f"{settled.floor.gates[step.gate]} is due", first, step.gate)
+        return PlanTrigger(f"{settled.floor.gates[step.gate]} is due", first, step.gate)
 
-    def _clearing(self) -> Occasion | None:
+    def _clearing(self) -> PlanTrigger | None:
         """With the requests as they were settled last a robot that waits for help stands in the
         helper's way. None if none does, or a plan was wanted for that."""
         settled = self.state.last_settled
@@ -125,10 +125,10 @@ class Occasions:
                 continue
             if in_the_way(floor, duties, index, robot.next_pose.region):
                 helper = floor.names[helpers[0]]
-                return Occasion(f"{name} stands in the way of {helper}", helper)
+                return PlanTrigger(f"{name} stands in the way of {helper}", helper)
         return None
 
-    def _starving(self) -> Occasion | None:
+    def _starving(self) -> PlanTrigger | None:
         """Return the first robot that makes no progress towards its assigned target; None if there
         is none."""
         floor = self._searches.aimed(self._searches.floor())
@@ -140,7 +140,7 @@ class Occasions:
             distance = self._distance(floor, name)
             told = (robot.assignment.objective, goal, floor.stages)
             if self.watch.look(name, told, distance, self._clock()) and found is None:
-                found = Occasion(f"{name} makes no progress towards its target", name)
+                found = PlanTrigger(f"{name} makes no progress towards its target", name)
         return found
 
     def _distance(self, floor: Floor, name: str) -> int:
@@ -171,7 +171,7 @@ class _Wait(Struct):
     since: float
 
 
-class Watch:
+class StarvationMonitor:
     """Counts ticks without progress. ``slowest``: ticks of the team's slowest step; ``waited``:
     those for which robots had waited before the run."""
 

@@ -20,8 +20,8 @@ from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import RobotState
 from safenav.runtime.termination import Stop
 from safenav.runtime.traffic import budgets
-from safenav.runtime.traffic.joint import Count, Course, Joint
-from safenav.runtime.traffic.remembering import remembering
+from safenav.runtime.traffic.formula_memory import remembering
+from safenav.runtime.traffic.joint import Count, Course, JointState
 from safenav.scenario.objective import formulas_in
 
 Answer = TypeVar("Answer")
@@ -31,7 +31,7 @@ class Unknown(Exception):  # noqa: N818 - it is not an error
     """The answer is not there yet: ask again."""
 
 
-class Thinking:
+class BackgroundSearch:
     """One search at a time. ``background``: whether in a thread; asking for an answer that is not
     there raises Unknown."""
 
@@ -91,7 +91,7 @@ class Thinking:
         return search()
 
 
-class Pending(Struct):
+class PendingSearch(Struct):
     """A search that is not over. ``floor``: where it begins; ``moment``: all that it depends on;
     ``team``: that part of it which no step changes; ``poses``: the joint poses since then, one step
     of one robot after the other; ``free``: the robots that may take such steps."""
@@ -121,8 +121,8 @@ class Pending(Struct):
             self.poses.append(poses)
 
     def from_here(
-        self, course: Course, counts: Sequence[Count], states: Sequence[Joint]
-    ) -> list[Joint] | None:
+        self, course: Course, counts: Sequence[Count], states: Sequence[JointState]
+    ) -> list[JointState] | None:
         """A plan that was found, from where the robots are now; None if it leads elsewhere by now.
         ``counts``: the goals that each has met by now."""
         if not self.moved:

@@ -31,7 +31,7 @@ TICKS, SECONDS = 2_000, 1.0
 """At most so many ticks, and seconds of computation."""
 
 
-class Ahead(Struct, frozen=True):
+class TeamSimulation(Struct, frozen=True):
     """A run with orders, without hidden obstacles. ``late``: the first tick in which each broken
     promise was late (robots, ``mission``); ``completed``: the tick of completion, None if it was
     not reached; ``repeats``: two ticks with the same state; ``slowest``: steps vary, and took their
@@ -44,7 +44,7 @@ class Ahead(Struct, frozen=True):
     why: str = ""
 
 
-def run_ahead(scenario: Scenario, synthesizer: Synthesizer) -> Ahead | None:
+def simulate_team(scenario: Scenario, synthesizer: Synthesizer) -> TeamSimulation | None:
     """The team run ahead; None without a promise about rounds or the whole mission."""
     if scenario.until.by is None and all(robot.within is None for robot in scenario.robots):
         return None
@@ -53,9 +53,11 @@ def run_ahead(scenario: Scenario, synthesizer: Synthesizer) -> Ahead | None:
         if any(scenario.interfere(robot, o) for o in scenario.robots if o is not robot):
             timing = robot.model.timing
             told = f"a step of {robot.name} takes {timing.least} to {timing.most} ticks"
-            return Ahead({}, why=f"{told}, and it shares its floor: faster steps can end later")
+            return TeamSimulation(
+                {}, why=f"{told}, and it shares its floor: faster steps can end later"
+            )
     if scenario.inputs:
-        return Ahead({}, why="the inputs of the environment are not known before the run")
+        return TeamSimulation({}, why="the inputs of the environment are not known before the run")
     alone = replace(
         scenario,
         obstacles=tuple(obstacle for obstacle in scenario.obstacles if obstacle.ordered),
@@ -71,7 +73,7 @@ def _slowest(robot: Robot) -> Robot:
     return replace(robot, model=replace(robot.model, timing=Timing(most, most)))
 
 
-def _run(scenario: Scenario, synthesizer: Synthesizer) -> Ahead:
+def _run(scenario: Scenario, synthesizer: Synthesizer) -> TeamSimulation:
     late: dict[str, int] = {}
     changes, last = [change.at for change in scenario.changes], 0
     changes += [order.appears or 0 for order in scenario.obstacles]
@@ -92,7 +94,7 @@ def _run(scenario: Scenario, synthesizer: Synthesizer) -> Ahead:
         mission.step()
         tick = mission.state.tick
         busy = tick <= max(changes, default=0) or tuple(mission.state.requests)
-        key = None if busy else mission.machine()
+        key = None if busy else mission.state_key()
         before = None if key is None else seen.setdefault(key, tick)
         if repeats is None and before is not None and last < before < tick:
             repeats = before, tick
@@ -100,6 +102,6 @@ def _run(scenario: Scenario, synthesizer: Synthesizer) -> Ahead:
                 break
     result = mission.result or mission.give_up()
     if result.outcome is Outcome.UNREALIZABLE:
-        return Ahead({}, why=result.explanation)
+        return TeamSimulation({}, why=result.explanation)
     completed = result.ticks if result.outcome is Outcome.COMPLETED else None
-    return Ahead(late, completed, repeats)
+    return TeamSimulation(late, completed, repeats)
