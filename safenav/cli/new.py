@@ -9,7 +9,7 @@ import click
 
 from safenav.cli import options, warn
 from safenav.errors import ExitCode, UsageError
-from safenav.fleet.fleet_file import template_text as fleet_text
+from safenav.fleet.template import template_text as fleet_text
 from safenav.outfile import write_out
 from safenav.scenario.beginning import DEFAULT, TEMPLATES, scenario_on, template_text
 from safenav.scenario.reading.loader import load_scenario

@@ -5,6 +5,7 @@ docs/drive.md describes it. One file serves all scenarios with these robots.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from enum import StrEnum
 from functools import partial
@@ -17,7 +18,7 @@ from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.reading.regions import REGION, Reading
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping as MappingNode
-from safenav.scenario.yaml.document import Node, Place, Scalar
+from safenav.scenario.yaml.document import Node, Place, Scalar, clipped
 from safenav.scenario.yaml.findings import Findings
 from safenav.scenario.yaml.shapes import (
     POSITIVE,
@@ -30,6 +31,7 @@ from safenav.scenario.yaml.shapes import (
     choice,
     form,
     many,
+    matching,
     named,
     whole,
 )
@@ -38,6 +40,8 @@ from safenav.scenario.yaml.source import parsed, read_source
 VERSION = 1
 EXAMPLE = "{type: door, region: 47}"
 MOST_RETRIES = 20
+NAMESPACE = re.compile(r"/?|(/?[A-Za-z_][A-Za-z0-9_]*)+/?")
+"""The form of names in ROS."""
 
 
 class TransportKind(StrEnum):
@@ -180,10 +184,22 @@ class FollowKeys(Table):
     tolerance = Key(POSITIVE, "Allowed deviation from its reference, in metres.")
 
 
+def _namespace(node: Node | None, what: str, findings: Findings) -> str | None:
+    """The prefix of a robot's topics."""
+    found = read.text(node, what, findings)
+    if node is None or found is None or NAMESPACE.fullmatch(found):
+        return found
+    hint = "use letters, digits and '_', for example /digit or /lab/digit"
+    findings.add(node, f"{what}: '{clipped(found)}' cannot begin the name of a topic", hint)
+    return None
+
+
 class StationKeys(Table):
     definition = "robot"
     made = Station
-    namespace = Key(TEXT, "Prefix of its topics. Default: / and its name.")
+    namespace = Key(
+        Shape(matching(NAMESPACE), _namespace), "Prefix of its topics. Default: / and its name."
+    )
     tolerance = Key(POSITIVE, "Distance from a region's centre that counts as arrival, in metres.")
     speed = Key(POSITIVE, "Metres per second, for time limits.")
     timeout = Key(POSITIVE, "Time limit of a goal, as a multiple of the expected time.")
@@ -363,40 +379,3 @@ def schema_text() -> str:
     from safenav.scenario.yaml import json_schema
 
     return json_schema.schema_text(FleetKeys, "safenav fleet file")
-
-
-def template_text(scenario: Scenario) -> str:
-    """An example of a fleet file for the robots of a scenario, commented; it loads unchanged."""
-    lines = [
-        "# How safenav reaches each robot, what it senses and how it acts (docs/drive.md).",
-        "safenav-fleet: 1",
-        "transport: ros2          # ros2, ros1, simulation or pyrobosim",
-        "network:",
-        "  domain: 0              # ROS_DOMAIN_ID",
-        "  interface: lo          # the network of your robots, for example wlan0",
-        "  peers: [127.0.0.1]     # their addresses; [] for multicast",
-        "defaults:",
-        "  tolerance: 0.3         # metres from the centre of a region: arrived",
-        "  timeout: 3             # times the expected time, then the goal is cancelled",
-        "  retries: 2             # number of times that a failed goal is sent again",
-        "  # follow: {topic: reference, tolerance: 0.25}  # references instead of goals",
-        "robots:",
-    ]
-    if scenario.inputs:
-        topics = ", ".join(f"{each.name}: /{each.name}" for each in scenario.inputs)
-        lines.insert(-1, f"inputs: {{{topics}}}  # topics, std_msgs/Bool")
-    seen = next((o.type.name for o in scenario.obstacles), None)
-    for robot in scenario.robots:
-        acts = ", ".join(f"{action}: {action}" for action in sorted(robot.capabilities))
-        speed = 0.5 if robot.model.speed is None else robot.model.speed
-        lines += [
-            f"  {robot.name}:",
-            f"    namespace: /{robot.name}",
-            f"    speed: {speed:g}",
-            "    report: obstacles    # std_msgs/String: 'door@47', or '-door@47' when it is gone",
-        ]
-        if seen is not None:
-            lines.append(f"    scan: {{topic: scan, obstacle: {seen}}}")
-        if acts:
-            lines.append(f"    act: {{{acts}}}   # std_srvs/Trigger")
-    return "\n".join(lines) + "\n"

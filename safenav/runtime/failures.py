@@ -25,13 +25,15 @@ class Reaction(Enum):
 class FailureCounts(Struct):
     """Failures since they last meant nothing. ``moves``: of each robot into each region, and
     ``in_row``: without an arrival; ``actions``: of each robot on each obstacle; ``barred``: robots
-    that no longer act on an obstacle; ``opened``: when each obstacle was resolved or gone."""
+    that no longer act on an obstacle; ``opened``: when each obstacle was resolved or gone;
+    ``out``: why each robot is out of service."""
 
     moves: Counter[tuple[str, Region]] = field(default_factory=Counter)
     in_row: Counter[str] = field(default_factory=Counter)
     actions: Counter[tuple[str, str]] = field(default_factory=Counter)
     barred: set[tuple[str, str]] = field(default_factory=set)
     opened: dict[str, float] = field(default_factory=dict)
+    out: dict[str, str] = field(default_factory=dict)
 
     def move_failed(self, policy: Failures, robot: str, region: Region, *, fatal: bool) -> Reaction:
         """Count a failed step into ``region``."""
@@ -53,6 +55,7 @@ class FailureCounts(Struct):
     def back(self, robot: str) -> None:
         """A robot is back in service, with all that it can do."""
         self.arrived(robot)
+        self.out.pop(robot, None)
         self.barred = {entry for entry in self.barred if entry[0] != robot}
         for key in [key for key in self.actions if key[0] == robot]:
             del self.actions[key]

@@ -11,6 +11,7 @@ from functools import partial
 
 from safenav.outcome import Outcome
 from safenav.runtime.algorithm import Algorithm
+from safenav.runtime.coordination.coordination_recorder import left_words
 from safenav.runtime.coordination.events import (
     Continued,
     ObstacleChanged,
@@ -317,7 +318,7 @@ class Passes(Algorithm):
             plural = "round" if wanted == 1 else "rounds"
             said = f"every robot has met its objective for {wanted} {plural}"
             if undone := self._undone():
-                said += f"; still open: {', '.join(undone)}"
+                said += f"; still open: {', '.join(left_words(team, name) for name in undone)}"
             self.deadlines.completed()
             raise RunEnded(Conclusion(Outcome.COMPLETED, said))
         left = [robot for robot in team.robots.values() if robot.own.rounds < wanted]
@@ -355,7 +356,7 @@ class Passes(Algorithm):
             raise RunEnded(Conclusion(Outcome.OPERATOR_NEEDED, said, "out_of_service"))
 
     def _where_out(self, robot: RobotState) -> str:
-        """A robot out of service, and whose target it stands on."""
+        """A robot out of service, why, and whose target it stands on."""
         team, region = self.team, robot.pose.region
         barred = [
             other.name
@@ -364,9 +365,10 @@ class Passes(Algorithm):
             and team.scenario.conflict(robot.robot, other.robot)
             and any(target == {region} for target in targets_of(other.own.objective))
         ]
-        if not barred:
-            return robot.name
-        return f"{robot.name} (at {team.scenario.map.label(region)}, a target of {listed(barred)})"
+        said = [team.failures.out[robot.name]] if robot.name in team.failures.out else []
+        if barred:
+            said.append(f"at {team.scenario.map.label(region)}, a target of {listed(barred)}")
+        return f"{robot.name} ({'; '.join(said)})" if said else robot.name
 
     def _out_of(self, limit: Outcome) -> Conclusion:
         said = "; ".join([self._what_is_left(), *self.turns.monitors.unmet_fairness()])

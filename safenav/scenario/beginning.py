@@ -43,6 +43,10 @@ def scenario_on(world: RegionMap, lines: Sequence[str], name: str) -> str | None
     far = between[-1]
     body = "\n".join(f"  {line}" for line in lines)
 
+    side = 1.0 if world.frame is None else min(world.frame.resolution)
+    flyer = "quadcopter" if side >= 1 else "crazyflie"  # one that has room in a region
+    body_of = "" if world.frame is None else f", size: {min(0.5, side / 2):.3g}, speed: 0.5"
+
     def place(region: Region) -> str:
         row, col = world.position(region)
         return f"[{row}, {col}]"
@@ -59,10 +63,10 @@ map:
 # 'safenav catalogue' lists the built-in models and obstacle types. This adds a model.
 catalogue:
   robots:
-    rover: {{mobility: free, layer: ground, capabilities: [push]}}
+    rover: {{mobility: free, layer: ground, capabilities: [push]{body_of}}}
 
 robots:
-  scout: {{model: quadcopter, start: home, objective: {{patrol: [home, away]}}}}
+  scout: {{model: {flyer}, start: home, objective: {{patrol: [home, away]}}}}
   rover: {{model: rover, start: dock, objective: {{visit: [yard, dock]}}}}
 
 # Present, but unknown until a robot discovers it; uncomment these lines and run it again:

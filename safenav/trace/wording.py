@@ -315,8 +315,13 @@ class Wording(Struct, frozen=True):
         about = self.obstacle(line.obstacle)
         if line.need is not None:
             about += f" (need {line.need + 1})"
+        live = line.t is not None  # a bid is in ticks of the slowest step, whatever its seconds
         bids = ", ".join(
-            f"{name} cannot reach it" if bid is None else f"{name} needs {counted(bid, 'tick')}"
+            f"{name} cannot reach it"
+            if bid is None
+            else f"{name} bids {bid}"
+            if live
+            else f"{name} needs {counted(bid, 'tick')}"
             for name, bid in line.bids.items()
         )
         why = f", since {line.because}" if helpers and line.because else ""

@@ -5,7 +5,9 @@ from pathlib import Path
 import pytest
 
 from cli.conftest import Command
+from safenav.motion.making import check_movable
 from safenav.scenario.beginning import scenario_on
+from safenav.scenario.lint import cramped, oversized
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.world.map import RegionMap
 
@@ -38,6 +40,9 @@ def test_a_scenario_is_begun_on_a_map_and_runs(
     assert made.returncode == 0, made.stderr
     scenario = load_scenario(str(folder / "s.yaml"))
     assert len({robot.start.region for robot in scenario.robots}) == len(scenario.robots) == 2
+    if scenario.map.frame is not None:
+        check_movable(scenario)
+        assert not [*oversized(scenario), *cramped(scenario)]
     run = safenav("run", "deep/folder/s.yaml", "--no-map")
     assert run.returncode == 0, run.stdout + run.stderr
     assert "patrol home <-> away" in run.stdout

@@ -10,6 +10,7 @@ import yaml
 
 from safenav.errors import Diagnostic, InputError
 from safenav.fleet import fleet_file
+from safenav.fleet.template import template_text
 from safenav.scenario.reading.loader import load_scenario
 from scenario.mistakes import disagreement, keys_of, mistakes, places
 from warm import safenav
@@ -56,7 +57,7 @@ def test_without_a_network_nothing_leaves_the_machine(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["case_study_1", "team_of_six", "beam", "hello"])
 def test_the_template_loads_and_fits_the_schema(name: str, tmp_path: Path) -> None:
     scenario = load_scenario(ROOT / "scenarios" / f"{name}.yaml")
-    text = fleet_file.template_text(scenario)
+    text = template_text(scenario)
     path = tmp_path / "fleet.yaml"
     path.write_text(text)
     fleet = fleet_file.load_fleet(path, scenario)
@@ -72,6 +73,8 @@ MISTAKES = [
     ("safenav-fleet: 1\ntransport: ros3\n", "'transport'"),
     (HEAD + "robots: {digi: {}}\n", "no robot 'digi'"),
     (HEAD + "robots: {digit: {sped: 1}}\n", "unknown key 'sped' in robot 'digit'"),
+    (HEAD + "robots: {digit: {namespace: a b}}\n", "'a b' cannot begin the name of a topic"),
+    (HEAD + "robots: {digit: {namespace: /1}}\n", "'/1' cannot begin the name of a topic"),
     (HEAD + "robots: {digit: {speed: 0}}\n", "'speed' of robot 'digit'"),
     (HEAD + "robots: {digit: {retries: 99}}\n", "must be at most 20"),
     (HEAD + "robots: {digit: {scan: {}}}\n", "the key 'obstacle' is missing"),
@@ -88,7 +91,7 @@ MISTAKES = [
     (HEAD + "pyrobosim: {world: a.yaml, hallway: dor}\n", "no type of obstacle 'dor'"),
     (HEAD + "pyrobosim: {world: a.yaml, hallway: door, closing: {h: 0}}\n", "'h' of closing"),
     ("[1, 2]\n", "a fleet file: found a list of 2"),
-    ("", "the file is empty"),
+    ("", "--fleet SCENARIO a fleet file"),
 ]
 
 

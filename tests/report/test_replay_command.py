@@ -7,8 +7,10 @@ from xml.etree import ElementTree
 import click
 import pytest
 
+import runtime.played
 import warm
 from report import made_traces
+from safenav.report.replay.reading import read_replay
 from safenav.report.replay.timeline import Replay
 from safenav.report.terminal.fold import folded
 from safenav.report.terminal.replay import play
@@ -102,6 +104,27 @@ def test_a_frame_fits_into_the_terminal(
     assert len(frames) == 4
     for lines in frames:
         assert len(lines) <= size[1] and max(map(len, lines)) <= size[0]
+
+
+def test_a_frame_of_a_large_map_shows_the_robot_of_the_last_event(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It showed the north-western corner, wherever the robots were."""
+    monkeypatch.setattr("shutil.get_terminal_size", lambda: os.terminal_size((40, 20)))
+    robot = {"model": "quadcopter", "start": [35, 50], "objective": {"visit": [[35, 52]]}}
+    run = runtime.played.play(
+        {
+            "safenav": 1,
+            "map": {"grid": ["#" * 60, *["#" + "." * 58 + "#"] * 38, "#" * 60]},
+            "robots": {"q": robot},
+            "until": {"rounds": 1},
+        }
+    )
+    trace = tmp_path / "t.jsonl"
+    trace.write_text(run.text)
+    written: list[str] = []
+    play(read_replay(trace), range(3), 4, written.append, lambda _: None)
+    assert all("Q  " in text for text in map(click.unstyle, written[1:-1]))
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """Runs in memory: play a scenario, ask its trace, and ask the audit about it."""
 
 import json
+import re
 import textwrap
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -55,6 +56,14 @@ class Run:
     def order(self, *kinds: str) -> list[tuple[str, Any]]:
         """(type, obstacle) of the records of these types, in order."""
         return [(r["type"], r.get("obstacle")) for r in self.records if r["type"] in kinds]
+
+    @property
+    def still_open(self) -> list[str]:
+        """The orders that the outcome names as still open, without their reasons."""
+        told = self.outcome["explanation"].partition("still open: ")[2]
+        while "(" in told:
+            told = re.sub(r" \([^()]*\)", "", told)
+        return told.split(", ") if told else []
 
     @property
     def lines(self) -> list[str]:

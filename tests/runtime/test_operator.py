@@ -344,11 +344,13 @@ def test_a_lost_robot_is_put_back() -> None:
     while mission.state.robots["cart"].transit is None or mission.state.tick < 6:
         mission.step()
     cart = mission.state.robots["cart"]
-    mission.post(Lost(world.now(), "cart", cart.occupied, command=mission._commands.number("cart")))
+    number = mission._commands.number("cart")
+    mission.post(Lost(world.now(), "cart", cart.occupied, "no signal", command=number))
     world.simulation._coming = [c for c in world.simulation._coming if c[3].name != "cart"]
     while mission.waiting is None or not mission.still:
         mission.step()
     assert "lost_cart@26" in mission.waiting.explanation
+    assert mission.state.failures.out == {"cart": "lost: no signal"}
     mission.intervene(line_read("put_back cart [3, 2]", scenario))
     while mission.result is None:
         mission.step()

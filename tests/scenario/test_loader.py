@@ -375,3 +375,11 @@ def test_a_misspelt_key_causes_no_other_error(key: str) -> None:
     places = [(found.line, found.found) for found in raised.value.diagnostics]
     written = text.count(f"{key}{key[-1]}:")
     assert len(places) == written, places
+
+
+def test_a_name_that_is_not_ascii_is_refused_with_the_reason() -> None:
+    with pytest.raises(InputError, match=r"letters from a to z.*specifications are ASCII"):
+        load_scenario_text(
+            "safenav: 1\nmap: {grid: ['###', '#.#', '###']}\n"
+            "robots: {Käte: {model: quadcopter, start: 4, objective: {hold: 4}}}\n"
+        )

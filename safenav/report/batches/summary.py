@@ -16,6 +16,7 @@ from safenav.trace.words import listed
 
 _REASONS = 3
 _NAMES = 20
+_STILL_OPEN = "; still open: "
 
 
 def summary(
@@ -42,6 +43,13 @@ def summary(
     for result in (result for result in passed if result.flaky):
         lines += ["", printable(f"{result.name}: passed only at attempt {result.attempts}")]
         lines += [printable(f"  {reason}") for reason in result.earlier]
+    undone = [result for result in passed if _STILL_OPEN in (result.explanation or "")]
+    lines += [""] if undone else []
+    for result in undone[:_NAMES]:
+        left = (result.explanation or "").partition(_STILL_OPEN)[2]
+        lines.append(printable(f"{result.name}: passed with orders that are still open: {left}"))
+    if len(undone) > _NAMES:
+        lines.append(f"... and {len(undone) - _NAMES} more with such orders")
     if comparison is not None:
         lines += ["", *map(printable, _compared(comparison))]
     idle = [

@@ -6,9 +6,10 @@ something happened are written, one below the other.
 
 from __future__ import annotations
 
+import re
 import shutil
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import click
 from msgspec.structs import replace
@@ -73,14 +74,32 @@ def frame(replay: Replay, tick: int, recent: int = 6) -> list[str]:
     return lines
 
 
-def _fitted(lines: list[str], map_ends: int) -> list[str]:
-    """Return the lines of a frame as the terminal can show them: maps cut, the rest folded."""
+def _middle(replay: Replay, tick: int) -> tuple[int, int]:
+    """The row and column in the middle of what is shown of a large map: those of the robot of the
+    last event, or of the first robot."""
+    text = next((e.text for e in reversed(replay.events) if e.tick <= tick), "")
+    named = (t for t in replay.robots if re.search(rf"\b{t.name}\b", text))
+    track = next(named, replay.robots[0])
+    return replay.map.position(track.regions[tick])
+
+
+def _cut(cells: Sequence[str], middle: int, most: int) -> Sequence[str]:
+    """``most`` of the cells, around the one in the middle, as far as there are."""
+    begin = max(0, min(middle - most // 2, len(cells) - most))
+    return cells[begin : begin + most]
+
+
+def _fitted(lines: list[str], map_ends: int, middle: tuple[int, int]) -> list[str]:
+    """Return the lines of a frame as the terminal can show them: maps cut around ``middle``, the
+    rest folded."""
     width, height = shutil.get_terminal_size()
     below = [part for line in lines[map_ends:] for part in folded(line, width, 7)]
     shown = min(map_ends, max(height // 2, height - len(below) - 1))
     above = folded(lines[0], width, 2)
-    drawn = [line[:width] for line in lines[1:map_ends]]
-    return [*above, *drawn[: max(0, shown - len(above))], *below][: height - 1]
+    pairs = ([line[i : i + 2] for i in range(0, len(line), 2)] for line in lines[2:map_ends])
+    drawn = ["".join(_cut(cells, middle[1], width // 2)) for cells in pairs]
+    rows = _cut(drawn, middle[0], max(0, shown - len(above) - 1))
+    return [*above, "", *rows, *below][: height - 1]
 
 
 def _pause(replay: Replay, tick: int) -> float:
@@ -112,7 +131,7 @@ def play(
     write(_BEGIN)
     try:
         for tick in ticks:
-            lines = _fitted(frame(replay, tick), replay.map.rows + 2)
+            lines = _fitted(frame(replay, tick), replay.map.rows + 2, _middle(replay, tick))
             write(_FRAME + "\n".join(f"{line}\x1b[K" for line in lines) + "\n" + _REST)
             pause = 1.0 if replay.times is None else _pause(replay, tick)
             sleep(pause / speed)

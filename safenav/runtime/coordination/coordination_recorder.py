@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from safenav.bounds import Place
 from safenav.runtime.coordination.strategy_search import TaskResult
 from safenav.runtime.coordination.task_candidates import TaskDraft
-from safenav.runtime.duties.reasons import why_nobody
+from safenav.runtime.duties.reasons import shortfall_words, why_nobody
 from safenav.runtime.duties.requests import OpenRequest, Requests
 from safenav.runtime.duties.settlement import Settled, Settlement
 from safenav.runtime.resolution.problem import Floor
@@ -171,6 +171,17 @@ def _because(
     if failed := [r for r in bids_for(floor, gate) if (r, name) in team.failures.barred]:
         return f"{listed(failed)} {'has' if len(failed) == 1 else 'have'} failed"
     return None
+
+
+def left_words(team: TeamState, name: str) -> str:
+    """An order that is left when the mission is completed, and why."""
+    word, settled = team.scenario.map.word, team.last_settled
+    if name in team.knowledge.given_up() and name in team.lacks:
+        why: str | None = shortfall_words(team.lacks[name], word, "it")
+    else:
+        gate = settled.floor.gates.index(name)
+        why = why_nobody(settled.floor, settled.found, gate, word, team.out_of_service)
+    return f"{name} ({why})" if why else name
 
 
 def requested(

@@ -200,6 +200,9 @@ class Moves(Struct, frozen=True):
             yield events.ObstacleEncountered(violation)
             yield events.HelpRequested(violation)
         elif reaction is Reaction.OUT_OF_SERVICE:
+            why = f": {event.reason}" if isinstance(event, Failed | Lost) and event.reason else ""
+            kind = "lost" if isinstance(event, Lost) else "its moves fail"
+            self.state.failures.out[robot.name] = f"{kind}{why}"
             if isinstance(event, Lost):
                 yield from self._lost(robot, event)
             yield from self.relocation.serve(robot, active=False, cause=ChangeCause.WORLD)

@@ -18,6 +18,9 @@ from safenav.scenario.objective import relaxed
 from safenav.spec.specification import Constraint
 from safenav.trace.vocabulary import ChangeCause, PlanEndReason, Reason
 
+_BY = {ChangeCause.SCENARIO: "by a change of the scenario", ChangeCause.USER: "by an operator"}
+"""Who takes a robot out of service."""
+
 
 class Relocation(Struct, frozen=True):
     """Finds the nodes in which robots continue; where a strategy has none, an event asks for
@@ -53,6 +56,8 @@ class Relocation(Struct, frozen=True):
         """Put a robot in or out of service. While it is out, other robots take over its duties if
         they can, and its own objective waits."""
         if robot.active != active:
+            if cause in _BY:
+                self.state.failures.out[robot.name] = _BY[cause]
             yield from self.leave_plan()
             yield events.ServiceChanged(robot.name, active, cause)
 

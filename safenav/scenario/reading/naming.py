@@ -15,6 +15,8 @@ def well_named(key: Scalar, what: str, findings: Findings, form: re.Pattern[str]
     if form.fullmatch(key.text):
         return True
     signs = "digits, '_' and '-'" if form is NAME else "digits and '_'"
-    hint = f"use letters, {signs}, beginning with a letter"
+    hint = f"use letters from a to z, {signs}, beginning with a letter"
+    if not key.text.isascii():
+        hint += ": specifications are ASCII; 'name' of the scenario may be any text"
     findings.add(key, f"'{clipped(key.text)}' cannot name {what}", hint)
     return False

@@ -289,7 +289,7 @@ def _build(events: Iterator[Any]) -> Document:
             case yaml.AliasEvent():
                 builder.alias(event)
     if builder.root is None or (isinstance(builder.root, Scalar) and builder.root.value is None):
-        hint = "safenav new FILE writes a complete scenario to start from"
+        hint = "safenav new FILE writes a scenario, with --fleet SCENARIO a fleet file"
         raise DocumentError(Place(), "the file is empty", hint)
     return Document(builder.root, tuple(builder.flaws))
 

@@ -1,0 +1,42 @@
+"""A fleet file to start from."""
+
+from __future__ import annotations
+
+from safenav.scenario.model import Scenario
+
+
+def template_text(scenario: Scenario) -> str:
+    """An example of a fleet file for the robots of a scenario, commented; it loads unchanged."""
+    lines = [
+        "# How safenav reaches each robot, what it senses and how it acts (docs/drive.md).",
+        "safenav-fleet: 1",
+        "transport: ros2          # ros2, ros1, simulation or pyrobosim",
+        "network:",
+        "  domain: 0              # ROS_DOMAIN_ID",
+        "  interface: lo          # the network of your robots, for example wlan0",
+        "  peers: [127.0.0.1]     # their addresses; [] for multicast",
+        "defaults:",
+        "  tolerance: 0.3         # metres from the centre of a region: arrived",
+        "  timeout: 3             # times the expected time, then the goal is cancelled",
+        "  retries: 2             # number of times that a failed goal is sent again",
+        "  # follow: {topic: reference, tolerance: 0.25}  # references instead of goals",
+        "robots:",
+    ]
+    if scenario.inputs:
+        topics = ", ".join(f"{each.name}: /{each.name}" for each in scenario.inputs)
+        lines.insert(-1, f"inputs: {{{topics}}}  # topics, std_msgs/Bool")
+    seen = next((o.type.name for o in scenario.obstacles), None)
+    for robot in scenario.robots:
+        acts = ", ".join(f"{action}: {action}" for action in sorted(robot.capabilities))
+        speed = 0.5 if robot.model.speed is None else robot.model.speed
+        lines += [
+            f"  {robot.name}:",
+            f"    namespace: /{robot.name}",
+            f"    speed: {speed:g}",
+            "    report: obstacles    # std_msgs/String: 'door@47', or '-door@47' when it is gone",
+        ]
+        if seen is not None:
+            lines.append(f"    scan: {{topic: scan, obstacle: {seen}}}")
+        if acts:
+            lines.append(f"    act: {{{acts}}}   # std_srvs/Trigger")
+    return "\n".join(lines) + "\n"
