@@ -10,38 +10,33 @@ import pytest
 
 from certify.making import SCENARIOS, files_of, rewrite, run_checker, shipped
 from certify.mutants import lines_of, with_lines
+from runtime.worlds import Driven
 from safenav import Mission, TraceWriter, load_scenario
 from safenav.certify.record import bundle_of_run, bundle_of_trace
 from safenav.errors import NotCertifiedError
 from safenav.runtime.user_changes import AssignObjective
 from safenav.runtime.worlds.world import SimulatedWorld
-from safenav.scenario.model import Obstacle, Robot, Scenario, Tracking
+from safenav.scenario.model import Robot, Scenario, Tracking
 from safenav.scenario.objective import Visit
 from safenav.world.moves import Pose
 
 
-class Slippery:
+class Slippery(Driven):
     """A world in which a robot now and then ends up somewhere else than it was told to go."""
 
     def __init__(self, scenario: Scenario, chance: Random) -> None:
-        self._inner = SimulatedWorld(scenario)
+        super().__init__(scenario)
         self._free = sorted(scenario.map.free)
         self._chance = chance
         self._at = {robot.name: robot.start.region for robot in scenario.robots}
 
-    def sense(self, robot: Robot, region: int) -> Obstacle | None:
-        return self._inner.sense(robot, region)
-
-    def act(self, robot: Robot) -> list[tuple[Obstacle, bool | None]]:
-        return self._inner.act(robot)
-
     def move(self, robot: Robot, pose: Pose) -> Pose:
         if self._chance.random() < 0.03:
-            taken = {*self._at.values(), *self._inner.standing()}
+            taken = {*self._at.values(), *self.truth.standing()}
             pose = Pose(
                 self._chance.choice([r for r in self._free if r not in taken]), pose.heading
             )
-        self._inner.move(robot, pose)
+        super().move(robot, pose)
         self._at[robot.name] = pose.region
         return pose
 

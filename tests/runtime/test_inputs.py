@@ -6,7 +6,6 @@ game and a walk over the trace of this file's own."""
 import json
 import os
 import random
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,16 +15,13 @@ from click.testing import CliRunner
 import oracle
 from certify.making import certified
 from runtime.played import Run, loaded, play
+from runtime.worlds import Bare, Driven
 from safenav.cli.check import command
 from safenav.errors import UsageError
 from safenav.runtime.mission import Mission
 from safenav.runtime.user_changes import AssignObjective, SetInput
-from safenav.runtime.worlds.protocol import Acted, Arrived, WorldEvent
-from safenav.runtime.worlds.world import SimulatedWorld
-from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.objective import Hold
 from safenav.scenario.reading.loader import load_scenario_text
-from safenav.world.moves import Pose
 
 WANTED = int(os.environ.get("SAFENAV_FUZZ", "6"))
 COLS, ROWS = 4, 2
@@ -174,12 +170,8 @@ def test_damaged_traces_are_refused(broken: str) -> None:
     assert "inputs" in run.broken
 
 
-class Caller:
+class Caller(Driven):
     """A world of a user, who calls in some ticks."""
-
-    def __init__(self, scenario: Scenario) -> None:
-        there = SimulatedWorld(scenario)
-        self.sense, self.move, self.act = there.sense, there.move, there.act
 
     def inputs(self, tick: int) -> dict[str, bool]:
         return {"call": 6 <= tick <= 8, "alarm": False}
@@ -210,37 +202,8 @@ clock: live
 """Nothing moves until the light is green, and while an alarm is on the run is not completed."""
 
 
-class Street:
-    """A world in which both inputs change while every robot stands; its time passes as it is
-    waited for."""
-
-    def __init__(self) -> None:
-        self.time, self.events = 0.0, list[Arrived]()
-
-    @property
-    def idle(self) -> bool:
-        return not self.events
-
-    def now(self) -> float:
-        return self.time
-
-    def sense(self, robot: Robot, region: int) -> None:
-        return None
-
-    def start(self, robot: Robot, pose: Pose, command: int) -> None:
-        self.events.append(Arrived(self.time + 1.0, robot.name, command=command))
-
-    def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Acted:
-        return Acted(self.time, robot.name, (), command=command)
-
-    def cancel(self, robot: Robot) -> None:
-        pass
-
-    def wait(self, timeout: float | None) -> Sequence[WorldEvent]:
-        self.time += 0.25 if timeout is None else timeout
-        due = [event for event in self.events if event.at <= self.time]
-        self.events = [event for event in self.events if event.at > self.time]
-        return due
+class Street(Bare):
+    """A world in which both inputs change while every robot stands."""
 
     def inputs(self, tick: int) -> dict[str, bool]:
         return {"green": self.time > 30.0, "alarm": 2.0 < self.time < 60.0}

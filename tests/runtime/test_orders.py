@@ -7,11 +7,11 @@ import pytest
 
 from once import SCENARIOS
 from runtime.played import Run, play
+from runtime.worlds import Driven
 from safenav.errors import UsageError
 from safenav.runtime.knowledge import Knowledge
 from safenav.runtime.mission import Mission
 from safenav.runtime.user_changes import PlaceOrder
-from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 
 CATALOGUE = {
@@ -110,26 +110,17 @@ def test_an_order_during_a_live_run_comes_when_it_is_made() -> None:
     assert made <= run.one("order")["t"] <= made + 5
 
 
-class Outside:
+class Outside(Driven):
     """A world of a user: no simulation, it does what it is told."""
-
-    def __init__(self, truth: SimulatedWorld) -> None:
-        self.truth = truth
-
-    def sense(self, robot: Any, region: int) -> Any:
-        return self.truth.sense(robot, region)
-
-    def move(self, robot: Any, pose: Any) -> Any:
-        return self.truth.move(robot, pose)
 
     def act(self, robot: Any) -> Any:
         self.truth.changes(10**6, ())  # what is ordered is there
-        return self.truth.act(robot)
+        return super().act(robot)
 
 
 def test_orders_reach_the_team_in_another_world() -> None:
     scenario = load_scenario_text(json.dumps(PLAN))
-    run = play(scenario, world=Outside(SimulatedWorld(scenario)))
+    run = play(scenario, world=Outside(scenario))
     assert run.outcome["outcome"] == "completed"
     assert run.all("order")
 

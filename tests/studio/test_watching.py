@@ -1,14 +1,14 @@
 """The live view of a mission that a program drives, in a world of its own."""
 
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 
 import pytest
 
 from report.browser import Browser
-from safenav import BlockingWorld, LiveView, Mission, Obstacle, Pose, Robot, load_scenario
+from runtime.worlds import Driven
+from safenav import LiveView, Mission, load_scenario
 from safenav.errors import UsageError
-from safenav.runtime.worlds.world import SimulatedWorld
 from studio.serving import SCENARIOS
 
 
@@ -19,28 +19,9 @@ def browser() -> Iterator[Browser]:
     browser.driver.quit()
 
 
-class Fleet:
-    """A `BlockingWorld`: what the mission asks goes to something else."""
-
-    def __init__(self, actual: BlockingWorld) -> None:
-        self.asked: list[str] = []
-        self._actual = actual
-
-    def sense(self, robot: Robot, region: int) -> Obstacle | None:
-        self.asked.append("sense")
-        return self._actual.sense(robot, region)
-
-    def move(self, robot: Robot, pose: Pose) -> Pose | None:
-        self.asked.append("move")
-        return self._actual.move(robot, pose)
-
-    def act(self, robot: Robot) -> Iterable[tuple[Obstacle, bool | None]]:
-        return self._actual.act(robot)
-
-
 def test_a_mission_in_a_world_of_ones_own_is_seen_as_it_happens(browser: Browser) -> None:
     scenario = load_scenario(SCENARIOS / "case_study_1.yaml")
-    fleet = Fleet(SimulatedWorld(scenario))
+    fleet = Driven(scenario)
     with LiveView(scenario, browser=False) as view:
         mission = Mission(scenario, world=fleet, listeners=[view])
         mission.start()
@@ -48,7 +29,7 @@ def test_a_mission_in_a_world_of_ones_own_is_seen_as_it_happens(browser: Browser
         for _ in range(9):
             mission.step()
         browser.wait(lambda: browser.tick >= 8)
-        assert fleet.asked
+        assert fleet.moves
         assert not browser.all('button[aria-label="Run"], button[aria-label="Pause the run"]')
         browser.press(" ")
         browser.wait(lambda: "drives the run" in browser.one("body").text)

@@ -9,20 +9,17 @@ import pytest
 from msgspec.structs import replace
 
 from runtime.played import Run, loaded
+from runtime.worlds import Bare
 from safenav.outcome import Outcome
 from safenav.runtime.mission import Mission
 from safenav.runtime.termination import RunEnded, Stop
 from safenav.runtime.traffic.background_search import BackgroundSearch, Unknown
 from safenav.runtime.traffic.plan_search import PlanSearch
-from safenav.runtime.worlds.protocol import Acted, Arrived, WorldEvent
-from safenav.scenario.model import Obstacle, Robot
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.settings import Clock
 from safenav.spec.specification import Specification
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace import records
-from safenav.world.map import Region
-from safenav.world.moves import Pose
 
 SCENARIO = Path(__file__).parents[3] / "scenarios" / "corridor_swap.yaml"
 
@@ -55,44 +52,20 @@ clock: live
 """
 
 
-class Wall:
-    """A floor without obstacles on the wall clock: each step takes 10 ms."""
+class Wall(Bare):
+    """A floor on the wall clock."""
+
+    step, pause = 0.01, 0.0
 
     def __init__(self) -> None:
+        super().__init__()
         self.begun = time.monotonic()
-        self.coming: list[WorldEvent] = []
-
-    @property
-    def idle(self) -> bool:
-        return not self.coming
 
     def now(self) -> float:
         return time.monotonic() - self.begun
 
-    def sense(self, robot: Robot, region: Region) -> Obstacle | None:
-        del robot, region
-        return None
-
-    def start(self, robot: Robot, pose: Pose, command: int) -> WorldEvent | None:
-        del pose
-        self.coming.append(Arrived(self.now() + 0.01, robot.name, command=command))
-        return None
-
-    def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Acted:
-        del obstacles
-        return Acted(self.now(), robot.name, [], command=command)
-
-    def cancel(self, robot: Robot) -> None:
-        pass
-
-    def wait(self, timeout: float | None) -> Sequence[WorldEvent]:
-        due = min((event.at for event in self.coming), default=self.now() + (timeout or 0.0))
-        if timeout is not None:
-            due = min(due, self.now() + timeout)
+    def pass_until(self, due: float) -> None:
         time.sleep(max(0.0, due - self.now()))
-        told = [event for event in self.coming if event.at <= self.now()]
-        self.coming = [event for event in self.coming if event not in told]
-        return told
 
 
 def slow(patch: pytest.MonkeyPatch, over: threading.Event) -> list[str]:

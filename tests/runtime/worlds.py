@@ -1,0 +1,71 @@
+"""Worlds of users: a simulation behind calls, and an empty floor in time."""
+
+from collections.abc import Iterable, Sequence
+
+from safenav.runtime.worlds.protocol import Acted, Arrived, WorldEvent
+from safenav.runtime.worlds.world import SimulatedWorld
+from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.world.map import Region
+from safenav.world.moves import Pose
+
+
+class Driven:
+    """A world of blocking calls: what the mission wants goes to something else, ``truth``.
+    ``moves``: how often it was told to move a robot."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.truth, self.moves = SimulatedWorld(scenario), 0
+
+    def sense(self, robot: Robot, region: Region) -> Obstacle | None:
+        return self.truth.sense(robot, region)
+
+    def move(self, robot: Robot, pose: Pose) -> Pose | None:
+        self.moves += 1
+        return self.truth.move(robot, pose)
+
+    def act(self, robot: Robot) -> Iterable[tuple[Obstacle, bool | None]]:
+        return self.truth.act(robot)
+
+
+class Bare:
+    """A floor without obstacles, whose time passes as it is waited for. ``step``: seconds of one;
+    ``pause``: seconds that pass where nothing is awaited."""
+
+    step, pause = 1.0, 0.25
+
+    def __init__(self) -> None:
+        self.time, self.coming = 0.0, list[WorldEvent]()
+
+    @property
+    def idle(self) -> bool:
+        return not self.coming
+
+    def now(self) -> float:
+        return self.time
+
+    def sense(self, robot: Robot, region: Region) -> Obstacle | None:
+        del robot, region
+        return None
+
+    def start(self, robot: Robot, pose: Pose, command: int) -> WorldEvent | None:
+        del pose
+        self.coming.append(Arrived(self.now() + self.step, robot.name, command=command))
+        return None
+
+    def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Acted:
+        del obstacles
+        return Acted(self.now(), robot.name, (), command=command)
+
+    def cancel(self, robot: Robot) -> None:
+        """A step ends by itself."""
+
+    def pass_until(self, due: float) -> None:
+        self.time = max(self.time, due)
+
+    def wait(self, timeout: float | None) -> Sequence[WorldEvent]:
+        times = [event.at for event in self.coming]
+        times += [] if timeout is None else [self.now() + timeout]
+        self.pass_until(min(times, default=self.now() + self.pause))
+        told = [event for event in self.coming if event.at <= self.now()]
+        self.coming = [event for event in self.coming if event not in told]
+        return told
