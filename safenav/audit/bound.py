@@ -332,7 +332,8 @@ def impossible(line: Line, now: Situation, tick: int, had: int) -> Iterator[str]
             return
         last, full = turn, {robot for robot in bound.names if is_full(robot)}
         for robot, tick in came.items():
-            seeds[robot] = {tuple(act.robots[robot]): max(bound.sets_out(robot, turn), tick)}
+            acted = (turn - bound.names.index(robot)) // count  # it sets out when that is over
+            seeds[robot] = {tuple(act.robots[robot]): max(acted, tick)}
         open_[act.obstacle] = obstacle.acted(act.robots)
         if len(open_[act.obstacle].left) < len(obstacle.left):
             bound.met[act.obstacle][act.need] = since[act.obstacle] = turn

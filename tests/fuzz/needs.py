@@ -114,8 +114,8 @@ def defects(data: Data) -> list[str] | None:
     if truth is None:
         return found or None
     late = [name for name in run.outcome["late"] if name in names]
-    given_up = any(run.all("blocked", obstacle=name) for name in names)
-    if truth.kept is (bool(late) or given_up):
+    kept = not late and all(run.all("resolved", obstacle=name) for name in names)
+    if truth.kept is not kept:
         possible = "possible" if truth.kept else "not possible"
         found.append(f"{late or 'nothing'} is late; in time is {possible}")
     return found
