@@ -86,7 +86,8 @@ class Algorithm(Struct):
             self.stop.check()
             self.deadlines.turn_begins(number)
             if robot.transit is None or self.world.may_have_ended(robot.name):
-                self.guarded(partial(self.settle, self._step(robot)))
+                turn = partial(self.settle, self._step(robot))
+                self.turns.idling.unless_idle(robot, partial(self.guarded, turn))
             self.deadlines.turn_ends(number)
 
     def _step(self, robot: RobotState) -> Iterator[Event]:

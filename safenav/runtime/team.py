@@ -6,7 +6,7 @@ the methods below, or field by field where the docstring of the field's owner al
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Hashable, Iterable, Mapping, Sequence
 from enum import Enum
 
 from msgspec import Struct, field
@@ -195,7 +195,8 @@ class TeamState(Struct):
     decision would settle that waits for strategies; ``waiting``: the end of the run, if it waits
     instead, for an operator or a change of the scenario at ``waits_until`` (``changes_to_come``:
     whether it has any left);
-    ``changes``: how often anything has changed by which robots decide. ``dues``: of the open
+    ``changes``: how often anything has changed by which robots decide, ``moves``: by a robot that
+    sets out or arrives; ``told``: the records so far. ``dues``: of the open
     obstacles, by the ledger of promises; ``stops``: of a robot with a battery; ``frees``: whether a
     joint plan may help a robot that has no strategy from where it is.
     ``inputs``: their values in this tick, and in the one before.
@@ -218,6 +219,8 @@ class TeamState(Struct):
     waiting: Conclusion | None = None
     waits_until: float | None = None
     changes: int = 0
+    moves: int = 0
+    told: int = 0
     dues: Callable[[Floor], Dues | None] = lambda _: None
     stops: Callable[[RobotState], Stops | None] = lambda _: None
     changes_to_come: Callable[[], bool] = lambda: False
@@ -302,8 +305,13 @@ class TeamState(Struct):
     def emit(self, record: records.Record) -> None:
         if self.now is not None:
             record = replace(record, t=round(self.now(), 9))
+        self.told += 1
         for listener in self.listeners:
             listener(record)
+
+    def moved(self) -> None:
+        """A robot has set out, or its step has ended."""
+        self.moves, self.changes = self.moves + 1, self.changes + 1
 
     def tell_goals(self, robot: RobotState, met: Sequence[int]) -> None:
         """Record goals that a robot has met where it stands."""
@@ -414,15 +422,18 @@ class TeamState(Struct):
             and self.clear_of(work.obstacle, robot)
         ]
 
-    def had_by_others(self, robot: Robot) -> set[Region]:
-        """The regions that other robots keep a robot out of by where they are."""
+    def had_by_others(self, robot: Robot, among: Collection[Region] | None = None) -> set[Region]:
+        """The regions that other robots keep a robot out of by where they are; ``among``: those of
+        these."""
         found = set[Region]()
         if self.scenario.never_together:
             at = {name: other.occupied for name, other in self.robots.items()}
             found |= self.scenario.held(robot.name, at)
         for other in self._others(robot)[1]:
-            found |= other.occupied
-        return found
+            found.add(other.pose.region)
+            if other.transit is not None:
+                found.add(other.transit.pose.region)
+        return found if among is None else found.intersection(among)
 
     def sightings(self, state: RobotState, shown: frozenset[Region]) -> Sightings:
         """Return what a robot observes of the robots that its task is about; regions ``shown``

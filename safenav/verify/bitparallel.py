@@ -28,6 +28,7 @@ class Evaluator:
     def __init__(self, count: int, lookup: Lookup) -> None:
         self.everywhere = (1 << count) - 1
         self._number, self._compare = cache(lookup), cache(self._compared)
+        self._begins = cache(self._prefixed)
 
     def holds(self, formula: syntax.Formula, primed: bool = False) -> int:
         """The rows in which ``formula`` is true; ``primed`` reads it in the next state."""
@@ -66,7 +67,25 @@ class Evaluator:
     def constant(self, value: int) -> Vector:
         return [self.everywhere if value >> i & 1 else 0 for i in range(value.bit_length())]
 
+    def _prefixed(self, name: str, primed: bool, bit: int, high: int) -> int:
+        """The rows in which the bits of a variable from ``bit`` on are those of ``high``. Values
+        share what their highest bits have in common: there are many, of which few occur."""
+        planes = self._number(name, primed)
+        if bit >= len(planes):
+            return 0 if high else self.everywhere
+        found = self._begins(name, primed, bit + 1, high >> 1)
+        ones = found & planes[bit] if found else 0
+        return ones if high & 1 else found ^ ones
+
     def _compared(self, formula: syntax.Comparison, primed: bool) -> int:
+        match formula:
+            case syntax.Comparison(
+                (syntax.Relation.EQUAL | syntax.Relation.UNEQUAL) as relation,
+                syntax.Name(name, own),
+                syntax.Number(value),
+            ):
+                equal = self._begins(name, primed or own, 0, value)
+                return equal if relation is syntax.Relation.EQUAL else self.everywhere ^ equal
         less, equal = self._order(
             self._term(formula.left, primed), self._term(formula.right, primed)
         )

@@ -115,6 +115,7 @@ class Execution:
         self.dues = dues
         self.taken = [0] * len(schedule.ways)
         self._ahead: list[list[Mask]] = [[] for _ in schedule.ways]
+        self._needed: dict[tuple[int, int], Mask] = {}
         self._waits: dict[tuple[int, int], list[Order]] = {}
         for order in schedule.orders:
             self._waits.setdefault((order.robot, order.step), []).append(order)
@@ -146,6 +147,16 @@ class Execution:
                 found.append(found[-1] | 1 << pose % size | 1 << way[-1] % size)
         return found[len(found) - 1 - self.taken[robot]]
 
+    def needed(self, robot: int, others: Collection[int], size: int) -> Mask:
+        """The regions that ``others``, those in conflict with a robot, still have ahead."""
+        found = self._needed.get((robot, size))
+        if found is None:
+            found = 0
+            for other in others:
+                found |= self.ahead(other, size)
+            self._needed[robot, size] = found
+        return found
+
     def next(self, robot: int) -> int | None:
         """The pose that a robot may step to now; None if it is done or must wait."""
         step = self.taken[robot]
@@ -164,6 +175,7 @@ class Execution:
     def arrived(self, robot: int) -> None:
         """A robot has taken its next step."""
         self.taken[robot] += 1
+        self._needed.clear()
 
 
 def in_turn(schedule: Schedule) -> list[tuple[int, ...]] | None:
@@ -196,9 +208,8 @@ def still_needed(problem: Problem, plan: Execution, robot: int, stages: Stages) 
     """The regions that the others need for the rest of a plan: closed to a robot that has done its
     way of it. One that enters none of them, and can come back without entering them, leaves the
     rest of the plan as it was (docs/coordination.md, A live run)."""
-    found, size = 0, problem.members[robot].graph.size
-    for other in problem.conflicts[robot]:
-        found |= plan.ahead(other, size)
+    size = problem.members[robot].graph.size
+    found = plan.needed(robot, problem.conflicts[robot], size)
     for each in problem.exclusions(stages):
         others = each.others - {robot}
         if robot in each.robots and any(each.there & plan.ahead(i, size) for i in others):

@@ -69,7 +69,8 @@ class Actions(Struct):
 
     def waits_to_sweep(self, robot: RobotState) -> bool:
         """Whether a helper stands where it is to act, and others still where that sweeps."""
-        return robot.assignment.obstacle in self._must_not_sweep(robot)
+        helps = robot.assignment.obstacle
+        return helps is not None and helps in self._must_not_sweep(robot)
 
     def acts(self, robot: RobotState) -> Generator[Event, None, bool]:
         """Live: let an idle robot act before it leaves; whether its turn is used up by that."""

@@ -55,7 +55,7 @@ class Moves(Struct, frozen=True):
             yield from self._arrive(robot, step, event, step)
             return
         number = self.world.number(robot.name) if event is None else event.command or 0
-        self.state.changes += 1
+        self.state.moved()
         self.tell.begun(robot, step, number, self.world.expected(robot.robot))
         if not self.state.live:
             yield from self.actions.act(robot)
@@ -81,7 +81,7 @@ class Moves(Struct, frozen=True):
         ``recorded``: what a trace in ticks says of it."""
         start, pose, progress = robot.pose, step.pose, robot.progress
         robot.transit = None
-        self.state.changes += 1
+        self.state.moved()
         if isinstance(event, Arrived):
             robot.pose = pose
         elif not isinstance(event, Lost):

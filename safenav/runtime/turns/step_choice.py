@@ -56,7 +56,7 @@ class StepChoice(Struct, frozen=True):
         if planner.switch is not None or planner.task.tracking is not Tracking.NEARBY:
             return None
         sides = self.state.scenario.map.neighbours(robot.pose.region)
-        busy = self.state.had_by_others(robot.robot).intersection(sides)
+        busy = self.state.had_by_others(robot.robot, sides)
         swept = self.state.swept(robot.robot).intersection(sides)
         ahead = self.traffic.ahead(robot.name)
         return (

@@ -109,11 +109,11 @@ class Works(Struct):
         obstacles that are resolved by it. ``cleared``: those by name that the team lets it act on:
         others are left alone if they sweep regions, or are loads to be taken. It takes loads last,
         in the order of ``taking``, as many as it can carry."""
-        before = list(self.open.values())
+        before = self._here(robot, regions)
         for work in before:
             while not work.takes and self._advance(work, robot, regions, cleared):
                 pass
-        for work in taking(self.open.values()):
+        for work in taking(before):
             while self._advance(work, robot, regions, cleared):
                 pass
         return [work for work in before if work.finished]
@@ -138,6 +138,11 @@ class Works(Struct):
         asks = work.takes or bool(work.obstacle.swept(self.scenario.map))
         return asks and work.obstacle.name not in cleared
 
+    def _here(self, robot: Robot, regions: Mapping[str, Region]) -> list[Work]:
+        """The obstacles of which the next need is met where a robot stands."""
+        here, left = regions.get(robot.name), [w for w in self.open.values() if not w.finished]
+        return [work for work in left if here in self.regions(work)]
+
     def regions(self, work: Work) -> tuple[Region, ...]:
         """The regions where the next need of an obstacle is met."""
         return work.obstacle.resolution_regions(self.scenario.map, work.need)
@@ -159,10 +164,12 @@ class Works(Struct):
     ) -> list[tuple[Work, tuple[str, ...]]]:
         """The obstacles of which ``robot`` can meet a need where it stands, or its part of one;
         each with the robots that take part. Of loads as many as it can carry."""
-        found = []
-        room = self.room(robot)
-        first = [work for work in self.open.values() if not work.takes]
-        for work in (*first, *taking(self.open.values())):
+        here = self._here(robot, regions)
+        if not here:
+            return []
+        found, room = [], self.room(robot)
+        first = [work for work in here if not work.takes]
+        for work in (*first, *taking(here)):
             if work.finished or self._waits(work, cleared) or (work.takes and room <= 0):
                 continue
             need = work.obstacle.needs[work.need]
