@@ -54,8 +54,8 @@ class TransportKind(StrEnum):
 
 
 class ScanUse(Struct, frozen=True):
-    """The meaning of a lidar's rays: one that ends less than ``beyond`` metres behind the middle of
-    the region beside the robot has found an obstacle of type ``obstacle`` there."""
+    """The meaning of a lidar's rays: a ray that ends less than ``beyond`` metres behind the centre
+    of an adjacent region has hit an obstacle of type ``obstacle`` there."""
 
     topic: str
     obstacle: str
@@ -71,7 +71,7 @@ class FollowUse(Struct, frozen=True):
 
 
 class Station(Struct, frozen=True):
-    """One robot. ``tolerance``: metres from the middle of a region at which it has arrived;
+    """One robot. ``tolerance``: metres from the centre of a region at which it has arrived;
     ``speed``: metres per second, for the time limit of a goal, which is ``timeout`` times the
     expected time; ``retries``: how often a failed goal is sent again; ``scan`` and ``report``: what
     it senses by; ``follow``: None for a robot that finds its own way to goals; ``act``: the service

@@ -23,7 +23,7 @@ class Places(Struct, frozen=True):
     frame: Frame
 
     def centre(self, region: Region) -> tuple[float, float]:
-        """x and y of the middle of a region."""
+        """x and y of the centre of a region."""
         return self.frame.centre(*self.world.position(region), self.world.rows)
 
     def corners(self, region: Region) -> list[tuple[float, float]]:
@@ -53,7 +53,7 @@ class Places(Struct, frozen=True):
         return min(Heading, key=lambda heading: abs(turned(YAW[heading.label] - facing)))
 
     def distance(self, region: Region, x: float, y: float) -> float:
-        """Metres from a point to the middle of a region."""
+        """Metres from a point to the centre of a region."""
         cx, cy = self.centre(region)
         return hypot(cx - x, cy - y)
 
@@ -67,7 +67,7 @@ class Places(Struct, frozen=True):
         )
 
     def bearing(self, region: Region, x: float, y: float) -> float:
-        """The direction from a point to the middle of a region."""
+        """The direction from a point to the centre of a region."""
         cx, cy = self.centre(region)
         return atan2(cy - y, cx - x)
 

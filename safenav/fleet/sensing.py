@@ -197,7 +197,7 @@ class Sensing:
     def _nearest(
         self, scan: Scanned, at: Located, region: Region, share: float = NARROW
     ) -> float | None:
-        """The shortest of the rays that end near the line to the middle of a region, in metres;
+        """The shortest of the rays that end near the line to the centre of a region, in metres;
         None if none goes there. ``share``: of a region's side, how near."""
         bearing = self._places.bearing(region, at.x, at.y) - at.yaw
         width = share * min(self._places.frame.resolution)

@@ -1,7 +1,7 @@
 """The world of a mission that drives real robots (World, protocol 2), whatever the transport.
 
 A command becomes a goal in metres, and ends by one event that is true: after a failure the robot is
-first sent back to the middle of the region where it set out, since one that stands between two
+first sent back to the centre of the region where it set out, since one that stands between two
 regions occupies both. A robot that cannot be brought back, or has no fresh odometry, is lost in
 either of them. Arrivals are reported when the robot's sensors have seen its new surroundings:
 a reading from the way there says nothing about what stands before it now.

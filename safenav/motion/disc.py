@@ -18,7 +18,7 @@ from safenav.pace.robot import RESERVE, ROOM, TURNING, glide
 
 
 def end_of(crossing: Crossing, floor: MetricFloor, size: float) -> tuple[float, float]:
-    """Rest position of a round body of that size: in the middle of the region, or short of an
+    """Rest position of a round body of that size: in the centre of the region, or short of an
     obstacle there."""
     x, y = floor.centre(crossing.to)
     if crossing.short:
@@ -28,7 +28,7 @@ def end_of(crossing: Crossing, floor: MetricFloor, size: float) -> tuple[float, 
 
 
 class DiscMover(Mover):
-    """A disc at rest at ``place``, in the middle of its region or short of it."""
+    """A disc at rest at ``place``, in the centre of its region or short of it."""
 
     name = "glide"
     at_rest = "rest"

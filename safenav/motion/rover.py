@@ -1,4 +1,4 @@
-"""A unicycle: it turns on the spot in the middle of a region and drives straight to the next.
+"""A unicycle: it turns on the spot in the centre of a region and drives straight to the next.
 
 Speed and acceleration, straight and in turning, stay within its limits. Its footprint is a disc
 or a convex polygon around its middle, which has room to turn in a region.

@@ -1,6 +1,6 @@
 """A run as waypoints in metres, for a robot stack to follow: read from the trace alone.
 
-A waypoint is the middle of the region where a robot is at the end of a tick, or, in a run with a
+A waypoint is the centre of the region where a robot is at the end of a tick, or, in a run with a
 clock, at the end of each of its steps, in the frame of
 the map as ROS map_server has it: x grows east, y grows north, the origin is the south-western
 corner (docs/maps.md).

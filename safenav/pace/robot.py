@@ -289,5 +289,5 @@ def _between(before: float, after: float) -> float:
 
 
 def _quarters(before: float, after: float) -> int:
-    """Quarter turns to the left: -1, 0 or 1; a walker never turns round."""
+    """Quarter turns to the left: -1, 0 or 1; a walker never turns around."""
     return max(-1, min(1, round(remainder(after - before, tau) / (pi / 2))))

@@ -70,7 +70,7 @@ def cramped(scenario: Scenario) -> Iterator[str]:
 
 
 def imprecise(scenario: Scenario, tolerances: Mapping[str, float]) -> Iterator[str]:
-    """Robots of a drive that may arrive so far from the middle of a region that they reach into the
+    """Robots of a drive that may arrive so far from the centre of a region that they reach into the
     next one. ``tolerances``: metres, by robot."""
     frame = scenario.map.frame
     side = None if frame is None else min(frame.resolution)

@@ -116,7 +116,7 @@ class Failures(Struct, frozen=True):
 
 
 class LatePolicy(StrEnum):
-    """After a broken promise the run continues, or ends with the outcome ``late``."""
+    """After a missed deadline the run continues, or ends with the outcome ``late``."""
 
     GO_ON = "go_on"
     STOP = "stop"

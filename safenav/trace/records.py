@@ -511,8 +511,8 @@ class End(Record, frozen=True, tag="outcome"):
     of a negative. ``unrealizable``: robot and spec of each synthesis that ended the run. Live:
     ``makespan``, the time (seconds) of the last end of a command, and the seconds in which each
     robot had a command (``busy``) and in which it had none before that (``waiting``). ``late``: the
-    broken promises, where there are any to keep; ``refused``: those that cannot be kept from the
-    start, each with the least that could be promised (None: nothing can)."""
+    missed deadlines, if the scenario has any; ``refused``: those that cannot be met from the start,
+    each with the least feasible value (None: there is none)."""
 
     outcome: Outcome
     explanation: str

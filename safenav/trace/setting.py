@@ -159,8 +159,8 @@ class UntilHeader(Struct, frozen=True):
 
 
 class PromisesHeader(Struct, frozen=True):
-    """The promises: the most ticks of a round, by robot; the tick by which the mission is
-    completed; whether the run ends with the first broken promise (``stop``)."""
+    """The deadlines: of a round in ticks, by robot; of the mission, a tick; whether the run ends
+    with the first missed deadline (``stop``)."""
 
     within: Mapping[str, Count]
     by: Count | None = None

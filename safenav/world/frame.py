@@ -18,7 +18,7 @@ class Frame(Struct, frozen=True):
     yaw: float = 0.0
 
     def centre(self, row: float, col: float, rows: int) -> tuple[float, float]:
-        """x and y of the middle of a region of a map with this many rows; of a place between two
+        """x and y of the centre of a region of a map with this many rows; of a place between two
         regions, if these are fractions."""
         east = (col + 0.5) * self.resolution[0]
         north = (rows - row - 0.5) * self.resolution[1]

@@ -1,4 +1,4 @@
-"""Rules on promises in ticks (docs/deadlines.md)."""
+"""Rules on deadlines in ticks (docs/deadlines.md)."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class _Clock:
 
 
 def _promised(outcome: Line) -> list[str]:
-    """The refused promises in ticks."""
+    """The refused deadlines in ticks."""
     return [of for of in outcome.refused or {} if not of.endswith(BATTERY)]
 
 

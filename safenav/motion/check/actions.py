@@ -111,7 +111,7 @@ def check_charge(case: Examination, steps: Mapping[int, Passage]) -> None:
 
 def _comes_to_rest(case: Examination, piece: Moving) -> bool:
     """Whether a robot only comes to rest: a walker by a step on the spot; who has acted short of
-    the middle of its region continues to it."""
+    the centre of its region continues to it."""
     if piece.origin != piece.to:
         return False
     path = case.body(piece.robot, piece.t0, piece.t1)

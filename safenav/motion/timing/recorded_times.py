@@ -183,7 +183,7 @@ class _Run:
                 self._lines += mover.rest(acted.tick, end)
 
     def _rest(self, mover: Mover, tick: int, until: float, *, stays: bool = False) -> None:
-        """Rest until then; in the middle of the region, unless the robot ``stays`` where it has
+        """Rest until then; in the centre of the region, unless the robot ``stays`` where it has
         acted short of that."""
         if mover.robot in self._due and not stays:
             self._due.discard(mover.robot)

@@ -32,10 +32,10 @@ TICKS, SECONDS = 2_000, 1.0
 
 
 class TeamSimulation(Struct, frozen=True):
-    """A run with orders, without hidden obstacles. ``late``: the first tick in which each broken
-    promise was late (robots, ``mission``); ``completed``: the tick of completion, None if it was
-    not reached; ``repeats``: two ticks with the same state; ``slowest``: steps vary, and took their
-    longest; ``why``: no promise is possible, and why (then all else is empty)."""
+    """A run with orders, without hidden obstacles. ``late``: the tick in which each missed deadline
+    became late (robots, ``mission``); ``completed``: the tick of completion, if it was reached;
+    ``repeats``: two ticks with the same state; ``slowest``: steps vary, and took their longest;
+    ``why``: the reason why nothing can be guaranteed (then all else is empty)."""
 
     late: dict[str, int]
     completed: int | None = None

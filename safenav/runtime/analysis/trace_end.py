@@ -472,7 +472,7 @@ class TraceEnd(Struct):
 
 
 def ended_late(trace: Trace) -> bool:
-    """Return whether a broken promise ended the run."""
+    """Return whether a missed deadline ended the run."""
     return trace.outcome is not None and trace.outcome.outcome is Outcome.LATE
 
 

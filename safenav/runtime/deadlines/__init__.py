@@ -1,1 +1,1 @@
-"""Promises in ticks: which can be kept, and by which acts. Pure functions."""
+"""Deadlines in ticks: which can be met, and by which acts. Pure functions."""

@@ -68,7 +68,7 @@ class Round(Struct):
 
 
 class Deadlines(Struct):
-    """Keeps the promises of a run."""
+    """Keeps the deadlines of a run."""
 
     team: TeamState
     late: list[str] = field(default_factory=list)
@@ -219,7 +219,7 @@ class Deadlines(Struct):
 
     @property
     def told(self) -> tuple[str, ...] | None:
-        """The broken promises, each once; None if the scenario has no promise."""
+        """The missed deadlines, each once; None if the scenario has no promise."""
         return tuple(dict.fromkeys(self.late)) if self.active else None
 
     def _look(self) -> None:

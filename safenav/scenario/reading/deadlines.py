@@ -1,4 +1,4 @@
-"""Checks of the promises in ticks, and of batteries."""
+"""Checks of deadlines in ticks, and of batteries."""
 
 from __future__ import annotations
 

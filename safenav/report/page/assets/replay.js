@@ -1,4 +1,4 @@
-/* sources 3f326f9c11044b8421d865dbaa0ff80a5c73362245a1bee99019135e7211d830 */
+/* sources 479b84881654ff4cabdbfa2aff03dffe7e201e8ba9df003f67a7da36591ec1b0 */
 /* Contains Preact:
 The MIT License (MIT)
 

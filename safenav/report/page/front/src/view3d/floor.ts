@@ -21,7 +21,7 @@ import { themeColour } from "./colours";
 export const LOW = 0.35;
 export const HIGH = 2.0;
 
-/** The middle of a region on the ground, in metres. */
+/** The centre of a region on the ground, in metres. */
 export function centreOf(run: Run, side: number, region: number): [x: number, y: number] {
   return [((region % run.cols) + 0.5) * side, (run.rows - Math.floor(region / run.cols) - 0.5) * side];
 }
