@@ -94,7 +94,6 @@ def test_headings_count() -> None:
 
 
 BEHIND = """\
-safenav: 1
 map: {grid: ["#####", "#...#", "#####"]}
 robots:
   a:

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 import warm
 from once import SCENARIOS
 from runtime.counting import COUNTING
-from runtime.played import Line, Run, loaded, play
+from runtime.played import Line, Run, loaded, play, whole
 from runtime.test_operator import GATE, attended
 from safenav import Mission
 from safenav.audit.check import audit
@@ -89,7 +89,6 @@ def test_a_literal_objective_stays_literal() -> None:
 
 
 CHANGED = """
-safenav: 1
 map: {grid: ["......", "......"]}
 robots:
   a: {model: quadcopter, start: 0, objective: {visit: [0, 5]}}
@@ -140,7 +139,6 @@ def test_a_finished_run_is_not_resumed(tmp_path: Path) -> None:
 
 
 ORDERS = """
-safenav: 1
 map: {grid: [".......", "......."]}
 catalogue:
   robots: {arm: {mobility: free, layer: ground, capabilities: [take, put]}}
@@ -151,7 +149,6 @@ orders: [{at: 2, type: load, region: 13}, {at: 2, type: load, region: 13}]
 until: {rounds: 1}
 """
 COMES_BACK = """
-safenav: 1
 map: {grid: [".....", "....."]}
 robots:
   d: {model: digit, start: 0, heading: east, objective: {visit: [4, 5]}}
@@ -159,7 +156,6 @@ robots:
 obstacles: [{type: door, region: 2, until: 6}, {type: door, region: 2, from: 8}]
 """
 BATTERY = """
-safenav: 1
 map: {grid: ["......."]}
 catalogue:
   robots: {cart: {mobility: free, layer: ground, battery: {capacity: 12, charge: 3, start: 0}}}
@@ -168,7 +164,6 @@ chargers: [0]
 until: {rounds: 1}
 """
 CLOSED = """
-safenav: 1
 map: {grid: [".....", ".#.#.", "....."]}
 robots:
   q: {model: quadcopter, start: 4, objective: {hold: 4}}
@@ -192,7 +187,6 @@ def test_a_run_continues_from_each_of_its_lines(text: str) -> None:
 
 
 ALARM = """
-safenav: 1
 map: {grid: ["....."]}
 robots:
   q: {model: quadcopter, start: 0, objective: {visit: [1, 0]}, when: {alarm: {visit: [4, 3]}}}
@@ -267,7 +261,6 @@ def test_a_run_that_waits_for_an_operator_still_does(
 
 
 REMEMBERS = """
-safenav: 1
 map: {grid: [".......", "......."]}
 robots:
   r:
@@ -453,7 +446,6 @@ def test_other_formulas_begin_again(name: str, clock: str) -> None:
 
 
 TWO_CARRY = """
-safenav: 1
 map: {grid: [".......", "......."]}
 catalogue:
   robots: {arm: {mobility: free, layer: ground, capabilities: [take, put]}}
@@ -520,17 +512,16 @@ def test_a_model_of_its_own_keeps_how_it_moves() -> None:
 
 
 def test_a_live_run_stays_live(tmp_path: Path) -> None:
-    source, whole = tmp_path / "s.yaml", tmp_path / "whole.jsonl"
-    source.write_text(CLOSED)
-    run = ("run", source, "--clock", "live", "--seed", "7", "--trace", whole)
+    source, trace = tmp_path / "s.yaml", tmp_path / "whole.jsonl"
+    source.write_text(whole(CLOSED))
+    run = ("run", source, "--clock", "live", "--seed", "7", "--trace", trace)
     assert warm.safenav(*run).returncode == 0
-    whole.write_text("".join(whole.read_text().splitlines(keepends=True)[:6]))
-    again = resumed(read_trace(whole), load_scenario(source))
+    trace.write_text("".join(trace.read_text().splitlines(keepends=True)[:6]))
+    again = resumed(read_trace(trace), load_scenario(source))
     assert (again.clock.value, again.seed) == ("live", 7)
 
 
 DUE = """
-safenav: 1
 map: {grid: ["..........", "##########"]}
 robots: {r: {model: husky, start: 0, objective: {visit: [9, 0]}}}
 until: {rounds: 1, by: %d}
@@ -600,7 +591,6 @@ def test_an_input_that_a_user_has_set_stays_so(
 
 
 FLAT = """
-safenav: 1
 map: {grid: ["......."]}
 catalogue:
   robots:
@@ -627,13 +617,11 @@ def test_a_run_continues_with_an_empty_battery(clock: str) -> None:
 
 
 ONE = """
-safenav: 1
 map: {grid: [".....", "....."]}
 robots: {r: {model: husky, start: 0, objective: {%s}}}
 until: {rounds: 3}
 """
 DOOR = """
-safenav: 1
 map: {grid: [".....", ".###.", "....."]}
 robots:
   d: {model: digit, start: 10, heading: east, objective: {visit: [14, 10]}}
@@ -686,7 +674,6 @@ def test_deadlines_keep_their_ages() -> None:
 
 
 TIGHT = """
-safenav: 1
 map: {grid: ["#....#", "######", "......", "######", "......"]}
 robots:
   a: {model: husky, start: 1, objective: {visit: [4, 1], within: 6}}
@@ -730,7 +717,6 @@ def test_a_header_that_tells_otherwise_breaks_a_rule(
 
 
 TWICE = """
-safenav: 1
 map: {grid: ["..........", "##########"]}
 robots:
   r: {model: digit, start: 0, heading: east, objective: {once: [3, 9]}, when: {alarm: {hold: 9}}}
@@ -824,7 +810,7 @@ def test_a_header_that_tells_otherwise_is_found(
 def test_check_trace_compares_a_rest_with_the_run_before(tmp_path: Path) -> None:
     first, rest = tmp_path / "first.jsonl", tmp_path / "rest.jsonl"
     source = tmp_path / "s.yaml"
-    source.write_text(DOOR)
+    source.write_text(whole(DOOR))
     lines = play(DOOR).lines
     first.write_text("".join(lines[:40]))
     assert warm.safenav("resume", first, source, "--trace", rest, "--no-map").returncode == 0

@@ -121,7 +121,6 @@ until: {rounds: 1}
 
 
 LATE = """
-safenav: 1
 map: {grid: ["....."]}
 robots: {a: {model: husky, start: 0, objective: {visit: [4, 0]}}}
 obstacles: [{type: door, region: 2}]
