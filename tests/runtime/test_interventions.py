@@ -86,7 +86,8 @@ until: {rounds: 1}
             ON_A_TARGET,
             "{at: 1, robot: d, service: out}",
             "operator_needed",
-            "d (at 11 [1, 4], a target of c) out of service; not completed after 1 tick: c has",
+            "d (by a change of the scenario; at 11 [1, 4], a target of c) out of service; "
+            "not completed after 1 tick: c has",
             0,
         ),
     ],
