@@ -535,21 +535,7 @@ def test_live_the_audit_refuses_other_charges(key: str) -> None:
 
 def test_a_battery_that_is_brought_at_once_brings_its_robot_back() -> None:
     """The robot is in service in the tick after: until then the run does not end without it."""
-    trace = play("""
-        map: {grid: ["#########", "#.......#", "#########"]}
-        catalogue:
-          robots:
-            cart: {mobility: free, layer: ground, capabilities: [],
-                   battery: {capacity: 60, charge: 3, start: 4}}
-            drone: {mobility: free, layer: air, capabilities: [bring]}
-          obstacles: {empty: {needs: [{action: bring, at: neighbours}], blocks: []}}
-        robots:
-          cart: {model: cart, start: [1, 1], objective: {visit: [[1, 7], [1, 1]]}}
-          drone: {model: drone, start: [1, 6], objective: {hold: [1, 6]}}
-        chargers: []
-        flat: empty
-        until: {rounds: 1}
-        """)
+    trace = play(FLAT.replace("[1, 11]", "[1, 7]").replace("rounds: 2", "rounds: 1"))
     assert trace.outcome["outcome"] == "completed"
     assert [line["active"] for line in trace.all("service", robot="cart")] == [False, True]
 
