@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from safenav.explain.explanation import Diagnosis, NoStrategyCause
 from safenav.explain.undisturbed import Solo, play
 from safenav.scenario.model import Scenario
-from safenav.scenario.objective import Ltl, Target, alternation, station, targets_of
+from safenav.scenario.objective import Ltl, Target, alternation, station
 from safenav.scenario.reachability import Reachability
 from safenav.spec.task import Known, Task
 from safenav.world.map import Heading, RegionMap
@@ -79,7 +79,7 @@ def _solo(task: Task, world: RegionMap) -> Solo:
 def _connected(task: Task, world: RegionMap) -> bool:
     """Return whether a robot that can turn has a path to each target, blocked by walls only."""
     reach = Reachability(Mobility.FREE, Pose(task.pose.region), world)
-    return all(map(reach.reaches, targets_of(task.objective)))
+    return all(map(reach.reaches, task.objective.targets))
 
 
 def _culprits(task: Task, world: RegionMap) -> tuple[Known, ...]:
@@ -109,7 +109,7 @@ def _facing_elsewhere(task: Task, world: RegionMap) -> bool:
 def _crossing(task: Task, world: RegionMap) -> Target | None:
     """Return the target that is in the way of another one."""
     blocked = {known.region for known in task.blocked}
-    targets = targets_of(task.objective)
+    targets = task.objective.targets
     for target in targets:
         if task.pose.region in target:
             continue

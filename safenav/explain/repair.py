@@ -20,7 +20,7 @@ from safenav.explain.map_repair import map_repairs
 from safenav.explain.undisturbed import play
 from safenav.scenario.model import Robot, Scenario, Tracking
 from safenav.scenario.motion import ONLY_WITH_HEADING, TURNING, MotionModel
-from safenav.scenario.objective import Ltl, Objective, Word, avoided, relaxed, station, staying
+from safenav.scenario.objective import Ltl, Objective, Word, station, staying
 from safenav.scenario.objective_text import written
 from safenav.scenario.reachability import Reachability
 from safenav.spec.objective import NO_MEMORY
@@ -224,7 +224,7 @@ def _other_starts(problem: RepairProblem) -> Iterator[Repair]:
         for region in nearest(other.start.region, world.free, world)[:LOOKED_AT]:
             if problem.late:
                 return
-            if region == other.start.region or region in taken | avoided(other.objective):
+            if region == other.start.region or region in taken | other.objective.avoid:
                 continue
             moved = replace(other, start=replace(other.start, region=region))
             change = [(f"robots.{name}.start", scenario.map.word(region))]
@@ -278,7 +278,7 @@ def _hopeful(
     if blocked is None:
         blocked = frozenset(known.region for known in problem.task.blocked)
     world = problem.scenario.map
-    weakest = relaxed(robot.objective)
+    weakest = robot.objective.relaxed()
     solo = play(robot.model.mobility, robot.start, weakest, NO_MEMORY, world, blocked)
     return solo.winnable
 

@@ -44,7 +44,7 @@ def why_words(found: Diagnosis, task: Task, world: RegionMap) -> str:
         case NoStrategyCause.ONE_WAY:
             if found.lost:
                 return f"its mobility allows no path from {here} to {lost}"
-            if task.assignable and not isinstance(task.objective, Ltl) and task.objective.settles:
+            if task.assignable and task.objective.settles:
                 last = world.labels(task.objective.targets[-1])
                 return (
                     f"with 'coordination: assignable' it must be able to leave {last} again; "

@@ -7,7 +7,7 @@ from functools import cached_property, lru_cache
 
 from safenav.scenario.guarantees import Guarantees, guarantees_of
 from safenav.scenario.model import Robot
-from safenav.scenario.objective import Ltl, avoided, formulas_in
+from safenav.scenario.objective import Ltl, formulas_in
 from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility
 from safenav.world.poses import Mask, PoseGraph, bits, plain_graph, region_mask
@@ -82,4 +82,4 @@ def graph_of(robot: Robot, world: RegionMap) -> PoseGraph:
 
 def permitted(robot: Robot, graph: PoseGraph) -> Mask:
     """The poses on free regions that a robot's own objective does not avoid."""
-    return graph.everywhere & ~graph.poses_on(region_mask(avoided(robot.objective)))
+    return graph.everywhere & ~graph.poses_on(region_mask(robot.objective.avoid))

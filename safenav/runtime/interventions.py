@@ -20,7 +20,7 @@ from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.turns.turn import Turns
 from safenav.runtime.worlds.world import Change, ChangingWorld, InputWorld, SimulatedWorld
 from safenav.scenario.model import Obstacle
-from safenav.scenario.objective import Objective, avoided, targets_of
+from safenav.scenario.objective import Objective
 from safenav.scenario.reachability import Reachability
 from safenav.spec.objective import NO_MEMORY
 from safenav.trace import records, vocabulary
@@ -330,11 +330,11 @@ class Interventions(Struct):
                 f"the inputs determine the objective of {wanted.robot}: see its 'when'"
             )
         world = self.state.scenario.map
-        avoid = avoided(wanted.objective)
+        avoid = wanted.objective.avoid
         if robot.next_pose.region in avoid:
             raise UsageError(f"{wanted.robot} must avoid its own region {robot.next_pose.region}")
         reach = Reachability(robot.robot.model.mobility, robot.next_pose, world, avoid)
-        for target in targets_of(wanted.objective):
+        for target in wanted.objective.targets:
             if not reach.reaches(target):
                 where = ", ".join(map(str, sorted(target)))
                 raise UsageError(f"{wanted.robot} cannot reach {where} from its region")

@@ -16,7 +16,6 @@ from msgspec.structs import replace
 from safenav.begun import Begun
 from safenav.runtime.worlds.world import NO_TAKERS, Takers, Work, Works, taking, work_on
 from safenav.scenario.model import Obstacle, Robot, Scenario
-from safenav.scenario.objective import avoided
 from safenav.spec.task import Known
 from safenav.world.map import Region
 
@@ -257,7 +256,7 @@ class Knowledge:
         """The regions beyond the walls that the robot must not plan through: those that its
         objective forbids, of joined obstacles, and of pending ones that it is to ``avoid``."""
         item = f"robots.{robot.name}.objective.avoid"
-        found = [Known(r, item, f"{robot.name} avoids it") for r in avoided(robot.objective)]
+        found = [Known(r, item, f"{robot.name} avoids it") for r in robot.objective.avoid]
         found += [
             Known(obstacle.region, f"obstacles.{obstacle.name}", reason)
             for obstacle, reason in self.joined.values()

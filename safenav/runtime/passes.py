@@ -22,7 +22,6 @@ from safenav.runtime.coordination.events import (
 from safenav.runtime.team import RobotState, Role
 from safenav.runtime.termination import Conclusion, RunEnded
 from safenav.runtime.turns.while_waiting import has_other_objective
-from safenav.scenario.objective import targets_of
 from safenav.scenario.settings import switching
 from safenav.trace import records
 from safenav.trace.vocabulary import OperatorCause, PlanEndReason, Reason
@@ -363,7 +362,7 @@ class Passes(Algorithm):
             for other in team.robots.values()
             if other.active
             and team.scenario.conflict(robot.robot, other.robot)
-            and any(target == {region} for target in targets_of(other.own.objective))
+            and any(target == {region} for target in other.own.objective.targets)
         ]
         said = [team.failures.out[robot.name]] if robot.name in team.failures.out else []
         if barred:

@@ -299,7 +299,8 @@ class Ltl(Struct, frozen=True):
     (``region``, ``heading``) and declared memory.
 
     ``memory`` maps a name to None (Boolean) or to its (min, max). ``inputs``: those of the
-    environment that the formulas name.
+    environment that the formulas name. It has no targets, and all that it forbids is in its
+    formulas.
     """
 
     init: tuple[str, ...] = ()
@@ -309,22 +310,38 @@ class Ltl(Struct, frozen=True):
     inputs: tuple[str, ...] = ()
     strict: ClassVar[bool] = False
     literal: ClassVar[bool] = False
+    in_turn: ClassVar[bool] = False
+    settles: ClassVar[bool] = False
+    remembers: ClassVar[bool] = False
+    targets: ClassVar[tuple[Target, ...]] = ()
+    avoid: ClassVar[Target] = frozenset()
+    always: ClassVar[tuple[str, ...]] = ()
 
     def __hash__(self) -> int:
         return hash((self.init, self.safety, self.liveness, tuple(sorted(self.memory))))
+
+    @classmethod
+    def ordered(cls) -> bool:
+        return False
+
+    def relaxed(self) -> Ltl:
+        return self
+
+    def stays(self, memory: int, region: Region) -> bool:
+        del memory, region
+        return False
+
+    def met(self, memory: int, region: Region) -> tuple[int, ...]:
+        del memory, region
+        return ()
 
 
 Objective = TargetObjective | Ltl
 
 
-def targets_of(objective: Objective) -> tuple[Target, ...]:
-    """The objective's targets in its own order; none for ``ltl``."""
-    return () if isinstance(objective, Ltl) else objective.targets
-
-
 def target_regions(objective: Objective | None) -> frozenset[Region]:
     """Return all regions of an objective's targets."""
-    return frozenset().union(*targets_of(objective)) if objective is not None else frozenset()
+    return frozenset().union(*objective.targets) if objective is not None else frozenset()
 
 
 def kinds_that(has: Callable[[type[TargetObjective]], bool] = bool) -> tuple[str, ...]:
@@ -354,19 +371,9 @@ def station(objective: Objective) -> Target | None:
     return objective.targets[0] if isinstance(objective, STAYING) else None
 
 
-def relaxed(objective: Objective) -> Objective:
-    """The weakest form of an objective."""
-    return objective if isinstance(objective, Ltl) else objective.relaxed()
-
-
 def with_targets(objective: Objective, targets: Sequence[Target]) -> Objective:
     """An objective of the same kind with other targets, as many as it has."""
     return objective if isinstance(objective, Ltl) else replace(objective, targets=tuple(targets))
-
-
-def avoided(objective: Objective) -> Target:
-    """The regions that an objective forbids to enter; those of ``ltl`` are in its formulas."""
-    return frozenset() if isinstance(objective, Ltl) else objective.avoid
 
 
 def formulas_in(objective: Objective) -> Ltl | None:
@@ -384,6 +391,4 @@ def on_steps(formula: str) -> str:
 
 def ruled(objective: TargetObjective, like: Objective) -> TargetObjective:
     """An objective under the rules of another: it avoids the same and keeps the same formulas."""
-    if isinstance(like, Ltl):
-        return objective
     return replace(objective, avoid=like.avoid, always=like.always)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 
-from safenav.scenario.objective import Ltl, Objective, Target, Word, number_word, targets_of
+from safenav.scenario.objective import Ltl, Objective, Target, Word, number_word
 
 
 def to_data(objective: Objective) -> dict[str, object]:
@@ -61,7 +61,7 @@ def written(objective: Objective, word: Word = number_word) -> str:
 
     if isinstance(objective, Ltl):
         return json.dumps(to_data(objective))
-    listed = [target(regions) for regions in targets_of(objective)]
+    listed = [target(regions) for regions in objective.targets]
     parts = {objective.kind: listed[0] if objective.one else f"[{', '.join(listed)}]"}
     if objective.literal:
         parts["form"] = "literal"

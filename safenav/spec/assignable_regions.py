@@ -14,7 +14,7 @@ from msgspec import Struct
 
 from safenav.components import components, explored
 from safenav.scenario.guarantees import Guarantees, guarantees_of
-from safenav.scenario.objective import Ltl, Objective, formulas_in, targets_of
+from safenav.scenario.objective import Ltl, Objective, formulas_in
 from safenav.spec.task import Task
 from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Mobility, Pose, moves
@@ -132,7 +132,7 @@ class _Ground(Struct, frozen=True):
         guarantees = self.guarantees
         if guarantees is None or not isinstance(self.objective, Ltl):
             regions = {pose.region for pose, _ in members}
-            return all(target & regions for target in targets_of(self.objective))
+            return all(target & regions for target in self.objective.targets)
         steps = [(one, other) for one in members for other in ways[one] if other in members]
         return all(
             any(

@@ -69,8 +69,8 @@ def _steering(
         tuple(assignable.assumptions(task, world)),
         tuple(assignable.guarantees(task, world)),
     )
-    holds = not isinstance(task.objective, Ltl) and task.objective.settles
-    return encoding, lambda constraint: assignable.excused(constraint, holds)
+    settles = task.objective.settles
+    return encoding, lambda constraint: assignable.excused(constraint, settles)
 
 
 def _unchanged(constraint: Constraint) -> Constraint:

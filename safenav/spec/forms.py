@@ -25,10 +25,7 @@ from safenav.scenario.objective import (
     Target,
     TargetObjective,
     Word,
-    avoided,
     number_word,
-    relaxed,
-    targets_of,
 )
 from safenav.spec.task import Task
 from safenav.world.moves import Mobility, Pose
@@ -81,7 +78,7 @@ def forms(
     """The forms to ask for, the strongest first, for a robot at ``pose`` that has target number
     ``turn`` next. ``blocked``: a mask of the regions that it cannot enter. Forms that the robot
     could not keep even alone are left out, but for the last one."""
-    plain = relaxed(objective)
+    plain = objective.relaxed()
     if isinstance(objective, Ltl) or plain == objective:
         yield ObjectiveForm(objective, turn)
         return
@@ -109,7 +106,7 @@ def concession(
     if rung.weakening is None:
         return None
     if rung.weakening is Weakening.TURNED:
-        first, *others = (word(target) for target in _from(rung.turn, targets_of(asked)))
+        first, *others = (word(target) for target in _from(rung.turn, asked.targets))
         other = others[0] if len(others) == 1 else "the one whose turn it is"
         return f"{first} first: from here it cannot begin with {other} without crossing {first}"
     why = _WHY[rung.weakening]
@@ -122,7 +119,7 @@ def concession(
 def asked_of(task: Task) -> Objective:
     """The objective of the user, of which a task may have a weaker form."""
     own = task.robot.objective
-    return own if task.objective in (own, relaxed(own)) else task.objective
+    return own if task.objective in (own, own.relaxed()) else task.objective
 
 
 def _from(turn: int, targets: Sequence[Target]) -> Sequence[Target]:
@@ -143,7 +140,7 @@ _WHY = {
 
 def _obstruction(graph: PoseGraph, pose: Pose, strict: TargetObjective, blocked: Mask) -> Weakening:
     """The obstruction that keeps a robot from a strict objective."""
-    shut, turns = region_mask(avoided(strict)), range(len(strict.targets))
+    shut, turns = region_mask(strict.avoid), range(len(strict.targets))
     if blocked & ~shut and any(can_keep(graph, pose, strict, turn, shut) for turn in turns):
         return Weakening.OBSTACLES
     plain = plain_graph(graph.world, graph.mobility)

@@ -7,7 +7,7 @@ from enum import StrEnum
 from msgspec import Struct
 
 from safenav.scenario.model import Robot, Tracking
-from safenav.scenario.objective import Objective, Target, targets_of
+from safenav.scenario.objective import Objective, Target
 from safenav.scenario.settings import Input
 from safenav.spec.objective import NO_MEMORY, Memory
 from safenav.world.map import Region
@@ -103,7 +103,7 @@ class Task(Struct, frozen=True):
 
     @property
     def targets(self) -> tuple[Target, ...]:
-        return targets_of(self.objective)
+        return self.objective.targets
 
     @property
     def endangered(self) -> bool:

@@ -21,7 +21,6 @@ from safenav.runtime.coordination.strategy_search import TaskResult
 from safenav.runtime.knowledge import Knowledge
 from safenav.runtime.team import TeamState
 from safenav.scenario.model import Scenario
-from safenav.scenario.objective import targets_of
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.settings import Clock
 from safenav.spec.compile import compile_task
@@ -84,7 +83,7 @@ def task_of(scenario: Scenario, about: Circumstances = ORDINARY) -> Task:
         Observed(
             other.name,
             other.start.region,
-            targets_of(other.objective),
+            other.objective.targets,
             scenario.conflict(robot, other),
         )
         for other in scenario.robots[1:]

@@ -11,7 +11,7 @@ import pytest
 
 from certify.tasks import Circumstances, scenario_of, verdict_of
 from safenav.scenario.model import Scenario
-from safenav.scenario.objective import Patrol, Visit, targets_of
+from safenav.scenario.objective import Patrol, Visit
 from safenav.spec.objective import NO_MEMORY, Memory
 from safenav.spec.task import FAIRNESS_ORDER, Fairness
 
@@ -66,7 +66,7 @@ def random_circumstances(source: Random, scenario: Scenario) -> Circumstances:
     robot = scenario.robots[0]
     memory = NO_MEMORY
     if isinstance(robot.objective, Visit | Patrol):
-        memory = Memory(source.randrange(len(targets_of(robot.objective))))
+        memory = Memory(source.randrange(len(robot.objective.targets)))
     rungs = FAIRNESS_ORDER[robot.tracking] if len(scenario.robots) > 1 else (Fairness.NONE,)
     hidden = scenario.obstacles[0].region
     taken = {other.start.region for other in scenario.robots}

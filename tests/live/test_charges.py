@@ -24,7 +24,6 @@ from safenav.errors import InputError
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.stops import Stops
 from safenav.scenario.model import Scenario
-from safenav.scenario.objective import targets_of
 from safenav.scenario.settings import Clock
 from safenav.trace.writing import as_data
 from safenav.world.poses import region_mask
@@ -66,7 +65,7 @@ def test_a_lone_robot_gets_there_if_its_charge_can_suffice(seed: int) -> None:
     (robot,), battery = scenario.robots, scenario.robots[0].model.battery
     assert battery is not None
     graph = graph_of(robot, scenario.map)
-    targets = tuple(graph.poses_on(region_mask(t)) for t in targets_of(robot.objective))
+    targets = tuple(graph.poses_on(region_mask(t)) for t in robot.objective.targets)
     chargers = graph.poses_on(region_mask(scenario.chargers))
     lasts = lasting(Stops(graph, targets, graph.everywhere, chargers, battery))[0]
     outcome, charges, _ = play(data, scenario, seed)

@@ -15,7 +15,6 @@ from safenav.report.picture.scene import Options, svg_of
 from safenav.report.picture.svg import FONTS, text_width, wrapped
 from safenav.report.replay.reading import read_replay
 from safenav.report.replay.timeline import Hidden, ObstacleStatus, Placed, Replay, Scene
-from safenav.scenario.objective import targets_of
 from safenav.scenario.reading.loader import load_scenario
 from safenav.trace.looks import looks
 from safenav.world.map import RegionMap
@@ -199,7 +198,7 @@ def test_figures_can_be_read_and_targets_are_framed(name: str) -> None:
         if element.get("fill") == "none"
     }
     for robot, look in zip(scenario.robots, looks([r.name for r in scenario.robots]), strict=True):
-        for region in sorted(set().union(*targets_of(robot.objective))):
+        for region in sorted(set().union(*robot.objective.targets)):
             assert (look.colour, *scenario.map.position(region)) in frames
 
 

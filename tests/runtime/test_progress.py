@@ -16,7 +16,6 @@ from safenav.scenario.objective import (
     Patrol,
     TargetObjective,
     Visit,
-    targets_of,
 )
 from safenav.spec.objective import Memory
 from safenav.world.map import RegionMap
@@ -89,7 +88,7 @@ def test_joint_plans_count_as_progress_does(objective: TargetObjective) -> None:
     """A walk that waits a tick after each step: plans count at once what is met by waiting."""
     graph = PoseGraph(WORLD, Mobility.FREE)
     pursuit = objective
-    targets = tuple(graph.poses_on(1 << min(target)) for target in targets_of(objective))
+    targets = tuple(graph.poses_on(1 << min(target)) for target in objective.targets)
     member = Member("r", graph, graph.everywhere, targets, pursuit.in_turn, False, frozenset())
     course = Course(Problem((member,), (), (frozenset(),)), rounds=1000)
     random, region = Random(7), 8

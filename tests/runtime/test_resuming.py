@@ -27,7 +27,6 @@ from safenav.runtime.analysis.resuming import resumed
 from safenav.runtime.mission import default_synthesizer
 from safenav.runtime.user_changes import SetInput
 from safenav.scenario.model import Scenario
-from safenav.scenario.objective import targets_of
 from safenav.scenario.reading.joining import joined
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.settings import Clock
@@ -200,7 +199,7 @@ def test_what_an_input_has_changed_is_as_it_was() -> None:
     scenario = loaded(ALARM)
     rest = resumed(read_lines(play(scenario).upto("objective")), scenario)
     (robot,), (alarm,) = rest.robots, rest.inputs
-    assert {*targets_of(robot.objective)} == {*targets_of(scenario.robots[0].objective)}
+    assert {*robot.objective.targets} == {*scenario.robots[0].objective.targets}
     assert alarm.spans == ((1, 3),)  # its first tick is the one in which the trace ends
     assert play(rest).outcome["outcome"] == "completed"
 

@@ -11,7 +11,6 @@ from safenav.report.picture.glyphs import NOSE, STATUS_MARKS
 from safenav.report.picture.names import AREA
 from safenav.report.picture.svg import SvgWriter, text_width, wrapped
 from safenav.report.replay.timeline import ObstacleStatus, Scene, StackRow, StoryKind
-from safenav.scenario.objective import avoided
 from safenav.trace.looks import Look, looks
 from safenav.trace.wording import objective_words
 from safenav.world.map import RegionMap
@@ -259,7 +258,7 @@ def _marks(scene: Scene, style: tuple[Look, ...], more: Sequence[Row]) -> Block:
         rows.append(Row(area, lines_of("area", 12)))
     if style:
         rows.append(Row(target, lines_of("target of the robot with this shape and colour", 12)))
-    if any(robot.objective and avoided(robot.objective) for robot in scene.robots):
+    if any(robot.objective and robot.objective.avoid for robot in scene.robots):
         rows.append(Row(shunned, lines_of("regions that the robot of this colour avoids", 12)))
     if any(len(robot.trail) > 1 for robot in scene.robots):
         rows.append(Row(trail, lines_of("path of a robot, newest part strongest", 12)))

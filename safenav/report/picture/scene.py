@@ -35,7 +35,7 @@ from safenav.report.picture.shading import draw_shading, draw_taken, shading_row
 from safenav.report.picture.svg import Layers, SvgWriter, number, wrapped
 from safenav.report.replay.perception import Shading
 from safenav.report.replay.timeline import Hidden, ObstacleStatus, Placed, Scene, StoryKind
-from safenav.scenario.objective import avoided, target_regions
+from safenav.scenario.objective import target_regions
 from safenav.trace.looks import Look, looks
 from safenav.world.map import Region
 
@@ -303,7 +303,7 @@ class _Drawing(Struct):
     def _avoided(self, style: tuple[Look, ...]) -> None:
         """Draw a dotted frame in the robot's colour around the regions that it avoids."""
         for robot, look in zip(self.scene.robots, style, strict=True):
-            regions = avoided(robot.objective) if robot.objective is not None else frozenset()
+            regions = robot.objective.avoid if robot.objective is not None else frozenset()
             if regions:
                 wide = max(1.5, self.cell * 0.05)
                 border = outline(self.scene.map, regions, self.cell, wide)

@@ -31,7 +31,7 @@ from safenav.scenario.model import (
     RobotModel,
     Scenario,
 )
-from safenav.scenario.objective import Ltl, Target, staying, targets_of, with_targets
+from safenav.scenario.objective import Target, staying, with_targets
 from safenav.scenario.objective_text import written
 from safenav.scenario.settings import Clock
 from safenav.synthesis.slugs import Synthesizer
@@ -307,9 +307,7 @@ def _walls(failed: _Failure) -> Iterator[Repair]:
         yield from map(failed.without, _beside(failed))
         return
     wanted: list[tuple[str, Target]] = [
-        (name, target)
-        for name in failed.stuck
-        for target in targets_of(scenario.robot(name).objective)
+        (name, target) for name in failed.stuck for target in scenario.robot(name).objective.targets
     ]
     for lacks in failed.lacks:
         regions = failed.obstacle(lacks).resolution_regions(world, len(lacks.met))
@@ -338,9 +336,7 @@ def _targets(failed: _Failure) -> Iterator[Repair]:
     world = failed.scenario.map
     for name in failed.stuck:
         robot, reach = failed.scenario.robot(name), failed.reach[name]
-        if isinstance(robot.objective, Ltl):
-            continue
-        targets = list(targets_of(robot.objective))
+        targets = list(robot.objective.targets)
         for number, target in enumerate(targets):
             others = set().union(*(t for k, t in enumerate(targets) if k != number))
             if target & reach and failed.lacks:

@@ -13,7 +13,7 @@ from safenav.outcome import Outcome
 from safenav.runtime.analysis.memories import Memories
 from safenav.runtime.promises.ledger import Round
 from safenav.scenario.guarantees import guarantees_of
-from safenav.scenario.objective import Ltl, Objective, targets_of
+from safenav.scenario.objective import Ltl, Objective
 from safenav.trace import records, setting, vocabulary
 from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.trace import Trace
@@ -61,15 +61,14 @@ class Pursued(Struct):
         if counted:
             self.seen.clear()
             self.clock.restart(goal.tick)
-        if not isinstance(known, Ltl) and known.in_turn:
-            last = len(targets_of(known)) - 1
+        if known.in_turn:
+            last = len(known.targets) - 1
             ahead = min(goal.goal + 1, last) if known.settles else (goal.goal + 1) % (last + 1)
             self.turn = ahead
 
     def stay(self, region: int) -> None:
         """Count a turn that ends in a region: a tick where the robot settles has no line."""
-        known = self.pursuit
-        if self.begun and not isinstance(known, Ltl) and known.stays(self.turn, region):
+        if self.begun and self.pursuit.stays(self.turn, region):
             self.rounds += 1
         self.begun = True
 
@@ -143,7 +142,7 @@ class TraceEnd(Struct):
         own, region = self.own[self.moved[0]], self.moved[1]
         known = own.pursuit
         counted = own.rounds or self.stayed
-        if isinstance(known, Ltl) or (known.stays(own.turn, region) and counted):
+        if known.stays(own.turn, region) and counted:
             return False  # its next ticks have no lines
         return bool({*known.met(own.turn, region)} - own.seen)
 
@@ -407,7 +406,7 @@ class TraceEnd(Struct):
         if not self.pursues(robot) or moves or not own.begun:
             return True
         known = own.pursuit
-        if isinstance(known, Ltl) or not known.in_turn or known.stays(own.turn, region):
+        if not known.in_turn or known.stays(own.turn, region):
             return False
         return bool(known.met(own.turn, region))
 

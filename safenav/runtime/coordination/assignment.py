@@ -24,7 +24,6 @@ from safenav.scenario.objective import (
     ruled,
     station,
     staying,
-    targets_of,
 )
 from safenav.scenario.settings import Coordination
 from safenav.spec.movement import one_of
@@ -179,7 +178,7 @@ class Assigner(Struct, frozen=True):
         """Return its own waiting place, or the first of its own targets, if it can alternate
         between that and the duty meanwhile."""
         waiting = [frozenset({place}) for place in self._waiting_places(robot)]
-        for target in (*waiting, *targets_of(robot.robot.objective)):
+        for target in (*waiting, *robot.robot.objective.targets):
             if self._alternates(index, (goal, self._mask(index, target))):
                 return target
         return None
@@ -235,7 +234,7 @@ class Assigner(Struct, frozen=True):
             return None
         if not isinstance(other, Ltl):
             other = ruled(other, robot.robot.objective)  # which may have changed
-        targets = tuple(self._mask(index, target) for target in targets_of(other))
+        targets = tuple(self._mask(index, target) for target in other.targets)
         if not self._alternates(index, targets):
             return None
         return self._toward(robot, index, targets, Assignment(Role.WAITS, other))

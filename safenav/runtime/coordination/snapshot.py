@@ -13,7 +13,6 @@ from safenav.runtime.progress import Progress
 from safenav.runtime.resolution.problem import Floor, Member, OpenObstacle, Problem, Stage
 from safenav.runtime.team import RobotState, TeamState
 from safenav.scenario.model import Obstacle, Robot, Scenario
-from safenav.scenario.objective import Ltl, targets_of
 from safenav.scenario.settings import RequestOrder
 from safenav.world.poses import Mask, PoseGraph, bits, region_mask
 
@@ -98,14 +97,14 @@ def _member(robot: Robot, state: TeamState) -> Member:
     if formulas is not None:
         targets = formulas.goals
     else:
-        targets = tuple(graph.poses_on(region_mask(t)) for t in targets_of(robot.objective))
+        targets = tuple(graph.poses_on(region_mask(t)) for t in robot.objective.targets)
     return Member(
         robot.name,
         graph,
         floor,
         targets,
-        not isinstance(robot.objective, Ltl) and robot.objective.in_turn,
-        not isinstance(robot.objective, Ltl) and robot.objective.settles,
+        robot.objective.in_turn,
+        robot.objective.settles,
         robot.capabilities,
         robot.model.timing.most,
         robot.model.carries - state.knowledge.burden(robot.name),

@@ -12,7 +12,7 @@ from safenav.runtime.coordination.task_candidates import TaskDraft, wants_places
 from safenav.runtime.navigation import Controller, Planner
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.scenario.model import Tracking
-from safenav.scenario.objective import Ltl, relaxed
+from safenav.scenario.objective import Ltl
 from safenav.spec.assignable import CommandInputs
 from safenav.spec.assignable_regions import assignable_regions
 from safenav.spec.other_robots.belief import models
@@ -129,7 +129,7 @@ def _is_off(state: RobotState) -> bool:
 
 def _falls_short(team: TeamState, state: RobotState, draft: TaskDraft) -> bool:
     old = state.planner.task
-    if relaxed(old.objective) != relaxed(draft.objective):
+    if old.objective.relaxed() != draft.objective.relaxed():
         return True
     known = {(k.region, k.item) for k in old.blocked}
     walls = team.knowledge.walls_for(state.robot, draft.must)

@@ -21,7 +21,7 @@ from safenav.runtime.deadlines.round_deadlines import (
 from safenav.runtime.formulas import graph_of, permitted
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
 from safenav.scenario.model import Tracking
-from safenav.scenario.objective import Ltl, Objective, avoided, targets_of
+from safenav.scenario.objective import Ltl, Objective
 from safenav.scenario.settings import Coordination
 from safenav.spec.forms import ObjectiveForm, forms
 from safenav.spec.objective import Memory
@@ -103,9 +103,9 @@ def wants_places(team: TeamState, robot: RobotState, draft: TaskDraft) -> bool:
         return False
     graph = graph_of(robot.robot, team.scenario.map)
     plain = team.scenario.coordination is not Coordination.ASSIGNABLE and not draft.forbidden
-    several = any(len(target) > 1 for target in targets_of(draft.objective))
+    several = any(len(target) > 1 for target in draft.objective.targets)
     walls = {known.region for known in team.knowledge.walls_for(robot.robot, draft.avoid)}
-    return plain and (graph.one_way or several) and walls <= avoided(robot.robot.objective)
+    return plain and (graph.one_way or several) and walls <= robot.robot.objective.avoid
 
 
 def alone(task: Task) -> Task | None:
@@ -130,7 +130,7 @@ def goal_places(
     short as promised, or as they can be from here; None if it does not go by any choice of them."""
     graph = graph_of(robot.robot, team.scenario.map)
     if draft.places and not isinstance(objective, Ltl):
-        after = [graph.poses_on(region_mask(target)) for target in targets_of(objective)[1:]]
+        after = [graph.poses_on(region_mask(target)) for target in objective.targets[1:]]
         return draft.places, *(frozenset(map(graph.pose, bits(each))) for each in after)
     if not wants_places(team, robot, draft):
         return ()
@@ -151,7 +151,7 @@ def _walk(team: TeamState, robot: RobotState, objective: Objective, memory: Memo
     turned = memory.index
     if not isinstance(objective, Ltl):
         turned = objective.turned(objective.begin(pose.region, memory.index), pose.region)
-    targets = tuple(graph.poses_on(region_mask(target)) for target in targets_of(objective))
+    targets = tuple(graph.poses_on(region_mask(target)) for target in objective.targets)
     ticks, strict = robot.robot.model.timing.most, objective.strict
     allowed = permitted(robot.robot, graph)
     return Walk(graph, targets, allowed, graph.number(pose), ticks, turned, strict=strict)
@@ -208,7 +208,7 @@ def _task(
 
 def _observed(team: TeamState, state: RobotState, other: RobotState, danger: bool) -> Observed:
     """Return ``other`` as a robot knows it: its region, or a belief about it."""
-    where, targets = other.next_pose.region, targets_of(other.assignment.objective)
+    where, targets = other.next_pose.region, other.assignment.objective.targets
     known: Knowledge = where
     if state.robot.tracking is Tracking.BELIEF:
         known = team.beliefs.of(state.name, other.name, where)

@@ -17,7 +17,7 @@ from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.turns.relocation import Relocation
 from safenav.runtime.worlds.world import SimulatedWorld
 from safenav.scenario.model import Battery, Obstacle
-from safenav.scenario.objective import Ltl, targets_of
+from safenav.scenario.objective import Ltl
 from safenav.trace import records
 from safenav.trace.vocabulary import ChangeCause, Reason
 from safenav.world.moves import Pose
@@ -184,7 +184,7 @@ class Batteries:
         if known is not None and known[0] == key:
             return known[1]
         graph = graph_of(robot.robot, self.team.scenario.map)
-        masks = tuple(graph.poses_on(region_mask(t)) for t in targets_of(objective))
+        masks = tuple(graph.poses_on(region_mask(t)) for t in objective.targets)
         chargers: Mask = graph.poses_on(region_mask(self.team.scenario.chargers))
         allowed = graph.everywhere & ~graph.poses_on(closed)
         detours = objective.strict and objective.literal
@@ -293,12 +293,12 @@ class Batteries:
     def _stays(self, robot: RobotState) -> bool:
         """Whether a robot does not leave its region, as far as its own objective goes: it is out of
         service, or has its only target there."""
-        objective, here = robot.own.objective, robot.pose.region
         if robot.transit is not None:
             return False
         if not robot.active:
             return True
-        targets = () if isinstance(objective, Ltl) else targets_of(objective)
+        here = robot.pose.region
+        targets = robot.own.objective.targets
         return robot.stop is None and bool(targets) and all(target == {here} for target in targets)
 
     def _runs_flat(self, robot: RobotState) -> Iterator[Event]:

@@ -8,7 +8,6 @@ from safenav.runtime.coordination.snapshot import stage_of
 from safenav.runtime.deadlines.bound import BoundMoment, BoundObstacle, BoundRobot
 from safenav.runtime.resolution.problem import OpenObstacle
 from safenav.runtime.team import RobotState, TeamState
-from safenav.scenario.objective import Ltl, targets_of
 from safenav.scenario.settings import switching
 from safenav.world.poses import Mask, plain_graph, region_mask
 
@@ -54,8 +53,8 @@ def goals_left(team: TeamState, robot: RobotState, rounds: int | None = None) ->
     """The targets that a robot must still meet for its round, one after the other, or for all of
     ``rounds``; None where their order is its own."""
     objective = robot.own.objective
-    targets = targets_of(objective)
-    if isinstance(objective, Ltl) or not objective.ordered():
+    targets = objective.targets
+    if not objective.ordered():
         return None
     graph = plain_graph(team.scenario.map, robot.robot.model.mobility)
     masks = [graph.poses_on(region_mask(target)) for target in targets]
@@ -74,7 +73,7 @@ def goals_from_start(team: TeamState, robot: RobotState) -> list[list[Mask]]:
     that on which it stands); none where the order is its own. A target on which it stands is met
     by then."""
     objective, rounds = robot.own.objective, team.scenario.until.rounds
-    if isinstance(objective, Ltl) or not objective.ordered():
+    if not objective.ordered():
         return []
     graph = plain_graph(team.scenario.map, robot.robot.model.mobility)
     masks = [graph.poses_on(region_mask(target)) for target in objective.targets]

@@ -13,7 +13,6 @@ from safenav.runtime.promises.ledger import MISSION
 from safenav.runtime.promises.moment import goals_from_start, moment_of, objectives_change
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.termination import Conclusion
-from safenav.scenario.objective import targets_of
 from safenav.world.poses import region_mask
 
 _NUMBERS = {1: "its target", 2: "both targets"}
@@ -83,7 +82,7 @@ def _charge_words(team: TeamState, robot: RobotState, need: int | None) -> str:
 
 def _least(team: TeamState, robot: RobotState) -> int | None:
     graph = graph_of(robot.robot, team.scenario.map)
-    targets = targets_of(robot.robot.objective)
+    targets = robot.robot.objective.targets
     masks = tuple(graph.poses_on(region_mask(target)) for target in targets)
     start = graph.number(robot.pose)
     ticks = robot.robot.model.timing.least
@@ -93,7 +92,7 @@ def _least(team: TeamState, robot: RobotState) -> int | None:
 
 
 def _words(robot: RobotState, within: int, least: int | None) -> str:
-    count = len(targets_of(robot.robot.objective))
+    count = len(robot.robot.objective.targets)
     what = _NUMBERS.get(count, f"all {count} targets")
     said = f"no walk meets {what} every {within} tick{'s' * (within > 1)}"
     return said if least is None else f"{said}: the fastest round takes {least}"

@@ -14,7 +14,6 @@ from safenav.runtime.coordination.strategies import Strategies
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.termination import Conclusion
 from safenav.runtime.traffic.planning import Traffic
-from safenav.scenario.objective import relaxed
 from safenav.spec.specification import Constraint
 from safenav.trace.vocabulary import ChangeCause, PlanEndReason, Reason
 
@@ -70,8 +69,8 @@ class Relocation(Struct, frozen=True):
         if not active or robot.transit is not None:
             return
         robot.planner.node = None
-        told = relaxed(robot.progress.objective)
-        if relaxed(robot.planner.task.objective) == told:
+        told = robot.progress.objective.relaxed()
+        if robot.planner.task.objective.relaxed() == told:
             self.strategies.relocate(robot)  # else its assignment has changed meanwhile
 
     def go_on(self, robot: RobotState) -> Iterator[Event]:

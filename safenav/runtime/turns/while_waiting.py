@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.team import RobotState, Role, TeamState
-from safenav.scenario.objective import Ltl, relaxed
+from safenav.scenario.objective import Ltl
 
 
 def goes_on(team: TeamState, robot: RobotState) -> bool:
@@ -16,10 +16,10 @@ def goes_on(team: TeamState, robot: RobotState) -> bool:
         return False
     if isinstance(robot.robot.objective, Ltl):
         return False
-    pursued = relaxed(planner.task.objective)
+    pursued = planner.task.objective.relaxed()
     if robot.assignment.role is Role.WAITS and has_other_objective(team, robot):
-        return pursued == relaxed(robot.assignment.objective)
-    if robot.assignment.role is not Role.OWN or pursued != relaxed(robot.own.objective):
+        return pursued == robot.assignment.objective.relaxed()
+    if robot.assignment.role is not Role.OWN or pursued != robot.own.objective.relaxed():
         return False
     if waiting is not None and robot.name in (waiting.unrealizable or {}):
         return False

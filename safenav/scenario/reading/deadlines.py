@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from safenav.scenario.model import Scenario
-from safenav.scenario.objective import Ltl, kinds_that, one_of
+from safenav.scenario.objective import kinds_that, one_of
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.settings import Clock, Coordination
 from safenav.scenario.yaml.document import Mapping
@@ -17,8 +17,7 @@ def check_promises(scenario: Scenario, item: Mapping, findings: Findings) -> Non
         hint = f"use 'clock: lockstep', or {in_seconds(scenario)}"
         findings.add(item.get("clock") or item, found, hint)
     for robot in [robot for robot in scenario.robots if robot.model.battery is not None]:
-        objective = robot.objective
-        if isinstance(objective, Ltl) or not objective.ordered():
+        if not robot.objective.ordered():
             found = f"{robot.name} has a battery, and an objective without an order of its targets"
             hint = f"use {one_of(kinds_that(lambda kind: kind.ordered()), chr(39))}"
             findings.add(item.get("robots") or item, found, hint)

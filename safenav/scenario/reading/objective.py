@@ -21,7 +21,6 @@ from safenav.scenario.objective import (
     kinds_that,
     on_steps,
     one_of,
-    targets_of,
 )
 from safenav.scenario.reading.naming import IDENTIFIER, well_named
 from safenav.scenario.reading.regions import TARGET, ZONE, Reading
@@ -160,7 +159,7 @@ def _ruled(
     if isinstance(objective, Ltl):
         never = (f"region' != {region}" for region in sorted(avoid))
         return replace(objective, safety=(*objective.safety, *never, *map(on_steps, always)))
-    if any(target <= avoid for target in targets_of(objective)):
+    if any(target <= avoid for target in objective.targets):
         found = f"'avoid' of {robot} covers a target of its objective"
         reading.add(item.avoid, found, "leave one of the two out")
         return None

@@ -15,12 +15,10 @@ from safenav.scenario.objective import (
     STAYING,
     Ltl,
     Objective,
-    avoided,
     kinds_that,
     one_of,
     ruled,
     staying,
-    targets_of,
 )
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading.catalogue import LISTED, VISION, read_vision
@@ -258,10 +256,10 @@ def _why_apart(one: Robot, other: Robot) -> str:
 
 
 def _check_reachable(robot: Robot, node: Node | None, reading: Reading) -> None:
-    targets, world = targets_of(robot.objective), reading.world
+    targets, world = robot.objective.targets, reading.world
     if not targets or world is None or not reading.reachable:
         return
-    avoid = avoided(robot.objective)
+    avoid = robot.objective.avoid
     reach = Reachability(robot.model.mobility, robot.start, world, avoid)
     if robot.start.region in avoid:
         start = world.label(robot.start.region)
@@ -269,7 +267,7 @@ def _check_reachable(robot: Robot, node: Node | None, reading: Reading) -> None:
         place = node.get("avoid") if isinstance(node, Mapping) else node
         reading.add(place, found, "let it start elsewhere")
     missed = misses_targets(robot, node, reading)
-    settles = not isinstance(robot.objective, Ltl) and robot.objective.settles
+    settles = robot.objective.settles
     if not missed and settles and not reach.follows(targets):
         found = f"objective of {robot.name}: it cannot visit its targets in this order"
         reading.add(node, found, "with heading mobility it cannot turn at its target")
@@ -284,9 +282,9 @@ def misses_targets(robot: Robot, node: Node | None, reading: Reading) -> bool:
     world, before = reading.world, len(reading)
     if world is None or not reading.reachable:
         return False
-    avoid, start = avoided(robot.objective), world.label(robot.start.region)
+    avoid, start = robot.objective.avoid, world.label(robot.start.region)
     reach = Reachability(robot.model.mobility, robot.start, world, avoid)
-    targets = targets_of(robot.objective)
+    targets = robot.objective.targets
     places = stated(node)[1] or (node,) * len(targets)  # none if the kind is misspelt
     for target, place in zip(targets, places, strict=True):
         if not reach.reaches(target):
