@@ -166,12 +166,19 @@ class PlanSearch(Struct):
         if not self.turning:
             self._leg_end = 0
             return Found(tuple(states))
-        own = self.searches.own_of_charging()
-        rest = self.searches.search(floor, course, states[-1], own, work=self.work).run(1)
-        if not isinstance(rest, Found):
+        whole = self._continued(floor, course, states)
+        if whole is None:
             return found
         self._leg_end = len(states)
-        return Found((*states, *rest.states[1:]))
+        return whole
+
+    def _continued(
+        self, floor: Floor, course: Course, states: Sequence[JointState]
+    ) -> Found | None:
+        """Moves, and a plan for the rest of the mission after them; None if none is found soon."""
+        own = self.searches.own_of_charging()
+        rest = self.searches.search(floor, course, states[-1], own, work=self.work).run(1)
+        return Found((*states, *rest.states[1:])) if isinstance(rest, Found) else None
 
     def quickest(
         self, floor: Floor, gate: int, known: Floor | None = None
@@ -189,13 +196,11 @@ class PlanSearch(Struct):
         course = self.searches.course(floor)
         states = course.along(self.searches.begun(floor, course, first), rest)
         if self.turning:
-            known = known or floor
-            after = self.searches.search(
-                known,
-                self.searches.course(known),
-                states[-1],
-                work=Effort(budgets.MOST_WORK - self.used),
-            ).run(1)
+            rules, work = (
+                self.searches.course(known or floor),
+                Effort(budgets.MOST_WORK - self.used),
+            )
+            after = self.searches.search(known or floor, rules, states[-1], work=work).run(1)
             if not isinstance(after, Found):
                 return None
             self.certificates.keep(course, (*states, *after.states[1:]))
@@ -230,16 +235,13 @@ class PlanSearch(Struct):
                 found = following(course, found, index) or found
         if found[-1].poses == last.poses:
             return states
-        after, before = (
-            self._next_leg(floor, course, found[-1]),
-            self._next_leg(floor, course, last),
-        )
+        after = self._next_leg(floor, course, found[-1])
+        before = self._next_leg(floor, course, last)
         if after is None or (before is not None and before <= after):
             return states
         if self.turning:
-            rest = self.searches.search(floor, course, found[-1], work=self.work).run(
-                *budgets.CERTIFICATE
-            )
+            search = self.searches.search(floor, course, found[-1], work=self.work)
+            rest = search.run(*budgets.CERTIFICATE)
             if not isinstance(rest, Found):
                 return states
             self.certificates.keep(course, (*found, *rest.states[1:]))
@@ -275,9 +277,7 @@ class PlanSearch(Struct):
                 self._only_out_hinder(floor)
         if not isinstance(answer, Found):
             return None
-        own = self.searches.own_of_charging()
-        after = self.searches.search(floor, course, answer.states[-1], own, work=self.work)
-        if self.turning and not isinstance(after.run(1), Found):
+        if self.turning and self._continued(floor, course, answer.states) is None:
             return None
         return list(answer.states)
 
@@ -309,14 +309,10 @@ class PlanSearch(Struct):
         """Return a plan that brings the starving robot to its target while others go to their
         chargers and stay there, and then all through the mission. None if none is found."""
         leg = self._leg_of_starved(floor, course, start)
-        if not isinstance(leg, Found):
-            return None
-        own, here = self.searches.own_of_charging(), leg.states[-1]
-        rest = self.searches.search(floor, course, here, own, work=self.work).run(1)
-        if not isinstance(rest, Found):
-            return None
-        self._leg_end = len(leg.states)
-        return Found((*leg.states, *rest.states[1:]))
+        whole = self._continued(floor, course, leg.states) if isinstance(leg, Found) else None
+        if isinstance(leg, Found) and whole is not None:
+            self._leg_end = len(leg.states)
+        return whole
 
     def cut(
         self, course: Course, start: JointState, states: Sequence[JointState], helping: bool

@@ -384,10 +384,8 @@ class Traffic:
 
     def _must_turn(self, floor: Floor, course: Course, answer: Found) -> bool:
         """Whether robots must first have strategies that begin with another target, by a plan."""
-        turned, notes = (
-            self.search.turned(floor, course, answer.states),
-            self.state.last_settled.notes,
-        )
+        turned = self.search.turned(floor, course, answer.states)
+        notes = self.state.last_settled.notes
         if not turned or notes.turned:
             return False
         self.turned, notes.turned = turned, True
