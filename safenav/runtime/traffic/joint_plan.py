@@ -83,7 +83,7 @@ class Search:
         in place of the usual ones."""
         if self.goal(self.start):
             return joint.Found((self.start,))
-        few = len(self.start.poses) <= 4
+        few = self._few
         if not few and self._stuck.cannot_complete(self.start):
             return joint.BudgetExhausted(
                 0
@@ -117,6 +117,18 @@ class Search:
                 return answer
             spent += answer.states
         return joint.BudgetExhausted(spent)
+
+    @property
+    def _few(self) -> bool:
+        """Whether all states of the team may be searched."""
+        return len(self.start.poses) <= 4
+
+    def refuted(self) -> bool:
+        """Whether there is no plan, as far as this can be shown soon: in a large team because
+        robots block each other forever."""
+        if self._few:
+            return isinstance(self.run(*budgets.CERTIFICATE), joint.Exhausted)
+        return bool(self._stuck.cannot_complete(self.start))
 
     def singles(self, budget: int) -> joint.Answer:
         """Every state that steps of one robot lead to, breadth first: a shortest plan, or the

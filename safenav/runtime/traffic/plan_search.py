@@ -122,8 +122,7 @@ class PlanSearch(Struct):
         """Whether no search has shown that the rounds cannot restart in a state."""
         counts = tuple((index, 0, 0) for index, _, _ in state.counts)
         begun = course.begun(state.poses, counts, state.stages)
-        search = self.searches.search(floor, course, begun, work=self.work)
-        return not isinstance(search.run(*budgets.CERTIFICATE), Exhausted)
+        return not self.searches.search(floor, course, begun, work=self.work).refuted()
 
     def _proof(self, plain: Floor) -> tuple[Floor, Course, JointState, Answer] | None:
         """The search that proves that no order of moves completes the mission with what the
