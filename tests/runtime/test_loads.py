@@ -3,19 +3,25 @@ the trace of this file's own."""
 
 import os
 from collections import Counter
+from collections.abc import Sequence
 from random import Random
 from typing import Any
 
 import pytest
 import yaml
+from msgspec.structs import replace
 
 from campaigns.judge.mission import read_mission
 from campaigns.judge.poses import Poses
 from certify.making import certified
 from runtime.played import Run, play
 from safenav.errors import InputError
+from safenav.runtime.worlds.protocol import Acted, WorldEvent
+from safenav.runtime.worlds.simulation import LiveSimulation
+from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.settings import Clock
+from safenav.trace.vocabulary import ActResult
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or 12
 ROWS, COLS = 3, 5
@@ -269,3 +275,38 @@ def test_what_can_be_done_is_and_nothing_else(seed: int, clock: Clock) -> None:
         assert resolved | left == came.keys() == due.keys() and not resolved & left
     if seed % BUNDLED == 0:
         certified(text)
+
+
+class Hasty:
+    """A world outside that reports each action on a load as done, taking it as well."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.simulation = LiveSimulation(scenario)
+        self.asked: dict[str, Sequence[Obstacle]] = {}
+
+    def __getattr__(self, name: str) -> Any:
+        if name in ("expected", "times", "changes"):
+            raise AttributeError(name)
+        return getattr(self.simulation, name)
+
+    def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Acted | None:
+        self.asked[robot.name] = obstacles
+        return self.simulation.act(robot, obstacles, command)
+
+    def wait(self, timeout: float | None) -> list[WorldEvent]:
+        return [
+            replace(event, found=[(load, ActResult.DONE) for load in self.asked[event.robot]])
+            if isinstance(event, Acted)
+            else event
+            for event in self.simulation.wait(timeout)
+        ]
+
+
+def test_a_load_is_not_delivered_where_it_is_taken() -> None:
+    """The run said that all was done when a robot had taken the load."""
+    scenario = load_scenario_text(HALL + "clock: live\n")
+    run = play(scenario, world=Hasty(scenario))
+    assert run.outcome["outcome"] == "completed"
+    assert [line["at"] for line in run.all("resolved")] == [11, 11]
+    late = [line["reason"] for line in run.all("late")]
+    assert {*late} == {f"other needs are left (pallet@16{n}: done)" for n in ("", "#2")}

@@ -202,9 +202,15 @@ class Actions(Struct):
     def _without_echoes(self, event: Acted, named: Collection[str]) -> Acted:
         """The results but those on obstacles that the action did not name, and that are not there
         to the team's knowledge: a failure, or once more what was resolved before. A world that
-        repeats them would be asked forever whether there is more to do."""
+        repeats them would be asked forever whether there is more to do. Nor those by which an
+        obstacle would be resolved whose last need is not met: another need was, at most."""
         told, dropped = list[tuple[Obstacle, ActResult]](), list[tuple[Obstacle, ActResult]]()
-        for obstacle, result in event.found:
+        early = [pair for pair in event.found if self._is_early(event.robot, *pair)]
+        if early and self.state.live:
+            words = ", ".join(f"{obstacle.name}: done" for obstacle, _ in early)
+            said = f"other needs are left ({words})"
+            self.world.dropped.append((replace(event, found=tuple(early)), said))
+        for obstacle, result in (pair for pair in event.found if pair not in early):
             opened = self.state.failures.opened.get(obstacle.name)
             new = opened is None or (self.world.simulated and event.at > opened)
             known = obstacle.name in named or obstacle.name in self.state.knowledge.pending
@@ -215,6 +221,22 @@ class Actions(Struct):
             echo = replace(event, found=tuple(dropped))
             self.world.dropped.append((echo, f"it changes nothing that is known ({words})"))
         return replace(event, found=tuple(told))
+
+    def _is_early(self, name: str, obstacle: Obstacle, result: ActResult) -> bool:
+        """Whether a world says that a robot has resolved an obstacle of which it cannot meet all
+        needs where it stands: a load that it has taken is not delivered."""
+        state = self.state
+        known = result is ActResult.DONE and obstacle.name in state.knowledge.pending
+        if not known or self.world.simulated:
+            return False
+        robot, first = state.robots[name], state.knowledge.need_of(obstacle)
+        left = list(enumerate(obstacle.needs))[first:]
+        return len(left) > 1 and not all(
+            need.robots == 1
+            and need.action in robot.robot.capabilities
+            and robot.pose.region in obstacle.resolution_regions(state.scenario.map, number)
+            for number, need in left
+        )
 
     def _within_reach(self, robot: RobotState) -> tuple[list[Obstacle], tuple[str, ...], bool]:
         """The pending obstacles on which a robot can act where it stands, and who takes part; and
