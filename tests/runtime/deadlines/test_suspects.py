@@ -8,6 +8,7 @@ import pytest
 
 from runtime.deadlines.every_behaviour import every_behaviour
 from runtime.deadlines.instances import FUZZ
+from runtime.deadlines.test_choice import SUSPECT
 from runtime.played import Run, play
 from safenav.runtime.deadlines.bound import BoundMoment, BoundObstacle, BoundRobot
 from safenav.runtime.resolution.problem import OpenNeed, OpenObstacle
@@ -15,24 +16,12 @@ from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility
 from safenav.world.poses import PoseGraph, region_mask
 
-HALL = """
-map:
-  grid: ["###########", "#.........#", "#.#######.#", "#.........#", "###########"]
-catalogue:
-  robots:
-    walker: {mobility: free, layer: ground, capabilities: [fetch]}
-    pusher: {mobility: free, layer: ground, capabilities: [push]}
-  obstacles:
-    parcel: {action: fetch, blocks: []}
-    gate: {action: push, blocks: [walker]}
-robots:
-  a: {model: walker, start: [1, 3], objective: {hold: [1, 3]}}
-  p: {model: pusher, start: [3, 1], objective: {hold: [3, 1]}}
-obstacles: [GATE]
-suspects: [{type: gate, region: [1, 7]}]
-orders: [{at: 1, type: parcel, region: [3, 9], resolve_within: LIMIT}]
-until: {rounds: 1}
-"""
+HALL = (
+    SUSPECT.replace("layer: air", "layer: ground")
+    .replace("blocks: [ground]", "blocks: [walker]")
+    .replace("obstacles: [{type: gate, region: [1, 7]}]", "obstacles: [GATE]")
+    .replace("resolve_within: 12", "resolve_within: LIMIT")
+)
 CAREFUL = "whichever suspects exist"
 
 

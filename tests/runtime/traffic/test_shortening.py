@@ -8,6 +8,7 @@ from msgspec.structs import replace
 
 from runtime import played
 from runtime.coordination.floors import Block, Bot, Floor
+from runtime.test_paper_coordination import WAITING
 from runtime.traffic.test_joint_plan import SWAP, play, search
 from safenav.runtime.traffic.execution import schedule
 from safenav.runtime.traffic.joint import Course, Found, JointState
@@ -115,34 +116,11 @@ def test_detours_of_a_plan_disappear() -> None:
     assert (ticks(floor, states), ticks(floor, new), steps(new)) == (10, 6, 6)
 
 
-IN_THE_WAY = """
-safenav: 1
-name: requester stands in the helper's way
-map:
-  grid: |
-    ###############
-    #...####......#
-    #.............#
-    #...####......#
-    ###############
-catalogue:
-  robots: {cart: {mobility: free, layer: ground, capabilities: []}}
-robots:
-  cart: {model: cart, start: [2, 1], objective: {visit: [[2, 12], [2, 1]]}}
-  digit:
-    {model: digit, start: [1, 1], heading: east, objective: {visit: [[1, 1], [3, 3]]}}
-obstacles:
-  - {type: door, region: [2, 6]}
-until: {rounds: 1}
-limits: {ticks: 200}
-"""
-
-
 def test_the_requester_clears_the_way_of_its_helper() -> None:
     """A walker that cannot turn round comes to a doorway where the robot that asked waits. It lets
     the walker pass and follows it. When the door is found, in tick 5, an exhaustive search finds
     that the mission takes 25 more ticks at least."""
-    run = played.play(IN_THE_WAY)
+    run = played.play(WAITING)
     assert run.outcome["outcome"] == "completed"
     assert run.one("resolved")["tick"] == 11
     assert run.outcome["ticks"] == 30
@@ -150,7 +128,7 @@ def test_the_requester_clears_the_way_of_its_helper() -> None:
 
 def test_live_the_requester_stays_behind_a_helper_that_acts() -> None:
     """It does not go back to where it waits before the door is open."""
-    run = played.play(IN_THE_WAY + "clock: live\n")
+    run = played.play(WAITING + "clock: live\n")
     opened = run.one("resolved")["t"]
     first = run.all("plan")[0]["t"]
     way = [step for step in run.all("depart") if step["robot"] == "cart"]
