@@ -209,6 +209,7 @@ ELSEWHERE = {
     "an input changes an objective first": (formula_mission, 131847, *LOCK, 10),
     "requests are open, and a plan is followed": (formula_mission, 131958, *LIVE, 45),
     "a strategy begins where a robot has stood": (formula_mission, 115867, *LIVE, 72),
+    "what no formula remembers yet cannot be met": (formula_mission, 137973, *LOCK, 41),
     "a robot stays as rounds begin anew": (mixed_mission, 111051, *LOCK, 31),
     "an input is off before the objective is back": (mixed_mission, 114003, *LOCK, 12),
     "an operator has just said that it stays": (mixed_mission, 115004, True, False, True, 31),

@@ -190,10 +190,13 @@ def _continues(name: str, now: Situation, team: Team, memory: Mapping[str, int] 
         return bool(here)
     if own.kind == "ltl" and memory is not None and name not in now.out:
         formulas = rules_of(own)
-        values = tuple(memory.get(variable, -1) for variable in formulas.names)
-        if values in formulas.valuations:
+        rows = [tuple(memory.get(variable, -1) for variable in formulas.names)]
+        rows = [row for row in rows if row in formulas.valuations]
+        if formulas.names and not memory:  # they begin
+            rows = formulas.begins(pose_of(name, now))
+        if rows:
             live = formulas.live(team.reach(name, here, ()), team.members[name].steps)
-            return (pose_of(name, now), formulas.valuations.index(values)) in live
+            return any((pose_of(name, now), formulas.valuations.index(row)) in live for row in rows)
     if own.literal and shape_of(own.kind).strict and memory and name not in now.out:
         turn = next(iter(memory.values()))
         return team.goes_on(name, here, ()) and _keeps_order(name, now, team, turn)
