@@ -50,6 +50,7 @@ OPERATOR = {
     "an assigned goal is met where the robot stands": 53632,
     "an order comes while a robot turns on its way to a charger": 53743,
     "put on a charger with an empty battery": 57964,
+    "put on its next target": 137379,
     "put beside what it can resolve": 61134,
     "an action of two ends, and one of them has used up its charge": 62185,
     "another objective on the way to a stop, and then an order": 61262,
