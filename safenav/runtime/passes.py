@@ -1,7 +1,7 @@
-"""The passes of a run: what the world reports, the turns of the robots, and when the run ends.
+"""The passes of a run: reports of the world, turns of the robots, and the end of the run.
 
-In lockstep a pass is a tick; live, a pass begins when something has happened. Decisions and their
-application are ``safenav.runtime.algorithm``'s.
+In lockstep a pass is a tick; live, a pass begins with an event. ``safenav.runtime.algorithm`` makes
+and applies the decisions.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ from safenav.trace.vocabulary import OperatorCause, PlanEndReason, Reason
 from safenav.trace.words import counted, listed, obstacle_words, seconds_words
 
 WAITS = (Outcome.OPERATOR_NEEDED, Outcome.ASSUMPTION_VIOLATED, Outcome.SEARCH_LIMIT)
-"""The ends after which an operator can help."""
+"""Outcomes that an operator can avert."""
 STILL = 3
-"""Passes without any change after which nothing will change."""
+"""Number of unchanged passes after which the state counts as stationary."""
 SLOWEST = 20.0
-"""Seconds for each tick of the limit, where a simulated run has no limit in seconds."""
+"""Seconds per tick of the limit, for a simulated live run without a limit in seconds."""
 
 
 class Passes(Algorithm):
-    """The passes of a team. ``attended``: live, whether an operator can intervene; then the run
-    waits where it would end. Any run waits where it would end while its scenario still changes
-    something: the wait ends at ``team.waits_until``. Then an operator is not asked before, except
-    in a world whose time passes by itself."""
+    """The passes of a team. ``attended`` (live): an operator can intervene, so the run waits where
+    it would end. Any run waits where it would end while its scenario still changes something,
+    until ``team.waits_until``. It needs an operator only after that, except in a world that runs in
+    real time."""
 
     attended: bool = False
     limit: float | None = None
@@ -55,7 +55,7 @@ class Passes(Algorithm):
         self.team.changes_to_come = lambda: bool(self._to_come())
 
     def tick(self) -> None:
-        """One tick, or one pass of a live run: what the world reports, the changes, each robot's
+        """Perform one tick, or one pass of a live run: reports of the world, changes, each robot's
         turn. Raises RunEnded."""
         team, before = self.team, self.team.changes
         self.stop.check()
@@ -81,7 +81,7 @@ class Passes(Algorithm):
             self.guarded(self._unless_still)
 
     def _apply_changes(self) -> None:
-        """Let users, the scenario and the world change what they change before the turns. Raises
+        """Apply the changes by users, the scenario and the world before the turns. Raises
         RunEnded."""
         team, given_up = self.team, self.interventions.given_up
         self.guarded(lambda: self.settle(self.batteries.tick_begins()))
@@ -136,8 +136,8 @@ class Passes(Algorithm):
             )
 
     def _unless_still(self) -> None:
-        """Live: where robots wait only for robots that wait, they plan. Where nothing can change,
-        the run ends. Raises RunEnded."""
+        """Resolve a circular wait in a live run by a plan; end the run if nothing can change.
+        Raises RunEnded."""
         team = self.team
         thinks = self.traffic.wanted is not None and self.traffic.thinking.background
         if self._changed or team.waiting is not None or team.deferred or self._astray or thinks:
@@ -161,14 +161,14 @@ class Passes(Algorithm):
             raise RunEnded(Conclusion(Outcome.TIME_LIMIT, said))
 
     def _inputs_may_change(self) -> bool:
-        """Whether robots that stand may wait for an input that the world still changes. Where an
-        operator can set it, the team waits for that."""
+        """Whether idle robots may wait for an input that the world still changes. If an operator
+        can set it, the team waits for the operator."""
         outside = self.interventions.sets_inputs is not None and not self.world.pauses
         return outside and bool(self.team.scenario.inputs) and not self.attended
 
     def _times(self) -> list[float]:
-        """The times to come at which the scenario changes something; inputs that are drawn change
-        each second."""
+        """The future times at which the scenario changes something; random inputs change each
+        second."""
         now, inputs = self.world.now(), self.team.scenario.inputs
         changes = (float(change.at) for change in self.team.scenario.changes)
         seconds = [float(int(now) + 1)] if any(each.probability for each in inputs) else []
@@ -177,8 +177,8 @@ class Passes(Algorithm):
         return [time for time in times if time > now]
 
     def _to_come(self) -> list[float]:
-        """The times to come, within the limits, at which the scenario changes something that no
-        robot does: obstacles, orders, objectives, service, listed inputs."""
+        """The future times, within the limits, of the scenario's own events: obstacles, orders,
+        objectives, service, listed inputs."""
         now, scenario = self.world.now(), self.team.scenario
         last = self.limit if self.team.live else float(scenario.limits.ticks)
         changes = (float(change.at) for change in scenario.changes)
@@ -186,21 +186,21 @@ class Passes(Algorithm):
         return [time for time in times if now < time and (last is None or time <= last)]
 
     def _from_outside(self) -> list[float]:
-        """The times at which the world changes something by itself, and those of the orders, of
-        which the run tells the team in a world that knows of none."""
+        """The times at which the world changes by itself, and those of the orders that the run
+        announces in a world without orders."""
         orders = (o.appears for o in self.team.scenario.obstacles if o.ordered)
         return [*self.world.times(), *(float(at) for at in orders if at is not None)]
 
     def _due(self) -> float | None:
-        """The time at which there is something to do, whatever the world reports until then."""
+        """The time of the next pass without a report of the world."""
         if not self.team.live:
             return None
         limits = [self.limit] if self.limit is not None else []
         return min((*self._times(), *limits), default=None)
 
     def guarded(self, part: Callable[[], None]) -> bool:
-        """Do a part of a pass; where the run would end and an operator can help, or the scenario
-        still changes something, it waits. Return whether all of the part was done."""
+        """Do a part of a pass. If the run would end, but an operator can help or the scenario still
+        changes something, wait. Return whether the part was completed."""
         try:
             part()
             return True
@@ -234,8 +234,8 @@ class Passes(Algorithm):
         return conclusion.outcome in WAITS and (self.attended or bool(coming))
 
     def _for_want_of(self, conclusion: Conclusion) -> Conclusion:
-        """The end of a search without a verdict, where only an operator can bring back a robot that
-        has something left to do: he is needed, whatever another search would find."""
+        """The end of a search without a verdict, if only an operator can bring back a robot with
+        remaining duties: the operator is needed whatever another search would find."""
         wanted, robots = self.team.scenario.until.rounds, self.team.robots.values()
         out = [r.name for r in robots if not r.active and r.own.rounds < wanted]
         if conclusion.outcome is not Outcome.SEARCH_LIMIT or not out or self._times():
@@ -244,9 +244,8 @@ class Passes(Algorithm):
         return Conclusion(Outcome.OPERATOR_NEEDED, said, "out_of_service")
 
     def wait(self, conclusion: Conclusion) -> None:
-        """Let the robots stand until an operator intervenes or the scenario changes something, but
-        those that can still pursue their own objective. Nothing of the decision that could not be
-        made is in force."""
+        """Stop the robots until an operator intervenes or the scenario changes something, except
+        those that can still pursue their own objective. The failed decision has no effect."""
         team = self.team
         if team.waiting is not None:
             return
@@ -265,13 +264,13 @@ class Passes(Algorithm):
                 self.settle([OutsideStrategy(robot.name, Reason.BLOCKED, waits=True)])
 
     def _resume(self) -> None:
-        """Decide once after all interventions of a pass, or since the scenario has changed: what
-        was given up is requested again first, for what it lacked may be there now."""
+        """Decide once after all interventions of a pass, or after a change of the scenario. First
+        reopen the requests that were given up, since the missing capability may be available."""
         self.team.waiting, self._together = None, False
         self.guarded(lambda: self.settle([ObstaclesReopened()]))
 
     def _hear(self) -> None:
-        """Take in what the world has reported beside the ends of commands."""
+        """Process the reports of the world, other than the ends of commands."""
         failures = self.team.failures
         while self.world.dropped:
             event, reason = self.world.dropped.pop(0)
@@ -310,7 +309,7 @@ class Passes(Algorithm):
         return not acting and self.team.waiting is None
 
     def _end_if_due(self) -> None:
-        """Raises RunEnded if the mission is completed, or has used up its ticks or seconds."""
+        """Raises RunEnded if the mission is completed, or has exhausted its ticks or seconds."""
         team, scenario = self.team, self.team.scenario
         wanted = scenario.until.rounds
         if self.completes():
@@ -337,15 +336,15 @@ class Passes(Algorithm):
             raise RunEnded(self._out_of(Outcome.TICK_LIMIT))
 
     def _undone(self) -> list[str]:
-        """The orders that have come and are not done."""
+        """The open orders."""
         given_up = self.team.knowledge.given_up()  # a robot may have done one in passing
         left_out = (r for r in self.team.requests.given_up if r.obstacle.name in given_up)
         requests = (*self.team.requests, *left_out)
         return [r.obstacle.name for r in requests if r.obstacle.ordered]
 
     def _unless_back(self) -> None:
-        """Only robots out of service have something left to do. Raises RunEnded unless one may be
-        back by itself."""
+        """Handle a state in which only robots out of service have remaining duties. Raises RunEnded
+        unless one may return by itself."""
         if not (self.batteries.returns or (self._times() if self.team.live else self._to_come())):
             out = [self.team.robots[name] for name in self.team.out_of_service]
             said = f"{' and '.join(map(self._where_out, out))} out of service"
@@ -355,7 +354,7 @@ class Passes(Algorithm):
             raise RunEnded(Conclusion(Outcome.OPERATOR_NEEDED, said, "out_of_service"))
 
     def _where_out(self, robot: RobotState) -> str:
-        """A robot out of service, why, and whose target it stands on."""
+        """Describe a robot out of service, the reason, and the robot whose target it occupies."""
         team, region = self.team, robot.pose.region
         barred = [
             other.name

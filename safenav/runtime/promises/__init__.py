@@ -1,1 +1,1 @@
-"""Promises of a running mission: their begin, their course, their refusal (docs/deadlines.md)."""
+"""Deadlines of a running mission: start, monitoring, refusal (docs/deadlines.md)."""

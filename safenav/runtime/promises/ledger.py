@@ -1,7 +1,7 @@
-"""The promises of a run: when each begins, and what becomes of it (docs/deadlines.md).
+"""The deadlines of a run: when each begins, and its verdict (docs/deadlines.md).
 
-A listener of the run's records that adds ``deadline`` lines of its own: after each turn for what
-has happened in it, and before each tick for what is due and has not.
+A listener of the run's records that adds ``deadline`` lines: after each turn for its events, and
+before each tick for missed deadlines.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ BATTERY = "battery"
 
 
 class Promise(Struct, frozen=True):
-    """A promise that is open: ``due`` at the end of that tick. ``said``: that it is lost."""
+    """A running deadline: ``due`` at the end of that tick. ``said``: it was reported as lost."""
 
     due: int
     said: bool = False
@@ -39,9 +39,9 @@ class Promise(Struct, frozen=True):
 
 
 class Round(Struct):
-    """The clock of a robot's rounds. ``disturbed``: it has done something else than its objective
-    in this round; ``before``: in the one before it. ``over``: this round is judged already, or
-    (``said``) was said to be lost; ``done``: rounds since the last resolution."""
+    """The clock of a robot's rounds. ``disturbed``: it did not only pursue its objective in this
+    round; ``before``: in the previous one. ``over``: this round is already judged, or (``said``)
+    was reported as lost; ``done``: rounds since the last resolution."""
 
     begun: int = 0
     disturbed: bool = False
@@ -62,7 +62,7 @@ class Round(Struct):
         return self.disturbed or self.before
 
     def restart(self, tick: int) -> None:
-        """Let another round begin."""
+        """Begin another round."""
         self.begun, self.over, self.said = tick, False, False
         self.before, self.disturbed = self.disturbed, False
 
@@ -82,7 +82,7 @@ class Deadlines(Struct):
     _refuted: set[str] = field(default_factory=set)
     active: bool = False
     lasts_until: Callable[[str, str], int | None] | None = None
-    """Until when a robot's charge lasts behind an obstacle."""
+    """The last tick for which a robot's charge lasts behind an obstacle."""
 
     def __post_init__(self) -> None:
         scenario = self.team.scenario
@@ -97,7 +97,7 @@ class Deadlines(Struct):
             self._rounds[robot] = Round.continued(done.clock, done.rounds)
 
     def __call__(self, record: records.Record) -> None:
-        """Hear what happens in a turn."""
+        """Process a record of a turn."""
         if isinstance(record, records.Move):
             if record.toward is None:
                 self._begun.pop(record.robot, None)
@@ -118,7 +118,7 @@ class Deadlines(Struct):
             self._turn.append(record)
 
     def tick_begins(self) -> None:
-        """Judge what was due at the end of the tick before. Raises RunEnded."""
+        """Judge the deadlines of the previous tick. Raises RunEnded."""
         if not self.active:
             return
         self._had, before = 0, self.team.tick - 1
@@ -141,8 +141,7 @@ class Deadlines(Struct):
         self._had = number
 
     def dues(self, floor: Floor) -> Dues | None:
-        """The deadlines of open obstacles, for the choice of who acts where; None if there are
-        none."""
+        """The deadlines of open obstacles, for the choice of acts; None if there are none."""
         if not self.active or self.team.live:
             return None
         tick, by = self.team.tick, dict[int, int]()
@@ -173,8 +172,8 @@ class Deadlines(Struct):
         return Dues(by, mission is not None, now, ready, leaves, self._suspected())
 
     def _suspected(self) -> list[Mask]:
-        """The regions that each robot may have to keep out of: of suspects that no robot has met,
-        and in which none that they stop has been."""
+        """The regions that each robot may have to avoid: those of suspects that no robot has
+        encountered, and that no robot blocked by them has entered."""
         left = [
             suspect
             for suspect in self.team.scenario.suspects or ()
@@ -186,7 +185,7 @@ class Deadlines(Struct):
         ]
 
     def _refute(self, region: Region, robot: RobotState) -> None:
-        """A robot is in a region: whatever would stop it is not there."""
+        """Record that a robot is in a region, so no suspect there blocks it."""
         for suspect in self.team.scenario.suspects or ():
             if suspect.region == region and suspect.blocks(robot.robot):
                 self._refuted.add(suspect.name)
@@ -219,11 +218,12 @@ class Deadlines(Struct):
 
     @property
     def told(self) -> tuple[str, ...] | None:
-        """The missed deadlines, each once; None if the scenario has no promise."""
+        """The missed deadlines, each once; None if the scenario has no deadline."""
         return tuple(dict.fromkeys(self.late)) if self.active else None
 
     def _look(self) -> None:
-        """Note who does not do its own objective: waits, helps, or is out of service."""
+        """Record the robots that do not pursue their own objective: they wait, help, or are out of
+        service."""
         for name, robot in self.team.robots.items():
             away = robot.assignment.role is not Role.OWN or not robot.active
             self._rounds[name].disturbed |= away
@@ -268,7 +268,7 @@ class Deadlines(Struct):
         self.team.emit(records.Deadline(self.team.tick, of, due, verdict, cause=cause))
 
     def _foresee(self, had_turn: int, begins: list[str]) -> None:
-        """Begin the promises of new requests, and say of all what can no longer be kept."""
+        """Begin the deadlines of new requests, and report all that can no longer be met."""
         fresh = [of for of in dict.fromkeys(begins) if of not in {*self._open, *self._past}]
         wanted = {of: found for of in fresh if (found := self._due(of)) is not None}
         timed = any(robot.robot.within is not None for robot in self.team.robots.values())

@@ -1,4 +1,4 @@
-"""The moment of a running mission that lower bounds are about."""
+"""The state of a running mission from which lower bounds are computed."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ def moment_of(
     """The team once the first ``had_turn`` robots have had their turns of the present tick, and the
     names of the open obstacles in it. ``begun``: when robots in transit began their steps.
 
-    Obstacles that go by themselves and formulas are left out, and robots out of service may be
-    back: that only makes bounds lower.
+    Obstacles that will disappear and formulas are ignored, and robots out of service count as in
+    service: this only lowers the bounds.
     """
     names = list(team.robots)
     walkers = tuple(

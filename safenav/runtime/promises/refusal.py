@@ -1,4 +1,4 @@
-"""Promises that cannot be kept, found before the start."""
+"""Deadlines that cannot be met, found before the start."""
 
 from __future__ import annotations
 
@@ -19,9 +19,8 @@ _NUMBERS = {1: "its target", 2: "both targets"}
 
 
 def refusal_of(team: TeamState, batteries: Batteries) -> Conclusion | None:
-    """The end of a run before its first tick, unrealizable: a promise is below what the robots
-    could do alone, or a charge does not last. None if all can be kept, or if the run began before
-    and this is its rest."""
+    """The conclusion of a run before its first tick, unrealizable: a deadline that the robots could
+    not meet even alone, or an insufficient charge. None if there is none, or in a resumed run."""
     if team.scenario.continues:
         return None
     refused: dict[str, int | None] = {}

@@ -1,9 +1,9 @@
-"""The occasions for a joint plan: something is due, a robot is in a helper's way, or starves.
+"""Triggers of a joint plan: a deadline, a robot that blocks a helper, or starvation.
 
-A strategy assumes that the others are infinitely often out of its way. No finite run shows that
-this fails; it does show a robot that gets no nearer to its goal poses. Only progress on its
-*current* assignment counts: a robot that holds meets its goal in every tick, which means nothing
-after it is sent somewhere.
+A strategy assumes that the others are infinitely often out of its way. No finite run refutes this,
+but it reveals a robot that makes no progress towards its goal poses. Only progress on its *current*
+assignment counts: a robot that holds meets its goal in every tick, which does not count after it
+gets a destination.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from safenav.world.poses import FAR
 
 
 class PlanTrigger(Struct, frozen=True):
-    """Why a joint plan is wanted, and the robot for which it is made. ``gate``: the obstacle that
-    is due, by its number; None: nothing is."""
+    """The reason for a joint plan, and the robot for which it is made. ``gate``: number of the
+    obstacle with a deadline, if any."""
 
     reason: str
     robot: str
@@ -31,8 +31,8 @@ class PlanTrigger(Struct, frozen=True):
 
 
 class PlanTriggers:
-    """Finds occasions in the state of a team. ``rivals``: whether each robot shares its floor;
-    ``watch``: how long each has got no nearer to its target."""
+    """Finds triggers in the state of a team. ``rivals``: whether each robot shares its floor;
+    ``watch``: how long each has made no progress towards its target."""
 
     def __init__(
         self,
@@ -52,7 +52,7 @@ class PlanTriggers:
         self._clock = clock
 
     def next(self) -> PlanTrigger | None:
-        """The most urgent occasion after a tick."""
+        """The most urgent trigger after a tick."""
         return self._due() or self._clearing() or self._starving()
 
     def stuck(self, *, all_still: bool) -> PlanTrigger | None:
@@ -156,7 +156,7 @@ class PlanTriggers:
         return far
 
     def _awaits_charger(self, robot: RobotState) -> bool:
-        """Whether another robot charges where this one goes to charge: it leaves when it has, and a
+        """Whether another robot charges at this one's charger: it leaves when it has charged, and a
         plan would only let the two change places, each time with less charge."""
         return robot.stop is not None and any(
             each.active and each.transit is None and each.pose.region == each.stop.region

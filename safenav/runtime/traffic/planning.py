@@ -1,9 +1,9 @@
-"""Traffic on a shared floor: the starving robot, the joint plan that helps, and its execution.
+"""Traffic on a shared floor: starvation, the joint plan that resolves it, and its execution.
 
-The watch finds a robot that gets no nearer to its target. All finish the step that is in progress,
-one plan is made for the whole team, and it is followed up to the first resolution, or until each
-robot with goal poses has reached them once; live often to its end. The rest of the mission stays
-possible because the plan is the beginning of one for all of it (docs/coordination.md).
+The monitor detects a robot that makes no progress towards its target. All robots finish their
+steps, and one plan is made for the whole team. They follow it up to the first resolution, or until
+each robot with goal poses has reached them once; live often to its end. The mission stays feasible
+because the plan is the beginning of a plan for the whole mission (docs/coordination.md).
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ from safenav.world.poses import Mask
 
 
 class Traffic:
-    """Plans for a team, and where each robot is in the plan that is followed, if any."""
+    """Makes joint plans for a team and tracks each robot's progress in the current one."""
 
     def __init__(self, state: TeamState, stop: Stop, clock: Callable[[], float]) -> None:
         self.state = state
@@ -62,7 +62,7 @@ class Traffic:
         self.execution: execution.Execution | None = None
         self.wanted: PlanTrigger | None = None
         self.turned: Mapping[str, int] = {}
-        """Robots that must begin with another of their targets, as the last search has shown."""
+        """Robots that, by the last search, must begin with another of their targets."""
         self._looked = -1.0
         self._pending: PendingSearch | None = None
         self._all_wait = False
@@ -88,14 +88,14 @@ class Traffic:
         return self.occasions.watch.ages(self.state.tick), tried, notes.cleared, notes.hurried
 
     def given_up(self) -> frozenset[str]:
-        """The obstacles that no joint state serves, as a search has shown since this was asked."""
+        """The obstacles that, by a search since the last call, no joint state serves."""
         notes = self.state.last_settled.notes
         found, notes.hopeless = notes.hopeless, frozenset()
         return found
 
     def next_pose(self, name: str) -> Pose | None:
-        """Return the pose that the plan has a robot take now; None if it stays: it is done, must
-        let others go first, has not yet counted the goals that the plan assumes met, or charges."""
+        """Return the next pose of a robot by the plan. None if it stays: it has finished, waits for
+        robots before it, has not yet counted the goals that the plan assumes, or charges."""
         assert self.execution is not None
         floor = self.state.last_settled.floor
         index = floor.index(name)
@@ -122,19 +122,19 @@ class Traffic:
         return has_met(self.searches.counts(floor)[index], due)
 
     def arrived(self, name: str) -> None:
-        """A robot has taken its next step of the plan."""
+        """Record that a robot has taken its next step of the plan."""
         if self.execution is not None:
             self.execution.arrived(self.state.last_settled.floor.index(name))
 
     def released(self, name: str) -> bool:
-        """Live: whether a robot has done its way of the plan, and may leave it before the others:
-        ``ahead`` is closed to it, and each move that it may not undo must be ``certified``."""
+        """Live: whether a robot has completed its part of the plan, and may leave it before the
+        others: ``ahead`` is closed to it, and irreversible moves must be ``certified``."""
         index = self.state.last_settled.floor.index(name)
         return self.execution is not None and self.execution.done(index)
 
     def takes(self, robot: RobotState) -> int | None:
-        """The charge that the rest of the plan takes of a robot, up to its next charger or to its
-        end with what it needs there; None if the plan no longer moves it."""
+        """The charge that a robot needs for the remaining plan, up to its next charger or to the
+        end with its need there; None if the plan no longer moves it."""
         index, stops = self.state.last_settled.floor.index(robot.name), self.state.stops(robot)
         if self.execution is None or stops is None or self.execution.done(index):
             return None
@@ -142,7 +142,7 @@ class Traffic:
         return stops.takes_way(way, stops.turn(robot.own.memory.index if turn is None else turn))
 
     def _charges(self, robot: RobotState) -> bool:
-        """Whether a robot waits on a charger until it has the charge for the rest of the plan."""
+        """Whether a robot waits on a charger for the charge that the remaining plan needs."""
         takes, battery = self.takes(robot), robot.robot.model.battery
         if takes is None or battery is None or robot.charge is None:
             return False
@@ -150,19 +150,19 @@ class Traffic:
         return on_charger and robot.charge < takes <= battery.capacity
 
     def follows(self, name: str) -> bool:
-        """Whether a robot has followed its helper by a plan, and stands there until it is decided
-        again who does what."""
+        """Whether a robot has followed its helper by a plan, and waits there for the next
+        decision."""
         return name in self.state.last_settled.notes.followers
 
     def holds(self, name: str) -> bool:
-        """Whether a robot stays where it is until a plan is there: one that is wanted, and is not
-        to begin where the robot could not return to alone."""
+        """Whether a robot stays until a requested plan is available, which must not begin in a
+        state to which the robot could not return alone."""
         if self.wanted is None:
             return False
         return self._pending is None or not self._pending.may_go_on(name)
 
     def set_out(self) -> None:
-        """A robot has set out on a step."""
+        """Record that a robot has departed."""
         if self._pending is not None:
             self._pending.set_out(self.searches.floor().poses)
 
@@ -176,7 +176,7 @@ class Traffic:
         )
 
     def quiescent(self, *, all_still: bool) -> bool:
-        """Live: make a plan now if robots wait only for robots that wait; whether there is one.
+        """Live: make a plan if robots wait in a circle; return whether there is one.
         ``all_still``: no robot has a command. Raises RunEnded as ``tick``."""
         if self.active or not self.state.scenario.deadlock or self._anybody_busy():
             return False
@@ -219,7 +219,7 @@ class Traffic:
         return None
 
     def free(self, name: str) -> None:
-        """Want a plan for a robot that has no strategy from where it is."""
+        """Request a plan for a robot that has no strategy from its pose."""
         if self.execution is None and self.wanted is None:
             self.wanted = PlanTrigger(f"{name} has no strategy from where it is", name)
             self._looked = -1.0
@@ -227,7 +227,7 @@ class Traffic:
     def end(
         self, reason: vocabulary.PlanEndReason, nodes: Mapping[str, int | None] | None = None
     ) -> None:
-        """End the plan: it is finished, or something was learnt. ``nodes``: each robot's next
+        """End the plan: it is finished, or there is a new fact. ``nodes``: each robot's next
         strategy node."""
         self.wanted = self._pending = None
         if self.execution is not None:
@@ -243,8 +243,8 @@ class Traffic:
         return self._certificates.undone(name, pose, self.ahead(name))
 
     def _hurry(self, occasion: PlanTrigger) -> bool:
-        """Begin the quickest plan for what is due, if it is for that and there is one; whether no
-        other plan is to be made now."""
+        """Begin the quickest plan for a deadline, if the trigger has one and there is such a plan.
+        Return whether no other plan is to be made now."""
         gate, reason = occasion.gate, occasion.reason
         if gate is None:
             return False
@@ -264,8 +264,8 @@ class Traffic:
     def _whatever_stands(
         self, floor: Floor, gate: int, hopeful: Sequence[JointState] | None
     ) -> tuple[Floor, list[JointState]] | None:
-        """The quickest plan around all suspects, if that is in time and the ``hopeful`` one leads
-        where they may be: no robot leaves it for what turns up (docs/deadlines.md)."""
+        """The quickest plan around all suspects, if it is in time and the ``hopeful`` one enters
+        their regions: no discovery interrupts it (docs/deadlines.md)."""
         chosen, dues = self.state.last_settled.in_time, self.state.dues(floor)
         if chosen is None or dues is None or not any(dues.suspected):
             return None
@@ -328,8 +328,8 @@ class Traffic:
     def _sought(
         self, pending: PendingSearch, occasion: PlanTrigger, helping: bool
     ) -> tuple[Floor, Course, JointState, Answer] | None:
-        """The result of a search with its problem and first state; None if it is not there yet, or
-        is of no use where the robots are now."""
+        """The result of a search with its problem and first state; None if it is not available yet,
+        or does not apply to the robots' present state."""
         plain = pending.floor
         floor = self.searches.aimed(plain)
         try:
@@ -359,7 +359,7 @@ class Traffic:
         answer: Exhausted | BudgetExhausted,
         occasion: PlanTrigger,
     ) -> None:
-        """A search has found no plan: the robots wait for one that is out of service, or for a
+        """Handle a search without a plan: the robots wait for one that is out of service, or for a
         search with a larger budget. Raises RunEnded if neither can help."""
         if isinstance(answer, Exhausted):
             if not self.state.out_of_service:
@@ -377,7 +377,7 @@ class Traffic:
             raise RunEnded(Conclusion(Outcome.SEARCH_LIMIT, said))
 
     def _set_aside(self, floor: Floor, gates: frozenset[int]) -> None:
-        """No plan is made now, and these obstacles are served by none."""
+        """Make no plan now, and set these obstacles aside."""
         hopeless = frozenset(floor.gates[gate] for gate in gates)
         self.state.last_settled.notes.hopeless = hopeless
         self.occasions.watch.begin_anew()
@@ -393,9 +393,9 @@ class Traffic:
         return True
 
     def proven(self, end: Conclusion) -> Conclusion:
-        """The end of a run in which a robot has no strategy for the rest of a ``once``, which it
-        could meet alone: with the proof that no order of moves of the team does. Where that cannot
-        be shown there is no verdict. Any other end as it is."""
+        """The conclusion if a robot has no strategy for the remaining targets of a ``once`` that it
+        could meet alone, with the proof that no order of moves completes it. Without a proof there
+        is no verdict. Other conclusions are unchanged."""
         state = self.state
         robots = [state.robots[name] for name in end.stuck if end.proof is None]
         if end.outcome is not Outcome.OPERATOR_NEEDED or not end.unrealizable or not robots:
@@ -420,7 +420,7 @@ class Traffic:
         return replace(found, explanation=told, links=links, stuck=end.stuck, unrealizable=specs)
 
     def _search_from(self, here: Floor) -> PendingSearch:
-        """The search that is under way, if it is of use from here; else one that begins here."""
+        """The running search, if it applies to the present state; else a new one."""
         if not self.thinking.background:
             return PendingSearch(here, None, None, [here.poses])
         robots = self.state.robots.values()
@@ -434,7 +434,7 @@ class Traffic:
         return PendingSearch(here, moment, team, [here.poses], free)
 
     def _search_again(self, occasion: PlanTrigger) -> None:
-        """Search for a plan from here while all robots stand."""
+        """Search for a plan from the present state while all robots stand."""
         self.wanted = replace(occasion, gate=None)
         self._pending, self._all_wait = None, True
 
@@ -476,7 +476,7 @@ class Traffic:
         reason: str,
         under_way: Collection[int] = (),
     ) -> None:
-        """Follow a plan from now on: these joint poses, by which the states follow."""
+        """Begin to follow a plan with these joint poses and states."""
         sizes = [member.graph.size for member in floor.problem.members]
         apart = floor.problem.exclusions(states[0].stages)
         plan = execution.schedule(poses, sizes, floor.problem.conflicts, apart, under_way)
@@ -484,8 +484,7 @@ class Traffic:
         self.state.emit(execution.plan_record(self.state.tick, floor, plan, reason))
 
     def resume(self, left: PlanLeft) -> None:
-        """Follow the rest of a plan of the run that this one continues, if each of its steps can be
-        taken here."""
+        """Continue the plan of the earlier run, if each of its remaining steps is possible."""
         floor, notes = self.searches.floor(), self.state.last_settled.notes
         notes.followed = notes.hurried = notes.cleared = True
         plan = execution.scheduled(floor, left)
@@ -499,8 +498,8 @@ class Traffic:
         self._follow(floor, joint, states, counts, left.reason)
 
     def _fixed(self, floor: Floor) -> list[int]:
-        """The robots that must end where a plan leads them: that is why it was made, or what makes
-        the rest of the mission possible."""
+        """The robots that must end in their planned poses: those for which the plan was made, and
+        those whose pose keeps the mission feasible."""
         return [
             index
             for index, robot in enumerate(self.state.robots.values())
