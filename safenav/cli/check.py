@@ -17,7 +17,12 @@ from safenav.explain.summary import explain_unrealizable
 from safenav.explain.vacuity import vacuous_wins
 from safenav.report.terminal.specification_text import vacuity_data, vacuity_lines
 from safenav.report.terminal.synthesis_progress import WaitingLine
-from safenav.report.terminal.worst_cases import promise_data, promise_lines, worst_data, worst_lines
+from safenav.report.terminal.worst_cases import (
+    deadline_data,
+    deadline_lines,
+    worst_data,
+    worst_lines,
+)
 from safenav.runtime.analysis.team_simulation import simulate_team
 from safenav.runtime.coordination.foresight import foreseen
 from safenav.runtime.coordination.strategy_search import TaskResult
@@ -76,7 +81,7 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
         obstacles = [worst_data(case) for case in cases]
         data = {"robots": verdicts, "obstacles": obstacles, "warnings": of_scenario}
         if ahead is not None:
-            data["promises"] = promise_data(plan, ahead)
+            data["promises"] = deadline_data(plan, ahead)
         if refusal is not None:
             data["unrealizable"] = refusal
         click.echo(json.dumps({"scenario": plan.name, **data}, indent=2))
@@ -85,7 +90,7 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
             _tell(verdict, answers[str(verdict["robot"])].words(plan.map.word), scenario)
         if refusal is not None:
             click.echo(f"{click.style('unrealizable', fg='red')}: {refusal}")
-        for line in (*worst_lines(cases, plan.map.word), *promise_lines(plan, ahead)):
+        for line in (*worst_lines(cases, plan.map.word), *deadline_lines(plan, ahead)):
             click.echo(line)
         for line in warnings:
             if line.startswith(" "):

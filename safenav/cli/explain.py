@@ -13,7 +13,7 @@ from safenav.outcome import Outcome
 from safenav.report.terminal.explanation_text import explanation_data, explanation_lines
 from safenav.report.terminal.postmortem_text import postmortem_data, postmortem_lines
 from safenav.report.terminal.synthesis_progress import WaitingLine
-from safenav.report.terminal.worst_cases import promise_lines
+from safenav.report.terminal.worst_cases import deadline_lines
 from safenav.runtime.analysis.explanation import explain_team
 from safenav.runtime.analysis.postmortem import explain_run
 from safenav.runtime.analysis.team_simulation import simulate_team
@@ -85,6 +85,6 @@ def _of_the_run(plan: Scenario, as_json: bool) -> int:
             click.echo(line)
         refused = found.result.outcome is Outcome.UNREALIZABLE  # it names the promise
         ahead = None if refused else simulate_team(plan, default_synthesizer(plan))
-        for line in promise_lines(plan, ahead):
+        for line in deadline_lines(plan, ahead):
             click.echo(f"without obstacles: {line}")
     return exit_code_of(found.result.outcome)

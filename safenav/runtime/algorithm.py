@@ -36,11 +36,11 @@ from safenav.runtime.coordination.events import Event, Unsettled
 from safenav.runtime.coordination.strategies import Strategies
 from safenav.runtime.coordination.strategy_search import NotYet, StrategySearch, TaskResult, failed
 from safenav.runtime.coordination.task_candidates import misses_its_rounds
+from safenav.runtime.deadline_monitor.ledger import Deadlines
+from safenav.runtime.deadline_monitor.refusal import refusal_of
 from safenav.runtime.energy.batteries import Batteries
 from safenav.runtime.interventions import Interventions
 from safenav.runtime.progress import Progress
-from safenav.runtime.promises.ledger import Deadlines
-from safenav.runtime.promises.refusal import refusal_of
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded, Stop
 from safenav.runtime.traffic.planning import Traffic

@@ -22,12 +22,12 @@ from safenav.errors import SafenavError, UsageError
 from safenav.outcome import Outcome
 from safenav.runtime.coordination.strategies import Strategies
 from safenav.runtime.coordination.strategy_search import StrategySearch, TaskResult
+from safenav.runtime.deadline_monitor.ledger import Deadlines
+from safenav.runtime.deadline_monitor.refusal import refusal_of
 from safenav.runtime.duties.reasons import Shortfall
 from safenav.runtime.energy.batteries import Batteries
 from safenav.runtime.interventions import Interventions
 from safenav.runtime.passes import Passes
-from safenav.runtime.promises.ledger import Deadlines
-from safenav.runtime.promises.refusal import refusal_of
 from safenav.runtime.team import TeamState
 from safenav.runtime.termination import Conclusion, RunEnded, Stop
 from safenav.runtime.traffic.planning import Traffic

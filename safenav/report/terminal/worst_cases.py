@@ -74,7 +74,7 @@ def _moment(times: Times, word: Word) -> str:
 MISSION = "mission"
 
 
-def promise_lines(scenario: Scenario, ahead: TeamSimulation | None) -> Iterator[str]:
+def deadline_lines(scenario: Scenario, ahead: TeamSimulation | None) -> Iterator[str]:
     """``within 12 of digit: kept, as simulated until the mission is completed in tick 30``."""
     for of, most in _promised(scenario) if ahead is not None else ():
         assert ahead is not None
@@ -82,7 +82,7 @@ def promise_lines(scenario: Scenario, ahead: TeamSimulation | None) -> Iterator[
         yield f"{what}: {_verdict(of, most, ahead, _unseen(scenario))}"
 
 
-def promise_data(scenario: Scenario, ahead: TeamSimulation | None) -> list[dict[str, Any]]:
+def deadline_data(scenario: Scenario, ahead: TeamSimulation | None) -> list[dict[str, Any]]:
     """The same for programs: ``verdict`` is kept, late or none."""
     if ahead is None:
         return []

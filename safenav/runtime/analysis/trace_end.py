@@ -11,7 +11,7 @@ from msgspec import Struct, field
 from safenav.begun import Begun, Done, PlanLeft, RoundClock
 from safenav.outcome import Outcome
 from safenav.runtime.analysis.memories import Memories
-from safenav.runtime.promises.ledger import Round
+from safenav.runtime.deadline_monitor.ledger import Round
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import Ltl, Objective
 from safenav.trace import records, setting, vocabulary

@@ -10,7 +10,7 @@ from safenav.scenario.yaml.document import Mapping
 from safenav.scenario.yaml.findings import Findings
 
 
-def check_promises(scenario: Scenario, item: Mapping, findings: Findings) -> None:
+def check_deadlines(scenario: Scenario, item: Mapping, findings: Findings) -> None:
     """Report promises that no run could be judged by. The scenario has no other error."""
     if scenario.clock is Clock.LIVE and scenario.promises:
         found = "'clock: live' with deadlines in ticks: a tick has no length there"

@@ -25,7 +25,7 @@ from safenav.scenario.reading.catalogue import (
     read_catalogue_file,
 )
 from safenav.scenario.reading.changes import CHANGES, read_changes
-from safenav.scenario.reading.deadlines import check_promises
+from safenav.scenario.reading.deadlines import check_deadlines
 from safenav.scenario.reading.expectation import ExpectKeys, read_expectation
 from safenav.scenario.reading.inputs import INPUTS, read_inputs
 from safenav.scenario.reading.maps.keys import MapKeys
@@ -323,7 +323,7 @@ def _scenario(root: Node, reading: Reading) -> Scenario | None:
         **given,
     )
     if len(reading) == 0:
-        check_promises(scenario, item.node, reading)
+        check_deadlines(scenario, item.node, reading)
     return scenario
 
 

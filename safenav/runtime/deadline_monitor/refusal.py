@@ -5,12 +5,12 @@ from __future__ import annotations
 from msgspec.structs import replace
 
 from safenav.outcome import Outcome
+from safenav.runtime.deadline_monitor.ledger import MISSION
+from safenav.runtime.deadline_monitor.moment import goals_from_start, moment_of, objectives_change
 from safenav.runtime.deadlines.bound import NEVER, BoundMoment, earliest, rounds_done
 from safenav.runtime.deadlines.round_deadlines import Walk, least_within
 from safenav.runtime.energy.batteries import Batteries, least_capacity, least_charge
 from safenav.runtime.formulas import graph_of, permitted
-from safenav.runtime.promises.ledger import MISSION
-from safenav.runtime.promises.moment import goals_from_start, moment_of, objectives_change
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.termination import Conclusion
 from safenav.world.poses import region_mask

@@ -13,9 +13,9 @@ from msgspec.structs import replace
 
 from safenav.begun import Begun, Done, RoundClock
 from safenav.outcome import Outcome
+from safenav.runtime.deadline_monitor.moment import goals_left, moment_of, objectives_change
 from safenav.runtime.deadlines import bound
 from safenav.runtime.deadlines.choice import Dues
-from safenav.runtime.promises.moment import goals_left, moment_of, objectives_change
 from safenav.runtime.resolution.problem import Floor
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded
@@ -30,7 +30,7 @@ MISSION = "mission"
 BATTERY = "battery"
 
 
-class Promise(Struct, frozen=True):
+class RunningDeadline(Struct, frozen=True):
     """A running deadline: ``due`` at the end of that tick. ``said``: it was reported as lost."""
 
     due: int
@@ -73,7 +73,7 @@ class Deadlines(Struct):
     team: TeamState
     late: list[str] = field(default_factory=list)
     reasons: list[str] = field(default_factory=list)
-    _open: dict[str, Promise] = field(default_factory=dict)
+    _open: dict[str, RunningDeadline] = field(default_factory=dict)
     _rounds: dict[str, Round] = field(default_factory=dict)
     _turn: list[records.Record] = field(default_factory=list)
     _begun: dict[str, int] = field(default_factory=dict)
@@ -88,9 +88,9 @@ class Deadlines(Struct):
         scenario = self.team.scenario
         self.active = scenario.deadlines
         if scenario.until.by is not None:
-            self._open[MISSION] = Promise(scenario.until.by)
+            self._open[MISSION] = RunningDeadline(scenario.until.by)
         begun = scenario.begun or Begun()
-        self._open |= {of: Promise(left) for of, left in begun.due.items()}
+        self._open |= {of: RunningDeadline(left) for of, left in begun.due.items()}
         self._past |= {*begun.late}
         for robot in self.team.robots:
             done = begun.robots.get(robot, Done())
@@ -282,7 +282,7 @@ class Deadlines(Struct):
         }
         tick = self.team.tick
         for of, (due, cause) in wanted.items():
-            self._open[of] = Promise(due, cause=cause)
+            self._open[of] = RunningDeadline(due, cause=cause)
             soonest, verdict = ends.get(of, tick), DeadlineVerdict.SET
             planned = self._planned(of)
             self.team.emit(records.Deadline(tick, of, due, verdict, soonest, cause, planned))
