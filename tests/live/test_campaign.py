@@ -59,7 +59,7 @@ def test_runs_keep_what_the_judge_asks_for(seeds: str) -> None:
 def reserved(patch: pytest.MonkeyPatch, region: Callable[[RobotState], int]) -> None:
     """Let each robot have only one region."""
 
-    def taken(self: TeamState, robot: Robot) -> set[int]:
+    def taken(self: TeamState, robot: Robot, _: object = None) -> set[int]:
         rivals = (o for o in self.robots.values() if self.scenario.conflict(robot, o.robot))
         return {region(other) for other in rivals if other.name != robot.name}
 
