@@ -25,16 +25,13 @@ from certify.test_findings import EXACT, bundle_of
 from certify.test_strategies import random_game, text_of
 from oracle import (
     build_game,
-    counterstrategy_from_parity,
     extract,
-    initial_states,
     is_realizable,
-    losing_inputs,
     solve,
-    solve_parity,
     to_json,
 )
 from oracle.damage import DAMAGES
+from oracle.duel import Duel
 from safenav.certify.checker import check_strategies as checker
 from safenav.certify.evidence import counter_evidence
 from safenav.certify.measures import NoMeasureError
@@ -117,7 +114,7 @@ def test_a_large_bundle_takes_little_work_and_memory(program: Path, tmp_path: Pa
     assert large[1]["top_heap_words"] * 8 < 100_000_000
 
 
-def random_cases(seed: int) -> list[Case]:
+def random_cases(seed: int, duel: Duel) -> list[Case]:
     """A random game: its strategy or counterstrategy, sound and damaged."""
     source = Random(seed)
     specification = random_game(seed)
@@ -126,8 +123,7 @@ def random_cases(seed: int) -> list[Case]:
     if is_realizable(game, winning):
         automata = [("sound", extract(solve(game)))]
     else:
-        starts = losing_inputs(game, winning)[0] & initial_states(game)
-        automata = [("sound", counterstrategy_from_parity(solve_parity(game), starts))]
+        automata = [("sound", duel.counterstrategy(specification))]
     sound = automata[0][1]
     if any(node.successors for node in sound.nodes):
         automata += [(damage.__name__, damage(sound, [0], source)) for damage in DAMAGES]
@@ -146,10 +142,10 @@ def random_cases(seed: int) -> list[Case]:
 
 
 @pytest.mark.usefixtures("program")
-def test_random_games_are_judged_as_by_check_py(program: Path, tmp_path: Path) -> None:
+def test_random_games_are_judged_as_by_check_py(program: Path, duel: Duel, tmp_path: Path) -> None:
     for begin in range(0, COUNT, 100):
         seeds = range(begin, min(begin + 100, COUNT))
-        cases = [case for seed in seeds for case in random_cases(seed)]
+        cases = [case for seed in seeds for case in random_cases(seed, duel)]
         found = disagreements(program, cases, tmp_path / str(begin))
         assert [(case.name, mine, other) for case, mine, other in found] == []
 

@@ -2,7 +2,6 @@
 
 import json
 import re
-from pathlib import Path
 from random import Random
 
 import pytest
@@ -21,13 +20,12 @@ from oracle import (
 )
 from oracle.automaton import Automaton
 from oracle.damage import DAMAGES, extra_successor, missing_start
-from oracle.duel import Abilities, Duel
+from oracle.duel import Duel
 from oracle.rendering import infix
 from oracle.specification import SECTIONS
 from safenav.certify.checker import check_strategies as checker
 from safenav.certify.evidence import counter_evidence, strategy_measures
 from safenav.certify.measures import NoMeasureError, components, measure
-from safenav.synthesis.binary import find_own_binary
 
 BATCH = 25
 NOTHING = "no input can occur at first, so that nothing is shown"
@@ -77,13 +75,6 @@ def twins(batch: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """In every other batch all inputs may make twins, whatever their names."""
     if batch % 2:
         monkeypatch.setattr(checker, "PASSING", re.compile(r"\w+"))
-
-
-@pytest.fixture
-def duel(tmp_path: Path) -> Duel:
-    own = find_own_binary()
-    assert own is not None
-    return Duel(own.path, tmp_path, Abilities())
 
 
 @pytest.mark.usefixtures("twins")
