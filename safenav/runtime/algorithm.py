@@ -72,8 +72,8 @@ class Algorithm(Struct):
 
     def begin(self) -> None:
         """Synthesize the first controllers. The team has its initial objectives, and no requests
-        (``TeamState.initial``). Raises RunEnded if a robot has none, or a promise or a charge
-        cannot be kept."""
+        (``TeamState.initial``). Raises RunEnded if a robot has none, a deadline cannot be met,
+        or a charge does not suffice."""
         refusal = refusal_of(self.team, self.batteries)
         if refusal is not None:
             raise RunEnded(refusal)
@@ -81,7 +81,7 @@ class Algorithm(Struct):
         self.deadlines.turn_ends(0)
 
     def execute_controllers(self) -> None:
-        """Line 6: the turn of each robot that is not on its way, and what follows from it."""
+        """Line 6: the turn of each robot that is not in transit, and its consequences."""
         for number, robot in enumerate(self.team.robots.values(), 1):
             self.stop.check()
             self.deadlines.turn_begins(number)
@@ -119,8 +119,8 @@ class Algorithm(Struct):
     def apply(
         self, team: TeamState, decision: Decision, answers: Mapping[str, TaskResult]
     ) -> Event | None:
-        """Put a decision in force if there is a strategy for every task, else what follows from
-        that; the event that comes next. Raises RunEnded."""
+        """Apply a decision if there is a strategy for every task, otherwise the decision that
+        follows from the failure. Return the next event. Raises RunEnded."""
         if failed(answers):
             decision, answers = reconsider(team, decision, answers), {}
         for part in ("knowledge", "requests", "lacks", "settled"):
@@ -158,11 +158,11 @@ class Algorithm(Struct):
         return decision.next
 
     def guarded(self, part: Callable[[], None]) -> bool:
-        """Do a part of a pass; whether it was done, and has not ended in a wait."""
+        """Do a part of a pass; return whether it was completed without a wait."""
         raise NotImplementedError
 
     def waits_on(self, end: Conclusion) -> bool:
-        """Whether the team waits, from now on or already, where the run would end."""
+        """Whether the team waits where the run would end."""
         raise NotImplementedError
 
     def completes(self) -> bool:
@@ -170,7 +170,7 @@ class Algorithm(Struct):
         raise NotImplementedError
 
     def _forget(self) -> None:
-        """Forget the strategies that have come, once no decision waits for any."""
+        """Discard the synthesis results once no decision waits for any."""
         if not (self.team.deferred or self._astray or self._paying):
             self.search.forget()
 
@@ -186,7 +186,7 @@ class Algorithm(Struct):
             self._astray.append(decision.event)
 
     def retry_deferred(self) -> None:
-        """Make the decisions again that wait for strategies."""
+        """Repeat the decisions that wait for strategies."""
         deferred, astray = self._deferred, self._astray
         self._deferred, self._astray, self.team.deferred = None, [], None
         for robot in self.team.robots.values():
@@ -206,6 +206,6 @@ class Algorithm(Struct):
         self._forget()
 
     def first_results(self, names: Collection[str]) -> dict[str, TaskResult]:
-        """The synthesis results with which a run begins, for some robots. Nothing runs."""
+        """The initial synthesis results of some robots, without running the mission."""
         tasks = coordinate(self.team, events.Started(), self.stop.check).tasks
         return self.search.synthesize({n: task for n, task in tasks.items() if n in names})

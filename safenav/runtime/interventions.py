@@ -39,7 +39,7 @@ _AWAY = (user_changes.MarkResolved, user_changes.RemoveObstacle)
 
 
 class Interventions(Struct):
-    """Asked for at any time, applied at the beginning of the next tick."""
+    """Interventions: requested at any time, applied at the beginning of the next tick."""
 
     state: TeamState
     world: SimulatedWorld | None
@@ -62,7 +62,7 @@ class Interventions(Struct):
         return bool(self._asked)
 
     def ask(self, wanted: user_changes.Intervention) -> None:
-        """Raises UsageError for what cannot be; the message names place and reason."""
+        """Raises UsageError for an impossible intervention, with the reason."""
         self._check(wanted)
         self._asked.append(wanted)
 
@@ -148,7 +148,7 @@ class Interventions(Struct):
         return any(change.at <= self.state.time for change in left)
 
     def _orders(self) -> Iterator[events.Event]:
-        """Tell the team the orders of the scenario that are due, in a world that does not."""
+        """Announce the scenario's due orders to the team, in a world without orders."""
         for obstacle in self.state.scenario.obstacles:
             due = obstacle.ordered and (obstacle.appears or 0) <= self.state.time
             if due and obstacle.name not in self._ordered:
@@ -162,7 +162,7 @@ class Interventions(Struct):
         yield events.ObstacleChanged(order)
 
     def _inputs(self) -> Iterator[events.Event]:
-        """Take note of the inputs of this tick; robots get the objectives that they give them."""
+        """Read the inputs of this tick, and assign the objectives that they select."""
         state = self.state
         if self._looked != state.tick:
             self._looked, state.inputs_before = state.tick, state.inputs
@@ -209,7 +209,7 @@ class Interventions(Struct):
         pose: Pose | None = None,
         objective: Objective | None = None,
     ) -> None:
-        """Record what an operator does in a live run."""
+        """Record an operator's intervention in a live run."""
         if self.state.live:
             at: tuple[Region | None, str | None] = (None, None) if pose is None else pose.place
             told = None if objective is None else objective_in_trace(objective)
@@ -378,7 +378,7 @@ class Interventions(Struct):
                 raise UsageError(f"{there.name} is in region {region}: resolve it first")
 
     def _standing_at(self, region: Region) -> list[Obstacle]:
-        """The obstacles in a region, without those that an operator takes away before."""
+        """The obstacles in a region, except those that an operator removes first."""
         away = {asked.obstacle for asked in self._asked if isinstance(asked, _AWAY)}
         known = [*self.state.knowledge.obstacles.values()]
         known += [] if self.world is None else [*self.world.standing().values()]

@@ -52,7 +52,7 @@ from safenav.trace.writing import Listener
 from safenav.verify.verification import first_failure
 
 WAITED = 0.05
-"""Seconds between two looks for an intervention."""
+"""Seconds between two checks for an intervention."""
 
 
 class RunResult(Struct, frozen=True):
@@ -144,7 +144,7 @@ class Mission:
 
     def refusal(self) -> str | None:
         """Return the reason why this run is unrealizable although each robot has a strategy: a
-        promise or a charge that cannot be kept."""
+        deadline that cannot be met, or an insufficient charge."""
         found = refusal_of(self.state, self._algorithm.batteries)
         return None if found is None else found.explanation
 
@@ -169,14 +169,14 @@ class Mission:
         self.check_time_limit()
 
     def check_time_limit(self) -> None:
-        """Give up a synthesis, or the verification of its strategy, that outlasts the time limit of
-        the run, by an exception: to be called in the run's own thread."""
+        """Abort, by an exception, a synthesis or verification that exceeds the time limit of the
+        run. Call it in the run's own thread."""
         if self._search.busy:
             self._stop.check()
 
     def intervene(self, intervention: Intervention) -> None:
-        """Change the world at the beginning of the next tick; the robots are not notified and must
-        encounter it. Raises UsageError, with the reason, for an impossible change."""
+        """Change the world at the beginning of the next tick. The robots are not notified, and
+        encounter the change. Raises UsageError, with the reason, for an impossible change."""
         self._interventions.ask(intervention)
 
     def post(self, event: WorldEvent) -> None:
@@ -251,8 +251,8 @@ class Mission:
         self._guarded(self._algorithm.tick)
 
     def state_key(self) -> Hashable:
-        """The state by which a run in lockstep continues without a surprise, but the rounds
-        counted; None if a joint plan is followed, or robots remember where they saw others."""
+        """The state that determines how a lockstep run continues without new observations, except
+        the round counts; None during a joint plan, or if robots hold beliefs."""
         adapter, traffic = self._commands.world, self._traffic.state_key()
         remembers = any(r.tracking is not Tracking.NEARBY for r in self.scenario.robots)
         if traffic is None or remembers or not isinstance(adapter, BlockingAdapter):
@@ -261,7 +261,7 @@ class Mission:
         return robots, traffic, self._deadlines.ages(), adapter.left
 
     def _guarded(self, part: Callable[[], None]) -> None:
-        """The one place where a run ends, whatever ended it."""
+        """End the run; called for every outcome."""
         try:
             part()
         except RunEnded as over:
@@ -278,12 +278,12 @@ class Mission:
             raise
 
     def first_results(self, names: Collection[str] | None = None) -> dict[str, TaskResult]:
-        """The synthesis results with which a run begins, for the robots with these names
-        (default: all), in the scenario's order. Nothing runs."""
+        """Return the initial synthesis results of the named robots (default: all), in the
+        scenario's order, without running the mission."""
         return self._algorithm.first_results(self.state.robots if names is None else names)
 
     def _close(self) -> None:
-        """End the searches that run beside the mission."""
+        """End the background searches."""
         self._search.close()
         self._traffic.thinking.close()
 
@@ -312,7 +312,7 @@ class Mission:
         return tuple(self.state.lacks.values())
 
     def _spent(self) -> dict[str, Any]:
-        """The seconds of each robot with and without a command, up to the last end of one."""
+        """The seconds of each robot with and without a command, until the last command ended."""
         over = self._commands.over
         busy = {name: self._commands.busy.get(name, 0.0) for name in self.state.robots}
         return {
@@ -355,8 +355,8 @@ def first_results(
     progress: SynthesisListener | None = None,
     names: Collection[str] | None = None,
 ) -> dict[str, TaskResult]:
-    """Return the results that a run of a scenario would begin with (``Mission.first_results``).
-    Its time limit is that of a run, and nothing runs."""
+    """Return the initial synthesis results of a scenario (``Mission.first_results``), within the
+    time limit of a run, without running it."""
     untimed = replace(scenario, limits=replace(scenario.limits, seconds=None))
     return Mission(untimed, synthesizer, progress=progress).first_results(names)
 
@@ -369,7 +369,7 @@ def default_synthesizer(
     cache: Cache | None = None,
     at_once: int | None = None,
 ) -> Synthesizer:
-    """A synthesizer as the scenario has it, which verifies every strategy that it lists."""
+    """The synthesizer with the scenario's settings; it verifies every explicit strategy."""
     limits = scenario.limits
     return Synthesizer(
         binary,
@@ -384,8 +384,8 @@ def default_synthesizer(
 
 
 def refuse_if_unsafe(scenario: Scenario) -> None:
-    """Raises UsageError, with the robot and the reason, if a strategy of the scenario assumes how
-    far other robots move between two of its looks."""
+    """Raises UsageError, with the robot and the reason, if a strategy assumes a bound on the moves
+    of other robots between two observations."""
     if scenario.promises:
         raise UsageError(
             "a live run cannot keep deadlines in ticks: a tick has no length there; use "

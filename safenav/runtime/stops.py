@@ -1,4 +1,4 @@
-"""The next stop of a robot with a battery: a pose of its next target, or a charger on the way."""
+"""The next stop of a robot with a battery: a pose of its next target, or a charger before it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NEVER = 1 << 40
 
 
 SPARE = 4
-"""Steps for which a helper keeps charge where others can be in its way."""
+"""Reserve of a helper in steps, if other robots can block it."""
 
 
 class Stops(Struct, frozen=True, eq=False, dict=True):
@@ -66,8 +66,7 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
     def _leg(
         self, before: dict[int, list[int]], target: Mask, then: Mapping[int, int]
     ) -> dict[int, int]:
-        """The charge that a way to the target takes, with what is needed there; chargers take
-        none."""
+        """The charge for a path to the target plus the need there; chargers use none."""
         best: dict[int, int] = {}
         queue: list[tuple[int, int]] = []
 
@@ -97,11 +96,11 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         return best
 
     def turn(self, index: int) -> int:
-        """The target that is next after so many."""
+        """The next target after this many."""
         return min(index, len(self.targets) - 1) if self.settles else index % len(self.targets)
 
     def need(self, pose: int, turn: int) -> int:
-        """The least charge with which it can continue from there, target ``turn`` being next."""
+        """The least charge with which it can continue from a pose, with target ``turn`` next."""
         return self.needs[turn].get(pose, NEVER)
 
     def needed(self, pose: int, turn: int) -> int:
@@ -149,9 +148,9 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         *,
         helps: bool = False,
     ) -> int | None:
-        """The pose to go to next: of the target, if a strategy for all of them could take too much
-        charge for what comes after it, or of a charger, or one from which to enter it; None if the
-        charge suffices for such a strategy, or if nothing helps but to charge where it is.
+        """The next pose to visit: of the target, if a strategy for all targets could leave too
+        little charge after it; or of a charger, or one from which to enter it. None if the charge
+        suffices for a strategy for all targets, or if the robot can only charge in its pose.
         ``kept``: the poses in regions that others do not leave, to be chosen last; ``taken``:
         those in regions where others are or go to charge, to be chosen after free ones as near to
         the target; ``helps``: its strategy is not for these targets alone."""
@@ -205,8 +204,8 @@ class Stops(Struct, frozen=True, eq=False, dict=True):
         return first if first == at else self._entry(pose, first)
 
     def wanted(self, pose: int, turn: int) -> int:
-        """The charge with which to leave a stop: enough for the next target, or else for the next
-        charger on the way to it; none where there is no charger."""
+        """The charge with which to leave a stop: enough for the next target, otherwise for the next
+        charger before it; none off the chargers."""
         if not self.chargers >> pose & 1:
             return 0
         hops, capacity = self._hop(turn), self.battery.capacity

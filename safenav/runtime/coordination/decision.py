@@ -48,7 +48,7 @@ from safenav.trace.words import obstacle_words
 
 
 class Decision(Struct, frozen=True):
-    """The consequences of ``event``. All of it is put in force, or nothing.
+    """The consequences of ``event``. All of them take effect, or none.
 
     ``knowledge``, ``requests``, ``lacks`` and ``settled``: those of the team from now on (None: no
     others). ``records``: its trace records. ``recount``: the rounds are reset. ``drafts``: the task
@@ -159,7 +159,7 @@ def reconsider(team: TeamState, decision: Decision, results: Mapping[str, TaskRe
 
 
 def _begun(team: TeamState, event: Event, settled: Settled) -> Decision:
-    """The first tasks. In the rest of a run that began before, an impasse is one of that run."""
+    """The initial tasks. In a resumed run, an impasse is one of the whole run."""
     if team.scenario.continues and settled.found.proof is not None:
         end = infeasibility.infeasible_end(team, settled.floor, settled.found.proof, {}, {})
         return Decision(event, settled=settled, end=end)
@@ -167,8 +167,8 @@ def _begun(team: TeamState, event: Event, settled: Settled) -> Decision:
 
 
 def _continued(team: TeamState, event: Event) -> Decision:
-    """The requests that were open where the run continues another, and the obstacles that stay by
-    an operator's word."""
+    """The open requests of the run that this one continues, and the obstacles that an operator has
+    declared permanent."""
     knowledge, requests = team.knowledge.copy(), team.requests.continued(team.scenario)
     stays = () if team.scenario.begun is None else team.scenario.begun.stays
     for obstacle in team.scenario.obstacles:
@@ -242,7 +242,7 @@ def _changed(team: TeamState, event: events.ObstacleChanged) -> Decision:
 
 
 def _sealed(team: TeamState, event: Event, obstacle: Obstacle) -> Decision:
-    """An operator knows that an obstacle stays: it joins O."""
+    """An operator declares an obstacle permanent: it joins O."""
     knowledge = team.knowledge.copy()
     knowledge.join(obstacle, PERMANENT)
     said: tuple[Record, ...] = ()
@@ -253,7 +253,7 @@ def _sealed(team: TeamState, event: Event, obstacle: Obstacle) -> Decision:
 
 
 def _reopened(team: TeamState, event: Event, reason: Reason) -> Decision:
-    """Obstacles that were given up are requested again, before anything else is decided."""
+    """Reopen the requests that were given up, before any other decision."""
     knowledge, requests, said = team.knowledge.copy(), team.requests, list[Record]()
     for request in requests.given_up:
         name = request.obstacle.name
@@ -291,7 +291,7 @@ def _blocked(
 
 
 def _never_resolved(team: TeamState, event: Unsettled) -> Decision | None:
-    """Obstacles that can never be brought any further join O, with the proof; None if there are
+    """Obstacles whose next need can never be fulfilled join O, with the proof; None if there are
     none."""
     floor, closure = closed(team)
     lacks = {each.obstacle: each for each in shortfalls(floor, closure, (), team.failures.barred)}
@@ -317,14 +317,14 @@ def _never_resolved(team: TeamState, event: Unsettled) -> Decision | None:
 
 
 def closed(team: TeamState) -> tuple[Floor, TeamClosure]:
-    """Return which obstacles can ever be resolved, and where each robot gets by that. Robots out of
-    service may come back."""
+    """Return the obstacles that can ever be resolved, and the poses that each robot can then reach.
+    Robots out of service may return."""
     floor = floor_of(team, hopeful=True)
     return floor, closure_of(PoseSets.around(floor.problem, floor.poses, floor.stages))
 
 
 def _enough(team: TeamState, request: OpenRequest) -> bool:
-    """Whether for each need as many robots have the action as it takes."""
+    """Whether enough robots have the action of each need."""
     robots = [robot.robot for robot in team.robots.values()]
     kind = request.obstacle.type
     return all(
@@ -350,7 +350,7 @@ def _duties(team: TeamState, event: Unsettled, stopping: Stopping) -> Decision:
 
 
 def _settled(team: TeamState, refused: Collection[tuple[str, str]], stopping: Stopping) -> Settled:
-    """Return the current duties. Raises SpentError."""
+    """Return the current duties. Raises BudgetExhaustedError."""
     floor = floor_of(team, refused)
     solver = Solver(floor.problem, stopping)
     order = [gate for gate, name in enumerate(floor.gates) if name not in team.requests.aside]

@@ -143,7 +143,7 @@ def _choose(
 
 def _kept(search: Scheduler, last: Mapping[int, int]) -> tuple[Acts, frozenset[int]]:
     """Acts that resolve all obstacles by their turns, or as many as are found the most urgent
-    first, and the others as soon as that leaves it. Raises SpentError."""
+    first, and the others as soon as that leaves it. Raises BudgetExhaustedError."""
     found = search.in_time(last)
     if found is not None:
         return found, frozenset()

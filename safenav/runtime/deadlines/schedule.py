@@ -63,7 +63,7 @@ class Scheduler(Struct, eq=False):
 
     def soonest(self, gate: int, due: Mapping[int, int] | None = None) -> tuple[int, Acts]:
         """The first turn in which an obstacle can be resolved (NEVER: none) with those of ``due``
-        resolved by theirs, and the acts. Raises SpentError."""
+        resolved by theirs, and the acts. Raises BudgetExhaustedError."""
         found: Acts = ()
         turn = bound.NEVER
         while True:
@@ -78,7 +78,7 @@ class Scheduler(Struct, eq=False):
 
     def in_time(self, due: Mapping[int, int]) -> Acts | None:
         """Acts that resolve each obstacle of ``due`` by its turn; None if there are none. Raises
-        SpentError."""
+        BudgetExhaustedError."""
         return self._search(self.moment, (), due, set())
 
     def _search(

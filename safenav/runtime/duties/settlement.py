@@ -103,7 +103,7 @@ def settle(
     planning: Planning = lambda _: None,
 ) -> Settlement:
     """Return duties for robots at ``poses``. ``requests``: open obstacles in the order of service;
-    ``present``: the robots that already serve an obstacle. Raises SpentError."""
+    ``present``: the robots that already serve an obstacle. Raises BudgetExhaustedError."""
     now = PoseSets.around(solver.problem, poses, stages)
     if not solver.feasible(now):
         return Settlement(proof=refute(now))

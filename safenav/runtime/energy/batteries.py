@@ -1,4 +1,4 @@
-"""The charge of each robot in a run: stops to chargers, and robots whose charge is used up."""
+"""The charge of each robot in a run: charging stops, and robots with an empty battery."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from safenav.world.moves import Pose
 from safenav.world.poses import Mask, bits, region_mask
 
 _SEARCHED = 4_000
-"""The most poses of a floor on which a sufficient capacity is searched for: below a second."""
+"""Maximum number of poses for the search of a sufficient capacity: below a second."""
 
 
 _SWAP = 6
-"""The ticks that it may take two robots to change places at a charger, by a joint plan."""
+"""Maximum ticks for two robots to change places at a charger by a joint plan."""
 
 
 class Batteries:
@@ -51,7 +51,7 @@ class Batteries:
             team.robots[name].charge = charge
 
     def __call__(self, record: records.Record) -> None:
-        """Hear of moves, and of batteries that were brought."""
+        """Process records of moves and of replaced batteries."""
         if isinstance(record, records.Move | records.Depart | records.Arrive | records.Operator):
             self._charges.take(record)
             if record.robot in self._charges.charge:
@@ -62,7 +62,7 @@ class Batteries:
 
     @property
     def returns(self) -> bool:
-        """Whether a robot is back in service when the next tick begins: its battery was brought."""
+        """Whether a robot returns to service in the next tick, since its battery was replaced."""
         return bool(self._charged)
 
     def tick_begins(self) -> Iterator[Event]:
@@ -105,9 +105,9 @@ class Batteries:
                 yield Unsettled(Reason.CHARGE)
 
     def _keeps_to_plan(self, robot: RobotState) -> bool:
-        """Whether a robot has the charge for the rest of a joint plan and what it needs after it:
-        its next stop is decided then. By its shortest paths it might not have it, and
-        a plan that a robot leaves for a charger would be made repeatedly."""
+        """Whether a robot has the charge for the remaining joint plan and its need afterwards, so
+        that its next stop is chosen then. Otherwise the robot might leave the plan for a charger,
+        and the same plan would be made repeatedly."""
         takes, battery = self.relocation.traffic.takes(robot), robot.robot.model.battery
         if takes is None or battery is None or robot.charge is None:
             return False
@@ -115,12 +115,12 @@ class Batteries:
         return takes <= (battery.capacity if on_charger else robot.charge)
 
     def stops(self, robot: RobotState) -> Stops | None:
-        """The stops of a robot on the floor as it is known; None without a battery."""
+        """The stops of a robot on the known floor; None without a battery."""
         return self._on_floor(robot, frozenset(self.team.knowledge.pending))
 
     def lasts_until(self, name: str, obstacle: str) -> int | None:
         """The last tick in which an obstacle that cuts a robot off from its chargers can be
-        resolved, by its charge as it waits; None if it does not cut it off, or waiting is free."""
+        resolved before its charge is used up; None if it is not cut off, or waiting is free."""
         robot = self.team.robots[name]
         battery, pending = robot.robot.model.battery, frozenset(self.team.knowledge.pending)
         if battery is None or robot.charge is None or not battery.stay:
@@ -138,8 +138,8 @@ class Batteries:
         return self.team.tick + int(robot.charge - need) // battery.stay
 
     def times(self) -> Iterator[float]:
-        """Live: when a charging robot has what it waits for (at least a step), and when the charge
-        of one that stands falls to the next whole number."""
+        """Live: the times at which a charging robot has the charge for which it waits (at least
+        for a step), and at which the charge of an idle one falls to the next whole number."""
         for name, since in self._charges.since.items():
             robot, charge = self.team.robots[name], self._charges.charge[name]
             battery, rate = robot.robot.model.battery, self._charges.rate(name)
@@ -158,13 +158,13 @@ class Batteries:
                 yield since + ceil(left / rate * 10**SHARPNESS) / 10**SHARPNESS
 
     def _wanted(self, robot: RobotState) -> int:
-        """The charge with which a robot leaves the charger where it stands."""
+        """The charge with which a robot leaves its present charger."""
         stops = self.stops(robot)
         assert stops is not None
         return self._leaves_with(robot, stops, stops.turn(robot.own.memory.index))
 
     def _leaves_with(self, robot: RobotState, stops: Stops, turn: int) -> int:
-        """A helper leaves full: what its own objective needs is less than the way to its duty."""
+        """A helper leaves with a full battery, since its duty needs more than its own objective."""
         pose = stops.graph.number(robot.pose)
         if self._duty(robot) is not None:
             return stops.battery.capacity if stops.chargers >> pose & 1 else 0
@@ -231,8 +231,8 @@ class Batteries:
         return None if place is None else stops.graph.pose(place)
 
     def _waits_at(self, robot: RobotState, stops: Stops, chargers: Mask) -> int | None:
-        """The charger to which a robot must return now, or at which it stays, since it waits for
-        others and waiting takes charge; None if it does not, or may wait for longer where it is."""
+        """The charger to which a waiting robot must return now, or at which it stays, since waiting
+        uses charge; None if it does not wait, or can wait longer in its pose."""
         battery, charge = stops.battery, robot.charge
         pose, turn = stops.graph.number(robot.pose), stops.turn(robot.own.memory.index)
         assert charge is not None
@@ -250,7 +250,7 @@ class Batteries:
         return min(there, default=None)
 
     def _makes_room(self, robot: RobotState) -> bool:
-        """Whether a robot that waits at a charger has charged, and another is to charge there."""
+        """Whether a robot that waits at a charger has charged, and another one needs it."""
         battery, here = robot.robot.model.battery, robot.pose.region
         if battery is None or robot.charge != battery.capacity:
             return False
@@ -258,26 +258,26 @@ class Batteries:
         return any(stop is not None and stop.region == here for stop in stops)
 
     def _queue(self, robot: RobotState, battery: Battery) -> int:
-        """The charge that a robot takes, at most half of its own, while those charge that wait like
-        it."""
+        """The charge, at most half of its own, that a robot uses while the other waiting robots
+        charge."""
         waiting = (other for other in self._in_its_way(robot) if self._is_cut_off(other))
         batteries = (other.robot.model.battery for other in waiting)
         ticks = sum(ceil(one.capacity / one.charge) + _SWAP for one in batteries if one is not None)
         return min(ticks * battery.stay, battery.capacity // 2)
 
     def _is_cut_off(self, robot: RobotState) -> bool:
-        """Whether no charge lets a robot meet its targets as long as obstacles are there."""
+        """Whether present obstacles prevent a robot from meeting its targets with any charge."""
         stops = self.stops(robot) if robot.active else None
         turn = 0 if stops is None else stops.turn(robot.own.memory.index)
         return stops is not None and stops.need(stops.graph.number(robot.pose), turn) >= NEVER
 
     def _in_its_way(self, robot: RobotState) -> list[RobotState]:
-        """The robots that cannot be in a region with it."""
+        """The robots in conflict with it."""
         rivals = self.team.rivals(robot.robot)
         return [r for r in rivals if self.team.scenario.conflict(robot.robot, r.robot)]
 
     def _duty(self, robot: RobotState) -> Duty | None:
-        """The duty of a robot, or the one for which it sets out early; None if it does not help."""
+        """The present duty of a robot, or a later one for which it departs; None if it has none."""
         if self.team.settled is None:
             return None
         floor, found = self.team.settled.floor, self.team.settled.found
@@ -291,8 +291,8 @@ class Batteries:
         return settled.floor.index(robot.name) in settled.notes.hemmed_in
 
     def _stays(self, robot: RobotState) -> bool:
-        """Whether a robot does not leave its region, as far as its own objective goes: it is out of
-        service, or has its only target there."""
+        """Whether a robot stays in its region by its own objective: it is out of service, or has
+        its only target there."""
         if robot.transit is not None:
             return False
         if not robot.active:
@@ -302,8 +302,8 @@ class Batteries:
         return robot.stop is None and bool(targets) and all(target == {here} for target in targets)
 
     def _runs_flat(self, robot: RobotState) -> Iterator[Event]:
-        """An obstacle appears where the robot stands, which asks for its resolution; where none
-        can, the robot is out of service for the rest of the run."""
+        """Represent a flat robot by an obstacle, which it requests to resolve; without an obstacle
+        type the robot is out of service until the run ends."""
         kind, world, region = self.team.scenario.flat, self.world, robot.pose.region
         if kind is None or world is None or region in world.standing():
             yield from self.relocation.serve(robot, active=False, cause=ChangeCause.BATTERY)
@@ -320,7 +320,7 @@ class Batteries:
 
 
 def least_charge(batteries: Batteries, robot: RobotState) -> int | None:
-    """The charge that a robot needs where it is to continue forever; None if none suffices."""
+    """The charge that a robot needs in its pose to continue forever; None if none suffices."""
     stops = batteries.stops(robot)
     if stops is None:
         return 0
@@ -330,8 +330,8 @@ def least_charge(batteries: Batteries, robot: RobotState) -> int | None:
 
 
 def least_capacity(batteries: Batteries, robot: RobotState) -> int | None:
-    """The capacity with which a robot could continue forever from where it is, fully charged; None
-    if none suffices, or if the floor is too large for a search."""
+    """The capacity with which a fully charged robot could continue forever from its pose; None if
+    none suffices, or if the floor is too large for a search."""
     stops = batteries.stops(robot)
     if stops is None or stops.allowed.bit_count() > _SEARCHED:
         return None

@@ -109,7 +109,8 @@ class Solver(Struct):
     _nodes: int = 0
 
     def feasible(self, now: PoseSets, wanted: frozenset[int] = frozenset()) -> bool:
-        """Whether ``wanted`` can be resolved and all robots continue forever. Raises SpentError."""
+        """Whether ``wanted`` can be resolved and all robots continue forever. Raises
+        BudgetExhaustedError."""
         self._nodes = 0
         return self._solve(now, None, wanted, {}) is not None
 
@@ -118,7 +119,7 @@ class Solver(Struct):
     ) -> Plan | None:
         """Return the steps, without those that nothing needs: by the robots that are there first,
         in ticks, but by the ``present`` helpers of an obstacle where they suffice. Raises
-        SpentError."""
+        BudgetExhaustedError."""
         self._nodes = 0
         now = PoseSets.around(self.problem, poses, stages)
         origins = PoseSets(self.problem, tuple(1 << pose for pose in poses), stages)
