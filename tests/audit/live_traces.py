@@ -257,6 +257,22 @@ def met_while_waiting() -> list[Line]:
     return s.end("interrupted", {"cart": 0, "digit": 1, "quad": 0})
 
 
+def reopened_meanwhile() -> list[Line]:
+    """A request is given up and reopened in one turn, by what an operator does; its decision is
+    owed when the run is interrupted."""
+    *lines, outcome = living(given_up())
+    here = {"tick": outcome["tick"], "t": outcome["t"]}
+    served = {"type": "operator", **here, "intervention": "added", "robot": "digit"}
+    reopened = {"type": "reopened", **here, "obstacle": "gate@10"}
+    later = {"tick": here["tick"] + 1, "t": 9.0}
+    holds = {"type": "hold", **later, "robot": "drone", "why": "synthesis"}
+    for key in ("cause", "proof"):
+        del outcome[key]
+    outcome |= {"tick": later["tick"] + 1, "t": 10.0, "outcome": "interrupted"}
+    outcome["ticks"] = outcome["tick"]
+    return [*lines, served, reopened, holds, outcome]
+
+
 GOOD_LIVE: dict[str, Callable[[], list[Line]]] = {
     builder.__name__: builder
     for builder in (
@@ -271,6 +287,7 @@ GOOD_LIVE: dict[str, Callable[[], list[Line]]] = {
         entered,
         met_meanwhile,
         met_while_waiting,
+        reopened_meanwhile,
     )
 }
 

@@ -95,7 +95,10 @@ class RequestRule(Rule):
                 missing.append((found, partial(self._is_answered, violation, now)))
         yield from self._owed.judge(missing, now)
         pushed = {(entry.obstacle, entry.requester) for entry in now.stack}
+        again = {record.obstacle: record.line for record in turn.all("reopened")}
         for request in turn.all("request"):
+            if again.get(request.obstacle, 0) > request.line:
+                continue  # it was given up meanwhile, and is to be decided again
             ordered = [None] if request.obstacle in now.orders & now.requests.keys() else []
             for requester in (*ordered, *now.requests.get(request.obstacle, ())):
                 if (request.obstacle, requester) not in pushed:
