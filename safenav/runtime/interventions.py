@@ -272,9 +272,7 @@ class Interventions(Struct):
         """The robot continues from another pose; it is no longer lost."""
         robot.pose, robot.asked = pose, False  # it acts there as one that comes
         self.turns.world.placed(robot.robot, pose)
-        robot.planner.node = None
-        if pose.region in robot.progress.awaited():
-            robot.begun = False  # a strategy that begins there counts that as met
+        self.turns.relocation.is_placed(robot)
         yield from self.turns.relocation.leave_plan()
         robot.planner.node = None
         self.state.failures.back(robot.name)

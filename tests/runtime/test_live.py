@@ -39,6 +39,7 @@ from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.settings import Clock, FailedMoves, Failures
+from safenav.world.map import Heading
 from safenav.world.moves import Pose
 
 RING = """
@@ -228,6 +229,28 @@ def test_a_failed_move_is_repeated() -> None:
     failed = run.one("arrive", result="failed")
     again = next(d for d in run.all("depart", robot="a") if d["command"] > failed["command"])
     assert failed["reason"] == "slips" and again["from"] == failed["at"]
+
+
+TURNED = """
+map: {grid: ["######", "#....#", "#....#", "#....#", "######"]}
+robots:
+  a: {model: digit, start: [1, 2], heading: east, objective: {visit: [[1, 3], [3, 2]]}}
+until: {rounds: 1}
+clock: live
+"""
+
+
+def test_a_target_counts_where_a_robot_gets_to_it_with_another_heading() -> None:
+    """Its new strategy begins there with that met; it went to it again before that counted."""
+
+    def turned(world: Faulty, event: Arrived) -> Sequence[WorldEvent]:
+        world._poses["a"] = pose = Pose(9, Heading.SOUTH)
+        return [Elsewhere(event.at, "a", pose, command=event.command)]
+
+    scenario, run = loaded(TURNED), Run()
+    Mission(scenario, world=Faulty(scenario, nth(1, turned)), listeners=[run]).run()
+    assert [goal["tick"] for goal in run.all("goal")] == [run.one("arrive", at=9)["tick"], 12]
+    assert run.outcome["outcome"] == "completed" and not run.findings
 
 
 def test_a_region_that_fails_again_and_again_is_an_obstacle() -> None:

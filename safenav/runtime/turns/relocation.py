@@ -82,11 +82,18 @@ class Relocation(Struct, frozen=True):
 
     def go_on_from_elsewhere(self, robot: RobotState) -> Iterator[Event]:
         """Continue from the pose that the world reports if it is not the commanded one."""
-        robot.planner.node = None
+        self.is_placed(robot)
         if self.traffic.active:
             yield from self.leave_plan(settling=False)
         else:
             yield from self.go_on(robot)
+
+    def is_placed(self, robot: RobotState) -> None:
+        """A robot is in a pose in which its strategy has not brought it. If that is its next target
+        it has met that: a strategy that begins there counts it."""
+        robot.planner.node = None
+        if robot.pose.region in robot.progress.awaited():
+            robot.begun = False
 
     def find_a_way_back(self, robot: RobotState, broken: Sequence[Constraint]) -> Iterator[Event]:
         """Find another node of the robot's strategy, or a new one, as it has no successor."""
