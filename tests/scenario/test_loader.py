@@ -383,3 +383,18 @@ def test_a_name_that_is_not_ascii_is_refused_with_the_reason() -> None:
             "safenav: 1\nmap: {grid: ['###', '#.#', '###']}\n"
             "robots: {Käte: {model: quadcopter, start: 4, objective: {hold: 4}}}\n"
         )
+
+
+@pytest.mark.parametrize(
+    ("due", "hint"),
+    [
+        ("until: {by: 9}", r"end the run by 'limits: \{seconds: 60\}'"),
+        ("obstacles: [{type: door, region: 8, resolve_within: 9}]", "requested_door@8"),
+    ],
+)
+def test_a_live_run_with_deadlines_in_ticks_is_told_what_it_can_have(due: str, hint: str) -> None:
+    with pytest.raises(InputError, match=hint):
+        load_scenario_text(
+            "safenav: 1\nclock: live\nmap: {grid: ['#####', '#...#', '#####']}\n"
+            "robots: {d: {model: spot, start: 6, objective: {hold: 6}}}\n" + due
+        )

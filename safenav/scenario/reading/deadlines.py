@@ -52,8 +52,10 @@ def check_deadlines(scenario: Scenario, item: Mapping, findings: Findings) -> No
 
 
 def in_seconds(scenario: Scenario) -> str:
-    """Suggest the form in seconds: ``require seconds of the motion: ...``."""
+    """Suggest the form in seconds: ``require seconds of the motion: ...``, or a limit."""
     due = [o.name for o in scenario.obstacles if scenario.limit_of(o) is not None]
+    if not due and scenario.until.by is not None:
+        return "end the run by 'limits: {seconds: 60}'"
     name = due[0] if due else "door@47"
     told = f"always(requested_{name} -> eventually[0,60] resolved_{name})"
     return f"require seconds of the motion: 'requirements: [\"{told}\"]'"
