@@ -24,7 +24,7 @@ SHAPE = re.compile(
 """The messages of the loader about the shape alone."""
 
 ONLY_LOADER = re.compile(
-    r"expected a finite number|threshold' has no meaning with a legend|"
+    r"expected a finite number|threshold' has no effect with a legend|"
     r"the grid is empty|must be from .*(:|$)|must be a polygon"
 )
 """Of those, the messages about what no schema tells: numbers that are not finite, rows of a text,

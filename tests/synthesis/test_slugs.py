@@ -167,8 +167,8 @@ def test_a_foreign_binary_is_held_to_its_memory(script: Script, patrol: Specific
         ("exit 7", r"no verdict \(exit status 7\)"),
         ("head -c 100000 /dev/urandom; echo Segmentation >&2", "no verdict(.|\n)*Segmentation"),
         ("head -c 100000 /dev/urandom >&2", "no verdict"),
-        ("echo 'RESULT: Specification is realizable.' >&2", "wrong answer: the strategy is not"),
-        ("echo '{}'; echo 'RESULT: Specification is realizable.' >&2", "wrong answer"),
+        ("echo 'RESULT: Specification is realizable.' >&2", "wrong result: the strategy is not"),
+        ("echo '{}'; echo 'RESULT: Specification is realizable.' >&2", "wrong result"),
     ],
     ids=[
         "segmentation fault", "abort", "killed", "silence", "status", "garbage",

@@ -231,7 +231,7 @@ def test_a_wrong_strategy_is_an_error_of_the_synthesizer(
     document = json.loads(patrol_json)
     document["nodes"]["1"]["trans"] = [1, 2]
     liar = answering("realizable", json.dumps(document).encode())
-    with pytest.raises(SynthesizerError, match=r"wrong answer(.|\n)*region = 5"):
+    with pytest.raises(SynthesizerError, match=r"wrong result(.|\n)*region = 5"):
         Synthesizer(liar, verifier=first_failure).synthesize(patrol)
     believed = Synthesizer(liar).synthesize(patrol)
     assert (believed.verdict, believed.cached, believed.verified) == (
@@ -239,7 +239,7 @@ def test_a_wrong_strategy_is_an_error_of_the_synthesizer(
         False,
         None,
     )
-    with pytest.raises(SynthesizerError, match="wrong answer"):
+    with pytest.raises(SynthesizerError, match="wrong result"):
         Synthesizer(liar, verifier=first_failure).synthesize(patrol)
     honest = answering("realizable", patrol_json)
     for cached in (False, True):
