@@ -174,5 +174,7 @@ class Passes:
                 self._begun.add(record.robot)
                 if record.type == "synthesis":
                     self._fresh.add(record.robot)
+            case "operator" if record.intervention == "put_back":
+                self._begun.add(record.robot)
             case "goal":
                 self._begun.discard(record.robot)
