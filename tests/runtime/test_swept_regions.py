@@ -106,7 +106,7 @@ WRONG = {
         "leaf: {needs: [{action: push}, {action: push}],",
         "it has several needs",
     ),
-    "promised": ("until: {rounds: 2}", "until: {rounds: 2, by: 90}", "promised in ticks"),
+    "deadline": ("until: {rounds: 2}", "until: {rounds: 2, by: 90}", "has deadlines"),
 }
 
 
