@@ -223,19 +223,16 @@ class Actions(Struct):
         return replace(event, found=tuple(told))
 
     def _is_early(self, name: str, obstacle: Obstacle, result: ActResult) -> bool:
-        """Whether a world says that a robot has resolved an obstacle of which it cannot meet all
-        needs where it stands: a load that it has taken is not delivered."""
+        """Whether a world says that a robot has delivered a load which it has only taken: of the
+        needs that are left, the same robot must meet one elsewhere."""
         state = self.state
         known = result is ActResult.DONE and obstacle.name in state.knowledge.pending
         if not known or self.world.simulated:
             return False
-        robot, first = state.robots[name], state.knowledge.need_of(obstacle)
-        left = list(enumerate(obstacle.needs))[first:]
-        return len(left) > 1 and not all(
-            need.robots == 1
-            and need.action in robot.robot.capabilities
-            and robot.pose.region in obstacle.resolution_regions(state.scenario.map, number)
-            for number, need in left
+        region, left = state.robots[name].pose.region, state.knowledge.need_of(obstacle)
+        return any(
+            need.same and region not in obstacle.resolution_regions(state.scenario.map, number)
+            for number, need in [*enumerate(obstacle.needs)][left:]
         )
 
     def _within_reach(self, robot: RobotState) -> tuple[list[Obstacle], tuple[str, ...], bool]:
