@@ -273,6 +273,32 @@ def reopened_meanwhile() -> list[Line]:
     return [*lines, served, reopened, holds, outcome]
 
 
+def meets_a_ghost() -> list[Line]:
+    """A robot's duty reads as its own objective, and its rounds restart; with the pop of an obstacle
+    that was never there, the rounds before continue."""
+    quad = robot("air", ["sense"], 8, {"visit": [10]})
+    digit = robot("ground", ["push"], 15, {"visit": [9, 15]})
+    s = Live({"quad": quad, "digit": digit}, [], "external")
+    s.at(0).depart("digit", 9).hold("quad", "strategy")
+    s.at(1).arrive("digit").goal("digit", 0, 0).at(1).depart("digit", 15)
+    s.at(2).arrive("digit").goal("digit", 1, 1).at(2).depart("quad", 9)
+    s.at(2.6).arrive("quad", "blocked")
+    door = obstacle("door", 9, "push", [9], ["digit", "quad"])
+    s.obstacles["door@9"] = door
+    s.add("discovered", obstacle=door)
+    _meets(s, "quad", 8)
+    s.request("quad", "door@9", {"digit": 1}, "digit")
+    s.push("quad", "door@9", "digit", quad={"hold": 8}, digit={"visit": [9, 15]})
+    s.synthesize("request", "quad", "digit")
+    s.at(2.6).depart("digit", 9).hold("quad", "strategy")
+    s.at(4).arrive("digit").goal("digit", 0, 0).add("gone", obstacle="door@9", cause="world")
+    s.pop().synthesize("gone", "quad", "digit")
+    s.at(4).depart("digit", 15).depart("quad", 9)
+    s.at(5).arrive("digit").goal("digit", 1, 2).arrive("quad")
+    s.at(5).depart("quad", 10).at(6).arrive("quad").goal("quad", 0, 1)
+    return s.end("completed", {"quad": 1, "digit": 2})
+
+
 GOOD_LIVE: dict[str, Callable[[], list[Line]]] = {
     builder.__name__: builder
     for builder in (
@@ -285,6 +311,7 @@ GOOD_LIVE: dict[str, Callable[[], list[Line]]] = {
         released,
         ended_early,
         entered,
+        meets_a_ghost,
         met_meanwhile,
         met_while_waiting,
         reopened_meanwhile,

@@ -135,6 +135,8 @@ class RoundsRule(Rule):
                     self._last[robot] = self._own.get(robot, 0)
                 elif objective != now.objectives[robot]:
                     self._last[robot] = before.get(robot, 0)
+                elif objective == now.own[robot]:  # its duty read as that, and restarted
+                    self._last[robot] = max(self._last.get(robot, 0), before.get(robot, 0))
         elif record.type == "told":
             self._unsure.add(record.robot)
             if record.objective == now.own[record.robot]:
