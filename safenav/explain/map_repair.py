@@ -13,7 +13,6 @@ from msgspec.structs import replace
 from safenav.explain.explanation import Diagnosis, Repair, RepairKind
 from safenav.scenario.model import Obstacle, ObstacleType, Robot, Scenario
 from safenav.scenario.reachability import Reachability
-from safenav.scenario.reading.catalogue import built_in
 from safenav.spec.task import Task
 from safenav.world.map import Heading, Region, RegionMap
 
@@ -70,8 +69,8 @@ def _resolvable(
 ) -> Iterator[tuple[Obstacle, tuple[str, ...]]]:
     """Yield obstacles that could be there, each with the robots that could resolve it: with their
     own start, past the closed obstacle, within their mobility."""
-    types: dict[str, ObstacleType] = dict(built_in().obstacles)
-    types.update((o.type.name, o.type) for o in scenario.obstacles)
+    types: dict[str, ObstacleType] = {o.type.name: o.type for o in scenario.obstacles}
+    types = {**scenario.catalogue.obstacles, **types}
     for kind in types.values():
         obstacle = Obstacle(kind, wall, True if kind.has_truth else None)
         helpers = []

@@ -262,7 +262,7 @@ def _avoids(problem: RepairProblem) -> Iterator[Repair]:
 
 def _trackings(problem: RepairProblem) -> Iterator[Repair]:
     robot = problem.robot
-    for tracking in Tracking:
+    for tracking in Tracking if problem.scenario.observable_stepwise(robot) else ():
         if tracking is not robot.tracking:
             changed = replace(robot, tracking=tracking)
             item = f"robots.{robot.name}.tracking"
