@@ -274,8 +274,8 @@ def reopened_meanwhile() -> list[Line]:
 
 
 def meets_a_ghost() -> list[Line]:
-    """A robot's duty reads as its own objective, and its rounds restart; with the pop of an obstacle
-    that was never there, the rounds before continue."""
+    """A robot's duty reads as its own objective, and its rounds restart; with the pop of an
+    obstacle that was never there, the rounds before continue."""
     quad = robot("air", ["sense"], 8, {"visit": [10]})
     digit = robot("ground", ["push"], 15, {"visit": [9, 15]})
     s = Live({"quad": quad, "digit": digit}, [], "external")
