@@ -53,28 +53,28 @@ void set_nodes(Options &options, const std::string &name, const std::string &val
 
 // A row without a setter is the heading of a group.
 constexpr Row rows[] = {
-    {"What to do (default: say whether the specification is realizable)", nullptr, nullptr, nullptr, nullptr},
-    {"--realizability", nullptr, "only say whether it is realizable", &Options::realizability, nullptr},
+    {"Mode (default: report whether the specification is realizable)", nullptr, nullptr, nullptr, nullptr},
+    {"--realizability", nullptr, "only report whether it is realizable", &Options::realizability, nullptr},
     {"--explicitStrategy", nullptr, "print a strategy if it is realizable", &Options::explicit_strategy,
      nullptr},
     {"--counterStrategy", nullptr,
-     "print a strategy of the environment if it is not;\n"
-     "with --explicitStrategy whichever there is",
+     "print a counterstrategy if it is unrealizable; with\n"
+     "--explicitStrategy: the one that exists",
      &Options::counter_strategy, nullptr},
     {"--serve", nullptr,
-     "if it is realizable, answer one move of the strategy\n"
-     "for each line of standard input (see README)",
+     "if it is realizable, compute one move of the strategy\n"
+     "per line of standard input (see README)",
      &Options::serve, nullptr},
     {"--check", "STRATEGY",
-     "model check a JSON strategy against FILE without the\n"
-     "solver; with --counterStrategy it is a counterstrategy",
+     "model check a JSON strategy (a counterstrategy with\n"
+     "--counterStrategy) against FILE, without the solver",
      nullptr, set_check},
     {"--translate", nullptr, "print FILE in slugsin", &Options::translate, nullptr},
     {"Output", nullptr, nullptr, nullptr, nullptr},
     {"--jsonOutput", nullptr, "strategies as JSON instead of text", &Options::json_output, nullptr},
     {"--stats", "FILE",
-     "write what the run did and took as JSON;\n"
-     "'-' is standard error",
+     "write statistics of the run as JSON; '-' is standard\n"
+     "error",
      nullptr, set_stats},
     {"Semantics", nullptr, nullptr, nullptr, nullptr},
     {"--sysInitRoboticsSemantics", nullptr,
@@ -86,11 +86,11 @@ constexpr Row rows[] = {
      "assumption",
      &Options::bias_for_action, nullptr},
     {"Limits", nullptr, nullptr, nullptr, nullptr},
-    {"--timeout", "SECONDS", "give up after this time", nullptr, set_timeout},
-    {"--memory", "MB", "give up before more memory than this is needed", nullptr, set_memory},
-    {"--nodes", "COUNT", "give up a strategy that has more nodes than this", nullptr, set_nodes},
+    {"--timeout", "SECONDS", "stop after this time", nullptr, set_timeout},
+    {"--memory", "MB", "stop before using more memory than this", nullptr, set_memory},
+    {"--nodes", "COUNT", "stop if the strategy has more nodes than this", nullptr, set_nodes},
     {"About", nullptr, nullptr, nullptr, nullptr},
-    {"--help", nullptr, "print this", &Options::help, nullptr},
+    {"--help", nullptr, "print this text", &Options::help, nullptr},
     {"--version", nullptr, "print the version", &Options::version, nullptr},
 };
 
@@ -230,7 +230,7 @@ Options parse_options(const std::vector<std::string> &arguments) {
 void print_help(std::ostream &out) {
   out << "slugs " << version << ": synthesis of strategies from GR(1) specifications\n"
       << "\nUsage: slugs [options] FILE [OUTFILE]\n"
-      << "\nFILE is in slugsin or structuredslugs, told apart by content; '-' is standard\n"
+      << "\nFILE is in slugsin or structuredslugs, detected by content; '-' is standard\n"
          "input. The verdict goes to standard error, a strategy to OUTFILE or standard\n"
          "output ('-').\n";
   constexpr std::size_t column = 30;
@@ -260,7 +260,7 @@ void print_help(std::ostream &out) {
          "  0   realizable; strategy accepted; translated\n"
          "  1   strategy rejected by --check\n"
          "  2   bad input or usage\n"
-         "  3   time or memory limit reached, or interrupted\n"
+         "  3   limit reached, or interrupted\n"
          "  4   internal error, or the output could not be written\n"
          "  10  unrealizable\n";
 }
