@@ -54,6 +54,7 @@ class Passes:
         """Index of the robot whose move is the next of the pass."""
         self._open: Line | None = None
         """The move of the robot whose turn it is, as far as its lines have shown by now."""
+        self._departed = False
         self._begun: set[str] = set()
         self._fresh: set[str] = set()
         """Robots with a strategy of this pass: no line tells whether they stay before or by it."""
@@ -78,8 +79,9 @@ class Passes:
             robot = self._owner(record)
             if robot is not None:
                 yield from self._turn_of(robot, record)
-            departed = self._open is not None and self._open.toward is not None
-            ends = record.type == "plan_end" and departed  # the run, or until an operator helps
+            # A plan ends after a departure in the same turn: with the run, while an operator is
+            # waited for, or since the step has failed immediately.
+            ends = record.type == "plan_end" and self._departed
             if ends or record.type not in (*_DECIDES, *_ASIDE, "hold"):
                 yield from self._moved()
             yield record
@@ -114,7 +116,7 @@ class Passes:
             yield from self._pass_over(record)
         while self._names[self._due] != robot:
             yield self._stay(record)
-        self._open = self._stay(record)
+        self._open, self._departed = self._stay(record), False
         self._due -= 1
 
     def _pass_over(self, record: Line) -> Iterator[Line]:
@@ -153,6 +155,7 @@ class Passes:
         move = self._open
         match record.type:
             case "depart" if move:
+                self._departed = True
                 self._by[record.robot] = record.by
                 move.toward, move.by = record.to, record.by
                 move.busy, move.signal = record.shown, record.signal

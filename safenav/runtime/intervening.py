@@ -37,7 +37,7 @@ LINES = {
 
 def line_read(line: str, scenario: Scenario) -> user_changes.Intervention:
     """An intervention from a line of words. Raises UsageError with the form that is expected."""
-    word, *rest = line.split(maxsplit=2)
+    word, *rest = line.split(maxsplit=2) or [""]
     if word not in LINES:
         raise UsageError(f"unknown intervention '{word[:40]}'; known: {'; '.join(LINES.values())}")
     data: dict[str, Any] = {"kind": word}

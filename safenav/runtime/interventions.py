@@ -18,6 +18,7 @@ from safenav.runtime.knowledge import UNTRAVERSABLE
 from safenav.runtime.progress import Progress
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.turns.turn import Turns
+from safenav.runtime.worlds.adapter import inputs_of
 from safenav.runtime.worlds.world import Change, ChangingWorld, InputWorld, SimulatedWorld
 from safenav.scenario.model import Obstacle
 from safenav.scenario.objective import Objective
@@ -33,7 +34,6 @@ from safenav.world.moves import Mobility, Pose
 _USER = vocabulary.ChangeCause.USER
 _SCENARIO = vocabulary.ChangeCause.SCENARIO
 _INPUT = vocabulary.ChangeCause.INPUT
-
 
 _AWAY = (user_changes.MarkResolved, user_changes.RemoveObstacle)
 
@@ -63,6 +63,8 @@ class Interventions(Struct):
 
     def ask(self, wanted: user_changes.Intervention) -> None:
         """Raises UsageError for an impossible intervention, with the reason."""
+        if (found := user_changes.misfit(wanted)) is not None:
+            raise UsageError(found)
         self._check(wanted)
         self._asked.append(wanted)
 
@@ -187,10 +189,9 @@ class Interventions(Struct):
 
     def _told_inputs(self) -> dict[str, bool]:
         """The present value of each input: from the world, or set by a user."""
-        state, world = self.state, self.sets_inputs
-        told = {} if world is None or not state.inputs else world.inputs(int(state.time))
-        told = {**told, **self._chosen}
-        return {name: bool(told.get(name, on)) for name, on in state.inputs.items()}
+        state = self.state
+        told = inputs_of(self.sets_inputs if state.inputs else None, int(state.time)) | self._chosen
+        return {name: told.get(name, on) for name, on in state.inputs.items()}
 
     def hears_inputs(self) -> bool:
         """Whether the world has changed an input since the last tick."""

@@ -95,6 +95,8 @@ class Mission:
         progress: SynthesisListener | None = None,
         attended: bool = False,
     ) -> None:
+        if not isinstance(scenario, Scenario):
+            raise UsageError(f"{scenario!r} is not a Scenario: pass load_scenario(PATH)")
         self.scenario = scenario
         self.result: RunResult | None = None
         self._moved = 0  # the tick of the last move

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any, get_type_hints
+
 from msgspec import Struct
 
 from safenav.scenario.model import ObstacleType
@@ -97,3 +99,23 @@ Intervention = (
     | PutBack
     | GiveUp
 )
+
+
+def misfit(wanted: object) -> str | None:
+    """The reason why a value is not an intervention, or has parts of wrong types; None if it is
+    one. ``SetService("digit", "out")`` would mean the opposite, since every text is true."""
+    if not isinstance(wanted, Intervention):
+        return (
+            f"{wanted!r} is not an intervention: use a class of safenav.runtime.user_changes, "
+            "or line_read(LINE, scenario)"
+        )
+    parts: list[Any] = [wanted]
+    if isinstance(wanted, PutBack) and isinstance(wanted.pose, Pose):
+        parts.append(wanted.pose)
+    for part in parts:
+        for name, kind in get_type_hints(type(part)).items():
+            value = getattr(part, name)
+            if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
+                expected = getattr(kind, "__name__", str(kind).replace("safenav.", ""))
+                return f"'{name}' of {type(part).__name__} is {value!r}, not {expected}"
+    return None

@@ -219,7 +219,7 @@ class Obstacle(Struct, frozen=True):
         """Whether this robot alone resolves the obstacle by entering its region while the needs
         from number ``need`` on are left: only one is, and the region is in its S_r."""
         last = self.needs[-1]
-        inside = last.at is ResolveAt.SELF or (
+        inside = last.at == ResolveAt.SELF or (
             isinstance(last.at, frozenset) and self.region in last.at
         )
         only = need == len(self.needs) - 1 and last.robots == 1 and not last.same
@@ -242,9 +242,9 @@ class Obstacle(Struct, frozen=True):
         return self._at(self.needs[need].at, world)
 
     def _at(self, where: ResolveAt | frozenset[Region], world: RegionMap) -> tuple[Region, ...]:
-        if where is ResolveAt.SELF:
+        if where == ResolveAt.SELF:
             return (self.region,)
-        if where is ResolveAt.NEIGHBOURS:
+        if where == ResolveAt.NEIGHBOURS:
             return tuple(sorted(world.neighbours(self.region)))
         assert isinstance(where, frozenset)
         return tuple(sorted(r for r in where if world.is_free(r)))

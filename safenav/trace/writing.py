@@ -33,8 +33,8 @@ class TraceWriter:
     not continue.
     """
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
+    def __init__(self, path: str | Path) -> None:
+        self._path = path = Path(path)
         self._begun = False
         self._made = not path.exists()
         try:

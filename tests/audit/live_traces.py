@@ -203,6 +203,18 @@ def ended_early() -> list[Line]:
     return s.end("interrupted", {"a": 0, "b": 0})
 
 
+def fails_at_once() -> list[Line]:
+    """A step of a plan fails as it is commanded, and with it the plan."""
+    a, b = robot("ground", [], 7, {"visit": [9]}), robot("ground", [], 10, {"visit": [16]})
+    s = Live({"a": a, "b": b}, [], "external")
+    ways = {"a": [[7, None], [8, None], [9, None]], "b": [[10, None]]}
+    s.at(0).add("plan", reason="starvation", robots=ways, orders=[])
+    s.depart("a", 8).lines[-1]["by"] = "plan"
+    s.at(1).arrive("a").at(1).depart("a", 9).lines[-1]["by"] = "plan"
+    s.arrive("a", "failed", at=8, reason="no route").add("plan_end", reason="changed")
+    return s.end("interrupted", {"a": 0, "b": 0})
+
+
 def entered() -> list[Line]:
     """A robot departs into a region in the moment in which an action resolves what is there; its
     turn comes before that of the robot that acts."""
@@ -310,6 +322,7 @@ GOOD_LIVE: dict[str, Callable[[], list[Line]]] = {
         simulated,
         released,
         ended_early,
+        fails_at_once,
         entered,
         meets_a_ghost,
         met_meanwhile,

@@ -227,6 +227,8 @@ def test_outputs_never_overwrite_the_scenario(option: str, tmp_path: Path) -> No
 
 
 def test_a_mission_is_stepped_in_its_order() -> None:
+    with pytest.raises(UsageError, match=r"'hello\.yaml' is not a Scenario"):
+        Mission("hello.yaml")  # type: ignore[arg-type]
     mission = Mission(load_scenario(HELLO))
     with pytest.raises(UsageError, match="before start"):
         mission.step()

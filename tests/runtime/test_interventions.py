@@ -1,11 +1,20 @@
 """Robots out of service and new objectives; any changes at all: ``studio/test_editing.py``."""
 
+import re
+from typing import Any
+
 import pytest
+from msgspec.structs import replace
 
 from once import SCENARIOS
 from runtime.played import Run, play
-from safenav import Mission, load_scenario
-from safenav.runtime.user_changes import MarkResolved
+from safenav import Mission, built_in, load_scenario
+from safenav.errors import UsageError
+from safenav.runtime.intervening import line_read
+from safenav.runtime.user_changes import MarkResolved, PlaceOrder, PutBack, SetInput, SetService
+from safenav.scenario.settings import Clock
+from safenav.trace.vocabulary import HoldReason
+from safenav.world.moves import Pose
 
 
 def test_an_intervention_that_has_become_impossible_is_dropped_with_a_line() -> None:
@@ -25,6 +34,48 @@ def test_an_intervention_that_has_become_impossible_is_dropped_with_a_line() -> 
     assert not trace.findings
     trace.one("late")["event"] = "sensed"
     assert trace.findings
+
+
+@pytest.mark.parametrize(
+    ("wanted", "says"),
+    [
+        ("resolved door@47", "'resolved door@47' is not an intervention: use a class of"),
+        (None, "None is not an intervention"),
+        (SetService("digit", "out"), "'active' of SetService is 'out', not bool"),  # type: ignore[arg-type]
+        (SetInput("alarm", "off"), "'on' of SetInput is 'off', not bool"),  # type: ignore[arg-type]
+        (MarkResolved(47), "'obstacle' of MarkResolved is 47, not str"),  # type: ignore[arg-type]
+        (PlaceOrder("crate", 20), "'type' of PlaceOrder is 'crate', not ObstacleType"),  # type: ignore[arg-type]
+        (
+            PlaceOrder(built_in().obstacles["crate"], True),
+            "'region' of PlaceOrder is True, not int",
+        ),
+        (PutBack("digit", Pose(58, "north")), "'heading' of Pose is 'north', not"),  # type: ignore[arg-type]
+    ],
+    ids=str,
+)
+def test_an_intervention_with_parts_of_wrong_types_is_refused(wanted: Any, says: str) -> None:
+    """``SetService("digit", "out")`` put it in service: a text is true."""
+    mission = Mission(load_scenario(SCENARIOS / "case_study_1.yaml"))
+    with pytest.raises(UsageError, match=re.escape(says)):
+        mission.intervene(wanted)
+
+
+@pytest.mark.parametrize("line", ["", "  ", "leave digit"])
+def test_a_line_that_is_no_intervention_is_refused(line: str) -> None:
+    with pytest.raises(UsageError, match="unknown intervention"):
+        line_read(line, load_scenario(SCENARIOS / "case_study_1.yaml"))
+
+
+def test_a_robot_out_of_service_may_wait_for_a_strategy() -> None:
+    """The trace says so, since the decision that needs it has not taken effect yet."""
+    scenario = load_scenario(SCENARIOS / "hello.yaml")
+    trace = Run()
+    mission = Mission(replace(scenario, clock=Clock.LIVE), listeners=[trace])
+    mission.start()
+    (robot,) = mission.state.robots.values()
+    robot.active, robot.held = False, HoldReason.SYNTHESIS
+    mission.step()
+    assert trace.all("hold")[-1]["why"] == "synthesis"
 
 
 ONE_DIGIT = (SCENARIOS / "case_study_1.yaml").read_text().split("expect:")[0]

@@ -20,11 +20,13 @@ SCENARIO = """
 map: {grid: ["#######", "#.....#", "#######"]}
 robots:
   drone: {model: quadcopter, start: 8, objective: {visit: [12, 8]}}
+inputs: {alarm: {at: 3}}
 until: {rounds: 1}
 limits: {ticks: 40}
 """
 DOOR = built_in().obstacles["door"]
 FOG = built_in().obstacles["uncertainty"]
+SHUT = replace(DOOR, resolve_at=[8])
 
 
 def broken(*_: Any) -> Any:
@@ -48,11 +50,16 @@ def says(value: Any) -> Callable[..., Any]:
         ("sense", says(Obstacle(DOOR, 0)), r"sense\('drone', 9\): door@0 is in a wall or off"),
         ("sense", says(Obstacle(DOOR, 99)), r"sense\('drone', 9\): door@99 is in a wall or off"),
         ("sense", says(Obstacle(DOOR, 11)), r"door@11 is not in the requested region"),
+        ("sense", says(Obstacle("door", 9)), r"region 9 has a part of a wrong type: .*\$\.type"),  # type: ignore[arg-type]
+        ("sense", says(Obstacle(SHUT, 9)), "region 9 has a list in place of a frozenset"),
+        ("inputs", broken, r"World.inputs\(1\) failed: RuntimeError"),
+        ("inputs", says(None), r"World.inputs\(1\) failed: AttributeError"),
+        ("inputs", says({"alarm": "off"}), r"inputs\(1\) .* alarm is 'off', not True or False"),
         ("move", broken, r"World.move\('drone', 9\) failed: RuntimeError: the radio is off"),
         ("move", says(9), r"World.move\('drone', 9\): it returned 9, which is neither a pose"),
         ("move", says(Pose(0)), r"move\('drone', 9\): region 0 is a wall or off the map"),
         ("move", says(Pose(400)), r"move\('drone', 9\): region 400 is a wall or off the map"),
-        ("sense", says(Obstacle(FOG, 9.0)), r"region 9.0 of uncertainty@9.0 is not an int"),  # type: ignore[arg-type]
+        ("sense", says(Obstacle(FOG, 9.0)), r"region 9.0 of an obstacle is not an int"),  # type: ignore[arg-type]
         ("move", says(Pose(8.0)), r"World.move\('drone', 9\): region 8.0 is not an int"),  # type: ignore[arg-type]
         ("move", says(Pose(9, Heading.EAST)), "drone is a robot of free mobility"),
         ("act", broken, r"World.act\('drone'\) failed: RuntimeError"),

@@ -47,7 +47,7 @@ def test_every_record_comes_back(seed: int, tmp_path: Path) -> None:
 
 def test_lines_hold_ticks_and_types_and_no_line_numbers(tmp_path: Path) -> None:
     file = tmp_path / "t.jsonl"
-    with TraceWriter(file) as writer:
+    with TraceWriter(str(file)) as writer:
         for record in said(0):
             writer(record)
     header, *lines = (json.loads(line) for line in file.read_text().splitlines())

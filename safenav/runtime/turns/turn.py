@@ -53,7 +53,7 @@ class Turns:
         elif self._may_act(robot) and (yield from self.actions.acts(robot)):
             return
         elif not robot.active:
-            yield from self._stand_still(robot, HoldReason.SERVICE)
+            yield from self._stand_still(robot, robot.held or HoldReason.SERVICE)
         elif self.state.waiting is not None and not goes_on(self.state, robot):
             yield from self._stand_still(robot, HoldReason.OPERATOR)
         elif robot.held is not None or self.state.has_had_turn(robot):

@@ -10,8 +10,15 @@ from typing import Any, TypeVar
 from safenav.errors import ExitCode, SafenavError
 from safenav.runtime.worlds import protocol
 from safenav.runtime.worlds.protocol import BlockingWorld
-from safenav.runtime.worlds.reports import is_region
-from safenav.runtime.worlds.world import NO_TAKERS, Change, ChangingWorld, SimulatedWorld, Takers
+from safenav.runtime.worlds.reports import is_region, misfit
+from safenav.runtime.worlds.world import (
+    NO_TAKERS,
+    Change,
+    ChangingWorld,
+    InputWorld,
+    SimulatedWorld,
+    Takers,
+)
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
@@ -34,6 +41,19 @@ def asked(call: str, ask: Callable[[], T]) -> T:
         raise
     except Exception as error:
         raise WorldError(f"World.{call} failed: {type(error).__name__}: {error}") from error
+
+
+def inputs_of(world: InputWorld | None, tick: int) -> dict[str, bool]:
+    """The inputs that a world sets in a tick. Raises WorldError, also for a value such as "off"."""
+
+    def read() -> dict[str, bool]:
+        told = {} if world is None else world.inputs(tick)
+        for name, value in told.items():
+            if value not in (False, True):
+                raise ValueError(f"{name} is {value!r}, not True or False")
+        return {name: bool(value) for name, value in told.items()}
+
+    return asked(f"inputs({tick})", read)
 
 
 class BlockingAdapter:
@@ -193,7 +213,9 @@ class BlockingAdapter:
         if not isinstance(found, Obstacle):
             raise self._wrong(call, f"{found!r} is not an Obstacle")
         if not is_region(found.region):
-            raise self._wrong(call, f"region {found.region!r} of {found.name} is not an int")
+            raise self._wrong(call, f"region {found.region!r} of an obstacle is not an int")
+        if (why := misfit(found)) is not None:
+            raise self._wrong(call, why)
         if not self._scenario.map.is_free(found.region):
             raise self._wrong(call, f"{found.name} is in a wall or off the map")
         return found

@@ -20,6 +20,7 @@ from safenav.runtime.worlds.reports import (
     is_region,
     is_time,
     malformed,
+    misfit,
     wrong_result,
     wrong_step,
 )
@@ -147,6 +148,8 @@ class Commands:
         if found is None:
             return found
         if isinstance(found, Obstacle) and found.region == region and is_region(found.region):
+            if (why := misfit(found)) is not None:
+                raise WorldError(f"World.{call}: {why}")
             return found
         raise WorldError(f"World.{call} returned {found!r}")
 

@@ -8,6 +8,8 @@ from math import isfinite
 from numbers import Real
 from typing import Any
 
+import msgspec
+
 from safenav.runtime.worlds import protocol
 from safenav.scenario.model import Obstacle, Robot
 from safenav.trace.vocabulary import ActResult
@@ -17,12 +19,27 @@ from safenav.world.moves import Mobility, Pose
 
 def is_time(found: Any) -> bool:
     """Whether a value can be a time in seconds."""
-    return isinstance(found, Real) and isfinite(found)
+    try:
+        return isinstance(found, Real) and isfinite(found)
+    except OverflowError:  # an int beyond every float
+        return False
 
 
 def is_region(found: Any) -> bool:
     """Whether a value can be the number of a region; one of numpy is not written to traces."""
     return type(found) is int
+
+
+def misfit(obstacle: Obstacle) -> str | None:
+    """The reason why parts of an obstacle are of wrong types; None if they are right. Python does
+    not check them: ``Obstacle("door", 47)`` is an Obstacle."""
+    try:
+        same = msgspec.convert(msgspec.to_builtins(obstacle), Obstacle) == obstacle
+    except (msgspec.ValidationError, TypeError) as error:
+        return f"the obstacle in region {obstacle.region} has a part of a wrong type: {error}"
+    if same:
+        return None
+    return f"the obstacle in region {obstacle.region} has a list in place of a frozenset or a tuple"
 
 
 def malformed(event: Any, robots: Collection[str]) -> str | None:
@@ -48,7 +65,7 @@ def malformed(event: Any, robots: Collection[str]) -> str | None:
     for region in (*claimed(event), *(() if obstacle is None else (obstacle.region,))):
         if not is_region(region):
             return f"region {region!r} is not an int"
-    return None
+    return None if obstacle is None else misfit(obstacle)
 
 
 _PARTS: dict[str, tuple[type, ...]] = {
@@ -108,7 +125,7 @@ def wrong_result(event: protocol.WorldEvent) -> str | None:
             and isinstance(pair[1], ActResult)
             for pair in found
         ):
-            return None
+            return next((why for pair in found if (why := misfit(pair[0])) is not None), None)
         case protocol.Acted():
             return f"its results are {event.found!r}"
         case protocol.Failed():
