@@ -14,9 +14,9 @@ SOME = 1
 """Wrong values at each place: all of them at all places are 6,000 scenarios, a minute."""
 
 SHAPE = re.compile(
-    r"\bexpected |unknown key |the key '.*' is missing|must be (at|from|more|a number)|unknown word"
-    r"|unknown heading|is empty$|cannot name|is reserved|there is no event|: both '|has both"
-    r"|without '|exactly one of|is 'literal', not|is 'out' or 'back'|has no meaning for"
+    r"\bexpected |unknown key |the key '.*' is missing|must be (at|from|more)|unknown word"
+    r"|is empty$|cannot name|is reserved|there is no event|: both '|has both"
+    r"|without '|exactly one of|is 'literal', not|has no meaning for"
     r"|always_eventually|is not a tick or range|is not a colour|there are no robots"
     r"|at least two robots|one form only|map: one of|version \d+ of|targets, and a patrol"
     r"|an empty set|is outside the map: -|corner of"

@@ -6,7 +6,7 @@ place or from a file. Nothing about a model or a type is written in code.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import ClassVar, TypeVar
@@ -35,7 +35,9 @@ from safenav.scenario.yaml.shapes import (
     TRUTH,
     WORDS,
     Key,
+    Shape,
     Table,
+    by_word,
     choice,
     either,
     form,
@@ -61,17 +63,17 @@ MOST_LOADS = 100
 LISTED = "'safenav catalogue' lists them; 'catalogue' in the scenario adds others"
 ACTION = "for example 'action: push'"
 
-VISION = form(
-    either({"type": "number", "minimum": 1}, {"const": UNLIMITED}),
-    "vision",
-    "Radius of sight in regions.",
-)
-WHERE = either({"enum": tuple(ResolveAt)}, many(REGION, 1))
-SWEEPS = form(
-    either({"const": ResolveAt.NEIGHBOURS}, many(REGION, 1)),
-    "sweeps",
-    "Regions where no other robot may be meanwhile. Default: none.",
-)
+
+def _vision(node: Node | None, what: str, findings: Findings) -> float | None:
+    """A radius in regions, at least 1; None if nothing is written, or ``unlimited``."""
+    if isinstance(node, Scalar) and node.value == UNLIMITED:
+        return None
+    radius = read.finite(node, what, findings, f"a number of regions, or '{UNLIMITED}'")
+    if radius is not None and radius < 1:
+        hint = "a robot sees at least the regions next to its own"
+        findings.add(node, f"{what} is {radius:g}, and must be at least 1", hint)
+        return None
+    return radius
 
 
 class TimingKeys(Table):
@@ -82,6 +84,18 @@ class TimingKeys(Table):
         "At most.",
         required="the most ticks that a step takes, for example {least: 1, most: 3}",
     )
+
+
+def _timing(node: Node | None, what: str, findings: Findings) -> Timing | None:
+    """Ticks that a step takes: ``2``, or ``{least: 1, most: 3}``."""
+    if not isinstance(node, MappingNode):
+        ticks = read.integer(node, what, findings, least=1, most=MOST_TICKS)
+        return None if ticks is None else Timing(ticks, ticks)
+    item = TimingKeys.read(node, what, findings, f"in {what}")
+    least, most = (item.least, item.most) if item else (None, None)
+    if least is not None and most is not None and least > most:
+        findings.add(node, f"{what}: at least {least} and at most {most} ticks")
+    return Timing(least or 1, most or 1)
 
 
 class BatteryKeys(Table):
@@ -99,6 +113,68 @@ class BatteryKeys(Table):
     start = Key(whole(0, MOST_CHARGE), "Initial charge. Default: full.")
 
 
+def _battery(node: Node | None, what: str, findings: Findings) -> Battery | None:
+    """``{capacity: 60, move: 1, stay: 0, charge: 5, start: 60}``."""
+    item = BatteryKeys.read(node, what, findings, f"in {what}")
+    if item is None:
+        return None
+    found = item.over(Battery(MOST_CHARGE, MOST_CHARGE, -1))
+    if item.capacity is None or item.charge is None:
+        return None
+    for taken, given in ((BatteryKeys.start, found.start), (BatteryKeys.move, found.move)):
+        if given > found.capacity:
+            told = f"'{taken.name}' in {what} is {given}, and it holds {found.capacity}"
+            findings.add(item.where(taken), told)
+    return replace(found, start=found.capacity) if found.start < 0 else found
+
+
+def _places(
+    node: Node | None, label: str, reading: Reading
+) -> ResolveAt | frozenset[Region] | None:
+    """Resolution regions as they are written: a word, or a list of regions."""
+    if isinstance(node, Scalar) and node.value in {**reading.names, **reading.areas}:
+        shown = clipped(node.text)
+        said = f"{label}: found the name '{shown}', expected a list of regions"
+        reading.add(node, said, f"put brackets around it: [{shown}]")
+        return None
+    if not isinstance(node, Sequence):
+        return read.choice(node, label, reading, by_word(ResolveAt))
+    if not node.items:
+        reading.add(node, f"{label} is empty", "without a region no robot can resolve it")
+        return None
+    found = [reading.regions(item, label) or frozenset() for item in node.items]
+    return frozenset().union(*found)
+
+
+def entry_of(kind: str, entries: Callable[[Catalogue], Mapping[str, Entry]]) -> Shape[Entry]:
+    """An entry of the catalogue, by its name."""
+
+    def reads(node: Node | None, what: str, reading: Reading) -> Entry | None:
+        name, known = read.text(node, what, reading), entries(reading.catalogue)
+        if name is not None and name not in known and not reading.catalogue.may_hold(name):
+            reading.unknown(node, f"{what}: unknown {kind}", name, known, LISTED)
+        return known.get(name or "")
+
+    return Shape(TEXT, reads)
+
+
+MODEL = entry_of("robot model", lambda catalogue: catalogue.robots)
+TYPE = entry_of("obstacle type", lambda catalogue: catalogue.obstacles)
+VISION = Shape(
+    either({"type": "number", "minimum": 1}, {"const": UNLIMITED}),
+    _vision,
+    "vision",
+    "Radius of sight in regions.",
+)
+TIMING = Shape(either(whole(1, MOST_TICKS), TimingKeys), _timing)
+WHERE = Shape(either({"enum": tuple(ResolveAt)}, many(REGION, 1)), _places)
+SWEEPS = form(
+    either({"const": ResolveAt.NEIGHBOURS}, many(REGION, 1)),
+    "sweeps",
+    "Regions where no other robot may be meanwhile. Default: none.",
+)
+
+
 class ModelKeys(Table):
     definition = "model"
     made = RobotModel
@@ -114,12 +190,9 @@ class ModelKeys(Table):
     vision = Key(VISION)
     size = Key(POSITIVE, "Diameter of its body's bounding circle, in metres.")
     speed = Key(POSITIVE, "Metres per second.")
-    timing = Key(
-        form(either(whole(1, MOST_TICKS), TimingKeys)),
-        "Ticks of a step: a number, or bounds to draw it from. Default: 1.",
-    )
+    timing = Key(TIMING, "Ticks of a step: a number, or bounds to draw it from. Default: 1.")
     motion = Key(MOTION)
-    battery = Key(form(BatteryKeys))
+    battery = Key(Shape(BatteryKeys, _battery))
     carries = Key(
         whole(1, MOST_LOADS),
         "Maximum number of loads (needs with 'same') that it carries.",
@@ -131,7 +204,7 @@ class NeedKeys(Table):
     made = Need
     action = Key(TEXT, "The capability that resolves it.", required=ACTION)
     robots = Key(whole(1, MOST_ROBOTS), "Number of distinct robots that perform it.")
-    at = Key(form(WHERE), "Where the action works.")
+    at = Key(WHERE, "Where the action works.")
     together = Key(TRUTH, "Whether all perform it in the same tick.")
     same = Key(TRUTH, "Whether the robots that fulfilled the previous need must fulfil this one.")
 
@@ -149,7 +222,7 @@ class TypeKeys(Table):
         )
     }
     action = Key(TEXT, "The capability that resolves it.")
-    resolve_at = Key(form(WHERE), "Where the action works.")
+    resolve_at = Key(WHERE, "Where the action works.")
     needs = Key(form(many(NeedKeys, 1)), "Several actions that resolve it, in this order.")
     blocks = Key(WORDS, "Layers, models and robots that it stops. Default: all without the action.")
     has_truth = Key(TRUTH, "Whether resolving it reveals if the region is traversable.")
@@ -226,57 +299,12 @@ def _model(key: Scalar, node: Node, findings: Findings) -> RobotModel | None:
     item = ModelKeys.read(node, what, findings)
     if item is None:
         return None
-    given = item.given(
-        *(ModelKeys.mobility, ModelKeys.layer, ModelKeys.capabilities),
-        *(ModelKeys.size, ModelKeys.speed, ModelKeys.carries),
-    )
-    given["vision"] = read_vision(item.vision, f"'vision' of {what}", findings)
-    given["timing"] = _timing(item.timing, f"'timing' of {what}", findings)
+    given = item.given(*(key for key in item.known.values() if key is not ModelKeys.motion))
     mobility = given.get("mobility")
     given["motion"] = read_motion(item.motion, item.node, mobility, what, findings)
-    given["battery"] = _battery(item.battery, f"'battery' of {what}", findings)
     if len(findings) > before:
         return None
     return RobotModel(**{"name": key.text, "capabilities": frozenset(), **given})
-
-
-def _battery(node: Node | None, what: str, findings: Findings) -> Battery | None:
-    """``{capacity: 60, move: 1, stay: 0, charge: 5, start: 60}``."""
-    item = BatteryKeys.read(node, what, findings, f"in {what}")
-    if item is None:
-        return None
-    found = item.over(Battery(MOST_CHARGE, MOST_CHARGE, -1))
-    if item.capacity is None or item.charge is None:
-        return None
-    for taken, given in ((BatteryKeys.start, found.start), (BatteryKeys.move, found.move)):
-        if given > found.capacity:
-            told = f"'{taken.name}' in {what} is {given}, and it holds {found.capacity}"
-            findings.add(item.where(taken), told)
-    return replace(found, start=found.capacity) if found.start < 0 else found
-
-
-def read_vision(node: Node | None, what: str, findings: Findings) -> float | None:
-    """A radius in regions, at least 1; None if nothing is written, or ``unlimited``."""
-    if isinstance(node, Scalar) and node.value == UNLIMITED:
-        return None
-    radius = read.finite(node, what, findings, f"a number of regions, or '{UNLIMITED}'")
-    if radius is not None and radius < 1:
-        hint = "a robot sees at least the regions next to its own"
-        findings.add(node, f"{what} is {radius:g}, and must be at least 1", hint)
-        return None
-    return radius
-
-
-def _timing(node: Node | None, what: str, findings: Findings) -> Timing:
-    """Ticks that a step takes: ``2``, or ``{least: 1, most: 3}``."""
-    if not isinstance(node, MappingNode):
-        ticks = read.integer(node, what, findings, least=1, most=MOST_TICKS)
-        return Timing() if ticks is None else Timing(ticks, ticks)
-    item = TimingKeys.read(node, what, findings, f"in {what}")
-    least, most = (item.least, item.most) if item else (None, None)
-    if least is not None and most is not None and least > most:
-        findings.add(node, f"{what}: at least {least} and at most {most} ticks")
-    return Timing(least or 1, most or 1)
 
 
 def _type(known: Catalogue, key: Scalar, node: Node, reading: Reading) -> ObstacleType | None:
@@ -286,30 +314,27 @@ def _type(known: Catalogue, key: Scalar, node: Node, reading: Reading) -> Obstac
     item = TypeKeys.read(node, what, reading)
     if item is None:
         return None
-    listed = item.needs is not None
-    if not listed and item.where(TypeKeys.action) is None:
-        reading.add(node, f"{what}: the key 'action' is missing", NeedKeys.action.hint)
-    needs = _needs(item.needs, what, reading) if listed else ()
-    if listed:
-        for word in ("action", "resolve_at"):
-            if (stray := item.node.get(word)) is not None:
-                found = f"{what} has both 'needs' and '{word}'"
+    given = item.given(TypeKeys.has_truth, TypeKeys.resolve_within)
+    if item.needs is not None:
+        for other in (TypeKeys.action, TypeKeys.resolve_at):
+            if (stray := item.where(other)) is not None:
+                found = f"{what} has both 'needs' and '{other.name}'"
                 reading.add(stray, found, "each need has its own 'action' and 'at'")
-        action: str | None = needs[0].action if needs else ""
-        where: ResolveAt | frozenset[Region] | None = needs[0].at if needs else None
+        if needs := _needs(item.needs, what, reading):
+            given |= {"listed": needs, "action": needs[0].action, "resolve_at": needs[0].at}
     else:
-        action = item.action
-        where = places(item.resolve_at, f"'resolve_at' of {what}", reading)
-    blocks = _blocks(item, what, known, reading)
-    if needs and needs[-1].same and needs[-1].at is ResolveAt.SELF and blocks != frozenset():
+        if item.where(TypeKeys.action) is None:
+            reading.add(node, f"{what}: the key 'action' is missing", NeedKeys.action.hint)
+        given |= item.given(TypeKeys.action, TypeKeys.resolve_at)
+    given["blocks"] = blocks = _blocks(item, what, known, reading)
+    last = given["listed"][-1] if "listed" in given else None
+    if last and last.same and last.at is ResolveAt.SELF and blocks != frozenset():
         found = f"the 'same' robots fulfil the last need of {what} inside it, but may not enter"
         reading.add(node, found, "say 'at: neighbours', or 'blocks: []'")
-    has_truth, limit = item.has_truth, item.resolve_within
-    sweeps = swept(item.sweeps, what, listed, reading)
-    if len(reading) > before or action is None:
+    given["sweeps"] = swept(item.sweeps, what, item.needs is not None, reading)
+    if len(reading) > before or "action" not in given:
         return None
-    where, truth = where or ResolveAt.SELF, has_truth or False
-    return ObstacleType(key.text, action, where, blocks, truth, needs, limit, sweeps)
+    return ObstacleType(key.text, **given)
 
 
 def _needs(node: Node | None, what: str, reading: Reading) -> tuple[Need, ...]:
@@ -323,7 +348,8 @@ def _needs(node: Node | None, what: str, reading: Reading) -> tuple[Need, ...]:
         item = NeedKeys.read(entry, label, reading)
         if item is None:
             continue
-        action, robots, together, same = item.action, item.robots, item.together, bool(item.same)
+        given = item.given(NeedKeys.action, NeedKeys.robots, NeedKeys.together, NeedKeys.same)
+        same, robots = given.get("same"), given.get("robots")
         if same and number == 1:
             told = f"{label} has no previous need for 'same'"
             reading.add(item.where(NeedKeys.same), told)
@@ -332,10 +358,9 @@ def _needs(node: Node | None, what: str, reading: Reading) -> tuple[Need, ...]:
             said = f"{label} needs {robots} robots, and the need before it {before}"
             hint = "the same robots fulfil both; leave 'robots' out"
             reading.add(item.where(NeedKeys.robots), said, hint)
-        where = places(item.at, f"'at' of {label}", reading)
-        if action is not None:
-            where = where or ResolveAt.SELF
-            found.append(Need(action, robots or before, where, together or False, same))
+        given |= {"robots": robots or before, **item.given(NeedKeys.at)}
+        if "action" in given:
+            found.append(Need(**given))
     return tuple(found)
 
 
@@ -343,27 +368,12 @@ def swept(
     node: Node | None, what: str, several: bool, reading: Reading
 ) -> ResolveAt | frozenset[Region] | None:
     """The regions that a resolution sweeps. ``several``: it takes more than one need."""
-    found = places(node, f"'sweeps' of {what}", reading)
+    found = _places(node, f"'sweeps' of {what}", reading)
     if found is ResolveAt.SELF or (found is not None and several):
         said = "it has several needs" if several else "its own region is always included"
         hint = "'sweeps' lists regions beside an obstacle of one 'action', or is 'neighbours'"
         reading.add(node, f"'sweeps' of {what}: {said}", hint)
     return found
-
-
-def places(node: Node | None, label: str, reading: Reading) -> ResolveAt | frozenset[Region] | None:
-    if isinstance(node, Scalar) and node.value in {**reading.names, **reading.areas}:
-        shown = clipped(node.text)
-        said = f"{label}: found the name '{shown}', expected a list of regions"
-        reading.add(node, said, f"put brackets around it: [{shown}]")
-        return None
-    if not isinstance(node, Sequence):
-        return read.choice(node, label, ResolveAt, reading)
-    if not node.items:
-        reading.add(node, f"{label} is empty", "without a region no robot can resolve it")
-        return None
-    found = [reading.regions(item, label) or frozenset() for item in node.items]
-    return frozenset().union(*found)
 
 
 def _blocks(of: TypeKeys, what: str, known: Catalogue, reading: Reading) -> frozenset[str] | None:

@@ -14,7 +14,7 @@ from safenav.scenario.reading.robots import misses_targets
 from safenav.scenario.settings import RobotChange
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Node, clipped
-from safenav.scenario.yaml.shapes import TEXT, Key, Table, form, many
+from safenav.scenario.yaml.shapes import TEXT, Key, Table, form, many, word
 
 SERVICE = {"out": False, "back": True}
 
@@ -25,7 +25,7 @@ class ChangeKeys(Table):
     at = Key(TICK, "The tick at which it applies.", required="for example 'at: 12'")
     robot = Key(TEXT, required="the name of a robot of the team")
     objective = Key(form(ObjectiveKeys), "Its objective from then on; not 'ltl'.")
-    service = Key(form({"enum": tuple(SERVICE)}), "out: it stops; back: it continues.")
+    service = Key(word(SERVICE), "out: it stops; back: it continues.")
 
 
 CHANGES = form(many(ChangeKeys))
@@ -47,19 +47,17 @@ def _change(node: Node, reading: Reading) -> RobotChange | None:
     shown = name or "a change"
     if name is not None and name not in reading.named:
         reading.unknown(item.where(ChangeKeys.robot), "no robot is named", name, reading.named)
-    if (item.objective is None) is (item.service is None):
+    item.of = f"of {shown}"
+    active, at_service = item.service, item.where(ChangeKeys.service)
+    if (item.objective is None) is (at_service is None):
         found = f"a change of {clipped(name or 'a robot')} needs exactly one of 'objective' and"
         hint = "give it an 'objective', or 'service: out' or 'service: back'; one for each change"
         reading.add(node, f"{found} 'service'", hint)
     objective = _objective(item.objective, name, reading)
     within = read_within(item.objective, shown, objective, reading)
-    service = read.text(item.service, f"'service' of {shown}", reading)
-    if service is not None and service not in SERVICE:
-        found = f"'service' of {shown} is 'out' or 'back', not '{clipped(service)}'"
-        reading.add(item.service, found)
     if at is None or name is None or len(reading) > before:
         return None
-    return RobotChange(at, name, objective, SERVICE.get(service or ""), within)
+    return RobotChange(at, name, objective, active, within)
 
 
 def _objective(node: Node | None, name: str | None, reading: Reading) -> Objective | None:

@@ -13,7 +13,17 @@ from safenav.scenario.settings import Expect
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, clipped
 from safenav.scenario.yaml.findings import suggestion
-from safenav.scenario.yaml.shapes import TEXT, Key, Table, choice, either, form, many, named, whole
+from safenav.scenario.yaml.shapes import (
+    TEXT,
+    Key,
+    Shape,
+    Table,
+    choice,
+    either,
+    many,
+    named,
+    whole,
+)
 
 # A region may be written [row, col], alone or in an obstacle's name: one word all the same.
 _WORD = re.compile(r"(?:\[[^\]]*\]|[^\s\[])+")
@@ -23,53 +33,10 @@ MISSION = "mission"
 OUTCOMES = [outcome for outcome in Outcome if outcome is not Outcome.ERROR]
 """How a run can end but for a defect."""
 
-_NAME = {"description": "An obstacle: type@region.", "type": "string", "pattern": "^.+@.+$"}
-_OBSTACLES = form(many(_NAME), "obstacleNames")
-_EVENTS = form(
-    many({"type": "string", "pattern": rf"^\s*({'|'.join(EventKind)})(\s.*)?$"}), "eventPatterns"
-)
-
 
 class TickKeys(Table):
     at_least = Key(whole(1), "The least ticks.")
     at_most = Key(whole(1), "The most ticks.")
-
-
-class ExpectKeys(Table):
-    about = "The expected result of a run; only the keys that are given are checked."
-    definition = "expect"
-    example = "{outcome: completed}"
-    outcome = Key(choice(OUTCOMES), "The outcome of the run.")
-    late = Key(form(many(TEXT)), "Exactly the missed deadlines: robots, obstacles, mission.")
-    resolved = Key(_OBSTACLES, "Exactly the obstacles that are resolved.")
-    blocked = Key(_OBSTACLES, "Exactly the obstacles that become permanent.")
-    helpers = Key(form(named(TEXT, {"pattern": "^.+@.+$"})), "The helper of each obstacle.")
-    ticks = Key(form(either(whole(1), TickKeys)), "At most this many ticks, or bounds.")
-    rounds = Key(
-        form(either(whole(1), named(whole()))),
-        "At least this many rounds of every robot, or of each.",
-    )
-    order = Key(_EVENTS, "Events that happen in this order, among others.")
-    never = Key(_EVENTS, "Events that do not happen.")
-
-
-def read_expectation(node: Node | None, reading: Reading) -> Expect:
-    item = ExpectKeys.read(node, "expect", reading)
-    if item is None:
-        return Expect()
-    least_ticks, ticks = _ticks(item.ticks, reading)
-    return Expect(
-        item.outcome,
-        _names(item.resolved, "'resolved' of expect", reading),
-        _names(item.blocked, "'blocked' of expect", reading),
-        _helpers(item.helpers, reading),
-        ticks,
-        least_ticks,
-        _rounds(item.rounds, reading),
-        _patterns(item.order, "'order' of expect", reading),
-        _patterns(item.never, "'never' of expect", reading),
-        _names(item.late, "'late' of expect", reading, {*reading.named, MISSION}),
-    )
 
 
 def _names(
@@ -86,9 +53,12 @@ def _names(
     return None if items is None else frozenset(found)
 
 
-def _ticks(node: Node | None, reading: Reading) -> tuple[int | None, int | None]:
+def _late(node: Node | None, what: str, reading: Reading) -> frozenset[str] | None:
+    return _names(node, what, reading, {*reading.named, MISSION})
+
+
+def _ticks(node: Node | None, what: str, reading: Reading) -> tuple[int | None, int | None]:
     """The least and the most ticks: ``40`` or ``{at_least: 10, at_most: 40}``."""
-    what = "'ticks' of expect"
     if not isinstance(node, Mapping):
         return None, read.integer(node, what, reading, least=1)
     item = TickKeys.read(node, what, reading, f"in {what}")
@@ -98,9 +68,8 @@ def _ticks(node: Node | None, reading: Reading) -> tuple[int | None, int | None]
     return least, most
 
 
-def _rounds(node: Node | None, reading: Reading) -> dict[str, int] | None:
+def _rounds(node: Node | None, what: str, reading: Reading) -> dict[str, int] | None:
     """``2`` for every robot, or robot by robot."""
-    what = "'rounds' of expect"
     if not isinstance(node, Mapping):
         rounds = read.integer(node, what, reading, least=1)
         return None if rounds is None else dict.fromkeys(reading.named, rounds)
@@ -114,8 +83,7 @@ def _rounds(node: Node | None, reading: Reading) -> dict[str, int] | None:
     return found
 
 
-def _helpers(node: Node | None, reading: Reading) -> dict[str, str] | None:
-    what = "'helpers' of expect"
+def _helpers(node: Node | None, what: str, reading: Reading) -> dict[str, str] | None:
     item = read.mapping(node, what, reading)
     helpers = {}
     for key, value in item.entries if item else ():
@@ -186,3 +154,38 @@ def _obstacle(node: Node, written: str, what: str, reading: Reading) -> str | No
     nothing = "the scenario has no obstacles"
     reading.unknown(node, f"{what}: there is no obstacle", written, names, nothing)
     return None
+
+
+_NAME = {"description": "An obstacle: type@region.", "type": "string", "pattern": "^.+@.+$"}
+_OBSTACLES = Shape(many(_NAME), _names, "obstacleNames")
+_EVENT = {"type": "string", "pattern": rf"^\s*({'|'.join(EventKind)})(\s.*)?$"}
+_EVENTS = Shape(many(_EVENT), _patterns, "eventPatterns")
+
+
+class ExpectKeys(Table):
+    about = "The expected result of a run; only the keys that are given are checked."
+    definition = "expect"
+    example = "{outcome: completed}"
+    outcome = Key(choice(OUTCOMES), "The outcome of the run.")
+    late = Key(
+        Shape(many(TEXT), _late), "Exactly the missed deadlines: robots, obstacles, mission."
+    )
+    resolved = Key(_OBSTACLES, "Exactly the obstacles that are resolved.")
+    blocked = Key(_OBSTACLES, "Exactly the obstacles that become permanent.")
+    helpers = Key(
+        Shape(named(TEXT, {"pattern": "^.+@.+$"}), _helpers), "The helper of each obstacle."
+    )
+    ticks = Key(Shape(either(whole(1), TickKeys), _ticks), "At most this many ticks, or bounds.")
+    rounds = Key(
+        Shape(either(whole(1), named(whole())), _rounds),
+        "At least this many rounds of every robot, or of each.",
+    )
+    order = Key(_EVENTS, "Events that happen in this order, among others.")
+    never = Key(_EVENTS, "Events that do not happen.")
+
+
+def read_expectation(node: Node | None, reading: Reading) -> Expect:
+    item = ExpectKeys.read(node, "expect", reading)
+    given = {} if item is None else item.given(*item.known.values())
+    given["least_ticks"], given["ticks"] = given.get("ticks", (None, None))
+    return Expect(**given)

@@ -23,16 +23,6 @@ _AGAIN = {"off": (False,), "on": (True,), "both": (False, True)}
 _TICKS = shapes.either(TICK, shapes.matching(_SPAN))
 
 
-def _chance(node: Node | None, what: str, findings: Findings) -> float | None:
-    if node is None:
-        return None
-    value = node.value if isinstance(node, Scalar) else None
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= 1:
-        findings.add(node, f"{what} must be a number from 0 to 1")
-        return None
-    return float(value)
-
-
 class InputKeys(shapes.Table):
     example = "{at: 12-30}; {} for one that a program sets"
     at = shapes.Key(
@@ -40,7 +30,7 @@ class InputKeys(shapes.Table):
         "Ticks when a simulation has it on: 12, 20-30 or a list.",
     )
     probability = shapes.Key(
-        shapes.Shape(shapes.PROBABILITY.schema, _chance),
+        shapes.PROBABILITY,
         "Probability of being on in each other tick of a simulation. Default: 0.",
     )
     always_eventually = shapes.Key(

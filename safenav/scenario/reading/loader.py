@@ -18,7 +18,7 @@ from safenav.scenario.model import Catalogue, ObstacleType, Scenario
 from safenav.scenario.objective import Ltl
 from safenav.scenario.reading.areas import AREAS, read_areas
 from safenav.scenario.reading.catalogue import (
-    LISTED,
+    TYPE,
     CatalogueKeys,
     built_in,
     read_catalogue,
@@ -140,7 +140,7 @@ class ScenarioKeys(Table):
     late = Key(choice(settings.LatePolicy), "After a missed deadline: go_on, or stop.")
     chargers = Key(form(many(REGION)), "Regions where batteries are charged.")
     flat = Key(
-        TEXT, "The obstacle type (with 'blocks: []') that represents a robot without charge."
+        TYPE, "The obstacle type (with 'blocks: []') that represents a robot without charge."
     )
     seed = Key(whole(most=2**63 - 1), "Seed of all random draws.")
     coordination = Key(choice(settings.Coordination), "How robots are reassigned.")
@@ -349,13 +349,10 @@ def _chargers(node: Node | None, reading: Reading) -> frozenset[Region]:
 
 
 def _flat(item: ScenarioKeys, reading: Reading) -> ObstacleType | None:
-    word, node, types = item.flat, item.where(ScenarioKeys.flat), reading.catalogue.obstacles
-    kind = types.get(word or "")
-    if word is not None and kind is None and not reading.catalogue.may_hold(word):
-        reading.unknown(node, "'flat': unknown obstacle type", word, types, LISTED)
+    kind = item.flat
     if kind is not None and kind.blocks != frozenset():
         found = f"'flat': a {kind.name} appears where a robot stands, and it stops some"
-        reading.add(node, found, f"give {kind.name} 'blocks: []'")
+        reading.add(item.where(ScenarioKeys.flat), found, f"give {kind.name} 'blocks: []'")
     return kind
 
 

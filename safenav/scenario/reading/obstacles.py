@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from safenav.scenario.model import Obstacle, ObstacleType, Robot
-from safenav.scenario.reading.catalogue import LISTED, SWEEPS, swept
+from safenav.scenario.reading.catalogue import SWEEPS, TYPE, swept
 from safenav.scenario.reading.regions import REGION, Reading
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar
-from safenav.scenario.yaml.shapes import PROBABILITY, TEXT, Key, Table, either, form, many, whole
+from safenav.scenario.yaml.shapes import PROBABILITY, Key, Table, either, form, many, whole
 
 MOST_TICKS = read.MOST
 TICK = whole(1, MOST_TICKS)
@@ -21,9 +21,7 @@ class ChanceKeys(Table):
 
 class SuspectKeys(Table):
     example = "{type: door, region: 47}"
-    type = Key(
-        form(TEXT), "An obstacle type of the catalogue.", required="for example 'type: door'"
-    )
+    type = Key(TYPE, "An obstacle type of the catalogue.", required="for example 'type: door'")
     region = _AT
 
 
@@ -41,7 +39,7 @@ class ObstacleKeys(SuspectKeys):
 class OrderKeys(Table):
     at = Key(TICK, "The tick at which the team receives it.", required="for example 'at: 10'")
     type = Key(
-        form(TEXT),
+        TYPE,
         "An obstacle type with 'blocks: []'.",
         required="an obstacle type with 'blocks: []'",
     )
@@ -94,7 +92,7 @@ def _read_obstacle(node: Node, reading: Reading) -> Obstacle | None:
     item = ObstacleKeys.read(node, "an obstacle", reading)
     if item is None:
         return None
-    kind = _type(item.type, reading)
+    kind = item.type
     label = kind.name if kind else "the obstacle"
     item.of = f"of {label}"
     region = item.region
@@ -118,15 +116,10 @@ def read_orders(node: Node | None, reading: Reading) -> tuple[Obstacle, ...]:
         item = OrderKeys.read(part, "an order", reading)
         if item is None:
             continue
-        at, limit, kind, region = (
-            item.at,
-            item.resolve_within,
-            _type(item.type, reading),
-            item.region,
-        )
+        at, limit, kind, region = item.at, item.resolve_within, item.type, item.region
         if kind is not None and kind.blocks != frozenset():
             said = f"an order of {kind.name}, which stops robots"
-            reading.add(item.type, said, f"give {kind.name} 'blocks: []'")
+            reading.add(item.where(OrderKeys.type), said, f"give {kind.name} 'blocks: []'")
         elif at is not None and kind is not None and region is not None:
             truth = True if kind.has_truth else None
             number = 1 + sum(o.type is kind and o.region == region for o in found)
@@ -140,19 +133,10 @@ def read_suspects(node: Node | None, reading: Reading) -> tuple[Obstacle, ...] |
     found = []
     for part in items or ():
         item = SuspectKeys.read(part, "a suspect", reading)
-        kind, region = (_type(item.type, reading), item.region) if item else (None, None)
+        kind, region = (item.type, item.region) if item else (None, None)
         if kind is not None and region is not None:
             found.append(Obstacle(kind, region))
     return None if items is None else tuple(found)
-
-
-def _type(node: Node | None, reading: Reading) -> ObstacleType | None:
-    word = read.text(node, "'type' of an obstacle", reading)
-    kind = reading.catalogue.obstacles.get(word or "")
-    if word is not None and kind is None and not reading.catalogue.may_hold(word):
-        known = reading.catalogue.obstacles
-        reading.unknown(node, "unknown obstacle type", word, known, LISTED)
-    return kind
 
 
 def _truth(node: Node | None, kind: ObstacleType | None, reading: Reading) -> bool | float | None:

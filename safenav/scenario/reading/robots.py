@@ -21,7 +21,7 @@ from safenav.scenario.objective import (
     staying,
 )
 from safenav.scenario.reachability import Reachability
-from safenav.scenario.reading.catalogue import LISTED, VISION, read_vision
+from safenav.scenario.reading.catalogue import MODEL, VISION
 from safenav.scenario.reading.naming import IDENTIFIER, well_named
 from safenav.scenario.reading.objective import (
     OWN_VARIABLES,
@@ -35,7 +35,7 @@ from safenav.scenario.reading.objective import (
 from safenav.scenario.reading.regions import REGION, Reading
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped
-from safenav.scenario.yaml.shapes import TEXT, WORDS, Key, Shape, Table, choice, form, named
+from safenav.scenario.yaml.shapes import WORDS, Key, Table, choice, form, named, word
 from safenav.world.map import HEADINGS, Heading, RegionMap
 from safenav.world.moves import Mobility, Pose
 
@@ -55,14 +55,11 @@ INSIDE_OBJECTIVE = {
 class RobotKeys(Table):
     definition = "robot"
     made = Robot
-    model = Key(TEXT, "A robot model of the catalogue.", required="for example 'model: digit'")
+    model = Key(MODEL, "A robot model of the catalogue.", required="for example 'model: digit'")
     start = Key(
         REGION, "Where it starts.", required="a region, for example 'start: 47' or 'start: [3, 8]'"
     )
-    heading = Key(
-        Shape({"enum": tuple(HEADINGS)}, read.text),
-        "Its initial heading, if its mobility is heading.",
-    )
+    heading = Key(word(HEADINGS), "Its initial heading, if its mobility is heading.")
     objective = Key(form(ObjectiveKeys), required=f"its task, for example 'objective: {EXAMPLE}'")
     while_waiting = Key(
         form(ObjectiveKeys), "While it waits for help; not 'ltl'. Default: it stays."
@@ -114,7 +111,10 @@ def _robot(key: Scalar, node: Node, standing: list[Standing], reading: Reading) 
     item = RobotKeys.read(node, f"robot {name}", reading, f"of {name}", INSIDE_OBJECTIVE)
     if item is None:
         return None
-    model = _model(item, name, reading)
+    model = item.model
+    if item.where(RobotKeys.vision) is not None:
+        vision = item.vision
+        model = model and replace(model, vision=vision)
     heading = _heading(item, name, model)
     start = item.start
     for other in (RobotKeys.avoids, RobotKeys.tracks):
@@ -173,31 +173,14 @@ def _when(node: Node | None, robot: Robot, reading: Reading) -> tuple[tuple[str,
     return tuple(found)
 
 
-def _model(item: RobotKeys, name: str, reading: Reading) -> RobotModel | None:
-    """Its model, with the robot's own vision if it has one."""
-    word = item.model
-    model = reading.catalogue.robots.get(word or "")
-    if word is not None and model is None and not reading.catalogue.may_hold(word):
-        found = f"'model' of {name}: unknown robot model"
-        node, known = item.where(RobotKeys.model), reading.catalogue.robots
-        reading.unknown(node, found, word, known, LISTED)
-    if item.vision is None:
-        return model
-    vision = read_vision(item.vision, f"'vision' of {name}", reading)
-    return model and replace(model, vision=vision)
-
-
 def _heading(item: RobotKeys, name: str, model: RobotModel | None) -> Heading | None:
     """The heading; one that the mobility does not need is checked and ignored."""
-    node, word = item.where(RobotKeys.heading), item.heading
-    if node is None and model is not None and model.mobility is Mobility.HEADING:
+    missing = item.where(RobotKeys.heading) is None
+    if missing and model is not None and model.mobility is Mobility.HEADING:
         found = f"robot {name}: the key 'heading' is missing"
         hint = f"a {model.name} starts with a heading: {', '.join(HEADINGS)}"
         item.findings.add(item.node, found, hint)
-    if word is not None and word not in HEADINGS:
-        found = f"'heading' of {name}: unknown heading"
-        item.findings.unknown(node, found, word, HEADINGS)
-    return HEADINGS.get(word or "")
+    return item.heading
 
 
 def _check_others(node: Node | None, what: str, name: str, reading: Reading) -> None:

@@ -1,9 +1,9 @@
 """YAML text as a tree of nodes that know their place, read without trusting it.
 
-The tree is built from PyYAML's events with an explicit stack, not by its composer: nesting,
-size and the expansion of aliases are bounded, every tag is refused (nothing is ever
-constructed), and duplicate keys are seen. Plain scalars follow the YAML 1.2 core schema, so
-that ``no`` is a word and ``012`` is twelve.
+The tree is built from PyYAML's events, not by its composer: nesting, size and the expansion of
+aliases are bounded, every tag is refused (nothing is ever constructed), and duplicate keys are
+seen. Plain scalars follow the YAML 1.2 core schema, so that ``no`` is a word and ``012`` is
+twelve.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import yaml
-from msgspec import Struct, field
+from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.lines import HINT, foreign_character, printable
@@ -161,46 +161,58 @@ _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _SPECIAL = re.compile(r"(?P<sign>[-+])?\.(?P<word>inf|Inf|INF|nan|NaN|NAN)")
 
 
-class _Open(Struct):
-    """A collection that is being read."""
-
-    place: Place
-    anchor: str | None
-    is_mapping: bool
-    items: list[Node] = field(default_factory=list)
-    entries: list[tuple[Scalar, Node]] = field(default_factory=list)
-    lines: dict[str, int] = field(default_factory=dict)
-    key: Node | None = None
-    weight: int = 1
-
-
 class _Builder:
-    def __init__(self) -> None:
-        self.root: Node | None = None
+    """Nodes from PyYAML's events, by recursion of bounded depth. ``_open``: the anchors of the
+    collections that are being read; ``_known``: those of finished nodes, with their weight."""
+
+    def __init__(self, events: Iterator[Any]) -> None:
+        self._events = events
+        self._open: list[str | None] = []
+        self._known: dict[str, tuple[Node, int]] = {}
         self.flaws: list[tuple[Place, str, str]] = []
-        self.stack: list[_Open] = []
-        self.anchors: dict[str, tuple[Node, int]] = {}
 
-    def open(self, event: Any, is_mapping: bool) -> None:
+    def node(self, event: Any) -> tuple[Node, int]:
+        """The node that begins with an event, and how many values it holds."""
         place = _place(event)
-        self._refuse_tag(event, place)
-        if len(self.stack) >= MAX_DEPTH:
-            raise DocumentError(place, f"nested more than {MAX_DEPTH} deep")
-        self.anchors.pop(event.anchor, None)
-        self.stack.append(_Open(place, event.anchor, is_mapping))
-
-    def close(self) -> None:
-        done = self.stack.pop()
-        node: Node
-        if done.is_mapping:
-            node = Mapping(done.place, tuple(done.entries))
+        if isinstance(event, yaml.AliasEvent):
+            return self._named(event.anchor, place)
+        _refuse_tag(event, place)
+        if isinstance(event, yaml.ScalarEvent):
+            found: tuple[Node, int] = self._scalar(event, place), 1
         else:
-            node = Sequence(done.place, tuple(done.items))
-        self.add(node, done.anchor, done.weight)
+            if len(self._open) >= MAX_DEPTH:
+                raise DocumentError(place, f"nested more than {MAX_DEPTH} deep")
+            self._known.pop(event.anchor, None)
+            self._open.append(event.anchor)
+            found = self._collection(isinstance(event, yaml.MappingStartEvent), place)
+            self._open.pop()
+        if event.anchor is not None:
+            self._known[event.anchor] = found
+        return found
 
-    def scalar(self, event: Any) -> None:
-        place = _place(event)
-        self._refuse_tag(event, place)
+    def _collection(self, is_mapping: bool, place: Place) -> tuple[Node, int]:
+        items: list[Node] = []
+        entries: dict[str, tuple[Scalar, Node]] = {}
+        weight = 1
+        for event in self._events:
+            if isinstance(event, yaml.CollectionEndEvent):
+                break
+            node, more = self.node(event)
+            weight += more
+            if weight > MAX_NODES:
+                alias = isinstance(event, yaml.AliasEvent)
+                hint = "aliases count with all their content"
+                found = f"more than {MAX_NODES} values in one file"
+                raise DocumentError(_place(event) if alias else node.place, found, hint)
+            items.append(node)
+            if is_mapping and len(items) == 2:
+                self._enter(entries, *items)
+                items.clear()
+        if is_mapping:
+            return Mapping(place, tuple(entries.values())), weight
+        return Sequence(place, tuple(items)), weight
+
+    def _scalar(self, event: Any, place: Place) -> Scalar:
         if (foreign := foreign_character(event.value)) is not None:
             self.flaws.append((place, f"the text holds {foreign[2]}", HINT))
         style = event.style or ""
@@ -208,90 +220,54 @@ class _Builder:
         begin, end = event.start_mark, event.end_mark
         width = len(event.value) + (2 if style else 0)
         literal = begin.line == end.line and end.column - begin.column == width
-        self.add(Scalar(place, value, event.value, style, literal), event.anchor, 1)
+        return Scalar(place, value, event.value, style, literal)
 
-    def alias(self, event: Any) -> None:
-        place = _place(event)
-        if event.anchor not in self.anchors:
-            if any(collection.anchor == event.anchor for collection in self.stack):
-                raise DocumentError(place, f"*{event.anchor} contains itself")
-            raise DocumentError(
-                place, f"*{event.anchor} refers to nothing", f"no &{event.anchor} before it"
-            )
-        node, weight = self.anchors[event.anchor]
-        # A diagnostic points at the alias for a scalar, into what it stands for otherwise.
-        here = replace(node, place=place, literal=False) if isinstance(node, Scalar) else node
-        self.add(here, None, weight, place)
+    def _named(self, anchor: str | None, place: Place) -> tuple[Node, int]:
+        """The node that an alias stands for."""
+        if (known := self._known.get(anchor or "")) is not None:
+            node, weight = known
+            # A diagnostic points at the alias for a scalar, into what it stands for otherwise.
+            here = isinstance(node, Scalar)
+            return (replace(node, place=place, literal=False) if here else node), weight
+        if anchor in self._open:
+            raise DocumentError(place, f"*{anchor} contains itself")
+        raise DocumentError(place, f"*{anchor} refers to nothing", f"no &{anchor} before it")
 
-    def add(self, node: Node, anchor: str | None, weight: int, place: Place | None = None) -> None:
-        if anchor is not None:
-            self.anchors[anchor] = (node, weight)
-        if not self.stack:
-            self.root = node
-            return
-        parent = self.stack[-1]
-        parent.weight += weight
-        if parent.weight > MAX_NODES:
-            hint = "aliases count with all their content"
-            raise DocumentError(
-                place or node.place, f"more than {MAX_NODES} values in one file", hint
-            )
-        if not parent.is_mapping:
-            parent.items.append(node)
-        elif parent.key is None:
-            parent.key = node
-        else:
-            key, parent.key = parent.key, None
-            self._entry(parent, key, node)
-
-    def _entry(self, parent: _Open, key: Node, node: Node) -> None:
+    def _enter(self, entries: dict[str, tuple[Scalar, Node]], key: Node, node: Node) -> None:
+        """Add a key with its value, unless it can be none."""
         if not isinstance(key, Scalar):
             self.flaws.append((key.place, "a key is a list or a mapping", "keys are words"))
         elif not isinstance(key.value, str):
             shown = key.text or "(nothing)"
             self.flaws.append((key.place, f"the key {shown} is not a word", _KEYS))
-        elif key.value in parent.lines:
-            first = parent.lines[key.value]
-            found = f"duplicate key '{clipped(key.value)}'"
-            self.flaws.append((key.place, found, f"it is already in line {first}"))
+        elif key.value in entries:
+            hint = f"it is already in line {entries[key.value][0].place.line}"
+            self.flaws.append((key.place, f"duplicate key '{clipped(key.value)}'", hint))
         else:
-            parent.lines[key.value] = key.place.line
-            parent.entries.append((key, node))
+            entries[key.value] = key, node
 
-    @staticmethod
-    def _refuse_tag(event: Any, place: Place) -> None:
-        if event.tag is not None and event.tag != "!":
-            tag = event.tag.replace("tag:yaml.org,2002:", "!!")
-            hint = "write the plain value: nothing in a scenario is ever executed"
-            if not tag.startswith("!!"):
-                hint = f'put a formula in quotes: "{clipped(tag)} ..."'
-            raise DocumentError(place, f"the tag {clipped(tag)}", hint)
+
+def _refuse_tag(event: Any, place: Place) -> None:
+    if event.tag is not None and event.tag != "!":
+        tag = event.tag.replace("tag:yaml.org,2002:", "!!")
+        hint = "write the plain value: nothing in a scenario is ever executed"
+        if not tag.startswith("!!"):
+            hint = f'put a formula in quotes: "{clipped(tag)} ..."'
+        raise DocumentError(place, f"the tag {clipped(tag)}", hint)
 
 
 def _build(events: Iterator[Any]) -> Document:
-    builder = _Builder()
-    documents = 0
+    builder, root = _Builder(events), None
     for event in events:
-        match event:
-            case yaml.DocumentStartEvent():
-                documents += 1
-                if documents > 1:
-                    hint = "keep one scenario in a file; remove '---' and what follows"
-                    raise DocumentError(_place(event), "a second document", hint)
-            case yaml.MappingStartEvent():
-                builder.open(event, True)
-            case yaml.SequenceStartEvent():
-                builder.open(event, False)
-            case yaml.MappingEndEvent() | yaml.SequenceEndEvent():
-                builder.close()
-            case yaml.ScalarEvent():
-                builder.scalar(event)
-            case yaml.AliasEvent():
-                builder.alias(event)
-    if builder.root is None or (isinstance(builder.root, Scalar) and builder.root.value is None):
+        if isinstance(event, yaml.DocumentStartEvent) and root is not None:
+            hint = "keep one scenario in a file; remove '---' and what follows"
+            raise DocumentError(_place(event), "a second document", hint)
+        if isinstance(event, yaml.NodeEvent):
+            root, _ = builder.node(event)
+    if root is None or (isinstance(root, Scalar) and root.value is None):
         hint = "safenav new FILE writes a scenario, with --fleet SCENARIO a fleet file"
         raise DocumentError(Place(), "the file is empty", hint)
-    return Document(builder.root, tuple(builder.flaws))
+    return Document(root, tuple(builder.flaws))
 
 
 def clipped(text: str, width: int = 40) -> str:

@@ -10,7 +10,6 @@ import math
 import re
 from collections.abc import Iterable
 from collections.abc import Mapping as Wanted
-from enum import StrEnum
 from typing import TypeVar
 
 from msgspec.structs import replace
@@ -18,7 +17,7 @@ from msgspec.structs import replace
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped
 from safenav.scenario.yaml.findings import Findings, closest, listed, suggestion
 
-E = TypeVar("E", bound=StrEnum)
+Value = TypeVar("Value")
 
 MOST = 2**31 - 1
 """The largest whole number unless an item says otherwise."""
@@ -268,9 +267,10 @@ def switch(node: Node | None, what: str, findings: Findings) -> bool | None:
 _SWITCH = {"on": True, "off": False}
 
 
-def choice(node: Node | None, what: str, options: Iterable[E], findings: Findings) -> E | None:
-    """One of some members of an enumeration, by its word."""
-    known = {option.value: option for option in options}
+def choice(
+    node: Node | None, what: str, findings: Findings, known: Wanted[str, Value]
+) -> Value | None:
+    """One of some values, by its word."""
     if not isinstance(node, Scalar) or not isinstance(node.value, str):
         wrong_type(node, what, f"one of {listed(known)}", findings)
         return None

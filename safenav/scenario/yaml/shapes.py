@@ -51,14 +51,19 @@ def whole(least: int = 0, most: int = read.MOST) -> Shape[int]:
     return Shape({"type": "integer", "minimum": least, "maximum": most}, reads)
 
 
+def word(known: Mapping[str, T]) -> Shape[T]:
+    """One of some values, by its word."""
+    return Shape({"enum": tuple(known)}, partial(read.choice, known=known))
+
+
+def by_word(options: Iterable[E]) -> dict[str, E]:
+    """Members of an enumeration by their words."""
+    return {option.value: option for option in options}
+
+
 def choice(options: Iterable[E]) -> Shape[E]:
     """One of some members of an enumeration, by its word."""
-    known = tuple(options)
-
-    def reads(node: Node | None, what: str, findings: Findings) -> E | None:
-        return read.choice(node, what, known, findings)
-
-    return Shape({"enum": known}, reads)
+    return word(by_word(options))
 
 
 def many(items: object, least: int = 0) -> Schema:

@@ -23,6 +23,7 @@ from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar
 from safenav.scenario.yaml.findings import Findings
+from safenav.scenario.yaml.shapes import by_word
 from safenav.scenario.yaml.source import parsed, read_source
 from safenav.world.files.image import Image
 from safenav.world.files.pixels import Blocked, Layout
@@ -159,7 +160,7 @@ def _settings(item: Mapping, findings: Findings) -> RosMap | None:
         hint = "save it again with 'mode: trinary'"
         findings.add(node, "maps of the mode 'raw', whose pixels are occupancies", hint)
     else:
-        read.choice(node, "'mode'", Mode, findings)
+        read.choice(node, "'mode'", findings, by_word(Mode))
     resolution = read.positive(item.get("resolution"), "'resolution'", findings)
     origin = read_origin(item.get("origin"), "'origin'", findings)
     occupied_thresh, free_thresh = (
