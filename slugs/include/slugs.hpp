@@ -26,8 +26,8 @@
 //     std::cout << (check.accepted ? strategy : check.reason);
 //   }
 //
-// The text is slugsin or structuredslugs, told apart by content.  There is no
-// global state: any number of objects may live side by side, each used by one
+// The specification is slugsin or structuredslugs; its content decides which.
+// There is no global state: objects are independent, and each may be used by one
 // thread at a time.
 
 #pragma once
@@ -42,13 +42,13 @@
 
 namespace slugs {
 
-// what() holds all mistakes of the text as the command prints them: place,
-// source line, caret, hint.
+// what() lists all errors in the format of the command: location, source line,
+// caret, hint.
 struct InvalidSpecification : std::invalid_argument {
   using std::invalid_argument::invalid_argument;
 };
 
-// A limit was reached or the run was interrupted; what() says how far it got.
+// A limit was reached or the run was interrupted; what() reports the progress.
 struct Stopped : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -56,48 +56,48 @@ struct Stopped : std::runtime_error {
 class Synthesis {
 public:
   struct Settings {
-    bool robotics_init = false;   // every position with ENV_INIT & SYS_INIT must be winning
+    bool robotics_init = false;   // every state with ENV_INIT & SYS_INIT must be winning
     bool bias_for_action = false; // prefer moves towards a goal to waiting for an assumption
-    // From the construction on; the default never ends.
+    // Time limit from construction; default: none.
     std::chrono::duration<double> time = std::chrono::duration<double>::max();
-    std::size_t memory_bytes = static_cast<std::size_t>(-1); // of the solver's tables
-    const std::atomic<bool> *interrupted = nullptr;          // stops when it becomes true
+    std::size_t memory_bytes = static_cast<std::size_t>(-1); // limit of the solver's tables
+    const std::atomic<bool> *interrupted = nullptr;          // stop request, polled while solving
   };
 
   struct Check {
     bool accepted;
-    std::string reason; // of a rejection
+    std::string reason; // reason for a rejection, else empty
   };
 
-  // `name` stands for the text in messages.  Throws InvalidSpecification.
+  // `name`: name of the specification in messages.  Throws InvalidSpecification.
   explicit Synthesis(std::string text);
   Synthesis(std::string text, const Settings &settings, std::string name = "specification");
   ~Synthesis();
   Synthesis(Synthesis &&) noexcept;
   Synthesis &operator=(Synthesis &&) noexcept;
 
-  // What may be wrong though it is legal, in the form of InvalidSpecification.
+  // Return warnings about legal but suspicious parts, in the format of InvalidSpecification.
   std::string warnings() const;
 
-  // Solves at the first call.  Throws Stopped, after which only statistics()
-  // and what does not solve can be called.
+  // Solve the game on the first call and return the verdict.  Throws Stopped; afterwards
+  // only statistics() and functions that do not solve may be called.
   bool realizable();
 
-  // The explicit strategy as JSON, of the system or of the environment.  Throw
-  // std::logic_error if the verdict is the other one, Stopped.  What a stream
-  // has received before Stopped is incomplete.
+  // Return or write the explicit strategy of the system or of the environment as JSON.
+  // Throw std::logic_error if the other player wins, and Stopped, which leaves the output
+  // incomplete.
   std::string strategy();
   void strategy(std::ostream &out);
   std::string counterstrategy();
   void counterstrategy(std::ostream &out);
 
-  // Model checking without the solver.  Throws std::invalid_argument if the
-  // text is not a strategy, Stopped.
+  // Model-check an explicit strategy without the solver.  Throw std::invalid_argument if
+  // the text is not a strategy, and Stopped.
   Check check_strategy(const std::string &json) const;
   Check check_counterstrategy(const std::string &json) const;
 
   std::string slugsin() const;    // the specification in slugsin
-  std::string statistics() const; // of the run so far, as JSON
+  std::string statistics() const; // statistics of the run so far, as JSON
 
   static const char *version();
 

@@ -1,4 +1,4 @@
-// Handles, collection, and how an operation on handles runs.
+// Handles, garbage collection, and execution of operations on handles.
 
 #include "bdd/bdd.hpp"
 
@@ -31,9 +31,8 @@ BddStore::BddStore(std::uint32_t bits, const std::vector<std::uint32_t> &order, 
   plan_collection();
 }
 
-// Runs an operation on handles.  One that grows too large or takes too long is
-// repeated in a better order.  Where memory is short, garbage is swept and the
-// operation repeated before it is given up.
+// Run an operation on handles.  If it exceeds its node or work limit, sift and
+// repeat it.  If memory is exhausted, collect garbage and repeat it once.
 template <typename Work> Bdd BddStore::run(const Work &work) {
   before_operation();
   for (unsigned given_up = 0;;) {
@@ -76,8 +75,8 @@ void BddStore::release_bounds() {
   operations_.most_operation_work = Operations::unlimited_work;
 }
 
-// Dead nodes cost memory and cache misses, collections cost time and results: a
-// short run stays small, a long one collects less often.
+// Dead nodes cost memory and cache misses; collections cost time and cached results.
+// So the first collections keep the table small, and later ones are rarer.
 void BddStore::plan_collection() {
   const std::size_t least = collections_ < 8 ? 1 << 16 : 1 << 18;
   collect_at_ = std::max(least, 3 * live_nodes());

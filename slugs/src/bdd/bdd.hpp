@@ -1,18 +1,16 @@
-// Boolean functions of pairs of variables, as decision diagrams made for
-// two-player games: what everybody uses.
+// Public interface of the BDD package: handles, and the store that owns all nodes.
 //
-// What is particular:
+// Differences from general packages such as CUDD:
 //
 // - Variables come in pairs, current and next, see unique_table.hpp.
-// - A set of quantified variables is a small number, not a diagram.
-// - No reference counts.  Handles (Bdd) form a list; nodes that no handle can
-//   reach are swept between operations, never within one.
+// - A set of quantified variables is an index, not a cube.
+// - There are no reference counts.  Handles (Bdd) form a linked list; garbage
+//   collection frees nodes that no handle reaches, between operations only.
 // - Reordering works in place: an edge keeps its function.  Any operation on
-//   handles may do so first, see reordering.hpp.
+//   handles may reorder first, see reordering.hpp.
 //
-// Below are the operations on edges (operations.hpp), for who visits diagrams
-// node by node, and the table of nodes (unique_table.hpp), which only the rest of
-// this folder knows.
+// Code that traverses diagrams node by node uses the operations on edges
+// (operations.hpp).  Only this folder accesses the unique table (unique_table.hpp).
 
 #pragma once
 
@@ -29,7 +27,7 @@ namespace slugs {
 class BddStore;
 class Reordering;
 
-// A handle: what it names survives collections.
+// Handle of a function: it protects its nodes from garbage collection.
 class Bdd {
 public:
   Bdd() = default;
@@ -73,7 +71,7 @@ private:
 
 class BddStore {
 public:
-  // `bits` pairs of variables; order[k] is the bit whose pair is at position k.
+  // `bits`: number of variable pairs; order[k]: bit whose pair is at position k.
   BddStore(std::uint32_t bits, const std::vector<std::uint32_t> &order, const Budget &budget);
   BddStore(const BddStore &) = delete;
   BddStore &operator=(const BddStore &) = delete;
@@ -81,7 +79,7 @@ public:
   Bdd constant(bool value) { return Bdd(*this, value ? bdd_true : bdd_false); }
   Bdd variable(Var v);
 
-  // Each may first collect garbage.
+  // Each operation may first collect garbage or reorder.
   Bdd conjunction(const Bdd &f, const Bdd &g);
   Bdd exclusive(const Bdd &f, const Bdd &g);
   Bdd choice(const Bdd &f, const Bdd &g, const Bdd &h); // if f then g else h
@@ -90,20 +88,20 @@ public:
   Bdd exists(const Bdd &f, VarSet set);
   Bdd forall(const Bdd &f, VarSet set);
   Bdd exists_both(const Bdd &f, const Bdd &g, VarSet set); // exists set. f & g
-  // f & !exists set. g & h, where f depends on no variable of the set.  Nothing is
-  // computed outside f, which often makes all the difference.
+  // f & !exists set. g & h, where f depends on no variable of the set.  Restricting
+  // the computation to f is often orders of magnitude faster.
   Bdd minus_exists_both(const Bdd &f, const Bdd &g, const Bdd &h, VarSet set);
-  // Relabels current to next variables; f must depend on no next variable.
+  // Rename current to next variables; f must not depend on next variables.
   Bdd to_next(const Bdd &f);
-  // Relabels next to current variables; f must depend on no current variable.
+  // Rename next to current variables; f must not depend on current variables.
   Bdd to_current(const Bdd &f);
-  // A function that agrees with f wherever `care` holds, often smaller
+  // Return a function that agrees with f on the care set, often a smaller one
   // (Coudert and Madre 1990, "restrict").  `care` must not be false.
   Bdd simplify(const Bdd &f, const Bdd &care);
 
   bool evaluate(Edge f, const std::vector<bool> &value_of_var) const;
-  double count(const Bdd &f, const std::vector<Var> &over) const; // valuations of `over` ⊇ support
-  std::vector<bool> some_valuation(const Bdd &f) const;           // by variable; f is not false
+  double count(const Bdd &f, const std::vector<Var> &over) const; // satisfying valuations; `over` ⊇ support
+  std::vector<bool> some_valuation(const Bdd &f) const;           // indexed by variable; f is not false
   std::vector<Var> support(const Bdd &f);                         // ascending
   std::size_t size(const Bdd &f);                                 // nodes, without the constant
 
@@ -111,30 +109,30 @@ public:
   std::uint32_t level_of(Var v) const { return operations_.table().level_of(v); }
   Var var_at(std::uint32_t level) const { return operations_.table().var_at(level); }
 
-  // Without handles, for extraction: results live until the next operation
-  // that can collect.
+  // Operations without handles, for extraction: results are valid until the next
+  // operation that can collect.
   Operations &edges() { return operations_; }
-  void make_room() { before_operation(); } // collects if it is time to
+  void make_room() { before_operation(); } // collect garbage or reorder if due
   void collect();
 
   MemoryAccount &account() { return account_; }
-  // As of the last collection plus all made since.
+  // Survivors of the last collection plus all nodes created since.
   std::size_t live_nodes() const { return operations_.table().live(); }
-  std::size_t collected_nodes() const { return collected_; } // that survived the last collection
+  std::size_t collected_nodes() const { return collected_; } // survivors of the last collection
   std::size_t peak_nodes() const { return operations_.table().peak(); }
   std::uint64_t collections() const { return collections_; }
   std::uint64_t reorderings() const { return reorderings_; }
-  std::uint64_t work() const { return operations_.work(); }    // steps of operations so far
-  std::uint64_t sifting_work() const { return sifting_work_; } // nodes visited by reordering so far
+  std::uint64_t work() const { return operations_.work(); }    // operation steps so far
+  std::uint64_t sifting_work() const { return sifting_work_; } // nodes visited by sifting so far
 
-  // Throws std::logic_error if an invariant is broken.  For tests.
+  // Throw std::logic_error if an invariant is violated.
   void assert_consistent() const;
 
 private:
   friend class Bdd;
   friend class CollectionPause;
-  friend class Reordering; // says when
-  friend class Sifting;    // says how
+  friend class Reordering; // policy
+  friend class Sifting;    // mechanism
 
   template <typename Work> Bdd run(const Work &work);
   void before_operation();
@@ -155,7 +153,7 @@ private:
   std::uint64_t sifting_work_ = 0;
 };
 
-// While it lives, edges without handles stay valid until collect() is called.
+// Scope in which only explicit calls of collect() invalidate edges without handles.
 class CollectionPause {
 public:
   explicit CollectionPause(BddStore &store) : store_(store) { store.collection_allowed_ = false; }

@@ -1,5 +1,5 @@
-// What must hold of the table between operations.  Debug builds look after each
-// reordering, tests whenever they like.
+// Invariants of the unique table between operations.  Debug builds check them after
+// each reordering.
 
 #include "bdd/bdd.hpp"
 #include "bdd/unique_table.hpp"

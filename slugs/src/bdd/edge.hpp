@@ -1,4 +1,4 @@
-// The words of the diagrams.
+// Edges and variables.
 //
 // An edge is twice a node index, plus one if complemented.  Node 0 is the
 // constant false, so the edges 0 and 1 are false and true.  Variables come in
@@ -12,7 +12,7 @@ namespace slugs {
 
 using Edge = std::uint32_t;
 using Var = std::uint32_t;
-using VarSet = std::uint32_t; // named by BddStore::make_set
+using VarSet = std::uint32_t; // index returned by BddStore::make_set
 
 inline constexpr Edge bdd_false = 0;
 inline constexpr Edge bdd_true = 1;

@@ -1,5 +1,5 @@
-// A hash table from edges, or other numbers above 0, to small values: with
-// nothing but what that takes, for where a general one would be most of the work.
+// A minimal hash table from positive numbers, such as edges, to small values, for
+// loops in which std::unordered_map would dominate the run time.
 
 #pragma once
 
@@ -16,7 +16,7 @@ template <typename Value> class EdgeTable {
 public:
   explicit EdgeTable(MemoryAccount &account) : slots_(account) { slots_.resize(64); }
 
-  // Valid until the next add() or clear(); null if there is none.
+  // Return the value of the key, or null.  Valid until the next add() or clear().
   const Value *find(std::uint32_t key) const {
     const Slot &slot = slots_[place_of(key)];
     return slot.key ? &slot.value : nullptr;
@@ -41,7 +41,7 @@ private:
     Value value;
   };
 
-  // Where the key is, or would be.
+  // Return the index of the slot that contains the key, or of the empty slot for it.
   std::size_t place_of(std::uint32_t key) const {
     std::size_t place = (key * golden_multiplier >> 32) & (slots_.size() - 1);
     while (slots_[place].key && slots_[place].key != key)

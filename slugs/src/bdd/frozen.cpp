@@ -1,4 +1,4 @@
-// Writing a diagram down and building it again.
+// Copying a diagram out of the store and rebuilding it.
 
 #include "bdd/frozen.hpp"
 
@@ -11,7 +11,7 @@ namespace slugs {
 FrozenBdd::FrozenBdd(BddStore &store, const Bdd &f) : nodes_(store.account()) {
   const Operations &edges = store.edges();
   std::vector<Node> list;
-  EdgeTable<std::uint32_t> places(store.account()); // by node
+  EdgeTable<std::uint32_t> places(store.account()); // positions in `list`, from 1, by node
   const auto visit = [&](const auto &self, Edge e) -> Edge {
     if (edges.is_terminal(e))
       return e;

@@ -1,10 +1,9 @@
-// A function put aside.
+// A function stored outside of the BDD store.
 //
-// The fixpoints keep one set of states for each round of each goal, for later.
-// As diagrams in the store these would outweigh what is being worked on: every
-// collection would mark them, and sifting would find an order that suits them
-// and not the relations.  Outside they are lists of nodes that any later order
-// can read back.
+// The fixpoints keep one set of states per round and goal for the strategy.  In the
+// store these sets would outweigh the relations: every collection would mark them,
+// and sifting would optimize the order for them.  As lists of nodes they can be
+// rebuilt in any later order.
 
 #pragma once
 
@@ -17,7 +16,7 @@ public:
   FrozenBdd(BddStore &store, const Bdd &f);
   Bdd thaw(BddStore &store) const;
   std::size_t size() const { return nodes_.size(); }
-  // Its value where value_of(variable) says that of each variable.
+  // Evaluate the function; value_of(variable) returns the value of a variable.
   template <typename Values> bool evaluate(const Values &value_of) const {
     Edge e = root_;
     while (e > 1) {
@@ -30,9 +29,9 @@ public:
 private:
   struct Node {
     Var var;
-    Edge low, high; // positions in nodes_, from 1, as indices of edges; 0 is the constant
+    Edge low, high; // edges whose node indices are positions in nodes_, from 1; 0: constant
   };
-  CountedArray<Node> nodes_; // operands first
+  CountedArray<Node> nodes_; // children before parents
   Edge root_ = bdd_false;
 };
 

@@ -1,5 +1,4 @@
-// What can be asked of a function: its value, its valuations, its variables, its
-// size.
+// Evaluation, satisfying valuations, support and size of functions.
 
 #include "bdd/bdd.hpp"
 
@@ -26,8 +25,8 @@ std::vector<bool> BddStore::some_valuation(const Bdd &f) const {
 }
 
 double BddStore::count(const Bdd &f, const std::vector<Var> &over) const {
-  // The fraction of valuations that satisfy, then scaled: no levels to count.
-  // An edge and its complement are visited apart, because 1 - x would cancel.
+  // Compute the fraction of satisfying valuations and scale it, which needs no levels.
+  // An edge and its complement are visited separately, since 1 - x loses precision.
   std::unordered_map<Edge, double> fraction{{bdd_false, 0.0}, {bdd_true, 1.0}};
   const auto visit = [&](const auto &self, Edge e) -> double {
     const auto known = fraction.find(e);

@@ -1,4 +1,4 @@
-// How large the cache is, see operation_cache.hpp.
+// Size of the operation cache.
 
 #include "bdd/operation_cache.hpp"
 
@@ -11,8 +11,8 @@ OperationCache::OperationCache(MemoryAccount &account) : account_(account), entr
 }
 
 void OperationCache::fit(std::size_t nodes) {
-  // As many entries as nodes while both fit a processor's caches, then a quarter:
-  // a larger table finds little more and costs a memory access for each look.
+  // One entry per node while both fit the processor's caches, then one per four
+  // nodes: a larger cache has few more hits, and each lookup is a memory access.
   constexpr std::size_t near = 1u << 18, largest = 1u << 21;
   const std::size_t wanted = std::min(std::max(std::min(nodes, near), nodes / 4), largest);
   const std::size_t old = entries_.size();
@@ -22,7 +22,7 @@ void OperationCache::fit(std::size_t nodes) {
   if (size == old || !account_.has_room((size - old) * sizeof(Entry)))
     return;
   entries_.resize(size);
-  // Entries move up by a multiple of the old size, or stay.
+  // An entry stays, or moves up by a multiple of the old size.
   for (std::size_t i = 0; i < old; ++i) {
     const Entry entry = entries_[i];
     Entry &moved = entries_[place_of(entry.f_and_operation, entry.g, entry.h)];

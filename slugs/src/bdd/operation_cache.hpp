@@ -1,5 +1,5 @@
-// Results of operations that are already known: direct-mapped, the newer result
-// wins.  One for all operations; it grows with the table of nodes.
+// The operation cache, one for all operations: direct-mapped, so a new result
+// replaces an old one.  It grows with the unique table.
 
 #pragma once
 
@@ -14,7 +14,7 @@
 namespace slugs {
 
 enum class Operation : std::uint32_t {
-  Simplify, // 0, which is safe since its first operand is never constant: no key is 0
+  Simplify, // value 0 is safe: its first operand is never constant, so no key is 0
   And,
   Xor,
   Choice,
@@ -29,7 +29,7 @@ class OperationCache {
 public:
   explicit OperationCache(MemoryAccount &account);
 
-  // Whether the result is known.
+  // Look up a result and return whether it is cached.
   bool find(Operation op, Edge f, std::uint32_t g, std::uint32_t h, Edge &result) const {
     const std::uint32_t key = key_of(op, f);
     const Entry &entry = entries_[place_of(key, g, h)];
@@ -44,7 +44,7 @@ public:
   }
 
   void clear() { entries_.clear_to_zero(); }
-  // Forgets results that refer to dead edges.
+  // Remove results that refer to dead edges.
   template <typename Dead> void forget(const Dead &dead) {
     for (std::size_t i = 0; i < entries_.size(); ++i) {
       Entry &entry = entries_[i];
@@ -57,7 +57,7 @@ public:
         entry = {};
     }
   }
-  // As is good for so many nodes, if there is room.
+  // Grow to the size suited to this many nodes, if memory allows.
   void fit(std::size_t nodes);
 
 private:
@@ -69,10 +69,10 @@ private:
   };
   static constexpr unsigned operation_shift = 29;
   static_assert(static_cast<std::uint32_t>(Operation::count) <= 1u << (32 - operation_shift),
-                "the key of a result has no bit left for another operation");
+                "the cache key has no bit left for another operation");
 
-  // The others are numbers: a set of variables; for Shift a direction, 0 or 1, which as
-  // edges are always alive.
+  // Other operands are numbers: a set of variables, or the direction of Shift, 0 or 1,
+  // which are live as edges.
   static bool second_is_edge(Operation op) { return op != Operation::Exists; }
   static bool third_is_edge(Operation op) {
     return op == Operation::Choice || op == Operation::MinusExistsBoth;

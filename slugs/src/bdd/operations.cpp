@@ -1,4 +1,4 @@
-// Each operation is a recursion on the topmost variable with one shared cache
+// Each operation recurses on the topmost variable; all share one operation cache
 // (Bryant 1986).  The relational product conjoins and quantifies in one pass,
 // which avoids the often huge conjunction (Burch, Clarke and Long 1991).
 
@@ -41,7 +41,7 @@ void Operations::sweep() {
   table_.sweep();
 }
 
-// Whether the result is known.  If not, whoever asks computes it: a step of work.
+// Look up a result and return whether it is cached.  A miss counts as a step of work.
 inline bool Operations::known_or_step(Operation op, Edge f, Edge g, Edge h, Edge &result) {
   if (cache_.find(op, f, g, h, result))
     return true;
@@ -184,8 +184,7 @@ Edge Operations::exists_both(Edge f, Edge g, VarSet set) {
   const Var v = table_.var_at(l);
   const Edge r0 = exists_both(f0, g0, set);
   if (sets_[set].contains[v]) {
-    // If r0 is f1, then f1 is free of the set, and contains whatever the high
-    // branch adds.
+    // If r0 is f1 (or g1), it does not depend on the set and contains the high branch.
     if (r0 == bdd_true || r0 == f1 || r0 == g1)
       result = r0;
     else
@@ -198,7 +197,8 @@ Edge Operations::exists_both(Edge f, Edge g, VarSet set) {
   return result;
 }
 
-// Three operands leave no room for the set in the key of a result.
+// The cache key of three operands has no room for the set, so the cache holds the
+// results of one set at a time.
 void Operations::announce_minus(VarSet set) {
   if (minus_set_ == set)
     return;
@@ -206,8 +206,8 @@ void Operations::announce_minus(VarSet set) {
   minus_set_ = set;
 }
 
-// Where g and h have a quantified variable on top, what their first halves leave of
-// f is all that their second halves have to look at.
+// If the top variable is quantified, the high branches of g and h are evaluated only
+// on the part of f that remains after the low branches.
 Edge Operations::minus_exists_both(Edge f, Edge g, Edge h, VarSet set) {
   assert(set == minus_set_);
   if (f == bdd_false)
@@ -256,7 +256,7 @@ Edge Operations::shift(Edge f, Direction direction) {
     return result ^ complement;
   const UniqueTable::Node &n = table_.node_of(f);
   const Var v = n.var;
-  // A function of both copies would fold them into one.
+  // In a function of both copies, renaming would merge the two variables of a pair.
   assert(v % 2 == (direction == ToNext ? 0 : 1));
   const Edge f0 = n.low, f1 = n.high;
   const Edge r0 = shift(f0, direction);
@@ -306,7 +306,7 @@ Edge Operations::cofactor(Edge f, Var v, bool value) {
     return f;
   if (table_.level(f) == l)
     return value ? table_.high_of(f) : table_.low_of(f);
-  // As "restrict" with one literal as the care set, whose cache it shares.
+  // Restrict to a literal as the care set, which shares the cache with simplify().
   const Edge literal = table_.make(v, bdd_false, bdd_true);
   return simplify(f, value ? literal : literal ^ 1);
 }

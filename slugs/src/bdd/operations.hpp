@@ -1,7 +1,7 @@
-// Operations on functions as edges.
+// Operations on edges.
 //
-// Nothing here collects garbage: a result lives until whoever owns the table
-// sweeps it.  A set of quantified variables is a small number, not a diagram.
+// They never collect garbage: a result is valid until the owner of the table sweeps
+// it.  A set of quantified variables is an index, not a cube.
 
 #pragma once
 
@@ -14,7 +14,7 @@
 
 namespace slugs {
 
-// Thrown by an operation when there has been more work than Operations::most_work.
+// Thrown by an operation when the total work exceeds Operations::most_work.
 struct Overworked {};
 
 class Operations {
@@ -29,9 +29,9 @@ public:
   Edge low_of(Edge f) const { return table_.low_of(f); }
   Edge high_of(Edge f) const { return table_.high_of(f); }
 
-  // "if v then high else low"; v above both.
+  // "if v then high else low", where v is above both operands in the order.
   Edge node(Var v, Edge low, Edge high) { return table_.make(v, low, high); }
-  // The same, wherever v is.
+  // The same for any position of v.
   Edge branch(Var v, Edge low, Edge high);
   Edge cofactor(Edge f, Var v, bool value);
 
@@ -45,25 +45,25 @@ public:
   bool is_empty(VarSet set) const { return sets_[set].empty; }
   Edge exists(Edge f, VarSet set);
   Edge exists_both(Edge f, Edge g, VarSet set); // exists set. f & g
-  // f & !exists set. g & h, where f depends on no variable of the set, which has
-  // been announced.
+  // f & !exists set. g & h, where f depends on no variable of the set.  The set must
+  // be that of the last call of announce_minus.
   void announce_minus(VarSet set);
   Edge minus_exists_both(Edge f, Edge g, Edge h, VarSet set);
-  // Relabels current to next variables or back; f must depend on one kind only.
+  // Rename current to next variables or back; f must depend on one kind only.
   enum Direction : Edge { ToCurrent = 0, ToNext = 1 };
   Edge shift(Edge f, Direction direction);
-  // Agrees with f wherever `care` holds; `care` is not false.
+  // Return a function that agrees with f on the care set, which must not be false.
   Edge simplify(Edge f, Edge care);
 
-  // Frees all nodes without a mark, and forgets what was known of them.
+  // Free all unmarked nodes and remove their cached results.
   void sweep();
-  // Forgets results, so that what an operation costs does not depend on the past.
+  // Clear the cache, so that the cost of an operation does not depend on earlier ones.
   void clear_cache() { cache_.clear(); }
   void order_changed();
 
   static constexpr std::uint64_t unlimited_work = static_cast<std::uint64_t>(-1);
-  std::uint64_t work() const { return work_; } // steps so far
-  // How far work() may come; checked now and then.
+  std::uint64_t work() const { return work_; } // steps that missed the cache so far
+  // Limits of work(), checked every 16384 steps.
   std::uint64_t most_work = unlimited_work;           // else Overworked
   std::uint64_t most_operation_work = unlimited_work; // else Outgrown
 
@@ -72,8 +72,8 @@ public:
 
 private:
   struct QuantifiedSet {
-    std::vector<std::uint8_t> contains; // by variable
-    std::uint32_t last_level = 0;       // of its members
+    std::vector<std::uint8_t> contains; // indexed by variable
+    std::uint32_t last_level = 0;       // lowest level of a member
     bool empty = true;
   };
 
@@ -84,7 +84,7 @@ private:
   UniqueTable table_;
   std::uint64_t work_ = 0;
   std::vector<QuantifiedSet> sets_;
-  VarSet minus_set_ = 0; // of the results of MinusExistsBoth that are known
+  VarSet minus_set_ = 0; // set of the cached results of MinusExistsBoth
 };
 
 } // namespace slugs

@@ -1,5 +1,5 @@
-// How many edges lead to each node, those of handles included: while diagrams are
-// sifted, a node dies with the last of them.
+// Reference counts of nodes, including references of handles.  They exist only
+// during sifting, which frees a node with its last reference.
 
 #pragma once
 
@@ -16,21 +16,21 @@ class References {
 public:
   explicit References(MemoryAccount &account) : counts_(account) {}
 
-  // Makes place for so many nodes; those that are new have no reference.
+  // Extend the table to this many nodes; new nodes have no references.
   void cover(std::size_t nodes) {
     if (nodes > counts_.size())
       counts_.resize(nodes);
   }
   void add(Edge e) { ++counts_[e >> 1]; }
-  // Whether none is left.
+  // Remove one reference and return whether none is left.
   bool remove_last(Edge e) {
-    assert(counts_[e >> 1] > 0); // else an edge was lost, or is followed twice
+    assert(counts_[e >> 1] > 0); // else a reference was not counted, or removed twice
     return --counts_[e >> 1] == 0;
   }
   bool has_any(Edge e) const { return counts_[e >> 1] > 0; }
 
 private:
-  CountedArray<std::uint32_t> counts_; // by node
+  CountedArray<std::uint32_t> counts_; // indexed by node
 };
 
 } // namespace slugs

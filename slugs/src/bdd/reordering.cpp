@@ -1,4 +1,4 @@
-// The policy; the mechanism is in sifting.cpp.
+// When and how long to sift.
 
 #include "bdd/reordering.hpp"
 
@@ -12,8 +12,8 @@ namespace {
 
 constexpr std::size_t first_sift = 1u << 14;
 constexpr std::size_t first_allowance = 1u << 18;
-// How far a pair may make diagrams grow on its way. Early sifts are followed by others,
-// and in the fixpoint the order has been settled: there a long way rarely pays.
+// Growth of the diagrams tolerated while a pair moves.  Early sifts are followed by
+// others, and in the fixpoint the order is already good: there less growth suffices.
 constexpr double growth = 1.2, early_growth = 1.1, late_growth = 1.05;
 constexpr std::uint64_t least_work = 1u << 21;
 constexpr std::uint64_t unlimited = std::numeric_limits<std::uint64_t>::max();
@@ -54,7 +54,7 @@ std::uint64_t Reordering::most_work() const {
 }
 
 void Reordering::before_operation() {
-  // What survives a collection may be almost as much.
+  // A collection may free little: require enough new nodes since the last one.
   const std::size_t least = std::max(sift_at_, store_.collected_nodes() + sift_at_ / 8);
   if (!active_ || settled_ || store_.live_nodes() < least)
     return;
@@ -64,7 +64,7 @@ void Reordering::before_operation() {
     return;
   SiftingLog log;
   sift(store_, log, early_growth, gamble());
-  // Where sifting gains little, more sifting gains nothing.
+  // If sifting gained little, postpone the next attempt.
   plan(much_less(store_.live_nodes(), before) ? 2 : 16);
 }
 
@@ -83,11 +83,11 @@ void Reordering::after_giving_up(unsigned times) {
   indulgence_ *= gained ? 2 : 8;
 }
 
-// One pass moves each pair once, with all others where they happened to be;
-// later passes often gain more than the first.
+// Sift repeatedly.  A pass moves each pair once, given the present positions of all
+// others; later passes often gain more than the first.
 SiftingLog Reordering::sift_thoroughly() {
   constexpr int most_passes = 6;
-  // A pass is quadratic in the pairs: where they are very many, it is a gamble, too.
+  // A pass is quadratic in the number of pairs, so very many pairs need a budget.
   constexpr std::uint32_t many = 1000;
   const std::uint64_t budget = store_.bits() > many ? gamble() : unlimited;
   SiftingLog log;
@@ -113,8 +113,8 @@ void Reordering::settle() {
   worked_ = store_.work();
 }
 
-// The work of a step in the present order, from an empty cache; at most `limit`
-// or a little more.
+// Measure the work of a step in the present order, starting with an empty cache and
+// stopping slightly above `limit`.
 std::uint64_t Reordering::cost(const Work &step, std::uint64_t limit) {
   store_.operations_.clear_cache();
   const std::uint64_t before = store_.work();
@@ -141,8 +141,8 @@ void Reordering::between_steps(const Work &step) {
   const std::uint64_t old_cost = cost(step, unlimited);
   const std::uint64_t looked = store_.sifting_work();
   SiftingLog log;
-  // Often so much was worked only because the game is large, in steps that are cheap:
-  // then it is a gamble.
+  // Much work may only mean that the game is large and its steps are cheap.  Then the
+  // gain is uncertain, and sifting may take only a share of the work.
   constexpr std::uint64_t share = 8;
   if (dear(store_.live_nodes()))
     sift_all(store_, log, late_growth, std::max(work / share, old_cost));
@@ -157,19 +157,20 @@ void Reordering::between_steps(const Work &step) {
     undo_sifting(store_, log);
   const bool gained = new_cost < old_cost - old_cost / 5;
   const std::uint64_t spent = (store_.sifting_work() - looked) / 2 + std::min(new_cost, old_cost);
-  // Where sifting gains little, more sifting gains nothing.
+  // If sifting gained little, postpone the next attempt.
   plan(gained ? 4 : 16);
   patience_ = (gained ? 2 : 16) * spent;
   worked_ = store_.work();
 }
 
-// About the work of sifting this many nodes, twice over: what must have been
-// worked before that is worth a try.
+// Estimate twice the work of sifting this many nodes: the work that should precede
+// an attempt.
 std::uint64_t Reordering::effort(std::size_t nodes) const { return std::uint64_t{4} * store_.bits() * nodes; }
 
-// Nodes to visit without success before sifting is given up where it may gain nothing.
-// All pairs of a diagram of the first size must have their turn (genbuf_100 ends
-// with 25,000 nodes instead of 600 otherwise), but not if they are tens of thousands.
+// Return the number of nodes that sifting may visit without success where its gain is
+// uncertain.  It suffices to move all pairs of a diagram of size first_sift (else
+// genbuf_100 ends with 25,000 nodes instead of 600), unless there are tens of
+// thousands of pairs.
 std::uint64_t Reordering::gamble() const {
   constexpr std::uint64_t least = 1u << 22, most = 1u << 24;
   return std::clamp(effort(first_sift), least, most);

@@ -1,23 +1,21 @@
-// When diagrams are reordered, and how much that may cost.
+// Reordering policy: when to sift, and at what cost.
 //
-// The convention is that of garbage collection: any operation on handles may
-// reorder the diagrams first, or give up, reorder and start again; none does
-// while a CollectionPause lives.  Nobody has to ask for it.
+// As with garbage collection, any operation on handles may reorder first, or abort,
+// reorder and restart, except within the scope of a CollectionPause.  Callers do
+// not request it.
 //
-// The start order is a guess, and between a good and a bad order lie factors of
-// thousands.  So there are three occasions:
+// The start order is heuristic, and the order can change the size of diagrams by
+// factors of thousands.  Sifting takes place in three situations:
 //
-// - An operation that makes far more nodes than there were is given up: the
-//   diagrams are sifted, and it restarts ("dynamic reordering" in CUDD,
-//   Somenzi 1998).  Sifting the operands is cheap and often enough.  Where it is
-//   not, what the operation had made so far says what the product is going to
-//   look like: its nodes are sifted together with the operands.
-// - While the game is being built and its states are being explored, diagrams
-//   that have grown are sifted before they are worked on.
-// - In the fixpoints the same step is taken repeatedly.  There the aim is
-//   not small diagrams but cheap steps, and sometimes the former makes the latter
-//   more expensive.  So a step is measured before and after, and if sifting was for the
-//   worse, the former order is restored.
+// - An operation creates far more nodes than there were.  It is aborted and
+//   restarted after sifting ("dynamic reordering" in CUDD, Somenzi 1998).  Sifting the
+//   operands is cheap and often sufficient.  If not, the nodes of the aborted result
+//   indicate the shape of the complete result: they are sifted with the operands.
+// - While the game is built and its states are explored, diagrams that have grown are
+//   sifted before the next operation.
+// - Fixpoints repeat the same step.  The aim is then a cheap step, not small diagrams,
+//   which sometimes make the step more expensive.  So the step is measured before and
+//   after sifting, and the former order is restored if the step became more expensive.
 
 #pragma once
 
@@ -31,28 +29,29 @@ namespace slugs {
 
 class Reordering {
 public:
-  // The store obeys it for as long as it lives.
+  // Apply the policy to the store during the lifetime of the object.
   explicit Reordering(BddStore &store);
   ~Reordering();
   Reordering(const Reordering &) = delete;
   Reordering &operator=(const Reordering &) = delete;
 
-  // The relations are as they will stay: one thorough sift, then only at steps.
+  // Sift the complete relations thoroughly; then sift only in between_steps() and when
+  // an operation is aborted.
   void settle();
 
-  // In a fixpoint, between steps: `step` is one such as those to come.
+  // Sift in a fixpoint if it is worthwhile; `step` is representative of the next steps.
   using Work = std::function<void()>;
   void between_steps(const Work &step);
 
 private:
   friend class BddStore;
 
-  // Called by the store.  How many nodes may live, and how far work() may have
-  // come, before an operation that starts now is given up:
+  // Called by the store.  The limits of live_nodes() and work() at which an operation
+  // that starts now is aborted:
   std::size_t most_nodes() const;
   std::uint64_t most_work() const;
   void before_operation();
-  // An operation made more; it was given up `times` times.
+  // Sift after an operation was aborted for the `times`-th time.
   void after_giving_up(unsigned times);
 
   SiftingLog sift_thoroughly();
@@ -63,12 +62,12 @@ private:
 
   BddStore &store_;
   bool settled_ = false;
-  bool active_ = true; // not while a step is measured, nor in our own operations
+  bool active_ = true; // false while a step is measured and during sifting itself
   std::size_t sift_at_;
-  std::size_t allowance_;        // of nodes for an operation
-  std::uint64_t indulgence_ = 1; // of work for an operation, in efforts
-  std::uint64_t worked_ = 0;     // when a step was last measured
-  std::uint64_t patience_ = 0;   // work until the next time
+  std::size_t allowance_;        // nodes that an operation may create
+  std::uint64_t indulgence_ = 1; // work that an operation may take, as a multiple of effort()
+  std::uint64_t worked_ = 0;     // work() at the last measurement of a step
+  std::uint64_t patience_ = 0;   // work from then to the next measurement
 };
 
 } // namespace slugs

@@ -1,10 +1,10 @@
 // Exchanging two adjacent levels rewrites only those nodes of the upper level
-// that have a child on the lower one, and keeps what every edge means.  A pair
-// (x, x') passes another one by four such exchanges.  Each pair travels to the
-// nearer end, then to the other end, then to where the diagrams were smallest.
+// that have a child on the lower one, and every edge keeps its function.  Four such
+// exchanges swap two adjacent pairs (x, x').  Each pair moves to the nearer end of
+// the order, then to the other end, then to the position of the smallest size.
 //
-// Only while sifting are references counted: the size of the diagrams after each
-// exchange has to be exact.
+// Reference counts exist only during sifting, which needs the exact size after each
+// exchange.
 
 #include "bdd/sifting.hpp"
 
@@ -70,9 +70,10 @@ public:
   }
 
 private:
-  // Counts references.  Drops what no handle reaches, or holds it for itself.
+  // Count references.  Nodes that no handle reaches are collected (Roots::Handles), or
+  // protected by a reference of their own (Roots::All).
   void prepare(Roots roots) {
-    assert(store_.collection_allowed_); // whoever holds edges without handles relies on the order
+    assert(store_.collection_allowed_); // users of edges without handles rely on the order
     if (roots == Roots::Handles)
       store_.collect();
     table_.clear_marks();
@@ -104,7 +105,7 @@ private:
         exchange_pairs(down ? at : at - 1);
         at = down ? at + 1 : at - 1;
         if (down ? at <= start : at >= start)
-          continue; // on the way back, where it has been before
+          continue; // returning through positions already measured
         if (table_.live_ < best) {
           best = table_.live_;
           best_at = at;
@@ -129,7 +130,7 @@ private:
     exchange(2 * p);
     exchange(2 * p + 2);
     exchange(2 * p + 1);
-    // A current variable is right above its next one: to_next relabels.
+    // to_next relies on each current variable being directly above its next variable.
     assert(table_.var_at_level_[2 * p + 1] == (table_.var_at_level_[2 * p] | 1) &&
            table_.var_at_level_[2 * p + 3] == (table_.var_at_level_[2 * p + 2] | 1));
   }
@@ -140,12 +141,12 @@ private:
     table_.level_of_var_[upper] = l + 1;
     table_.level_of_var_[lower] = l;
     std::vector<std::uint32_t> &uppers = nodes_of_[upper];
-    store_.sifting_work_ += uppers.size() + 1; // an empty level is a step, too
+    store_.sifting_work_ += uppers.size() + 1; // an empty level also counts
     moved_.clear();
     std::size_t kept = 0;
     for (const std::uint32_t n : uppers) {
       const UniqueTable::Node &node = table_.nodes_[n];
-      // A list may name nodes that died, and twice those that came back.
+      // The list may contain freed nodes, and reused nodes twice.
       if (node.var != upper || table_.marked(n))
         continue;
       table_.set_mark(n);
@@ -160,7 +161,7 @@ private:
     for (const std::uint32_t n : moved_) {
       table_.marks_[n >> 5] = 0;
       unchain(n);
-      // Outside the table until rewritten, also if the table grows meanwhile.
+      // Keep the node out of the table until it is rewritten, even if the table grows.
       table_.nodes_[n].var = UniqueTable::free_var;
     }
     for (const std::uint32_t n : moved_)
@@ -185,7 +186,7 @@ private:
     release(high);
   }
 
-  // The node "if v then high else low", with one more reference.
+  // Return the node "if v then high else low" and add a reference to it.
   Edge child(Var v, Edge low, Edge high) {
     const std::size_t before = table_.live_;
     const Edge e = table_.make(v, low, high);
@@ -224,7 +225,7 @@ private:
   UniqueTable &table_;
   double growth_;
   References references_;
-  std::vector<std::vector<std::uint32_t>> nodes_of_; // by variable; may name nodes that died since
+  std::vector<std::vector<std::uint32_t>> nodes_of_; // indexed by variable; may contain freed nodes
   std::vector<std::uint32_t> moved_;
 };
 

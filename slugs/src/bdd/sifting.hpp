@@ -1,5 +1,5 @@
-// Reordering in place by sifting (Rudell 1993), a pair of variables at a time:
-// how; when is decided in reordering.hpp.
+// In-place sifting (Rudell 1993) of variable pairs: the mechanism.  The policy is in
+// reordering.hpp.
 
 #pragma once
 
@@ -10,8 +10,8 @@
 
 namespace slugs {
 
-// What sifting did, so that it can be undone: each pair that moved, and from
-// which position, in the order of the moves.
+// Log of sifting, for undoing it: each moved pair with its former position, in the
+// order of the moves.
 struct SiftedPair {
   std::uint32_t bit;
   std::uint32_t from;
@@ -20,17 +20,17 @@ using SiftingLog = std::vector<SiftedPair>;
 
 inline constexpr std::uint64_t unlimited_sifting = static_cast<std::uint64_t>(-1);
 
-// After a LimitReached out of any of these nothing but destruction is safe.
-// Where memory is short they do nothing.
+// If one of these functions throws LimitReached, the store may only be destroyed.
+// If memory for the reference counts is short, they have no effect.
 
-// Moves each pair to its best position, largest first.  Stops moving a pair when
-// the diagrams exceed `growth` times their best size.  Appends to the log.  Moves
-// no more pairs after it has visited `budget` nodes without effect; each time
-// that the diagrams have been halved the count restarts.
+// Move each pair to its best position, largest first, and append the moves to the log.
+// Stop moving a pair when the diagrams exceed `growth` times their best size.  Stop
+// entirely after `budget` visited nodes; the count restarts whenever the size has
+// halved.
 void sift(BddStore &store, SiftingLog &log, double growth = 1.2, std::uint64_t budget = unlimited_sifting);
-// The same for all nodes, also those that no handle can reach.  They are gone afterwards.
+// Sift as above, but minimize all nodes, including garbage; then collect the garbage.
 void sift_all(BddStore &store, SiftingLog &log, double growth, std::uint64_t budget);
-// The reverse moves: every order on the way has been there before.
+// Undo the logged moves in reverse; no order is visited that sifting did not visit.
 void undo_sifting(BddStore &store, const SiftingLog &log);
 
 } // namespace slugs

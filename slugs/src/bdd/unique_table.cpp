@@ -1,5 +1,4 @@
-// How nodes come and go.  The whole table is in unique_table.hpp; what must hold
-// of it, in consistency.cpp.
+// Creation, marking and sweeping of nodes.  consistency.cpp checks the invariants.
 
 #include "bdd/unique_table.hpp"
 
@@ -60,7 +59,8 @@ Edge UniqueTable::make(Var v, Edge low, Edge high) {
 }
 
 std::uint32_t UniqueTable::allocate() {
-  // Whatever throws comes first, so that a limit leaves the table consistent.
+  // Everything that can throw precedes all changes, so that limits leave the table
+  // consistent.
   if ((live_ & 0xFFF) == 0) {
     account_.budget().check();
     if (live_ > most_nodes_)
@@ -80,7 +80,7 @@ std::uint32_t UniqueTable::allocate() {
 }
 
 void UniqueTable::grow_nodes() {
-  // By half where memory counts, by two while it does not.
+  // Small tables double; large ones grow by half to save memory.
   const std::size_t old = nodes_.size();
   std::size_t size = old < (1u << 20) ? 2 * old : old + old / 2;
   if (old >= max_nodes)
@@ -107,7 +107,7 @@ void UniqueTable::grow_buckets() {
 
 void UniqueTable::mark(Edge f) {
   std::uint32_t n = f >> 1;
-  // Only the low branch recurses; recursion is as deep as there are levels.
+  // Only the low branch recurses; the depth is at most the number of levels.
   while (n && !marked(n)) {
     set_mark(n);
     mark(nodes_[n].low);
@@ -132,7 +132,7 @@ void UniqueTable::sweep() {
       free_node(n);
       continue;
     }
-    assert(node.var != free_var); // else somebody holds an edge to a node that is gone
+    assert(node.var != free_var); // else an edge to a freed node was in use
     const std::size_t b = bucket(node.var, node.low, node.high);
     node.chain = buckets_[b];
     buckets_[b] = n;

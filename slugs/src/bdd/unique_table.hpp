@@ -1,12 +1,13 @@
-// The nodes of all diagrams, each function once, and the order of the variables.
+// The unique table: the nodes of all diagrams, each function once, and the variable
+// order.
 //
-// The classical construction (Bryant 1986; Brace, Rudell and Bryant 1990) with
+// The standard construction (Bryant 1986; Brace, Rudell and Bryant 1990) with
 // complement edges and one table for all variables.  The low edge of a node is
-// never complemented; that makes the form canonical.  A pair of variables always
+// never complemented, which makes the form canonical.  A pair of variables always
 // occupies two adjacent levels, current above next, so that priming a function
-// is a relabelling of its nodes and keeps its shape.
+// renames its nodes and keeps its shape.
 //
-// Knows nothing of who needs which node: BddStore marks them and sweeps.
+// BddStore marks the nodes in use before it sweeps the table.
 
 #pragma once
 
@@ -21,16 +22,15 @@
 
 namespace slugs {
 
-// Thrown by an operation that makes more nodes or takes more steps than it may,
-// see BddStore::run().
+// Thrown by an operation that exceeds its node or work limit, see BddStore::run().
 struct Outgrown {};
 
 class UniqueTable {
 public:
   static constexpr std::size_t unbounded = static_cast<std::size_t>(-1);
 
-  // `bits` pairs of variables; order[k] is the bit whose pair is at position k.
-  // The cache grows with the table.
+  // `bits`: number of variable pairs; order[k]: bit whose pair is at position k;
+  // `cache`: operation cache, which grows with the table.
   UniqueTable(std::uint32_t bits, const std::vector<std::uint32_t> &order, MemoryAccount &account,
               OperationCache &cache);
 
@@ -54,30 +54,30 @@ public:
   std::uint32_t level_of(Var v) const { return level_of_var_[v]; }
   Var var_at(std::uint32_t level) const { return var_at_level_[level]; }
   std::uint32_t bits() const { return static_cast<std::uint32_t>(level_of_var_.size() / 2); }
-  // Of variables and of the constant's pseudo-variable, which is below all.
+  // Number of levels, including the last one for the constant's pseudo-variable.
   std::size_t levels() const { return level_of_var_.size(); }
 
-  // "if v then high else low".  The only way to make nodes; `v` is
-  // above the edges' variables.
+  // Return the node "if v then high else low", where v is above both operands in the
+  // order.  No other function creates nodes.
   Edge make(Var v, Edge low, Edge high);
 
-  // Marks say what is needed, or has been visited.
+  // Marks denote nodes in use, or visited by a traversal.
   void clear_marks() { marks_.clear_to_zero(); }
   bool marked(std::uint32_t n) const { return (marks_[n >> 5] >> (n & 31)) & 1; }
   void set_mark(std::uint32_t n) { marks_[n >> 5] |= 1u << (n & 31); }
-  void mark(Edge f); // and all below
+  void mark(Edge f); // including all descendants
   std::size_t count_marks() const;
-  // Frees all nodes that are not marked.
+  // Free all unmarked nodes.
   void sweep();
 
   std::size_t live() const { return live_; }
   std::size_t peak() const { return peak_; }
   std::size_t capacity() const { return nodes_.size(); }
-  // Outgrown leaves make() when there are more; checked now and then.
+  // Let make() throw Outgrown beyond this many nodes; checked every 4096 nodes.
   void limit_nodes(std::size_t most) { most_nodes_ = most; }
   MemoryAccount &account() { return account_; }
 
-  // Throws std::logic_error if an invariant is broken.
+  // Throw std::logic_error if an invariant is violated.
   void assert_consistent() const;
 
 private:
@@ -98,14 +98,14 @@ private:
   MemoryAccount &account_;
   OperationCache &cache_;
   CountedArray<Node> nodes_;
-  CountedArray<std::uint32_t> buckets_; // heads of chains; 0 is the empty chain
+  CountedArray<std::uint32_t> buckets_; // first node of each chain, 0 if empty
   CountedArray<std::uint32_t> marks_;
-  std::uint32_t used_ = 1;      // nodes_[used_..] have never been used
+  std::uint32_t used_ = 1;      // end of the nodes that have ever been used
   std::uint32_t free_list_ = 0; // 0 if empty
   std::size_t live_ = 0;
   std::size_t peak_ = 0;
   std::size_t most_nodes_ = unbounded;
-  std::vector<std::uint32_t> level_of_var_; // the constant's pseudo-variable is last, below all
+  std::vector<std::uint32_t> level_of_var_; // the constant's pseudo-variable is last
   std::vector<Var> var_at_level_;
 };
 

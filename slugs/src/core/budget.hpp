@@ -1,7 +1,7 @@
-// What a computation may use, and how it learns that it has used it up.
+// Time and memory limits of a computation, and their enforcement.
 //
-// The engine calls check() at a bounded distance in work (every few thousand
-// BDD operations); command line, signals and library callers set the limits.
+// The engine calls check() after a bounded amount of work (every few thousand
+// BDD operations).  Command line, signal handlers and library callers set the limits.
 
 #pragma once
 
@@ -16,7 +16,7 @@ namespace slugs {
 
 enum class LimitKind { Time, Memory, Interrupt, Nodes };
 
-// Thrown out of the engine; `progress` says in words how far it got.
+// Thrown by the engine when a limit is reached.
 class LimitReached : public Error {
 public:
   LimitReached(LimitKind kind, const std::string &what) : Error(ExitStatus::Limit, what), kind(kind) {}
@@ -26,12 +26,12 @@ public:
 struct Budget {
   using Clock = std::chrono::steady_clock;
   Clock::time_point deadline = Clock::time_point::max();
-  std::size_t memory_bytes = static_cast<std::size_t>(-1); // for the engine's tables
-  const std::size_t *also_used = nullptr;         // bytes besides these tables, if someone counts them
-  const std::atomic<bool> *interrupted = nullptr; // set from a signal handler
+  std::size_t memory_bytes = static_cast<std::size_t>(-1); // limit of the engine's tables
+  const std::size_t *also_used = nullptr;                  // further bytes that count, if measured
+  const std::atomic<bool> *interrupted = nullptr;          // set by a signal handler
 
-  // Throws LimitReached for time and interrupt.  Memory is checked where it is
-  // allocated, before the allocation.
+  // Throw LimitReached for time and interrupt.  Memory is checked before each
+  // allocation instead.
   void check() const {
     if (interrupted && interrupted->load(std::memory_order_relaxed))
       throw LimitReached(LimitKind::Interrupt, "interrupted");
@@ -40,7 +40,7 @@ struct Budget {
   }
 };
 
-// Asks a budget at every so many steps of work that is too small to ask each time.
+// Checks a budget once per 4096 steps, for steps that are cheaper than a check.
 class BudgetPacer {
 public:
   explicit BudgetPacer(const Budget &budget) : budget_(budget) {}

@@ -1,8 +1,8 @@
-// Arrays whose bytes are counted against the budget before they are allocated.
+// Arrays that charge their bytes to the budget before they allocate them.
 //
-// The large tables of the engine live in these.  Growth uses realloc, so that
-// the operating system can move pages instead of copying them, and a refusal,
-// ours or the system's, is a LimitReached and never a crash.
+// The large tables of the engine use them.  Growth uses realloc, so that the
+// operating system can remap pages instead of copying them.  A failed allocation
+// and an exceeded budget both throw LimitReached.
 
 #pragma once
 
@@ -24,7 +24,7 @@ public:
     const std::size_t used = used_ + (budget_.also_used ? *budget_.also_used : 0);
     return bytes <= budget_.memory_bytes && used <= budget_.memory_bytes - bytes;
   }
-  // To be called before bytes are allocated; give_back() when they are freed.
+  // Charge bytes before they are allocated; release() returns them.
   void take(std::size_t bytes) {
     if (!has_room(bytes))
       refuse();
@@ -63,7 +63,7 @@ public:
   CountedArray(const CountedArray &) = delete;
   CountedArray &operator=(const CountedArray &) = delete;
 
-  // Keeps the common prefix; new entries are zero.
+  // Change the size; keep the common prefix and set new entries to zero.
   void resize(std::size_t size) {
     const std::size_t old_bytes = size_ * sizeof(T), bytes = size * sizeof(T);
     if (size == 0)

@@ -1,4 +1,4 @@
-// Errors that end a run, each with the exit status that tells what they mean.
+// Errors that end a run, each with its exit status.
 
 #pragma once
 
@@ -12,13 +12,13 @@ namespace slugs {
 class Error : public std::runtime_error {
 public:
   Error(ExitStatus status, const std::string &what) : std::runtime_error(what), status(status) {}
-  // What the command prints: whole lines.
+  // Return the text that the command prints: complete lines.
   virtual std::string message() const { return std::string("slugs: ") + what() + '\n'; }
 
   ExitStatus status;
 };
 
-// Something outside that did not do what it was asked: a file, a pipe, a disk.
+// Failure of a file, a pipe or a disk.
 struct InputOutputError : Error {
   using Error::Error;
 };

@@ -1,4 +1,4 @@
-// Exit statuses of the command, the one place that knows them.
+// Exit statuses of the command.
 
 #pragma once
 
@@ -6,10 +6,10 @@ namespace slugs {
 
 enum class ExitStatus {
   Realizable = 0, // also: certificate accepted, translation done
-  Rejected = 1,   // by --check
-  BadInput = 2,   // or usage
-  Limit = 3,      // time, memory, interrupt
-  Internal = 4,   // a bug, or output that could not be written
+  Rejected = 1,   // certificate rejected by --check
+  BadInput = 2,   // invalid input or usage
+  Limit = 3,      // time limit, memory limit or interrupt
+  Internal = 4,   // bug, or output that could not be written
   Unrealizable = 10
 };
 

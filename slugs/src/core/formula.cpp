@@ -13,8 +13,8 @@ namespace slugs {
 
 namespace {
 
-// Operands are small consecutive numbers: the first step spreads them over the
-// high bits, the second over all; linear probing suffers from any clusters.
+// Operands are small consecutive numbers.  The first step spreads them over the
+// high bits, the second over all bits, since linear probing degrades with clusters.
 std::uint64_t hash(const FormulaNode &node) {
   const std::uint64_t operands = static_cast<std::uint64_t>(node.left) << 32 | node.right;
   std::uint64_t h = (operands ^ static_cast<std::uint64_t>(node.op) << 61) * golden_multiplier;
@@ -40,7 +40,7 @@ FormulaId FormulaPool::add(const FormulaNode &node) {
 }
 
 FormulaId FormulaPool::intern(Op op, std::uint32_t left, std::uint32_t right) {
-  // Operands come first, so whoever goes through the nodes in order needs no recursion.
+  // Operands precede their operator, so a traversal in order needs no recursion.
   assert(left < nodes_.size() && right < nodes_.size());
   const FormulaNode node{op, left, right};
   const std::uint64_t h = hash(node);
@@ -54,7 +54,7 @@ FormulaId FormulaPool::intern(Op op, std::uint32_t left, std::uint32_t right) {
   return id;
 }
 
-// Open addressing.  Nothing is removed alone, so an empty slot ends the search.
+// Open addressing.  Single entries are never removed, so an empty slot ends the search.
 std::size_t FormulaPool::place_of(const FormulaNode &node, std::uint64_t hash) const {
   const std::size_t last = slots_.size() - 1;
   const std::uint32_t tag = tag_of(hash);
@@ -70,11 +70,11 @@ std::size_t FormulaPool::place_of(const FormulaNode &node, std::uint64_t hash) c
   }
 }
 
-// In a larger table, or by forgetting: then only what comes next is remembered.
+// Double the table, or clear it at its maximum size: then only later formulas are found.
 void FormulaPool::make_room() {
   const bool forget = slots_.size() >= most_slots_;
   const std::size_t size = forget ? recent_slots : 2 * slots_.size();
-  slots_ = std::vector<Slot>(); // before the other table is there
+  slots_ = std::vector<Slot>(); // free the old table before allocating the new one
   slots_.resize(size);
   if (forget) {
     most_slots_ = recent_slots;

@@ -1,19 +1,18 @@
 // Boolean formulas over the bits of a specification.
 //
-// Both input languages end here: integers have become bits, buffers have
+// Both input languages are translated to them: integers become bits, memory buffers
 // become shared nodes.  A pool owns the nodes of one specification as a
 // directed acyclic graph.  Nodes are numbered in topological order: the operands
 // of a node have smaller ids.
 //
-// The graph is hash-consed: equal formulas have equal ids, and a sub-formula that
-// occurs a thousand times is stored once.  That holds of all formulas in a pool of
-// ordinary size.  In a very large one it holds of those that are made soon after one
-// another: a table of all nodes would be a cache miss for each of them, for formulas
-// that hardly ever come again.  So equal ids mean equal formulas, always, and different
-// ids mean nothing, except those of variables.
+// The graph is hash-consed: structurally equal formulas share one id.  In a very
+// large pool only formulas created shortly after one another do: looking up each node
+// in a table of all nodes would miss the processor's cache for formulas that rarely
+// recur.  So equal ids always mean equal formulas; different ids imply nothing, except
+// for variables.
 //
-// The graph is the only thing that the game (which turns it into BDDs) and the
-// checker (which evaluates it on states) have in common.
+// The graph is the only data that the game (which translates it to BDDs) and the
+// checker (which evaluates it on states) share.
 
 #pragma once
 
@@ -28,9 +27,9 @@ enum class Op : std::uint8_t { False, True, Variable, Not, And, Or, Xor };
 
 using FormulaId = std::uint32_t;
 
-// In eight bytes: there may be tens of millions.
+// Packed into eight bytes, since a specification may have tens of millions.
 struct FormulaNode {
-  static constexpr std::uint32_t most = std::uint32_t{1} << 29; // what `left` can hold
+  static constexpr std::uint32_t most = std::uint32_t{1} << 29; // range of `left`
   FormulaNode(Op o, std::uint32_t l, std::uint32_t r) : op(o), left(l & (most - 1)), right(r) {}
 
   Op op : 3;
@@ -61,12 +60,12 @@ public:
   }
   std::size_t size() const { return nodes_.size(); }
 
-  // From now on equal formulas have equal ids, however many there will be.
+  // Give equal formulas equal ids from now on, whatever the size of the pool.
   void remember_all() { most_slots_ = static_cast<std::size_t>(-1); }
 
 private:
   static constexpr std::size_t first_slots = 64;
-  static constexpr std::size_t ordinary_slots = std::size_t{1} << 20; // of all formulas
+  static constexpr std::size_t ordinary_slots = std::size_t{1} << 20; // table of all formulas
   static constexpr std::size_t recent_slots = std::size_t{1} << 16;   // fits into a core's own cache
 
   bool contains(Op op, FormulaId whole, FormulaId part) const {
@@ -76,21 +75,21 @@ private:
   FormulaId intern(Op op, std::uint32_t left, std::uint32_t right);
   FormulaId add(const FormulaNode &node);
 
-  // Where the node is, or the empty place where it belongs.
+  // Return the slot that contains the node, or the empty slot where it belongs.
   std::size_t place_of(const FormulaNode &node, std::uint64_t hash) const;
   void make_room();
 
-  // A search compares tags and looks at nodes only where they agree.
+  // A search reads nodes only where the tags agree.
   struct Slot {
     std::uint32_t tag;
-    FormulaId id; // 0 in an empty slot, since constants are not in it
+    FormulaId id; // 0 in an empty slot; constants are not in the table
   };
 
-  std::deque<FormulaNode> nodes_;    // which never have to move
-  std::vector<FormulaId> variables_; // by index and next; 0 where there is none yet
+  std::deque<FormulaNode> nodes_;    // a deque does not move its elements
+  std::vector<FormulaId> variables_; // ids by 2 * index + next; 0 if not created yet
   std::vector<Slot> slots_;          // operators from oldest_ on
   FormulaId oldest_ = 0;
-  std::size_t remembered_ = 0; // how many
+  std::size_t remembered_ = 0; // number of used slots
   std::size_t most_slots_ = ordinary_slots;
 };
 

@@ -1,5 +1,5 @@
-// Text on its way to a stream, in large pieces: strategies have millions of
-// short tokens, and a stream pays for each.
+// Buffer in front of a stream: strategies have millions of short tokens, and each
+// stream insertion has a fixed cost.
 
 #pragma once
 
@@ -30,7 +30,7 @@ public:
     text_.append(digits, std::to_chars(digits, digits + sizeof digits, n).ptr);
     return *this;
   }
-  // To be called now and then.
+  // Write the text if the buffer is full; call it after a bounded number of insertions.
   void pass_on() {
     if (text_.size() >= capacity)
       flush();

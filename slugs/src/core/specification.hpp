@@ -1,6 +1,6 @@
-// A specification as the readers hand it over: variables and six lists of
-// constraints over one pool of formulas.  Data only; no solver knows the input
-// language and no reader knows the solver.
+// The output of the readers: variables and six lists of constraints over one pool of
+// formulas.  The solver does not depend on the input language, nor the readers on
+// the solver.
 
 #pragma once
 
@@ -22,7 +22,7 @@ enum class Owner : std::uint8_t { Input, Output };
 struct Variable {
   std::string name;
   Owner owner;
-  int line; // of its declaration, from 1
+  int line; // line of its declaration, from 1
 };
 
 // An integer of a structured file: value - min as little-endian bits
@@ -42,13 +42,13 @@ inline constexpr std::size_t section_count = 6;
 inline constexpr std::array<const char *, section_count> section_names = {
     "ENV_INIT", "SYS_INIT", "ENV_TRANS", "SYS_TRANS", "ENV_LIVENESS", "SYS_LIVENESS"};
 
-// In sixteen bytes, since there may be millions.
+// Packed, since a specification may have millions.
 struct Constraint {
   FormulaId formula;
-  int line; // of the source, from 1
-  std::uint64_t text : 52;
+  int line;                // source line, from 1
+  std::uint64_t text : 52; // offset in Specification::texts
   std::uint64_t text_length : 11;
-  std::uint64_t range_limit : 1; // generated from an integer's declaration
+  std::uint64_t range_limit : 1; // whether an integer's declaration generated it
 };
 
 struct Specification {
@@ -57,15 +57,15 @@ struct Specification {
   std::vector<Variable> variables;
   std::vector<Integer> integers;
   std::array<std::vector<Constraint>, section_count> constraints;
-  std::string texts; // of all constraints
+  std::string texts; // source texts of all constraints
 
   void add(Section section, FormulaId formula, int line, std::string_view text, bool range_limit) {
-    constexpr std::size_t longest_text = 1000; // as kept for messages
+    constexpr std::size_t longest_text = 1000; // for messages
     text = text.substr(0, longest_text);
     (*this)[section].push_back({formula, line, texts.size(), text.size(), range_limit});
     texts += text;
   }
-  // As written; of a range limit "name:min...max".
+  // Return the source text; "name:min...max" for a range limit.
   std::string_view text(const Constraint &constraint) const {
     return std::string_view(texts).substr(constraint.text, constraint.text_length);
   }

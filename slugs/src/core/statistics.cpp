@@ -1,5 +1,4 @@
-// Statistics as JSON.  Everything in it is a number, a Boolean or a fixed word,
-// so no string needs escaping.
+// Every value is a number, a Boolean or a fixed word, so no string needs escaping.
 
 #include "core/statistics.hpp"
 

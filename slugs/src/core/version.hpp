@@ -1,4 +1,4 @@
-// The version of the program; its one source is the CMake project.
+// The version of the program, defined by the CMake project.
 
 #pragma once
 

@@ -6,11 +6,11 @@ namespace slugs {
 
 namespace {
 
-// Small numbers, forgotten at the cost of those that are in the set.
+// Set of small numbers; clear() takes time proportional to its size, not its range.
 class MarkedNumbers {
 public:
   explicit MarkedNumbers(std::size_t most) : marked_(most, false) {}
-  // Whether it is new.
+  // Insert a number and return whether it is new.
   bool insert(std::size_t number) {
     if (marked_[number])
       return false;
@@ -33,7 +33,7 @@ std::size_t signed_number(FormulaId formula, bool negative) {
   return 2 * std::size_t{formula} + (negative ? 1 : 0);
 }
 
-// Goes through formulas from the top.
+// Traversal of formulas from their roots, without recursion.
 class Visit {
 public:
   Visit(const FormulaPool &formulas, const Budget &budget)
@@ -91,7 +91,7 @@ private:
 Conjuncts::Conjuncts(const Specification &specification, const Budget &budget) {
   const FormulaPool &formulas = specification.formulas;
   Visit visit(formulas, budget), below(formulas, budget);
-  std::vector<std::uint32_t> known(2 * formulas.size()); // 1 + where it is
+  std::vector<std::uint32_t> known(2 * formulas.size()); // 1 + index into all_[section]; 0: none
   for (std::size_t section = 0; section < section_count; ++section) {
     std::vector<Conjunct> &all = all_[section];
     for (const Constraint &constraint : specification.constraints[section])

@@ -1,7 +1,7 @@
-// What the constraints of a specification consist of, and which variables they read.
+// The conjuncts of the constraints of a specification, and the variables they read.
 //
-// Found once, and shared by the start order of the variables and the game.  Every
-// node of a formula is visited at most twice, and nothing is added to the formulas.
+// Computed once for the start order of the variables and the game.  Each node of a
+// formula is visited at most twice, and no nodes are added to the formula pool.
 
 #pragma once
 
@@ -14,7 +14,7 @@
 
 namespace slugs {
 
-// A variable as a formula reads it.
+// An occurrence of a current or next variable in a formula.
 struct Read {
   std::uint32_t variable : 31; // index into Specification::variables
   std::uint32_t next : 1;
@@ -32,15 +32,15 @@ class Conjuncts {
 public:
   Conjuncts(const Specification &specification, const Budget &budget);
 
-  // Whose conjunction the constraints of the section are, each once; found through
-  // nested conjunctions and negated disjunctions.
+  // Return the conjuncts of a section without duplicates, after flattening nested
+  // conjunctions and negated disjunctions.
   const std::vector<Conjunct> &operator[](Section section) const { return all_[index(section)]; }
-  // Constraint by constraint, which of them it consists of.
+  // Return the conjuncts of each constraint in turn, as indices into operator[].
   const std::vector<std::uint32_t> &occurrences(Section section) const {
     return occurrences_[index(section)];
   }
 
-  // Each present and each next value that the formula reads, once.
+  // The current and next variables that a conjunct reads, without duplicates.
   struct Reads {
     const Read *first;
     const Read *last;

@@ -3,17 +3,17 @@
 //
 //   mu W. \/_j nu Y. /\_i mu X. force( W' | (!G_j & Y' & (A_i | X')) )
 //
-// where force(T) are the states in which the environment has a next input such
-// that every transition the system can answer with is in T.  G_j and A_i must
-// be read on the transition that was taken, not on the state: an environment
-// that satisfies A_i by where it is, but not by how it moves, does not win.
+// where force(T) is the set of states in which the environment has a next input such
+// that every transition of the system is in T.  G_j and A_i must be evaluated on
+// the transition taken, not on the state: an environment wins only if its transitions
+// satisfy A_i.
 //
-// W grows in stages, and each stage has one goal j that it prevents.  A play
-// never goes back to a later stage, so it stays in some stage forever; there
-// goal j is never reached again.  Within a stage the layers of X lead to a
-// transition that satisfies assumption i, after which the next assumption is
-// pursued.  Hence a strategy needs no memory but i.  Stages that merely force
-// the play into W (attract) come first, because they are cheap.
+// W grows in stages, and each stage prevents one goal j.  A play never returns to a
+// later stage, so it eventually stays in one stage, where goal j is never met again.
+// Within a stage the layers of X lead to a transition that meets assumption i, after
+// which the next assumption is pursued.  Hence i is the only memory of a strategy.
+// Attractor stages, which only force the play into W, come first, because they are
+// cheap.
 
 #include "game/counter_fixpoint.hpp"
 
@@ -63,9 +63,9 @@ void CounterFixpoint::attract() {
   }
 }
 
-// One stage: the states from which the environment can prevent goal j forever
-// while it satisfies all assumptions infinitely often, or force the play into
-// earlier stages.  Returns whether there are any.
+// Add a stage: the states from which the environment can prevent goal j forever
+// while it meets all assumptions infinitely often, or force the play into earlier
+// stages.  Return whether there are any.
 bool CounterFixpoint::prevent(std::size_t j) {
   BddStore &store = game_.store;
   const Bdd won_next = store.to_next(won_);

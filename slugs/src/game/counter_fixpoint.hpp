@@ -1,4 +1,4 @@
-// How the environment wins from the states that the system loses.
+// The winning moves of the environment from the states that the system loses.
 
 #pragma once
 
@@ -10,21 +10,21 @@ namespace slugs {
 
 class CounterFixpoint {
 public:
-  // `losing` are states that the solver found the system to lose: all of them,
-  // or enough to lose initially.
+  // `losing`: states from which the system loses: all of them, or enough for the
+  // environment to win initially.
   CounterFixpoint(Game &game, const Bdd &losing, bool robotics_init);
 
   // States from which the environment is known to win.
   const Bdd &won() const { return won_; }
-  // For assumption i: the moves (state, next inputs) that keep the environment
-  // winning and bring it closer to satisfying assumption i.
+  // Per assumption: the moves (state, next inputs) that keep the environment winning
+  // and lead it towards meeting the assumption.
   const std::vector<Bdd> &moves() const { return moves_; }
-  // Initial states that decide the game, one for each next answer of the
-  // system; empty only if SYS_INIT allows none.
+  // Return the initial states that decide the game: those whose inputs lose with every
+  // output, or with robotics_init all losing ones; none only if SYS_INIT allows none.
   Bdd initial();
 
 private:
-  Bdd forcing(const Bdd &targets); // (state, next inputs)
+  Bdd forcing(const Bdd &targets); // moves (state, next inputs) that force a target
   void attract();
   bool prevent(std::size_t j);
   bool decided();

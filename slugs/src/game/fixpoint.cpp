@@ -6,18 +6,18 @@
 //
 // - Z starts as the greatest fixpoint of cpre(Z'), which is cheap and contains
 //   the result, and is closed again whenever a goal shrinks it.
-// - Goals update Z one after the other.  A goal that was computed with a larger
-//   Z may lead out of the present one, so the goals are gone through until all
-//   of them in a row left Z as it was.  Then what each recorded is right for
-//   the final Z, and the strategy needs no further pass.
-// - X of a goal's k-th round starts from Z and from what the same round gave
-//   the last time: everything is monotone in Z (Piterman, Pnueli and Sa'ar,
-//   VMCAI 2006).
-// - The environment's moves that the system can answer by coming closer are taken
-//   away once: a step of Y answers those that are left by what the step before has
-//   added to Y, and a step of X asks only whether those of X that are left can be
-//   answered by staying in X.  Each is one operation, which looks at nothing but
-//   these moves.
+// - Goals update Z in turn.  The strategy of a goal that was computed with a larger
+//   Z may leave the present Z, so the goals are repeated until a full cycle leaves Z
+//   unchanged.  Then the recorded rounds of every goal are valid for the final Z, and
+//   the strategy needs no further pass.
+// - X of the k-th round of a goal starts from Z intersected with the result of the
+//   same round in the previous iteration, since all sets are monotone in Z (Piterman,
+//   Pnueli and Sa'ar, VMCAI 2006).
+// - Moves of the environment that the system can answer by approaching the goal are
+//   removed as soon as they are found.  A step of Y checks the remaining moves against
+//   the states that the previous step added to Y.  A step of X checks whether the
+//   remaining moves from X can be answered by staying in X.  Each step is one BDD
+//   operation, restricted to these moves.
 
 #include "game/fixpoint.hpp"
 
@@ -37,8 +37,8 @@ Fixpoint::Fixpoint(Game &game, bool robotics_init, Steps order, Statistics &stat
   }
 }
 
-// The largest part of `start` in which the system can stay for as long as the
-// environment moves by `moves`, with transitions that are `allowed`:
+// Return the largest subset of `start` in which the system can stay while the
+// environment chooses from `moves`, using `allowed` transitions only:
 //
 //   nu X. start & forall x'. moves -> exists y'. SYS_TRANS & allowed & X'
 Bdd Fixpoint::stay(const Bdd &start, const Bdd &moves, const Bdd &allowed, std::uint64_t &iterations) {
@@ -62,8 +62,8 @@ Bdd Fixpoint::stay(const Bdd &start, const Bdd &moves, const Bdd &allowed, std::
   }
 }
 
-// Keeps to states with no move of the environment that stops the system, so that
-// `sys_trans` is all that restricts answers.
+// Remove the states in which the environment can deadlock the system, so that only
+// `sys_trans` restricts the system's responses.
 void Fixpoint::leave_stuck_states() { z_ &= !game_.stuck_states(); }
 
 void Fixpoint::close_under_safety() {
@@ -93,14 +93,14 @@ bool Fixpoint::solve() {
   return game_.wins_initially(z_, robotics_init_);
 }
 
-// The states of `start` from which the system can answer every move of `open`
-// with a transition into the result on which the assumption fails.
+// Return the largest subset of `start` in which the system can answer every move of
+// `open` by staying in the subset while assumption i is not met.
 Bdd Fixpoint::wait(const Bdd &open, const Bdd &start, std::size_t i, std::uint64_t &iterations) {
   BddStore &store = game_.store;
   const Bdd &assumption = game_.assumptions[i];
   if (!decided_by_input_[i])
     return stay(start, open, !assumption, iterations);
-  // Where the environment can satisfy the assumption, waiting is lost immediately.
+  // The system cannot wait where the environment can meet the assumption.
   const Bdd x = start & !game_.origins(open, assumption);
   if (assumption.is_true())
     return x;
@@ -111,12 +111,12 @@ Bdd Fixpoint::reach_goal(std::size_t j) {
   BddStore &store = game_.store;
   const GoalProgress before = std::move(progress_[j]);
   progress_[j].clear();
-  // A round's waiting lies within that of the same round before, when Z was
-  // larger.  Rounds beyond the last one before lie within the last only if Y
-  // had stopped growing there; if Y had reached Z, nothing is known of them.
+  // The waiting sets of a round are contained in those of the same round in the
+  // previous iteration, when Z was larger.  Later rounds are contained in its last
+  // round only if Y had converged there; if Y had reached Z, they have no known bound.
   const bool settled = settled_[j];
   settled_[j] = true;
-  // What the environment may do that the system cannot answer by coming closer.
+  // Moves of the environment that the system cannot answer by approaching the goal.
   const Bdd moves = game_.moves_from(z_);
   Bdd open = moves;
   const auto answer = [&](const Bdd &targets) {
@@ -148,11 +148,11 @@ Bdd Fixpoint::reach_goal(std::size_t j) {
       return finish(z_);
     Round round;
     Bdd larger = y;
-    // Upstream waits with the targets with which the round began, so with a bias
-    // for action not with those that the plain steps have just added.
+    // Upstream computes waiting sets from the targets at the start of the round.  With
+    // a bias for action these exclude the targets that the plain steps have just added.
     const Bdd open_before = order_ == Steps::BiasForAction ? open : Bdd();
     if (order_ != Steps::Plain) {
-      // Steps that rely on no assumption are far cheaper than waiting.
+      // Steps without assumptions are far cheaper than waiting sets.
       for (;;) {
         if (order_ == Steps::BiasForAction)
           round.steps.emplace_back(store, larger);
@@ -165,18 +165,18 @@ Bdd Fixpoint::reach_goal(std::size_t j) {
           return finish(z_);
       }
       if (verdict_only && larger == z_) {
-        // Waiting can add nothing.  What it would have found is at most Z.
+        // Waiting cannot add states; Z bounds the skipped waiting sets.
         for (std::size_t i = 0; i < game_.assumptions.size(); ++i)
           round.waiting.emplace_back(store, z_);
         progress_[j].push_back(std::move(round));
         return finish(larger);
       }
     }
-    const Bdd answered = larger; // what leads there is no longer open
+    const Bdd answered = larger; // moves that can be answered into this set are not open
     const Bdd &unanswered = order_ == Steps::BiasForAction ? open_before : open;
     const Bdd &closer = order_ == Steps::BiasForAction ? y : answered;
     for (std::size_t i = 0; i < game_.assumptions.size(); ++i) {
-      // Who can come closer need not wait, and nobody waits for who can.
+      // States that are already closer need not wait.
       Bdd start = z_ & !closer;
       if (!before.empty() && (settled || k < before.size()))
         start &= before[std::min(k, before.size() - 1)].waiting[i].thaw(store);

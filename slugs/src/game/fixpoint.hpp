@@ -1,4 +1,4 @@
-// The winning states of a GR(1) game, and what is needed to win from them.
+// The winning region of a GR(1) game, and the intermediate sets that define a strategy.
 
 #pragma once
 
@@ -11,12 +11,12 @@
 
 namespace slugs {
 
-// One round of the middle fixpoint (Y) for a goal.  The states to come closer to
-// are all of waiting in earlier rounds.  From waiting[i] the system reaches the
-// goal, or comes closer, or stays in waiting[i] while assumption i fails.  With a
-// bias for action there are first `steps`, the ever larger sets of states that a
-// least fixpoint without assumptions comes closer to, from those of earlier
-// rounds on; waiting relies on none of what they add.
+// One round of the middle fixpoint (Y) for a goal.  The states closer to the goal are
+// the union of `waiting` in earlier rounds.  From waiting[i] the system meets the goal,
+// moves closer, or stays in waiting[i] while assumption i is not met.  With a bias for
+// action, `steps` are computed first: the increasing sets of a least fixpoint without
+// assumptions that starts from the states of earlier rounds.  The waiting sets do not
+// depend on the states that `steps` add.
 struct Round {
   std::vector<FrozenBdd> steps;
   std::vector<FrozenBdd> waiting;
@@ -24,26 +24,26 @@ struct Round {
 
 using GoalProgress = std::vector<Round>;
 
-// In which order the states to come closer to are found.  The winning states do
-// not depend on it, the strategy does.
+// Order in which a round adds states.  The winning region does not depend on it; the
+// strategy does.
 enum class Steps {
   Plain,         // upstream's order
   BiasForAction, // upstream's order with --biasForAction
-  Fewest,        // the fastest to compute; no strategy can be made of it
+  Fewest,        // the fastest order, which does not define a strategy
 };
 
 class Fixpoint {
 public:
   Fixpoint(Game &game, bool robotics_init, Steps order, Statistics &statistics);
 
-  // Computes until done, or until some initial position is known to be lost.
-  // Returns whether the system wins.
+  // Compute the fixpoint, or stop when the system is known to lose initially.  Return
+  // whether the system wins.
   bool solve();
 
-  // After solve(): the winning states, or if it returned false a superset of
-  // them; the system loses from all other states that the game is restricted to.
+  // After solve(): the winning region, or a superset of it if solve() returned false.
+  // The system loses from all other states of the restricted game.
   const Bdd &winning() const { return z_; }
-  // After solve() returned true: for each guarantee the way to it.
+  // After solve() returned true: the rounds of each guarantee.
   const std::vector<GoalProgress> &progress() const { return progress_; }
 
 private:
@@ -57,10 +57,10 @@ private:
   bool robotics_init_;
   Steps order_;
   Statistics &statistics_;
-  std::vector<bool> decided_by_input_; // by assumption: it does not depend on next outputs
+  std::vector<bool> decided_by_input_; // per assumption: whether it is independent of next outputs
   Bdd z_;
-  std::vector<GoalProgress> progress_; // by guarantee
-  std::vector<char> settled_;          // by guarantee: did Y stop growing in its last round?
+  std::vector<GoalProgress> progress_; // per guarantee
+  std::vector<char> settled_;          // per guarantee: whether Y converged in its last round
   ReachedGoals reached_;
 };
 

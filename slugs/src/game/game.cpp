@@ -1,4 +1,4 @@
-// From formulas to the relations of the game, and one step forwards.
+// Construction of the relations from the formulas, and steps of the game.
 
 #include "game/game.hpp"
 
@@ -19,13 +19,13 @@ std::vector<Var> vars_of(const Specification &specification, bool next, bool inp
   return result;
 }
 
-// Whose conjunction is that of the parts: a new one whenever the last is found to
+// Conjoin the parts into factors, and start a new factor when the last one is found to
 // have more than `most` nodes.
 std::vector<Bdd> factors(BddStore &store, Translation &translate, const Conjuncts &conjuncts,
                          const std::vector<Conjunct> &parts,
                          std::size_t most = static_cast<std::size_t>(-1)) {
-  // A conjunction visits what is above its operands, so where there are very many
-  // the lowest come first.
+  // A conjunction traverses all levels above its second operand, so very many parts are
+  // conjoined bottom up.
   constexpr std::size_t many = 1000;
   std::vector<std::uint32_t> order(parts.size());
   std::iota(order.begin(), order.end(), 0u);
@@ -41,7 +41,7 @@ std::vector<Bdd> factors(BddStore &store, Translation &translate, const Conjunct
     std::stable_sort(order.begin(), order.end(),
                      [&](std::uint32_t f, std::uint32_t g) { return top[f] > top[g]; });
   }
-  // Sizes cost a visit of the diagram.
+  // Computing a size traverses the diagram.
   constexpr std::size_t between_looks = 32;
   std::vector<Bdd> result{store.constant(true)};
   for (std::size_t i = 0; i < parts.size() && !result.back().is_false(); ++i) {
@@ -77,7 +77,7 @@ Game::Game(const Specification &spec, const std::vector<std::uint32_t> &order, c
       sys_trans(store.constant(true)), states(store.constant(true)) {}
 
 void Game::build(const Conjuncts &conjuncts, const Environment &environment) {
-  // Each factor costs a multiplication for each set of states.
+  // Each factor costs one conjunction per set of states.
   constexpr std::size_t most_nodes_of_factor = 10000;
   Translation translate(store, specification.formulas);
   const auto conjunction = [&](const std::vector<Conjunct> &parts) {
@@ -119,7 +119,7 @@ void Game::build_parts(Translation &translate, const Conjuncts &conjuncts, const
   }
   parts_->moves.insert(parts_->moves.end(), env_factors_.begin(), env_factors_.end());
   env_factors_.clear();
-  std::map<std::vector<std::uint32_t>, std::vector<Conjunct>> about; // by next inputs
+  std::map<std::vector<std::uint32_t>, std::vector<Conjunct>> about; // keyed by next inputs
   for (const Conjunct &f : answers) {
     std::vector<std::uint32_t> inputs;
     for (const Read read : conjuncts.reads(f))
@@ -133,7 +133,7 @@ void Game::build_parts(Translation &translate, const Conjuncts &conjuncts, const
 
   const std::vector<Bdd> &moves = parts_->moves;
   parts_->move.emplace(store, moves, own);
-  // What is shared first: often it is a function, and then it makes sets smaller.
+  // Shared constraints first: they are often functional, which makes sets smaller.
   parts_->undo.emplace(store, std::vector<Bdd>(moves.rbegin(), moves.rend()),
                        vars_of(specification, true, true, false));
   std::vector<Bdd> all = moves;

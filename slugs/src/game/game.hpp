@@ -2,7 +2,7 @@
 //
 // From a state s the environment picks next inputs x' with ENV_TRANS(s, x'),
 // then the system sees x' and picks next outputs y' with SYS_TRANS(s, x', y').
-// Liveness conditions are about transitions (s, s').
+// Liveness conditions refer to transitions (s, s').
 
 #pragma once
 
@@ -35,57 +35,57 @@ struct Game {
 
   Bdd env_init;
   Bdd sys_init;
-  // Only restrict_to() makes this one diagram.  For all states it can be far larger
-  // than its factors, and than for the states that a play can visit.  If the
-  // environment has independent parts, only join_parts() makes it and `answerable`,
-  // for strategies of the environment.
+  // ENV_TRANS in `states`, valid after restrict_to(): on all states it can be far larger
+  // than its factors and than on the reachable states.  If the environment has
+  // independent parts, this and `answerable` are valid only after join_parts(), which
+  // strategies of the environment need.
   Bdd env_trans;
-  // SYS_TRANS is the conjunction of these two.  What it says of the present and the
-  // next inputs alone: after any other move of the environment the system is stuck.
-  // And the rest, which is all that matters where this holds.
+  // SYS_TRANS is the conjunction of these two.  `answerable` consists of its constraints
+  // on current values and next inputs: after any other move of the environment the
+  // system is stuck.  `sys_trans` consists of the constraints on next outputs.
   Bdd answerable;
   Bdd sys_trans;
   std::vector<Bdd> assumptions; // ENV_LIVENESS; at least one
   std::vector<Bdd> guarantees;  // SYS_LIVENESS; at least one
 
-  Bdd states; // where the environment relation holds any move
-  // The game in these states only.  Once, after build().
+  Bdd states; // states to which the game is restricted
+  // Restrict the game to these states.  Call it once, after build().
   void restrict_to(const Bdd &states);
 
-  // What the environment may do in these states, as far as answers depend on it: a
-  // set of pairs of a state and next inputs that does not tell apart what is the own
-  // present of an independent part.  Narrowing a set of them to the moves from some
-  // states is optional, and done where it costs nothing.
+  // Return the moves of the environment from these states: pairs of a state and next
+  // inputs.  If the environment has independent parts, the variables that only a part
+  // itself reads are quantified, since the system's responses do not depend on them.
   Bdd moves_from(const Bdd &some);
+  // Restrict moves to these states where that is cheap, and else return all of them.
   Bdd narrowed(const Bdd &moves, const Bdd &some) const { return parts_ ? moves : moves & some; }
-  // The states from which the environment has any of these moves; if it has
+  // Return the states from which the environment has one of these moves; if it has
   // independent parts, also states outside of `states`.
   Bdd origins(const Bdd &moves);
-  Bdd origins(const Bdd &moves, const Bdd &allowed); // of those that are in both sets
-  // Whose conjunction is ENV_TRANS in these states.
+  Bdd origins(const Bdd &moves, const Bdd &allowed); // origins of the intersection
+  // Return relations whose conjunction is ENV_TRANS on these states.
   std::vector<Bdd> environment(const Bdd &some);
-  // Where it has a move that the system cannot answer at all.
+  // Return the states in which the environment has a move that deadlocks the system.
   Bdd stuck_states();
   void join_parts();
 
-  // States to which one step of both players can lead.
+  // Return the successors of these states.
   Bdd image(const Bdd &from);
 
-  // And all that differ from these only in present values that nothing reads. From
-  // such states the same can happen, so sets of them need not tell them apart.
+  // Add the states that differ from these only in current values that nothing reads.
+  // Such states have the same successors, so they are equivalent in the game.
   Bdd with_alike(const Bdd &some);
   bool tells_all_apart() const { return !unread_; }
 
-  // The verdict on a winning set: realizable?
+  // Return whether the specification is realizable if the system wins from these states.
   bool wins_initially(const Bdd &winning, bool robotics_init);
 
   std::vector<Var> current_vars() const;
 
 private:
-  // If the environment has independent parts: relations that are multiplied one at a time.
+  // Relations and relational products of an environment with independent parts.
   struct Parts {
-    std::vector<Bdd> moves;      // ENV_TRANS: of each part, and the rest
-    std::vector<Bdd> answerable; // by what they say something of
+    std::vector<Bdd> moves;      // factors of ENV_TRANS: one per part, then the others
+    std::vector<Bdd> answerable; // factors of `answerable`, one per set of next inputs
     std::optional<Product> move; // from states to moves
     std::optional<Product> undo; // from moves to states
     std::optional<Product> step; // from states to next states
@@ -93,15 +93,15 @@ private:
   void build_parts(Translation &translate, const Conjuncts &conjuncts, const Environment &environment,
                    const std::vector<Conjunct> &answers);
 
-  // Of these states, or of the states and moves so far.
+  // Conjoin ENV_TRANS, factor by factor, to a set of states.
   Bdd environment_moves(const Bdd &from) const;
 
-  // The current variables that neither a relation nor a liveness condition reads.
+  // Return the current variables that neither a relation nor a liveness condition reads.
   std::vector<Var> unread();
 
-  std::vector<Bdd> env_factors_; // ENV_TRANS is their conjunction
+  std::vector<Bdd> env_factors_; // factors of ENV_TRANS
   std::optional<Parts> parts_;
-  std::optional<VarSet> unread_; // none if there are none
+  std::optional<VarSet> unread_; // the variables returned by unread(), if any
 };
 
 } // namespace slugs

@@ -9,7 +9,7 @@ namespace slugs {
 
 namespace {
 
-// Sets of variables that are joined (Galler and Fischer 1964).
+// Union-find over variables (Galler and Fischer 1964).
 class Groups {
 public:
   explicit Groups(std::size_t n) : leader_(n) { std::iota(leader_.begin(), leader_.end(), 0u); }
@@ -28,7 +28,7 @@ private:
 
 Environment independent_parts(const Specification &specification, const Conjuncts &conjuncts,
                               const Budget &budget) {
-  // A part with fewer inputs of its own is not worth an operation.
+  // A part with fewer own inputs does not justify a separate relation.
   constexpr std::size_t least_own = 2;
   constexpr std::uint32_t none = static_cast<std::uint32_t>(-1);
   BudgetPacer pacer(budget);
@@ -39,7 +39,7 @@ Environment independent_parts(const Specification &specification, const Conjunct
   environment.shared = conjuncts[Section::EnvTrans];
   const std::size_t n = specification.variables.size();
   Groups groups(n);
-  std::vector<std::uint32_t> first_next; // input of each constraint, if any
+  std::vector<std::uint32_t> first_next; // first next input of each constraint, or none
   for (const Conjunct &constraint : environment.shared) {
     std::uint32_t first = none;
     for (const Read read : conjuncts.reads(constraint)) {
@@ -53,7 +53,7 @@ Environment independent_parts(const Specification &specification, const Conjunct
     first_next.push_back(first);
   }
 
-  // Whose present values are asked for by anything but their own group.
+  // Variables whose current values are read outside of their own group.
   std::vector<bool> asked_for(n, false);
   for (std::size_t i = 0; i < environment.shared.size(); ++i)
     for (const Read read : conjuncts.reads(environment.shared[i])) {
@@ -74,7 +74,7 @@ Environment independent_parts(const Specification &specification, const Conjunct
       }
     }
 
-  std::map<std::uint32_t, IndependentPart> parts; // by group
+  std::map<std::uint32_t, IndependentPart> parts; // keyed by group
   for (std::uint32_t v = 0; v < n; ++v)
     if (specification.variables[v].owner == Owner::Input && !asked_for[v])
       parts[groups.of(v)].own.push_back(v);

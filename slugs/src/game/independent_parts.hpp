@@ -1,11 +1,11 @@
-// The parts of the environment that move independently of each other.
+// Independent parts of the environment.
 //
-// Constraints of ENV_TRANS belong together if they refer to the same next input, or
-// of two that some other constraint brings together.  What the inputs of one group
-// do next then says nothing about those of another.  Such a group is a part if it
-// has a present of its own: inputs whose present values matter for nothing else,
-// neither for the rest of ENV_TRANS, nor for which answers the system has, nor for
-// liveness.  Several other robots on their own ways are such parts.
+// Constraints of ENV_TRANS form a group if they read a common next input, directly or
+// through a chain of other constraints.  Given the state, the next inputs of different
+// groups are independent.  A group is a part if it has own inputs: inputs whose current
+// values are read neither by the rest of ENV_TRANS, nor by SYS_TRANS constraints on
+// next outputs, nor by liveness conditions.  Several other robots that move
+// independently are such parts.
 
 #pragma once
 
@@ -20,7 +20,7 @@ namespace slugs {
 
 struct IndependentPart {
   std::vector<Conjunct> constraints;
-  std::vector<std::uint32_t> own; // inputs, ascending
+  std::vector<std::uint32_t> own; // own inputs, ascending
 };
 
 struct Environment {

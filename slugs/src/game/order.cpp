@@ -1,8 +1,7 @@
-// FORCE (Aloul, Markov and Sakallah 2003): every constraint pulls its variables
+// FORCE (Aloul, Markov and Sakallah 2003): each constraint pulls its variables
 // to their common centre of gravity, until the total span of the constraints
-// stops falling.  It costs next to nothing, and sifting later repairs what it
-// gets wrong; sifting from the order of declaration alone would first have to
-// build the diagrams in that order.
+// stops falling.  It is cheap, and sifting improves the result later.  Sifting the
+// declaration order instead would require building the diagrams in that order.
 
 #include "game/order.hpp"
 
@@ -13,7 +12,7 @@ namespace slugs {
 
 namespace {
 
-// Sets of at least two variables, one after the other.
+// The variables of each conjunct that has at least two, stored contiguously.
 class HyperEdges {
 public:
   HyperEdges(const Conjuncts &conjuncts, BudgetPacer &pacer) {
@@ -37,7 +36,7 @@ public:
   }
 
   std::size_t pins() const { return pins_.size(); }
-  // Calls with begin and end of each.
+  // Call use(begin, end) for each hyperedge.
   template <class Use> void for_each(Use use) const {
     const std::uint32_t *begin = pins_.data();
     for (const std::size_t end : ends_) {
@@ -78,7 +77,7 @@ std::vector<std::uint32_t> force_order(std::size_t n, const Conjuncts &conjuncts
   std::vector<std::uint32_t> best = order;
   std::uint64_t best_span = total_span(edges, position, pacer);
   constexpr int most_rounds = 60, patience = 5;
-  // A round goes through all pins, and of millions of constraints few rounds have to do.
+  // A round visits all pins, so millions of constraints allow few rounds.
   constexpr std::size_t most_pins = std::size_t{1} << 26;
   std::size_t pins = 0;
   for (int round = 0, stale = 0; round < most_rounds && stale < patience && pins < most_pins; ++round) {
@@ -137,8 +136,7 @@ std::vector<std::uint32_t> start_order(std::size_t variables, const Conjuncts &c
   const std::vector<std::uint32_t> order = hubs_first(force_order(variables, conjuncts, budget), conjuncts);
   if (parts.empty())
     return order;
-  // Parts in the order of their first variables; the rest, which is nobody's own,
-  // comes second.
+  // Parts in the order of their first variables, with the shared variables second.
   std::vector<std::size_t> part_of(order.size(), parts.size());
   for (std::size_t k = 0; k < parts.size(); ++k)
     for (const std::uint32_t v : parts[k].own)

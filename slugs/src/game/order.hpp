@@ -1,4 +1,4 @@
-// The start order of the variables.
+// The initial variable order.
 
 #pragma once
 
@@ -12,21 +12,22 @@
 
 namespace slugs {
 
-// An order in which variables that share constraints are close: order[k] is the
-// variable at position k.
+// Return an order that places variables of the same constraint near each other:
+// order[k] is the variable at position k.
 std::vector<std::uint32_t> force_order(std::size_t variables, const Conjuncts &conjuncts,
                                        const Budget &budget);
 
-// The order with its hubs at the top: the variables that more than eight times as many
-// constraints read as the median one. FORCE puts them in the middle of what they are
-// read with, and diagrams have to remember all above them: the position of a lift among
-// its buttons tells which button matters, once it is known.
+// Move hubs to the top: variables with more than eight times as many occurrences as the
+// median variable.  FORCE places them amid the variables that they interact with, and
+// diagrams must then encode all variables above them.  For example, the position of a
+// lift selects the relevant button, so it belongs above the buttons.
 std::vector<std::uint32_t> hubs_first(std::vector<std::uint32_t> order, const Conjuncts &conjuncts);
 
-// The order of FORCE with its hubs first, and the inputs of each independent part of the
-// environment in one piece: the first above everything else, all others below.  Given
-// the rest, parts do not know of each other, so diagrams grow with their sum; with two
-// of them above the rest, with their product.
+// Return the order of FORCE with hubs first and the inputs of each independent part of
+// the environment contiguous: the first part above all shared variables, the others
+// below.  Given the shared variables, parts are independent, so the size of diagrams
+// grows with the sum of the parts' sizes; with two parts above the shared variables it
+// would grow with their product.
 std::vector<std::uint32_t> start_order(std::size_t variables, const Conjuncts &conjuncts,
                                        const std::vector<IndependentPart> &parts, const Budget &budget);
 

@@ -1,9 +1,9 @@
-// Relational products of a set with many relations: exists V. f & r_1 & ... & r_n.
+// Relational product of a set with several relations: exists V. f & r_1 & ... & r_n.
 //
-// One relation after the other is multiplied, and each variable is quantified as
-// soon as no later relation reads it ("early quantification": Burch, Clarke and
-// Long 1991).  So no intermediate result has more than one relation's past and
-// future, which is all the difference where the relations are independent.
+// The relations are conjoined in turn, and each variable is quantified as soon as no
+// later relation reads it ("early quantification": Burch, Clarke and Long 1991).  So
+// an intermediate result relates current and next values of one relation at most,
+// which is decisive if the relations are independent.
 
 #pragma once
 
@@ -15,18 +15,18 @@ namespace slugs {
 
 class Product {
 public:
-  // In the order in which the relations are to be multiplied.
+  // `relations`: in the order of their conjunction.
   Product(BddStore &store, const std::vector<Bdd> &relations, const std::vector<Var> &quantified);
   Bdd operator()(const Bdd &f) const;
 
 private:
   struct Factor {
     Bdd relation;
-    VarSet dropped; // read by none of those that follow
+    VarSet dropped; // quantified variables that no later relation reads
   };
 
   BddStore &store_;
-  VarSet unread_; // by any relation
+  VarSet unread_; // quantified variables that no relation reads
   std::vector<Factor> factors_;
 };
 

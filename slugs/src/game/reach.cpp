@@ -1,6 +1,6 @@
 // Breadth-first symbolic reachability (Burch, Clarke, McMillan, Dill and Hwang
-// 1992).  Plays never leave the result, so every fixpoint of the game may be
-// computed within it: the values there are those of the whole game.
+// 1992).  Plays never leave the result, so the fixpoints of the game restricted to it
+// agree there with those of the entire game.
 
 #include "game/reach.hpp"
 

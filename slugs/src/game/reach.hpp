@@ -1,4 +1,4 @@
-// The states that a play can visit.
+// Reachable states.
 
 #pragma once
 
@@ -6,12 +6,12 @@
 
 namespace slugs {
 
-// All states that both players, following their safety constraints only, can
-// reach from ENV_INIT & SYS_INIT, and those alike: no play leaves this set either,
-// and its diagrams are far smaller where variables say what has just happened.
+// Return the states reachable from ENV_INIT & SYS_INIT under the safety constraints of
+// both players, and all equivalent states (see Game::with_alike).  No play leaves this
+// set either, and its diagrams are far smaller if variables only record past events.
 Bdd reachable_states(Game &game);
 
-// Of these the states that can be reached themselves.
+// Return the states in `reachable` that are reachable themselves.
 Bdd without_alike(Game &game, const Bdd &reachable);
 
 } // namespace slugs

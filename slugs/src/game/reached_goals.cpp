@@ -7,7 +7,7 @@ void ReachedGoals::add(const Bdd &last) {
     goals_.push_back({FrozenBdd(store_, last), store_.some_valuation(last)});
 }
 
-// The latest first: goals that are neighbours are often listed as neighbours.
+// Check the latest goal first: goals near each other are often listed consecutively.
 bool ReachedGoals::covered(const Bdd &open) {
   constexpr std::uint64_t share = 8;
   for (std::size_t i = goals_.size(); i-- > 0;) {

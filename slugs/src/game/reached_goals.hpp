@@ -1,14 +1,14 @@
-// Goals that can be reached from every winning state, as stepping stones to others.
+// Goals that the system can reach from all of Z, used to shorten the fixpoints of others.
 //
-// Suppose that from all of Z the system reaches goal 1, which meets it at last by
-// answering some of the environment's moves, A.  If it can answer each move of A
-// so that goal 2 is met immediately or from where that leads, then it reaches goal 2
-// from all of Z, too: as the least fixpoint of goal 1 grows from the answers to A,
-// that of goal 2 grows from answers to as many.  So the fixpoint of a goal may
-// stop at Z as soon as it covers the last moves of some other.  Between neighbours
-// this takes a few steps, where going through all of Z takes hundreds.
+// Suppose that the system reaches goal 1 from all of Z, and that its last step towards
+// goal 1 answers one of the environment's moves A.  If it can answer each move of A such
+// that goal 2 is met, immediately or from the successor, then it also reaches goal 2
+// from all of Z: the least fixpoint of goal 1 grows from the answers to A, and that of
+// goal 2 from answers to at least these moves.  So the fixpoint of a goal may stop
+// with the result Z as soon as it covers the last moves of another goal.  For goals near
+// each other this takes a few steps, where covering all of Z takes hundreds.
 //
-// Only for the verdict: a strategy needs the way to each goal.
+// This applies only to the verdict: a strategy needs the rounds of each goal.
 
 #pragma once
 
@@ -24,23 +24,23 @@ class ReachedGoals {
 public:
   explicit ReachedGoals(Game &game) : store_(game.store), begun_(game.store.work()) {}
 
-  // From all of Z a goal is reached by answers to the moves `last` that meet it.
+  // Add a goal that is reached from all of Z and met by answering the moves `last`.
   void add(const Bdd &last);
-  // Z has changed: nothing is known about it.
+  // Remove all goals, after Z has changed.
   void clear() { goals_.clear(); }
-  // Whether no last move of some goal is among `open`.  If that would take much
-  // longer to find out than it can save, false.
+  // Return whether none of the last moves of some goal is in `open`; also false if
+  // checking takes a larger share of the work than it can save.
   bool covered(const Bdd &open);
 
 private:
   struct Goal {
     FrozenBdd last;
-    std::vector<bool> uncovered; // a last move, perhaps uncovered: tried first, because that is cheap
+    std::vector<bool> uncovered; // last move found uncovered before; cheap to check first
   };
 
   BddStore &store_;
-  std::uint64_t begun_;     // work of the store
-  std::uint64_t spent_ = 0; // work here
+  std::uint64_t begun_;     // work of the store at construction
+  std::uint64_t spent_ = 0; // work of covered()
   std::vector<Goal> goals_;
 };
 

@@ -1,4 +1,4 @@
-// The way through the engine: order, game, reachable states, fixpoint, and on
+// Phases of the engine: variable order, game, reachable states, fixpoint, and on
 // request a strategy or a counterstrategy.
 
 #include "game/solver.hpp"
@@ -37,7 +37,7 @@ struct Solver::Implementation {
       statistics.constraints[i] = s.constraints[i].size();
   }
 
-  // Runs a phase, and accounts for it also when a limit ends it.
+  // Run a phase and update the statistics, even if a limit ends it.
   template <typename Work> void timed(Phase which, Work work) {
     phase = which;
     const auto start = Budget::Clock::now();
@@ -75,7 +75,7 @@ struct Solver::Implementation {
 };
 
 void Solver::Implementation::solve() {
-  // Left over if a limit ended an earlier attempt; handles go before their store.
+  // A limit may have ended an earlier attempt.  Handles are destroyed before their store.
   on_demand.reset();
   fixpoint.reset();
   game.reset();

@@ -1,8 +1,8 @@
-// The face of the engine: one specification in, a verdict and certificates out.
+// Interface of the engine: computes the verdict and certificates of a specification.
 //
-// No global state: two solvers can live in one process.  Everything throws
-// LimitReached when the budget is exhausted; what has been sent to a sink by then
-// is incomplete and must be discarded by the caller.
+// There is no global state: solvers are independent.  All functions throw
+// LimitReached when the budget is exhausted; the output of a sink is then
+// incomplete, and the caller must discard it.
 
 #pragma once
 
@@ -26,14 +26,14 @@ enum class Verdict { Realizable, Unrealizable };
 struct SolverOptions {
   bool robotics_init = false;   // --sysInitRoboticsSemantics
   bool bias_for_action = false; // --biasForAction
-  // Only the verdict is wanted, perhaps a counterstrategy: strategy() must not
-  // be called.  Faster, because the fixpoint need not follow the order of steps
-  // that fixes a strategy.
+  // Compute only the verdict and perhaps a counterstrategy; strategy() must not be
+  // called.  This is faster, since the order of steps in the fixpoint, which determines
+  // the strategy, is then free.
   bool verdict_only = false;
-  // Of a listed strategy; one that has more is a LimitReached.
+  // Node limit of an explicit strategy; a larger one throws LimitReached.
   std::size_t most_nodes = static_cast<std::size_t>(-1);
-  // Variables from the top, as indices into Specification::variables; empty:
-  // the solver chooses.  Changes speed and nothing else; for tests.
+  // Initial variable order from the top, as indices into Specification::variables;
+  // empty: the solver chooses.  It affects speed only; for tests.
   std::vector<std::uint32_t> start_order;
 };
 
@@ -44,15 +44,15 @@ public:
   Solver(const Solver &) = delete;
   Solver &operator=(const Solver &) = delete;
 
-  Verdict verdict();                        // solves at the first call
+  Verdict verdict();                        // solves the game on the first call
   void strategy(StrategySink &sink);        // only if realizable and not verdict_only
   void counterstrategy(StrategySink &sink); // only if unrealizable
-  // The same strategy move by move, only if realizable and not verdict_only;
-  // lives as long as the solver, which then does nothing else.  The time limit
-  // has no further effect.
+  // Return the same strategy for evaluation move by move, only if realizable and not
+  // verdict_only.  It is valid as long as the solver, of which no other function may be
+  // called; the time limit is removed.
   OnDemandStrategy &on_demand();
-  const Statistics &statistics() const; // valid at any time, also after LimitReached
-  std::string progress() const;         // one line: how far it got
+  const Statistics &statistics() const; // valid at any time, even after LimitReached
+  std::string progress() const;         // one line that describes the progress
 
 private:
   struct Implementation;

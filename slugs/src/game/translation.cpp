@@ -41,7 +41,8 @@ void Translation::keep(FormulaId id, const Bdd &value) {
   values_[place_[id]] = value;
 }
 
-// Operands first.  A formula of millions of operators is most of the pool.
+// Sort operators after their operands.  If they are a large share of their id range,
+// scan the range instead of sorting.
 void Translation::bring_into_order(std::vector<FormulaId> &needed) {
   constexpr std::size_t share = 4;
   if (needed.empty())

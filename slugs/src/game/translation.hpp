@@ -1,8 +1,8 @@
-// From formulas to diagrams.
+// Translation of formulas to BDDs.
 //
-// Formulas may be deep, so they are translated in the order of their ids, operands
-// first, and not by recursion.  What has been used for the last time is dropped: it
-// would be dragged along in collections and reorderings.
+// Formulas may be deep, so operators are translated in the order of their ids, operands
+// first, without recursion.  Intermediate results are dropped after their last use, since
+// collections and reorderings would have to process them.
 
 #pragma once
 
@@ -17,7 +17,7 @@ namespace slugs {
 
 class Translation {
 public:
-  // Variable v of the formulas is current_var(v) and next_var(v) of the store.
+  // Variable v of the formulas corresponds to current_var(v) and next_var(v) of the store.
   Translation(BddStore &store, const FormulaPool &formulas);
 
   Bdd operator()(FormulaId formula);
@@ -31,10 +31,10 @@ private:
   BddStore &store_;
   const FormulaPool &formulas_;
   BudgetPacer pacer_;
-  // Of operators in the formula that is being translated.
-  std::vector<std::uint32_t> uses_; // to come
-  std::vector<std::uint32_t> place_;
-  std::vector<Bdd> values_; // at places
+  // Operators of the formula in translation, indexed by id:
+  std::vector<std::uint32_t> uses_;  // remaining uses
+  std::vector<std::uint32_t> place_; // index into values_
+  std::vector<Bdd> values_;
   std::vector<std::uint32_t> free_places_;
 };
 

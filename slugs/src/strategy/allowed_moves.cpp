@@ -1,17 +1,17 @@
-// The steps in the order that fixes the strategy: round after round, within a
-// round first the plain steps (bias for action), then assumption after
-// assumption.  A step offers
+// The order of the steps determines the strategy: round by round, within a round
+// first the plain steps (bias for action), then assumption by assumption.  A step
+// offers
 //
 //   SYS_TRANS & ( (G_j & Z') | closer' | (!A_i & waiting_i') )
 //
-// and serves those pairs of state and input that no earlier step has served.
-// What leads to what `closer` had before has been served, so only its new part is
-// examined, and of `waiting_i` only what lies outside of `closer`.
+// and serves the pairs of a state and an input that no earlier step serves.
+// Moves with a response into the former part of `closer` are already served, so only its
+// new part is examined, and of `waiting_i` only the part outside of `closer`.
 //
-// The union of all steps is a relation over both copies of all variables, and
-// can be far larger than its factors: what each part of the environment does, who
-// is served, what SYS_TRANS allows, where the step may lead.  So the factors are kept, and multiplied only
-// after each has been cofactored by a state, when they are small.
+// The union of all steps is a relation over both copies of all variables and can be
+// far larger than its factors: the parts of the environment, the pairs served by each
+// step, SYS_TRANS, and the targets of each step.  So the factors are stored, and
+// conjoined only after they have been cofactored by a state.
 
 #include "strategy/allowed_moves.hpp"
 
@@ -19,9 +19,9 @@ namespace slugs {
 
 namespace {
 
-// Numbers disjoint sets in the order in which they come, and says of each digit
-// for which elements it is set.  Sets are joined in pairs, pairs in fours, and so
-// on, like carries in a binary counter: so large sets are joined rarely.
+// Numbers disjoint sets in the order of add() and computes, for each binary digit, the
+// union of the sets whose number has it set.  Like carries in a binary counter, sets
+// are joined in pairs, pairs in fours, and so on, so that large sets are joined rarely.
 class Numbering {
 public:
   explicit Numbering(BddStore &store) : store_(store) {}
@@ -34,7 +34,7 @@ public:
 
   std::vector<Bdd> digits() {
     while (blocks_.size() > 1) {
-      // The last block is as if it had been filled up with empty sets.
+      // Pad the last block with empty sets.
       while (blocks_.back().digits.size() < blocks_[blocks_.size() - 2].digits.size())
         blocks_.back().digits.push_back(store_.constant(false));
       join_last_two();
@@ -136,7 +136,7 @@ Edge AllowedMoves::transitions(const Word *state, std::size_t j, Edge inputs) {
   return collect_steps(goal, state, open, goal.bits.size(), 0);
 }
 
-// Splits the inputs by the digits of their step, from the highest one.
+// Split the inputs by the digits of their step number, most significant first.
 Edge AllowedMoves::collect_steps(const Goal &goal, const Word *state, Edge inputs, std::size_t bits,
                                  std::size_t step) {
   Operations &edges = game_.store.edges();

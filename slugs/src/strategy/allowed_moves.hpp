@@ -1,4 +1,4 @@
-// For each guarantee, which transitions the strategy may take towards it.
+// The transitions that the strategy may take towards each guarantee.
 
 #pragma once
 
@@ -15,22 +15,21 @@ class AllowedMoves {
 public:
   AllowedMoves(Game &game, const Fixpoint &fixpoint);
 
-  // Must be called once before transitions(), when the store no longer
-  // collects: what follows works on edges.
+  // Prepare transitions(), which works on edges.  Call it once, with collections paused.
   void prepare_cofactors();
 
-  // From a winning state, for the inputs that the environment may choose, what
-  // the strategy may do while it pursues guarantee j: for each input, the
-  // transitions of the earliest step of the fixpoint that has any.  A function
-  // of next variables, which lives until forget().
+  // Return the allowed transitions from a winning state while guarantee j is pursued: for
+  // each input that the environment may choose, those of the earliest step of the
+  // fixpoint that has any.  The result is a function of next variables, valid until
+  // forget().
   Edge transitions(const Word *state, std::size_t j) { return transitions(state, j, bdd_true); }
   // The same for `inputs` only, a function of next inputs.
   Edge transitions(const Word *state, std::size_t j, Edge inputs);
-  void forget(); // with a collection
+  void forget(); // call it with each collection
 
 private:
-  // For a guarantee: which step serves a state and an input, as a binary number
-  // of which bits[b] is one digit, and where each step may lead.
+  // The steps of a guarantee.  bits[b] is digit b of the number of the step that serves
+  // a state and an input; targets[n] contains the allowed transitions of step n.
   struct Goal {
     std::vector<Bdd> bits;
     std::vector<Bdd> targets;
@@ -40,7 +39,7 @@ private:
   Edge collect_steps(const Goal &goal, const Word *state, Edge inputs, std::size_t bits, std::size_t step);
 
   Game &game_;
-  std::vector<Bdd> environment_; // in winning states their conjunction is what it may do
+  std::vector<Bdd> environment_; // factors of ENV_TRANS in winning states
   std::vector<Goal> goals_;
   std::unique_ptr<StateCofactor> cofactor_;
 };

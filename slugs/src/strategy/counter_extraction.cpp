@@ -1,4 +1,4 @@
-// Breadth-first exploration of the game under the environment's strategy.
+// Breadth-first search of the game under the environment's strategy.
 
 #include "strategy/counter_extraction.hpp"
 
@@ -52,7 +52,7 @@ public:
   }
 
 private:
-  // The moves for each assumption, then both parts of SYS_TRANS, then the assumptions.
+  // Return the moves for each assumption, both parts of SYS_TRANS, and the assumptions.
   static std::vector<Bdd> functions(Game &game, const CounterFixpoint &fixpoint) {
     std::vector<Bdd> result = fixpoint.moves();
     result.push_back(game.answerable);
@@ -74,7 +74,7 @@ private:
     meet_outputs(f, 0, valuation);
   }
 
-  // The cofactor by the least possible value of v, which is entered.
+  // Return the cofactor by the least possible value of v, and enter it in the valuation.
   Edge fix(Edge f, Var v, Word *valuation) {
     const Edge zero = game_.store.edges().cofactor(f, v, false);
     if (zero != bdd_false)
@@ -83,14 +83,14 @@ private:
     return game_.store.edges().cofactor(f, v, true);
   }
 
-  // Returns whether the exploration should keep looking for initial states.
+  // Add the initial nodes with these inputs; return whether to continue the search.
   bool meet_outputs(Edge f, std::uint32_t bit, std::vector<Word> &valuation) {
     if (f == bdd_false)
       return true;
     if (bit == game_.store.bits()) {
       game_.store.account().budget().check();
       nodes_.intern(valuation.data(), 0);
-      return !robotics_init_; // there one initial state decides
+      return !robotics_init_; // then one initial state suffices
     }
     if (is_input(bit))
       return meet_outputs(f, bit + 1, valuation);

@@ -1,4 +1,4 @@
-// The winning strategy of the environment as an explicit automaton.
+// Extraction of an explicit winning strategy of the environment.
 
 #pragma once
 
@@ -8,19 +8,19 @@
 
 namespace slugs {
 
-// Sends the nodes breadth first.  A node is a state with the environment
-// assumption that is being pursued, its rank.  In each node the environment has
-// chosen one next input, the lexicographically least that its strategy allows;
-// the successors of the node all have it, one for each next output that
-// SYS_TRANS allows with it.  A node without successors is one where the system
-// is stuck.
+// Send the nodes to the sink in breadth-first order.  A node is a state with a rank,
+// the environment assumption that is pursued.  In each node the environment chooses
+// one next input, the lexicographically least that its strategy allows.  The
+// successors of the node are this input with each next output that SYS_TRANS allows.
+// In a node without successors the system is deadlocked.
 //
-// Initial nodes: the lexicographically least initial input for which the system
-// loses, with every output that SYS_INIT allows; none if SYS_INIT allows none.
-// With robotics_init, where the environment also chooses the initial outputs,
-// the least losing initial state.
+// The initial nodes are the lexicographically least initial input for which the system
+// loses, with each output that SYS_INIT allows; none if SYS_INIT allows none.
+// With robotics_init the environment also chooses the initial outputs: the only
+// initial node is the least losing initial state.
 //
-// `losing` are states that the system loses, enough to lose initially.
+// `losing`: states from which the system loses, enough for the environment to win
+// initially.
 void extract_counterstrategy(Game &game, const Bdd &losing, bool robotics_init, StrategySink &sink,
                              Statistics &statistics);
 

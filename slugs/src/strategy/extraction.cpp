@@ -1,4 +1,4 @@
-// See strategy/extraction.hpp; the search itself is in strategy/strategy_nodes.
+// See strategy/extraction.hpp; strategy/strategy_nodes.hpp contains the search.
 
 #include "strategy/extraction.hpp"
 

@@ -1,4 +1,4 @@
-// The winning strategy as an explicit automaton.
+// Extraction of an explicit winning strategy of the system.
 
 #pragma once
 
@@ -11,9 +11,9 @@
 
 namespace slugs {
 
-// Sends the nodes breadth first.  Nothing is kept of what has been sent but the
-// valuations of the nodes, so the output may be larger than memory.  Throws
-// LimitReached as soon as more than `most_nodes` have been met.
+// Send the nodes to the sink in breadth-first order.  Only their valuations stay in
+// memory, so the output may exceed it.  Throws LimitReached as soon as more than
+// `most_nodes` have been found.
 void extract_strategy(Game &game, const Fixpoint &fixpoint, std::size_t most_nodes, StrategySink &sink,
                       Statistics &statistics);
 

@@ -1,5 +1,5 @@
-// See strategy/on_demand.hpp.  The diagrams are those of the extraction, asked for
-// one input instead of all.
+// See strategy/on_demand.hpp.  Uses the diagrams of the extraction, restricted to one
+// input.
 
 #include "strategy/on_demand.hpp"
 
@@ -30,7 +30,7 @@ OnDemandStrategy::OnDemandStrategy(Game &game, const Fixpoint &fixpoint)
 std::optional<Position> OnDemandStrategy::start(const Values &values) {
   BddStore &store = game_.store;
   make_room();
-  // Given values first: then a value can be chosen for the others without going back.
+  // Fix the given values first; then the others can be chosen without backtracking.
   Edge f = initial_.edge();
   for (std::uint32_t bit = 0; bit < values.size(); ++bit)
     if (values[bit])
@@ -67,7 +67,7 @@ std::optional<Position> OnDemandStrategy::find(const Values &values, std::size_t
       state[bit] = get_bit(nodes.state(*found), bit);
     result = position(std::move(state), nodes.rank(*found));
   }
-  // To get more, start again.
+  // An incomplete set of initial nodes cannot be extended: restart next time.
   if (!begun)
     listed_.reset();
   else if (!found)
@@ -75,7 +75,7 @@ std::optional<Position> OnDemandStrategy::find(const Values &values, std::size_t
   return result;
 }
 
-// The first number below `most` of a node with these values.
+// Return the first node below `most` with these values, expanding nodes as needed.
 std::optional<std::size_t> OnDemandStrategy::place_of(const Values &values, std::size_t most) {
   const NodeTable &nodes = listed_->nodes();
   const auto is_wanted = [&](const Word *state) {
@@ -136,7 +136,7 @@ Position OnDemandStrategy::position(std::vector<bool> state, std::uint32_t goal)
     }
     for (std::uint32_t i = 0; i < round.waiting.size(); ++i) {
       if (round.waiting[i].evaluate(value_of)) {
-        // Without assumptions there is one that is true, which excuses nothing.
+        // The constant true stands for a missing assumption, which justifies no waiting.
         const bool excuses = !game_.assumptions[i].is_true();
         return {std::move(state), goal, distance, excuses ? std::optional(i) : std::nullopt};
       }
@@ -146,7 +146,7 @@ Position OnDemandStrategy::position(std::vector<bool> state, std::uint32_t goal)
   throw std::logic_error("a winning state without a way to its guarantee");
 }
 
-// The next inputs as a function, from the bottom.
+// Build the cube of the next inputs, bottom up.
 Edge OnDemandStrategy::input_cube(const std::vector<bool> &inputs) {
   BddStore &store = game_.store;
   Edge cube = bdd_true;

@@ -1,13 +1,13 @@
-// The explicit strategy without a list of it: one move at a time.
+// Evaluation of the strategy on demand, one move at a time.
 //
-// A position is a state with the guarantee that is pursued, as a node of the
-// explicit strategy is.  Its measure is a number and perhaps an assumption: the
-// first set of the fixpoint that has the state, in the order in which steps are
-// taken (see allowed_moves.cpp), and the assumption that waiting in this set
-// relies on.  On each move that does not meet the guarantee the number falls, or
-// it stays, the assumption stays, and it is not met on this move.  So the
-// caller can check each move, and a play that never meets the guarantee again
-// violates an assumption forever.
+// A position is a state with the guarantee that is pursued, like a node of the
+// explicit strategy.  Its progress measure is a number and perhaps an assumption: the
+// index of the first set of the fixpoint that contains the state, in the order of steps
+// (see allowed_moves.cpp), and the assumption on which waiting in this set relies.
+// On each move that does not meet the guarantee, the number decreases, or number and
+// assumption are unchanged and the move does not meet the assumption.  So the caller can
+// check each move, and a play that never meets the guarantee again meets the
+// assumption only finitely often.
 
 #pragma once
 
@@ -24,15 +24,15 @@
 namespace slugs {
 
 struct Position {
-  std::vector<bool> state; // by variable
-  std::uint32_t goal;      // the guarantee that is pursued
+  std::vector<bool> state; // indexed by variable
+  std::uint32_t goal;      // guarantee that is pursued
   std::uint64_t distance;
-  std::optional<std::uint32_t> assumption; // may be waited for
+  std::optional<std::uint32_t> assumption; // assumption on which waiting relies
 };
 
 struct Move {
   Position to;
-  std::uint32_t met; // how many guarantees in turn, from the one that was pursued
+  std::uint32_t met; // number of consecutive guarantees met, starting with the pursued one
 };
 
 enum class Refusal {
@@ -44,15 +44,15 @@ class OnDemandStrategy {
 public:
   OnDemandStrategy(Game &game, const Fixpoint &fixpoint);
 
-  using Values = std::vector<std::optional<bool>>; // by variable, as far as given
+  using Values = std::vector<std::optional<bool>>; // partial valuation, indexed by variable
 
-  // The first initial node whose variables have these values.
+  // Return the first initial node whose variables have these values.
   std::optional<Position> start(const Values &values);
-  // The first of the first `most` nodes of the explicit strategy whose variables
-  // have these values.  Nodes are met as far as that takes, and once.
+  // Return the first of the first `most` nodes of the explicit strategy whose variables
+  // have these values.  The search for nodes is incremental across calls.
   std::optional<Position> find(const Values &values, std::size_t most);
-  // The successor that the explicit strategy has for these next inputs, by
-  // variable; outputs are ignored.  `goal` is a guarantee.
+  // Return the successor in the explicit strategy for these next inputs.  `inputs`:
+  // indexed by variable, outputs are ignored; `goal`: index of a guarantee.
   std::variant<Move, Refusal> move(const std::vector<bool> &state, std::uint32_t goal,
                                    const std::vector<bool> &inputs);
 
@@ -66,9 +66,9 @@ private:
   const Fixpoint &fixpoint_;
   Bdd initial_;
   StrategySteps steps_;
-  CollectionPause no_collection_;       // from when all of these are there
-  std::optional<StrategyNodes> listed_; // since something was to be found
-  std::size_t left_ = 0;                // the nodes whose successors it has met
+  CollectionPause no_collection_;       // must follow the members above
+  std::optional<StrategyNodes> listed_; // since the first call of find()
+  std::size_t left_ = 0;                // number of nodes of listed_ that are expanded
 };
 
 } // namespace slugs

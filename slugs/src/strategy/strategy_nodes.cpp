@@ -1,10 +1,10 @@
 // See strategy/strategy_nodes.hpp.
 //
 // The positional strategy of a guarantee, cofactored by a state, is a function
-// of next variables that says all about its successors.  Games have far more
-// states than such functions, so lists of successors are remembered by function
-// and rank.  A remembered list holds only numbers that have been given, so
-// remembering never changes them.
+// of next variables that determines the successors.  Games have far more states than
+// such functions, so lists of successors are cached by function and rank.  A cached
+// list contains only nodes that already have numbers, so caching does not affect the
+// numbering.
 
 #include "strategy/strategy_nodes.hpp"
 
@@ -19,7 +19,7 @@ bool StrategyNodes::begin(const Bdd &initial, std::size_t most) {
   return meet_initial(initial.edge(), 0, valuation, most);
 }
 
-// Variable by variable as declared, 0 before 1.
+// Enumerate valuations in lexicographic order of the declared variables.
 bool StrategyNodes::meet_initial(Edge f, std::uint32_t bit, std::vector<Word> &valuation, std::size_t most) {
   if (f == bdd_false)
     return true;
@@ -38,7 +38,7 @@ bool StrategyNodes::meet_initial(Edge f, std::uint32_t bit, std::vector<Word> &v
 }
 
 const std::vector<std::uint64_t> &StrategyNodes::leave(std::size_t id) {
-  // Copied: meeting others may move the table.
+  // Copy the state, since interning successors may reallocate the table.
   state_.assign(nodes_.state(id), nodes_.state(id) + state_.size());
   const Edge f = steps_.allowed.transitions(state_.data(), nodes_.rank(id));
   const Ranks::Step step = steps_.ranks.from(state_.data(), nodes_.rank(id));

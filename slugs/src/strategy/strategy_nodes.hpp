@@ -1,7 +1,7 @@
-// The nodes of the explicit strategy with their numbers, as far as somebody asks.
+// Incremental breadth-first search of the nodes of the explicit strategy.
 //
-// Numbers are given in the order in which a first-in first-out search meets the
-// nodes: first the initial ones, then the successors of node 0, of node 1, ...
+// Nodes are numbered in the order in which the search finds them: first the initial
+// nodes, then the successors of node 0, of node 1, ...
 
 #pragma once
 
@@ -18,17 +18,16 @@ class StrategyNodes {
 public:
   StrategyNodes(Game &game, StrategySteps &steps);
 
-  // Meets the initial nodes.  False, and not all of them are met, if there are
-  // more than `most`.
+  // Add the initial nodes; return false, with some missing, if there are more than `most`.
   bool begin(const Bdd &initial, std::size_t most);
-  // The numbers of the successors of node `id`, for every id from 0 on in turn;
-  // valid until the next call.
+  // Return the numbers of the successors of node `id`, valid until the next call.  Call
+  // it for all ids in ascending order.
   const std::vector<std::uint64_t> &leave(std::size_t id);
 
-  const NodeTable &nodes() const { return nodes_; } // those met so far
-  // Between nodes: limits, and memory that only speeds things up.
+  const NodeTable &nodes() const { return nodes_; } // nodes found so far
+  // Check the limits between nodes, and clear caches that have grown too large.
   void make_room();
-  void forget(); // what was remembered to be quick
+  void forget(); // clear the cached successor lists
 
 private:
   bool meet_initial(Edge f, std::uint32_t bit, std::vector<Word> &valuation, std::size_t most);

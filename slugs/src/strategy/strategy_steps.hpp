@@ -1,7 +1,7 @@
-// All that it takes to go one step along the strategy.
+// Components for computing one step of the strategy.
 //
-// What it remembers are edges of diagrams: it lives while collections are paused
-// and forgets with each that is asked for.
+// Their caches contain edges, so collections must be paused, and an explicit
+// collection must go through forget().
 
 #pragma once
 
@@ -22,13 +22,13 @@ struct StrategySteps {
         successors(game, Successors::Answers::Least), ranks(game.store, cofactor, game.guarantees),
         store_(game.store) {}
 
-  // Must be called once, with collections paused, before anything else.
+  // Call it once, with collections paused, before all other functions.
   void prepare() {
     allowed.prepare_cofactors();
     store_.collect();
     collect_at_ = store_.live_nodes() + (1u << 18);
   }
-  // Whether the diagrams that were made on the way want to be collected.
+  // Return whether temporary diagrams should be collected.
   bool crowded() const { return store_.live_nodes() > collect_at_; }
   void forget() {
     ranks.forget();

@@ -1,4 +1,5 @@
-// The layout is SLUGS's to the byte, so that results can be compared by hash.
+// The layout equals that of SLUGS byte for byte, so that results can be compared by
+// checksum.
 
 #include "strategy/output/json_sink.hpp"
 

@@ -1,4 +1,4 @@
-// An explicit strategy as JSON, the form that SLUGS prints with --jsonOutput.
+// Output of an explicit strategy as JSON, in the format of SLUGS with --jsonOutput.
 
 #pragma once
 

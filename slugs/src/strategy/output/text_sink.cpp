@@ -1,4 +1,4 @@
-// The layout is SLUGS's to the byte.
+// The layout equals that of SLUGS byte for byte.
 
 #include "strategy/output/text_sink.hpp"
 

@@ -1,4 +1,4 @@
-// An explicit strategy as text, the form that SLUGS prints without --jsonOutput.
+// Output of an explicit strategy as text, in the format of SLUGS without --jsonOutput.
 
 #pragma once
 
@@ -19,7 +19,7 @@ public:
   void end() override;
 
 private:
-  std::vector<std::string> names_; // in the order in which they are printed, each with its colon
+  std::vector<std::string> names_; // in the order of output, each with its colon
   OutputBuffer out_;
 };
 

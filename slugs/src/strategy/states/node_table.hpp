@@ -1,5 +1,5 @@
-// The nodes of an explicit strategy: (rank, valuation) to and from numbers, in
-// the order in which they are met.
+// Numbering of the nodes (rank, valuation) of an explicit strategy, in the order of
+// their insertion.
 
 #pragma once
 
@@ -15,7 +15,7 @@ public:
     slots_.resize(1 << 10);
   }
 
-  // The number of the node, new or known.
+  // Return the number of the node, and add it if it is new.
   std::uint32_t intern(const Word *state, std::uint32_t rank) {
     const Word hash = hash_words(state, words_, rank + 1);
     std::size_t slot = find(state, rank, hash);
@@ -66,7 +66,7 @@ private:
   std::size_t count_ = 0;
   CountedArray<Word> states_;
   CountedArray<std::uint32_t> ranks_;
-  CountedArray<std::uint32_t> slots_; // number + 1; 0 is empty
+  CountedArray<std::uint32_t> slots_; // number + 1; 0 in an empty slot
 };
 
 } // namespace slugs

@@ -21,8 +21,8 @@ inline bool get_bit(const Word *state, std::size_t bit) { return state[bit / 64]
 inline void set_bit(Word *state, std::size_t bit) { state[bit / 64] |= word_bit(bit); }
 inline void reset_bit(Word *state, std::size_t bit) { state[bit / 64] &= ~word_bit(bit); }
 
-// Valuations fill words from the top, and a product only carries upwards: so
-// the high half is folded into the low one before multiplying and after.
+// Valuations fill words from the most significant bit, and multiplication carries
+// upwards only, so the high half is folded into the low one before and after it.
 inline Word mix(Word h, Word w) {
   h ^= w;
   h ^= h >> 32;

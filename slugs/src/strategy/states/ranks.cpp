@@ -1,4 +1,4 @@
-// The two ways to advance: once for a state, or for each of its successors.
+// Advance the rank once per state if possible, else per successor.
 
 #include "strategy/states/ranks.hpp"
 

@@ -1,9 +1,9 @@
-// How the rank of a node, the liveness condition being pursued, advances.
+// Advancing the rank of a node, the index of the liveness condition that is pursued.
 //
-// On a transition the rank moves past every condition that this transition
-// satisfies, from the present one on, at most once around.  Which they are
-// often depends on the state alone; otherwise the conditions' cofactors by the
-// state decide, and equal cofactors advance equally.
+// A transition advances the rank past the consecutive conditions that it meets, starting
+// with the present one, by at most one full cycle.  These conditions often depend on
+// the state alone.  Otherwise they depend on the cofactors of the conditions by the
+// state, and equal cofactors advance the rank equally.
 
 #pragma once
 
@@ -18,14 +18,14 @@ class Ranks {
 public:
   Ranks(BddStore &store, StateCofactor &cofactor, const std::vector<Bdd> &conditions);
 
-  // For the transitions from a state: the rank of all successors, or the
-  // present one if they differ, with a number that names how.
+  // The advance on the transitions from a state: the rank of all successors; or, if they
+  // differ, the present rank and the number of the tuple of cofactors.
   struct Step {
     std::uint32_t rank;
     std::uint32_t signature; // 0 if all successors have the same rank
   };
   Step from(const Word *state, std::uint32_t rank);
-  // The rank of a successor, for the step that was asked for last.
+  // Return the rank of a successor; `step` is the last result of from().
   std::uint32_t advance(const Step &step, const Word *next) const;
 
   void forget() { signatures_.clear(); }

@@ -1,4 +1,4 @@
-// The memory of cofactors: direct-mapped, so that it needs no upkeep.
+// Direct-mapped cache of cofactors by states.
 
 #include "strategy/states/state_cofactor.hpp"
 
@@ -36,7 +36,7 @@ StateCofactor::StateCofactor(BddStore &store, const std::vector<Bdd> &functions)
     meet(edges_.low_of(e));
     meet(edges_.high_of(e));
   }
-  // Bottom up, by level; equal sets of variables are stored once.
+  // Bottom up by level; equal masks are stored once.
   std::sort(nodes.begin(), nodes.end(), [&](Edge a, Edge b) {
     return store.level_of(edges_.var_of(a)) > store.level_of(edges_.var_of(b));
   });
@@ -74,7 +74,7 @@ Edge StateCofactor::visit(Edge f, const Word *state) {
   const Edge complement = f & 1;
   f ^= complement;
 
-  assert(f >> 1 < mask_of_.size()); // a node of the functions that were announced
+  assert(f >> 1 < mask_of_.size()); // f belongs to the functions of the constructor
   if (f <= 1 || mask_of_[f >> 1] == next_only)
     return f ^ complement;
   const Var v = edges_.var_of(f);

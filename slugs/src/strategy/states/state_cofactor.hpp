@@ -1,9 +1,8 @@
-// Functions of (current, next) cofactored by a current state, many times over.
+// Cofactors of functions of (current, next) by many current states.
 //
-// What a node becomes depends only on those current variables that occur below
-// it, so results are remembered for the node and these bits of the state, and
-// later states that share them stop there.  Upper nodes are visited once a
-// state; no diagram is ever made for the state itself.
+// The cofactor of a node depends only on the current variables that occur in its
+// diagram, so results are cached by the node and these bits of the state.  Upper nodes
+// are visited once per state; no diagram of the state itself is built.
 
 #pragma once
 
@@ -19,10 +18,10 @@ public:
   // `functions` must stay alive and the order of variables unchanged.
   StateCofactor(BddStore &store, const std::vector<Bdd> &functions);
 
-  // A function of next variables only; lives until the next collection.
+  // Return a function of next variables, valid until the next collection.
   Edge operator()(Edge f, const Word *state);
 
-  void forget(); // before or after a collection
+  void forget(); // call it with each collection
 
 private:
   Edge visit(Edge f, const Word *state);
@@ -36,10 +35,10 @@ private:
 
   Operations &edges_;
   std::size_t words_;
-  std::vector<std::uint32_t> mask_of_; // by node: index into masks_, or next_only
-  std::vector<Word> masks_;
+  std::vector<std::uint32_t> mask_of_; // indexed by node: index into masks_, or next_only
+  std::vector<Word> masks_;            // sets of current variables
   CountedArray<Slot> slots_;
-  CountedArray<Word> keys_; // by slot: the bits of the state
+  CountedArray<Word> keys_; // masked states, indexed by slot
 };
 
 } // namespace slugs

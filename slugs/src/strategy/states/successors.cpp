@@ -1,9 +1,8 @@
-// Lists are made bottom up, whatever the order of the variables: the list of a
-// node is made of those of its children, with the node's variable 0 in one and 1
-// in the other.  Two children under an input are merged; under an output, where
-// both know an answer to the same inputs, the lesser one is kept.  So a list
-// never has more entries than inputs, however many outputs the diagram allows.
-// Below, diagrams of different states share nodes, and nodes keep their lists.
+// Lists are built bottom up for any variable order: the list of a node merges those of
+// its children, with the node's variable set to 0 and 1.  If both children of an output
+// variable have an entry for the same inputs, the lesser entry is kept.  So a list has
+// at most one entry per input valuation, however many outputs the diagram allows.
+// The diagrams of different states share lower nodes, so lists are cached by node.
 
 #include "strategy/states/successors.hpp"
 
@@ -53,7 +52,7 @@ const PackedStates &Successors::of(Edge f) {
   return found_;
 }
 
-// What f allows of by_level_[k..]; f depends on no other variable.
+// Return the valuations of by_level_[k..] that f allows; f depends on no other variable.
 Successors::List Successors::list_below(Edge f, std::size_t k) {
   if (f == bdd_false)
     return {0, 0};
@@ -61,7 +60,7 @@ Successors::List Successors::list_below(Edge f, std::size_t k) {
   std::size_t at = f == bdd_true ? by_level_.size() : place_[game_.store.edges().var_of(f)];
   assert(at >= k);
   List list = f == bdd_true ? List{0, 1} : list_at(f, at);
-  // Both values of what f skips, unless it is an output: 0 is the least.
+  // A skipped variable takes both values; a skipped output takes its least value, 0.
   while (told_before_[at] != told_before_[k]) {
     const std::uint32_t bit = by_level_[--at] / 2;
     if (get_bit(mask_.data(), bit))
@@ -80,7 +79,7 @@ Successors::List Successors::list_at(Edge f, std::size_t k) {
   return list;
 }
 
-// One list of both, with the bit set in `high`.
+// Merge both lists, with the bit set in the entries of `high`.
 Successors::List Successors::join(List low, List high, std::uint32_t bit) {
   if (high.count == 0)
     return low;
@@ -99,7 +98,7 @@ Successors::List Successors::join(List low, List high, std::uint32_t bit) {
   return {start, count};
 }
 
-// The width is known to the compiler where it is small; 0 is any width.
+// Small widths are compile-time constants; 0 denotes any width.
 template <std::size_t Words>
 std::size_t Successors::merge(const Word *low, std::size_t lows, const Word *high, std::size_t highs,
                               std::uint32_t bit, Word *result) const {
@@ -109,7 +108,7 @@ std::size_t Successors::merge(const Word *low, std::size_t lows, const Word *hig
   const Word *const low_end = low + lows * words, *const high_end = high + highs * words;
   Word *to = result;
   while (low != low_end || high != high_end) {
-    // Which is first by the mask, and if they agree there, by the rest.
+    // Compare the masked bits, then the other bits.
     int order = low == low_end ? 1 : high == high_end ? -1 : 0;
     bool same = order == 0;
     if (same) {
@@ -139,7 +138,8 @@ std::size_t Successors::merge(const Word *low, std::size_t lows, const Word *hig
   return static_cast<std::size_t>(to - result) / words;
 }
 
-// Room at the end of the lists: a state may have more successors than memory.
+// Make room at the end of the lists, within the limits: a state may have more successors
+// than fit into memory.
 std::size_t Successors::reserve(std::size_t count) {
   const std::size_t needed = (used_ + count) * words_;
   if (needed > lists_.size()) {

@@ -1,5 +1,4 @@
-// From a function of next variables to the list of valuations that it stands
-// for, in lexicographic order.
+// Enumeration of the valuations of a function of next variables in lexicographic order.
 
 #pragma once
 
@@ -15,18 +14,17 @@ namespace slugs {
 class Successors {
 public:
   enum class Answers {
-    Least, // for each next input that f allows, with the lexicographically least output
-    All,   // everything that f allows
+    Least, // each next input that f allows, with the lexicographically least output
+    All,   // all valuations that f allows
   };
   Successors(Game &game, Answers answers);
 
-  // Sorted; valid until the next call.  What is remembered of diagrams does not
-  // survive a collection: whoever uses this pauses them, and forgets with each.
+  // Return the sorted valuations, valid until the next call.  Collections must be paused.
   const PackedStates &of(Edge f);
-  void forget();
+  void forget(); // call it with each collection
 
 private:
-  struct List { // of valuations in lists_, sorted by those bits that tell them apart
+  struct List { // range of valuations in lists_, sorted by their masked bits
     std::size_t start, count;
   };
 
@@ -41,12 +39,12 @@ private:
   Game &game_;
   std::size_t words_;
   std::vector<Var> by_level_;              // next variables
-  std::vector<std::size_t> place_;         // of a variable in by_level_
-  std::vector<std::uint32_t> told_before_; // how many bits of the mask by_level_[..k) have
-  std::vector<Word> mask_;                 // the bits that tell valuations of a list apart
-  bool sorted_ = true;                     // sorted by the mask is sorted
+  std::vector<std::size_t> place_;         // indices into by_level_, by variable
+  std::vector<std::uint32_t> told_before_; // number of mask bits in by_level_[..k)
+  std::vector<Word> mask_;                 // bits that distinguish the valuations of a list
+  bool sorted_ = true;                     // whether lists sorted by the mask are sorted
   CountedArray<Word> lists_;
-  std::size_t used_ = 1; // valuations; the first one is all 0
+  std::size_t used_ = 1; // number of valuations in lists_; the first one is all 0
   EdgeTable<List> list_of_;
   PackedStates found_;
 };
