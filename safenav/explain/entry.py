@@ -13,6 +13,7 @@ from msgspec.structs import replace
 from safenav.scenario.model import Need, ObstacleType, ResolveAt, RobotModel
 from safenav.scenario.objective import Word, number_word
 from safenav.scenario.reading.catalogue import built_in
+from safenav.scenario.yaml.flow import flow
 
 
 def model_change(model: RobotModel, **values: str) -> tuple[tuple[str, str], ...]:
@@ -28,13 +29,12 @@ def model_written(model: RobotModel, changed: Mapping[str, str] = MappingProxyTy
     keys = {
         "mobility": model.mobility.value,
         "layer": model.layer,
-        "capabilities": f"[{', '.join(sorted(model.capabilities))}]",
-        "size": None if model.size is None else f"{model.size:g}",
-        "speed": None if model.speed is None else f"{model.speed:g}",
-        "motion": None if model.motion is None else model.motion.kind,
-        **changed,
+        "capabilities": sorted(model.capabilities),
+        "size": model.size,
+        "speed": model.speed,
+        "motion": model.motion and model.motion.kind,
     }
-    return _mapping(keys)
+    return flow({**keys, **changed})
 
 
 def need_change(
@@ -47,42 +47,33 @@ def need_change(
     if kind == built_in().obstacles.get(kind.name) or not (kind.listed or alone):
         return item, type_written(replace(kind, listed=() if alone else tuple(needs)), need, word)
     if alone:
-        return f"{item}.resolve_at", _at(need, word)
-    return f"{item}.needs", f"[{', '.join(_need(each, word) for each in needs)}]"
+        return f"{item}.resolve_at", flow(_at(need, word))
+    return f"{item}.needs", flow([_need(each, word) for each in needs])
 
 
 def type_written(kind: ObstacleType, first: Need | None = None, word: Word = number_word) -> str:
     """An obstacle type in YAML; ``first``: its only need, if it lists none."""
-    blocks = None if kind.blocks is None else f"[{', '.join(sorted(kind.blocks))}]"
+    need = first or kind.needs[0]
+    keys = {"action": need.action, "resolve_at": _at(need, word)}
     if kind.listed:
-        listed = ", ".join(_need(each, word) for each in kind.listed)
-        keys: dict[str, str | None] = {"needs": f"[{listed}]", "blocks": blocks}
-    else:
-        need = first or kind.needs[0]
-        keys = {"action": need.action, "resolve_at": _at(need, word), "blocks": blocks}
-    keys["has_truth"] = "true" if kind.has_truth else None
-    keys["resolve_within"] = None if kind.resolve_within is None else f"{kind.resolve_within}"
-    return _mapping(keys)
+        keys = {"needs": [_need(each, word) for each in kind.listed]}
+    rest = {
+        "blocks": None if kind.blocks is None else sorted(kind.blocks),
+        "has_truth": kind.has_truth or None,
+        "resolve_within": kind.resolve_within,
+    }
+    return flow({**keys, **rest})
 
 
-def _need(need: Need, word: Word) -> str:
-    return _mapping(
-        {
-            "action": need.action,
-            "robots": f"{need.robots}" if need.robots > 1 else None,
-            "at": _at(need, word),
-            "together": "true" if need.together else None,
-            "same": "true" if need.same else None,
-        }
-    )
+def _need(need: Need, word: Word) -> dict[str, object]:
+    return {
+        "action": need.action,
+        "robots": need.robots if need.robots > 1 else None,
+        "at": _at(need, word),
+        "together": need.together or None,
+        "same": need.same or None,
+    }
 
 
-def _at(need: Need, word: Word) -> str:
-    if isinstance(need.at, ResolveAt):
-        return need.at.value
-    return f"[{', '.join(map(word, sorted(need.at)))}]"
-
-
-def _mapping(keys: dict[str, str | None]) -> str:
-    said = ", ".join(f"{key}: {value}" for key, value in keys.items() if value is not None)
-    return f"{{{said}}}"
+def _at(need: Need, word: Word) -> object:
+    return need.at.value if isinstance(need.at, ResolveAt) else [*map(word, sorted(need.at))]

@@ -94,8 +94,7 @@ class Core(Struct, frozen=True):
 
 def with_guarantees(whole: Specification, guarantees: Iterable[Constraint]) -> Specification:
     """Return ``whole`` with all its assumptions, but these guarantees only."""
-    assumptions = [c for c in whole.constraints if not is_guarantee(c)]
-    return Specification(whole.robot, whole.title, whole.variables, (*assumptions, *guarantees))
+    return whole.without(filter(is_guarantee, whole.constraints)).with_more(*guarantees)
 
 
 def is_guarantee(constraint: Constraint) -> bool:

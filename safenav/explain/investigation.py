@@ -107,10 +107,7 @@ def helpful_assumptions(
     if not task.endangered:
         return
     for words, constraints in _demands(task, world):
-        variant = Specification(
-            spec.robot, spec.title, spec.variables, (*spec.constraints, *constraints)
-        )
-        if ask.verdict(variant) is Verdict.REALIZABLE:
+        if ask.verdict(spec.with_more(*constraints)) is Verdict.REALIZABLE:
             yield Repair(RepairKind.ASSUMPTION, ((f"robots.{task.robot.name}", words),))
             return
 

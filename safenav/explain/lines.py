@@ -59,18 +59,15 @@ def _helpful(spec: Specification, ask: Questions) -> Iterator[str]:
     the specification realizable and does not let the system win by breaking it."""
     inputs = [v.name for v in spec.owned(Owner.INPUT) if v.bounds is None]
     lines = [line for name in inputs for line in (f"{name}'", f"!{name}'")][:MOST_ASSUMPTIONS]
-    tried = {line: _with(spec, Constraint(Section.ENV_LIVENESS, line, _TRIED)) for line in lines}
+    fair = {line: Constraint(Section.ENV_LIVENESS, line, _TRIED) for line in lines}
+    tried = {line: spec.with_more(constraint) for line, constraint in fair.items()}
     ask.prepare(list(tried.values()))
     for line, stronger in tried.items():
         if ask.verdict(stronger) is Verdict.REALIZABLE:
             goals = spec.section(Section.SYS_LIVENESS)
             never = Constraint(Section.SYS_LIVENESS, "FALSE", _TRIED)
-            if ask.verdict(_with(stronger.without(goals), never)) is not Verdict.REALIZABLE:
+            if ask.verdict(stronger.without(goals).with_more(never)) is not Verdict.REALIZABLE:
                 yield line
 
 
 _TRIED = Origin("explanation", "tried")
-
-
-def _with(spec: Specification, line: Constraint) -> Specification:
-    return Specification(spec.robot, spec.title, spec.variables, (*spec.constraints, line))

@@ -13,6 +13,7 @@ from msgspec.structs import replace
 from safenav.explain.explanation import Diagnosis, Repair, RepairKind
 from safenav.scenario.model import Obstacle, ObstacleType, Robot, Scenario
 from safenav.scenario.reachability import Reachability
+from safenav.scenario.yaml.flow import flow
 from safenav.spec.task import Task
 from safenav.world.map import Heading, Region, RegionMap
 
@@ -27,9 +28,11 @@ def map_repairs(
         for wall in _single_walls(world, task, found):
             opened = without_walls(scenario, [wall])
             for obstacle, helpers in _resolvable(wall, opened.map, scenario, robot):
+                truth = {"traversable": obstacle.traversable}
+                written = flow({"type": obstacle.type.name, "region": wall, **truth})
                 yield Repair(
                     kind,
-                    (("map", f"no wall at {wall}"), ("obstacles", _written(obstacle))),
+                    (("map", f"no wall at {wall}"), ("obstacles", written)),
                     replace(opened, obstacles=(*scenario.obstacles, obstacle)),
                     helpers,
                     obstacle.type.action,
@@ -119,8 +122,3 @@ def without_walls(scenario: Scenario, walls: Sequence[Region]) -> Scenario:
     """Return the scenario with these walls taken away."""
     world = scenario.map
     return replace(scenario, map=replace(world, walls=world.walls - {*walls}))
-
-
-def _written(obstacle: Obstacle) -> str:
-    truth = ", traversable: true" if obstacle.type.has_truth else ""
-    return f"{{type: {obstacle.type.name}, region: {obstacle.region}{truth}}}"

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from msgspec.structs import replace
 
 from safenav.outcome import Verdict
-from safenav.spec.specification import Constraint, Owner, Section, Specification
+from safenav.spec.specification import Owner, Section, Specification
 from safenav.synthesis.slugs import Synthesizer
 
 _COOPERATIVE = {
@@ -45,10 +45,9 @@ class Questions:
 def cooperative(spec: Specification) -> Specification:
     """Return the same with every robot on the robot's side: realizable iff the guarantees can be
     kept at all, with assumptions and guarantees together."""
-    variables = [replace(v, owner=Owner.OUTPUT) for v in spec.variables]
-    constraints = [replace(c, section=_turned(c)) for c in spec.constraints]
-    return Specification(spec.robot, spec.title, tuple(variables), tuple(constraints))
-
-
-def _turned(constraint: Constraint) -> Section:
-    return _COOPERATIVE.get(constraint.section, constraint.section)
+    turned = [(c, _COOPERATIVE.get(c.section, c.section)) for c in spec.constraints]
+    return replace(
+        spec,
+        variables=tuple(replace(v, owner=Owner.OUTPUT) for v in spec.variables),
+        constraints=tuple(replace(c, section=section) for c, section in turned),
+    )

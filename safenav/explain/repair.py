@@ -23,6 +23,7 @@ from safenav.scenario.motion import ONLY_WITH_HEADING, TURNING, MotionModel
 from safenav.scenario.objective import Ltl, Objective, Word, station, staying
 from safenav.scenario.objective_text import written
 from safenav.scenario.reachability import Reachability
+from safenav.scenario.yaml.flow import flow
 from safenav.spec.objective import NO_MEMORY
 from safenav.spec.task import Task
 from safenav.world.map import Heading, Region, RegionMap
@@ -255,8 +256,8 @@ def _avoids(problem: RepairProblem) -> Iterator[Repair]:
             K.AVOIDS,
             problem,
             changed,
-            (f"robots.{robot.name}.avoids", _listed(mine)),
-            (f"robots.{other.name}.avoids", _listed(theirs)),
+            (f"robots.{robot.name}.avoids", flow(sorted(mine))),
+            (f"robots.{other.name}.avoids", flow(sorted(theirs))),
         )
 
 
@@ -318,8 +319,3 @@ def _with_robots(
     kind: RepairKind, problem: RepairProblem, changed: list[Robot], *change: tuple[str, str]
 ) -> Repair:
     return Repair(kind, change, with_robots(problem.scenario, changed))
-
-
-def _listed(names: Iterable[str]) -> str:
-    """Return names as a YAML list."""
-    return f"[{', '.join(sorted(names))}]"

@@ -90,9 +90,8 @@ def can_force(spec: Specification, synthesizer: Synthesizer) -> Vacuity | None:
     assumed = [s for s in (Section.ENV_TRANS, Section.ENV_LIVENESS) if spec.section(s)]
     if not assumed:
         return None
-    kept = [c for c in spec.constraints if c.section is not Section.SYS_LIVENESS]
     never = Constraint(Section.SYS_LIVENESS, "FALSE", Origin("", "never"))
-    hopeless = Specification(spec.robot, spec.title, spec.variables, (*kept, never))
+    hopeless = spec.without(spec.section(Section.SYS_LIVENESS)).with_more(never)
     if synthesizer.synthesize(hopeless, strategy=False).verdict is not Verdict.REALIZABLE:
         return None
     return Vacuity(Way.FORCED, origins=_origins(spec, *assumed))

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from math import floor
+from typing import Any
 
 from safenav.pace.robot import least_side
 from safenav.scenario.model import Obstacle, Robot, Scenario
@@ -38,11 +39,8 @@ def lint(scenario: Scenario) -> tuple[str, ...]:
 def oversized(scenario: Scenario) -> Iterator[str]:
     """Robots that do not fit into a region of a map in metres: coordination keeps robots of
     different regions apart, not bodies that reach into the next one."""
-    frame = scenario.map.frame
-    side = None if frame is None else min(frame.resolution)
-    for robot in scenario.robots:
-        size = _size(robot)
-        if side is not None and size is not None and size > side:
+    for robot, side, size, _ in _in_metres(scenario):
+        if size is not None and size > side:
             yield (
                 f"{robot.name} ({robot.model.name}, {size:g} m) is larger than a region "
                 f"({side:g} m) and reaches into the next ones, where other robots may be; give the "
@@ -53,30 +51,22 @@ def oversized(scenario: Scenario) -> Iterator[str]:
 def cramped(scenario: Scenario) -> Iterator[str]:
     """Robots that fit into a region of a map in metres but cannot turn there: their motion cannot
     be computed, and their durations in a live run are not theirs."""
-    frame = scenario.map.frame
-    side = None if frame is None else min(frame.resolution)
-    for robot in scenario.robots:
-        model = robot.model
-        values = resolved(model.motion, model.size, model.speed, model.layer)
-        size = _size(robot)
-        if side is None or values is None or (size is not None and size > side):
+    for robot, side, size, motion in _in_metres(scenario):
+        if motion is None or size is None or size > side:
             continue
-        if need := least_side(values, side):
+        if need := least_side(motion, side):
             yield (
-                f"{robot.name} ({model.name}, {values['kind']}, {size:g} m) has no room to move in "
-                f"a region ({side:g} m): 'safenav motion' needs {need:g} m; give the map larger "
-                "regions"
+                f"{robot.name} ({robot.model.name}, {motion['kind']}, {size:g} m) has no room to "
+                f"move in a region ({side:g} m): 'safenav motion' needs {need:g} m; give the map "
+                "larger regions"
             )
 
 
 def imprecise(scenario: Scenario, tolerances: Mapping[str, float]) -> Iterator[str]:
     """Robots of a drive that may arrive so far from the centre of a region that they reach into the
     next one. ``tolerances``: metres, by robot."""
-    frame = scenario.map.frame
-    side = None if frame is None else min(frame.resolution)
-    for robot in scenario.robots:
-        size = _size(robot)
-        if side is None or size is None or size > side:
+    for robot, side, size, _ in _in_metres(scenario):
+        if size is None or size > side:
             continue
         room, off = (side - size) / 2, tolerances[robot.name]
         if off <= room + 1e-9:
@@ -90,11 +80,19 @@ def imprecise(scenario: Scenario, tolerances: Mapping[str, float]) -> Iterator[s
         )
 
 
-def _size(robot: Robot) -> float | None:
-    model = robot.model
-    values = resolved(model.motion, model.size, model.speed, model.layer) or {}
-    size = model.size or values.get("size")
-    return float(size) if isinstance(size, int | float) else None
+def _in_metres(
+    scenario: Scenario,
+) -> Iterator[tuple[Robot, float, float | None, dict[str, Any] | None]]:
+    """Yield each robot of a map in metres with the side of a region, its size if that is known, and
+    its motion (``scenario.motion.resolved``)."""
+    if scenario.map.frame is None:
+        return
+    side = min(scenario.map.frame.resolution)
+    for robot in scenario.robots:
+        model = robot.model
+        motion = resolved(model.motion, model.size, model.speed, model.layer)
+        size = model.size or (motion or {}).get("size")
+        yield robot, side, float(size) if isinstance(size, int | float) else None, motion
 
 
 def _unable(obstacle: Obstacle, scenario: Scenario) -> Iterator[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 
 from safenav.scenario.objective import Ltl, Objective, Target, Word, number_word
+from safenav.scenario.yaml.flow import flow
 
 
 def to_data(objective: Objective) -> dict[str, object]:
@@ -55,18 +56,16 @@ def describe(objective: Objective, word: Word = number_word) -> str:
 def written(objective: Objective, word: Word = number_word) -> str:
     """The objective as one writes it in a scenario: ``{patrol: [dock, shelf]}``."""
 
-    def target(regions: Target) -> str:
+    def target(regions: Target) -> object:
         words = word(regions).split("|")
-        return words[0] if len(words) == 1 else f"{{any: [{', '.join(words)}]}}"
+        return words[0] if len(words) == 1 else {"any": words}
 
     if isinstance(objective, Ltl):
         return json.dumps(to_data(objective))
     listed = [target(regions) for regions in objective.targets]
-    parts = {objective.kind: listed[0] if objective.one else f"[{', '.join(listed)}]"}
-    if objective.literal:
-        parts["form"] = "literal"
-    if objective.avoid:
-        parts["avoid"] = f"[{', '.join(word(region) for region in sorted(objective.avoid))}]"
-    if objective.always:
-        parts["always"] = json.dumps(objective.always)
-    return f"{{{', '.join(f'{key}: {value}' for key, value in parts.items())}}}"
+    rules = {
+        "form": "literal" if objective.literal else None,
+        "avoid": [word(region) for region in sorted(objective.avoid)] or None,
+        "always": json.dumps(objective.always) if objective.always else None,
+    }
+    return flow({objective.kind: listed[0] if objective.one else listed, **rules})

@@ -10,6 +10,7 @@ from collections.abc import Iterable
 from enum import StrEnum
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 
 class Owner(StrEnum):
@@ -89,7 +90,11 @@ class Specification(Struct, frozen=True):
         """The specification without some constraints (for explanations)."""
         gone = set(dropped)
         kept = tuple(c for c in self.constraints if c not in gone)
-        return Specification(self.robot, self.title, self.variables, kept)
+        return replace(self, constraints=kept)
+
+    def with_more(self, *more: Constraint) -> Specification:
+        """The specification with further constraints."""
+        return replace(self, constraints=(*self.constraints, *more))
 
     def to_structuredslugs(self) -> str:
         """The specification as structured-slugs text, ending in a newline."""

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import json
 import os
 import time
 import warnings
@@ -18,7 +17,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from random import random
 
-from msgspec import Struct
+from msgspec import MsgspecError, Struct, msgpack
 
 from safenav.outcome import Verdict
 
@@ -26,7 +25,7 @@ VARIABLE = "SAFENAV_CACHE"
 """Environment variable: the directory, or ``off``."""
 
 _OFF = "off"
-_MAGIC = b"safenav-cache 1 "
+_MAGIC = b"safenav-cache 2 "
 _SUFFIX = ".answer"
 _TEXT_SUFFIX = ".structuredslugs"
 _LIMIT_BYTES = 512 << 20
@@ -83,6 +82,7 @@ class Cache:
 
     @classmethod
     def off(cls) -> Cache:
+        """A cache that is always empty."""
         return cls(None)
 
     def load(self, key: str) -> CacheEntry | None:
@@ -197,14 +197,8 @@ class Cache:
 
 
 def _pack(entry: CacheEntry, key: str) -> bytes:
-    """Magic and checksum on the first line, facts as JSON on the second, then the strategy."""
-    facts = {
-        "key": key,
-        "verdict": entry.verdict.value,
-        "seconds": entry.seconds,
-        "strategy": entry.strategy_json is not None,
-    }
-    body = json.dumps(facts).encode() + b"\n" + (entry.strategy_json or b"")
+    """Magic and checksum on the first line, then the key with the entry."""
+    body = msgpack.encode((key, entry))
     return _MAGIC + hashlib.sha256(body).hexdigest().encode() + b"\n" + body
 
 
@@ -212,15 +206,8 @@ def _unpack(data: bytes, key: str) -> CacheEntry | None:
     first, _, body = data.partition(b"\n")
     if first != _MAGIC + hashlib.sha256(body).hexdigest().encode():
         return None
-    head, _, strategy = body.partition(b"\n")
     try:
-        facts = json.loads(head)
-        if facts["key"] != key:
-            return None
-        return CacheEntry(
-            Verdict(facts["verdict"]),
-            float(facts["seconds"]),
-            strategy if facts["strategy"] else None,
-        )
-    except (ValueError, TypeError, KeyError):
+        name, entry = msgpack.decode(body, type=tuple[str, CacheEntry])
+    except MsgspecError:
         return None
+    return entry if name == key else None

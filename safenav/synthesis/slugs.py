@@ -14,6 +14,7 @@ import os
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from copy import copy
 from pathlib import Path
 
 from msgspec.structs import replace
@@ -98,13 +99,9 @@ class Synthesizer:
                 f"the synthesizer {self.binary.path} gives no counterstrategies as JSON, and "
                 "safenav's own binary is missing: run `make slugs` or `pip install .`"
             )
-        return Synthesizer(
-            own,
-            seconds=self.seconds,
-            memory_mb=self.memory_mb,
-            cache=self.cache,
-            verifier=self.verifier,
-        ).counterstrategy(spec)
+        native = copy(self)
+        native.binary = own
+        return native.counterstrategy(spec)
 
     def synthesize_all(
         self,

@@ -76,16 +76,16 @@ class MoveCheck:
             if not goal.holds(before, after):
                 said = f"goal {goal.constraint.origin} as met, which it is not"
                 raise self.wrong(said, goal.constraint)
-        awaited = here.measure.assumption
+        awaited = here.assumption
         fair = self._sections[Section.ENV_LIVENESS]
         if awaited is not None and not 0 <= awaited < len(fair):
             raise self.wrong(f"waiting for assumption {awaited}, of {len(fair)}")
         holds = awaited is None or fair[awaited].holds(before, after)
-        if move.to.measure.distance < 0 or not falls(here, move, holds):
+        if move.to.distance < 0 or not falls(here, move, holds):
             goal_said = str(goals[here.goal].constraint.origin) if goals else "its goal"
             raise self.wrong(
-                f"a move that makes no progress to {goal_said}: from {here.measure.distance} to "
-                f"{move.to.measure.distance}, and no assumption fails"
+                f"a move that makes no progress to {goal_said}: from {here.distance} to "
+                f"{move.to.distance}, and no assumption fails"
             )
 
     def _broken(

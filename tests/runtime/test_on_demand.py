@@ -19,7 +19,7 @@ from safenav.runtime.coordination.on_demand import OnDemand
 from safenav.runtime.mission import Mission
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.settings import Controllers, Limits
-from safenav.synthesis.serving.served import Position, ServedMeasure, ServedMove, ServedStrategy
+from safenav.synthesis.serving.served import Position, ServedMove, ServedStrategy
 from synthesis.requests import gone
 
 
@@ -135,9 +135,7 @@ def test_a_wrong_move_ends_the_run_before_it_is_made(monkeypatch: pytest.MonkeyP
     def lying(self: ServedStrategy, here: Position, inputs: dict[str, int]) -> ServedMove | None:
         move = honest(self, here, inputs)
         assert move is not None
-        return ServedMove(
-            Position({**move.to.values, "region": 1}, move.to.goal, ServedMeasure(0, None)), 0
-        )
+        return ServedMove(Position({**move.to.values, "region": 1}, move.to.goal, 0, None), 0)
 
     monkeypatch.setattr(ServedStrategy, "move", lying)
     with pytest.raises(SynthesizerError, match="a wrong move for quad: a move that violates"):

@@ -20,7 +20,7 @@ NATIVE = 'if [ "$1" = --version ]; then echo "slugs 9.9.9"; exit 0; fi\n'
 
 def impossible(spec: Specification) -> Specification:
     wall = Constraint(Section.SYS_TRANS, "region' != 5", Origin("obstacles.wall", "no entry"))
-    return Specification(spec.robot, spec.title, spec.variables, (*spec.constraints, wall))
+    return spec.with_more(wall)
 
 
 def ask(binary: Binary, spec: Specification, seconds: float | None = 20.0) -> Verdict:

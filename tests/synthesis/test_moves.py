@@ -4,7 +4,7 @@ import pytest
 
 from safenav.errors import SynthesizerError
 from safenav.spec.parsing import read_specification
-from safenav.synthesis.serving.served import Position, ServedMeasure, ServedMove
+from safenav.synthesis.serving.served import Position, ServedMove
 from safenav.verify.moves import MoveCheck
 
 FERRY = """\
@@ -36,7 +36,7 @@ CALM, STORM = {"calm": 1, "fog": 0}, {"calm": 0, "fog": 0}
 def position(
     at: int, distance: int, goal: int = 0, assumption: int | None = 0, fog: int = 0, calm: int = 0
 ) -> Position:
-    return Position({"calm": calm, "fog": fog, "at": at}, goal, ServedMeasure(distance, assumption))
+    return Position({"calm": calm, "fog": fog, "at": at}, goal, distance, assumption)
 
 
 HERE = position(2, 6)

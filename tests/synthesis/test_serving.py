@@ -18,7 +18,6 @@ from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.serving.served import (
     Position,
-    ServedMeasure,
     ServedMove,
     ServedStrategy,
     falls,
@@ -46,9 +45,7 @@ def test_following_the_moves_visits_the_listed_strategy(
             assert served.start(listed.values(number)) is not None
         measures: dict[int, Position] = {}
         for node, rank in enumerate(listed.ranks):
-            here = measures.get(
-                node, Position(listed.values(node), rank, ServedMeasure(10**9, None))
-            )
+            here = measures.get(node, Position(listed.values(node), rank, 10**9, None))
             for successor in listed.transitions[node]:
                 after = listed.values(successor)
                 move = served.move(here, {"request": after["request"]})
@@ -171,6 +168,6 @@ def test_solving_that_takes_too_long_is_a_timeout(patrol: Specification, script:
 def test_what_the_measure_promises(
     met: int, distance: int, assumption: int | None, holds: bool, kept: bool
 ) -> None:
-    before = Position({}, 0, ServedMeasure(5, 1))
-    move = ServedMove(Position({}, 0, ServedMeasure(distance, assumption)), met)
+    before = Position({}, 0, 5, 1)
+    move = ServedMove(Position({}, 0, distance, assumption), met)
     assert falls(before, move, holds) is kept

@@ -149,23 +149,11 @@ def test_an_input_that_the_assumptions_exclude_is_refused(
 ) -> None:
     """A strategy for a freer environment has successors where the door would have to stay open."""
     freer = door.without(door.section(Section.ENV_TRANS))
-    harder = Specification(
-        door.robot,
-        door.title,
-        door.variables,
-        tuple(c for c in freer.constraints if "region' = 1" not in c.formula),
-    )
+    harder = freer.without(c for c in freer.constraints if "region' = 1" in c.formula)
     strategy = Synthesizer(slugs, cache=Cache.off()).synthesize(harder).strategy
     assert strategy is not None and verify_strategy(harder, strategy).ok
-    failures = verify_strategy(
-        Specification(
-            door.robot,
-            door.title,
-            door.variables,
-            (*harder.constraints, *door.section(Section.ENV_TRANS)),
-        ),
-        strategy,
-    ).failures
+    shut = harder.with_more(*door.section(Section.ENV_TRANS))
+    failures = verify_strategy(shut, strategy).failures
     assert [f.fault for f in failures] == [Fault.FORBIDDEN_INPUT]
     assert failures[0].constraint is not None
     assert failures[0].constraint.origin.rule == "door: does not shut on the robot"
@@ -195,7 +183,7 @@ def test_a_counterstrategy_may_end_only_where_the_system_is_stuck(
     failures = verify_counterstrategy(shut, ended).failures
     assert [f.fault for f in failures] == [Fault.MISSING_SUCCESSOR]
     trap = Constraint(Section.SYS_TRANS, "!open' -> region' = 2", Origin("trap", "jump"))
-    stuck = Specification(shut.robot, shut.title, shut.variables, (*shut.constraints, trap))
+    stuck = shut.with_more(trap)
     assert verify_counterstrategy(stuck, _strategy(stuck, proof, _0={"trans": []})).ok
 
 
@@ -204,7 +192,7 @@ def test_no_counterstrategy_is_needed_where_the_system_cannot_begin(shut: Specif
     strategy = Strategy.parse(empty, shut)
     assert verify_counterstrategy(shut, strategy).failures[0].fault is Fault.NO_START
     wall = Constraint(Section.SYS_INIT, "open -> region != 0", Origin("wall", "at the start"))
-    blocked = Specification(shut.robot, shut.title, shut.variables, (*shut.constraints, wall))
+    blocked = shut.with_more(wall)
     assert verify_counterstrategy(blocked, Strategy.parse(empty, blocked)).ok
 
 
@@ -216,7 +204,7 @@ def test_a_constraint_that_cannot_be_read_is_bad_input(
     patrol: Specification, patrol_json: bytes, formula: str, complaint: str
 ) -> None:
     wrong = Constraint(Section.SYS_TRANS, formula, Origin("robots.carrier.objective", "ltl"))
-    spec = Specification(patrol.robot, patrol.title, patrol.variables, (*patrol.constraints, wrong))
+    spec = patrol.with_more(wrong)
     with pytest.raises(InputError, match=complaint) as raised:
         verify_strategy(spec, _strategy(patrol, patrol_json))
     assert "robots.carrier.objective" in str(raised.value)

@@ -12,33 +12,35 @@ from safenav.scenario.yaml.findings import Findings
 
 def check_deadlines(scenario: Scenario, item: Mapping, findings: Findings) -> None:
     """Report promises that no run could be judged by. The scenario has no other error."""
+
+    def report(key: str, found: str, hint: str) -> None:
+        findings.add(item.get(key) or item, found, hint)
+
     if scenario.clock is Clock.LIVE and scenario.promises:
         found = "'clock: live' with deadlines in ticks: a tick has no length there"
         hint = f"use 'clock: lockstep', or {in_seconds(scenario)}"
-        findings.add(item.get("clock") or item, found, hint)
+        report("clock", found, hint)
     for robot in [robot for robot in scenario.robots if robot.model.battery is not None]:
         if not robot.objective.ordered():
             found = f"{robot.name} has a battery, and an objective without an order of its targets"
             hint = f"use {one_of(kinds_that(lambda kind: kind.ordered()), chr(39))}"
-            findings.add(item.get("robots") or item, found, hint)
+            report("robots", found, hint)
         if scenario.coordination is Coordination.ASSIGNABLE:
             found = f"{robot.name} has a battery, which 'coordination: assignable' does not support"
-            findings.add(item.get("coordination") or item, found, "use 'resynthesis'")
+            report("coordination", found, "use 'resynthesis'")
         if not scenario.chargers:
             if scenario.flat is None and item.get("chargers") is None:
                 found = f"{robot.name} has a battery, and the scenario has no charger"
-                findings.add(item.get("robots") or item, found, "list 'chargers', or set 'flat'")
+                report("robots", found, "list 'chargers', or set 'flat'")
             continue
         reach = Reachability(robot.model.mobility, robot.start, scenario.map)
         if not reach.reaches(scenario.chargers):
             found = f"{robot.name} has a battery and reaches no charger"
-            findings.add(
-                item.get("chargers") or item, found, "place a charger in a region that it can reach"
-            )
+            report("chargers", found, "place a charger in a region that it can reach")
     swept = next((o for o in scenario.obstacles if o.swept(scenario.map)), None)
     if swept is not None and scenario.promises:
         found = f"{swept.name} sweeps regions, and the scenario has deadlines"
-        findings.add(item.get("obstacles") or item, found, "leave out 'sweeps', or the deadlines")
+        report("obstacles", found, "leave out 'sweeps', or the deadlines")
     for obstacle in scenario.obstacles:
         limit = scenario.limit_of(obstacle)
         for number, need in enumerate(obstacle.needs if limit is not None else ()):
@@ -47,7 +49,7 @@ def check_deadlines(scenario: Scenario, item: Mapping, findings: Findings) -> No
             if able < need.robots:
                 found = f"{obstacle.name} is to be resolved within {limit} ticks, and "
                 found += f"{able or 'no'} robot{'s' * (able > 1)} can '{need.action}'"
-                findings.add(item.get("obstacles") or item, found, "leave out 'resolve_within'")
+                report("obstacles", found, "leave out 'resolve_within'")
                 break
 
 

@@ -5,11 +5,15 @@ from __future__ import annotations
 import re
 import stat
 import sys
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from typing import TypeVar
 
 from safenav.scenario.yaml.document import DocumentError, Node, Place, read_document
 from safenav.scenario.yaml.findings import Findings
+
+T = TypeVar("T")
 
 MAX_BYTES = 5_000_000
 
@@ -28,23 +32,28 @@ def read_source(path: Path, findings: Findings, named_at: Node | None = None) ->
 
     ``named_at`` is where another file (that of ``findings``) names this one.
     """
-    try:
-        _refuse_outside(path, findings, named_at)
-        if named_at is None and str(path) == STDIN:
-            return _decoded(_within(sys.stdin.buffer.read(MAX_BYTES + 1), MAX_BYTES))
-        return _decoded(_bytes(path, MAX_BYTES))
-    except _UnusableError as error:
-        _report(error, path, findings, named_at)
-        return None
+    return _made(_decoded, path, findings, named_at, MAX_BYTES)
 
 
 def read_bytes(path: Path, findings: Findings, named_at: Node, limit: int) -> bytes | None:
     """The content of a binary file, of at most ``limit`` bytes; else as above."""
+    return _made(bytes, path, findings, named_at, limit)
+
+
+def _made(
+    make: Callable[[bytes], T], path: Path, findings: Findings, named_at: Node | None, limit: int
+) -> T | None:
+    """The content of a file by ``make``; None if that is impossible, which is then reported."""
     try:
         _refuse_outside(path, findings, named_at)
-        return _bytes(path, limit)
+        if named_at is None and str(path) == STDIN:
+            return make(_within(sys.stdin.buffer.read(limit + 1), limit))
+        return make(_bytes(path, limit))
     except _UnusableError as error:
-        _report(error, path, findings, named_at)
+        if named_at is None:
+            findings.add(error.place, error.found, error.hint)
+        else:
+            findings.add(named_at, f"file '{path}': {error.found}", error.hint)
         return None
 
 
@@ -73,13 +82,6 @@ def _tell_outside(file: str, path: Path) -> None:
     from logging import getLogger  # only needed here
 
     getLogger("safenav").warning("note: %s reads a file outside of its folder: %s", file, path)
-
-
-def _report(error: _UnusableError, path: Path, findings: Findings, named_at: Node | None) -> None:
-    if named_at is None:
-        findings.add(error.place, error.found, error.hint)
-    else:
-        findings.add(named_at, f"file '{path}': {error.found}", error.hint)
 
 
 class _UnusableError(Exception):

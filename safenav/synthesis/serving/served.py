@@ -1,4 +1,4 @@
-"""A strategy that is asked move by move, and the measure by which each move can be checked.
+"""A strategy that is queried move by move, and the measure by which each move can be checked.
 
     with serve(specification) as strategy:
         here = strategy.start({"region": 3})
@@ -33,21 +33,15 @@ PROTOCOL = 1
 _OVERTIME_SECONDS = 1.0
 
 
-class ServedMeasure(Struct, frozen=True):
-    """Distance of a position from its goal: ``assumption`` is the index of the ENV_LIVENESS line
-    that may be waited for here, None if nothing excuses waiting."""
-
-    distance: int
-    assumption: int | None
-
-
 class Position(Struct, frozen=True):
     """A state (all variables: integers as they are, Booleans as 0 and 1) with the index of the
-    SYS_LIVENESS line that is pursued."""
+    SYS_LIVENESS line that is pursued, and its ``distance`` from that goal. ``assumption``: the
+    index of the ENV_LIVENESS line that may be waited for here, None if nothing excuses waiting."""
 
     values: Mapping[str, int]
     goal: int
-    measure: ServedMeasure
+    distance: int
+    assumption: int | None
 
 
 class ServedMove(Struct, frozen=True):
@@ -61,11 +55,12 @@ class ServedMove(Struct, frozen=True):
 def falls(before: Position, move: ServedMove, assumption_holds: bool) -> bool:
     """Whether a move keeps the promise of the measure. ``assumption_holds``: whether the
     assumption that ``before`` names holds on this move."""
-    old, new = before.measure, move.to.measure
+    new = move.to
+    stays = (new.distance, new.assumption) == (before.distance, before.assumption)
     return (
         move.met > 0
-        or new.distance < old.distance
-        or (new == old and old.assumption is not None and not assumption_holds)
+        or new.distance < before.distance
+        or (stays and before.assumption is not None and not assumption_holds)
     )
 
 
@@ -165,7 +160,7 @@ class ServedStrategy:
         ):
             raise self._connection.invalid(answer)
         values = {field.variable.name: field.decode(state) for field in self._fields}
-        return Position(values, goal, ServedMeasure(distance, assumption))
+        return Position(values, goal, distance, assumption)
 
     def _bits(self, answer: Mapping[str, Any], key: str, count: int) -> list[int]:
         bits = answer.get(key)
