@@ -12,7 +12,7 @@ from msgspec import Struct, field
 from safenav.errors import UsageError
 from safenav.spec.parsing import read_specification
 from safenav.synthesis.cache import Cache
-from safenav.synthesis.request import RequestPhase, SynthesisProgress
+from safenav.synthesis.request import SynthesisProgress
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace.records import VERSION
 from safenav.trace.vocabulary import Verified
@@ -28,7 +28,7 @@ class Kept(Struct):
 
     def __call__(self, progress: SynthesisProgress) -> None:
         result = progress.result
-        if progress.phase is not RequestPhase.FINISHED or result is None:
+        if result is None:
             return
         if result.strategy_json is not None and result.strategy_sha256 is not None:
             self.strategies[result.strategy_sha256] = result.strategy_json

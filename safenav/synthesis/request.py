@@ -75,18 +75,12 @@ class SynthesisResult(Struct, frozen=True):
         return len(self.strategy.states) if self.strategy is not None else None
 
 
-class RequestPhase(StrEnum):
-    RUNNING = "running"
-    FINISHED = "finished"
-
-
 class SynthesisProgress(Struct, frozen=True):
-    """Something happened in a synthesis: it still runs (reported once per second), or finished
-    with a result. ``index``: which of the specifications it belongs to."""
+    """A synthesis that finished with a ``result``, or that still runs (reported once per second).
+    ``index``: which of the specifications it belongs to."""
 
     index: int
     robot: str
-    phase: RequestPhase
     seconds: float
     result: SynthesisResult | None = None
 
@@ -116,8 +110,3 @@ class Job(Struct, frozen=True):
         if moves and self.spec.section(Section.ENV_LIVENESS):
             options += ("--biasForAction",)
         return options
-
-    def progress(
-        self, phase: RequestPhase, seconds: float, result: SynthesisResult | None = None
-    ) -> SynthesisProgress:
-        return SynthesisProgress(self.index, self.robot, phase, seconds, result)

@@ -31,7 +31,6 @@ from safenav.synthesis.request import (
     Job,
     Listener,
     RequestKind,
-    RequestPhase,
     SynthesisProgress,
     SynthesisResult,
 )
@@ -144,7 +143,7 @@ class Synthesizer:
                 continue
             results[index] = remembered
             elapsed = time.monotonic() - begun
-            tell(SynthesisProgress(index, spec.robot, RequestPhase.FINISHED, elapsed, remembered))
+            tell(SynthesisProgress(index, spec.robot, elapsed, remembered))
         if jobs:
             with orderly_termination():
                 for index, result in self._worked_off(jobs, tell).items():
@@ -171,10 +170,10 @@ class Synthesizer:
                 for future in done:
                     job = left.pop(future)
                     results[job.index] = result = self._result(job, future.result())
-                    tell(job.progress(RequestPhase.FINISHED, result.seconds, result))
+                    tell(SynthesisProgress(job.index, job.robot, result.seconds, result))
                 now, running = time.monotonic(), [job for job in left.values() if not done]
                 for job in (job for job in running if job.index in begun):
-                    tell(job.progress(RequestPhase.RUNNING, now - begun[job.index]))
+                    tell(SynthesisProgress(job.index, job.robot, now - begun[job.index]))
         finally:
             crew.dismiss()
             pool.shutdown(cancel_futures=True)
@@ -204,14 +203,11 @@ class Synthesizer:
     def _result(self, job: Job, finished: Brought) -> SynthesisResult:
         if not isinstance(finished, Finished):
             found, seconds = finished
-            if isinstance(found, Verdict):
-                return self._checked(job, CacheEntry(found, seconds, None), cached=False)
-            return replace(
-                self._checked(job, CacheEntry(Verdict.REALIZABLE, seconds, None), cached=False),
-                served=found,
-            )
+            verdict, served = (found, None) if isinstance(found, Verdict) else (_GOOD, found)
+            result = self._checked(job, CacheEntry(verdict, seconds, None), cached=False)
+            return replace(result, served=served)
         if too_large(finished) and job.most_nodes is not None:
-            entry = CacheEntry(Verdict.REALIZABLE, finished.seconds, None)
+            entry = CacheEntry(_GOOD, finished.seconds, None)
             self.cache.store(self._too_large_key(job), entry)
             return self._checked(job, entry, cached=False)
         verdict = verdict_of(finished, self.binary, job.robot)

@@ -14,6 +14,7 @@ from safenav.scenario.objective_text import to_data
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.yaml.document import plain, read_document
 from safenav.world.map import RegionMap
+from scenario.mistakes import places
 from scenario.test_schema import FULL
 
 words = st.text(alphabet=string.ascii_letters + "ü -", min_size=1, max_size=8).filter(
@@ -140,19 +141,11 @@ def test_any_damage_to_the_text_gives_a_scenario_or_an_input_error(
     load_or_refuse(text)
 
 
-def _paths(value: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
-    found = [path] if path else []
-    if isinstance(value, dict | list):
-        for key in value if isinstance(value, dict) else range(len(value)):
-            found += _paths(value[key], (*path, key))
-    return found
-
-
 PLAIN = plain(read_document(FULL).root)
 
 
 @settings(max_examples=400)
-@given(st.lists(st.tuples(st.sampled_from(_paths(PLAIN)), data), min_size=1, max_size=3))
+@given(st.lists(st.tuples(st.sampled_from([*places(PLAIN)]), data), min_size=1, max_size=3))
 def test_any_value_in_any_place_gives_a_scenario_or_an_input_error(
     changes: list[tuple[tuple[Any, ...], Any]],
 ) -> None:

@@ -13,7 +13,7 @@ import pytest
 from safenav.errors import SynthesizerError
 from safenav.outcome import Verdict
 from safenav.spec.specification import Specification
-from safenav.synthesis.request import RequestPhase, SynthesisProgress
+from safenav.synthesis.request import SynthesisProgress
 from safenav.synthesis.slugs import Synthesizer
 from synthesis.requests import NATIVE, Answering, Script, ask, gone, impossible
 
@@ -37,14 +37,14 @@ def test_several_run_at_once_and_come_back_in_order(
 
     def listener(progress: SynthesisProgress) -> None:
         heard.append(progress)
-        if progress.phase is RequestPhase.FINISHED:
+        if progress.result is not None:
             (tmp_path / "heard").touch()
 
     results = synthesizer.synthesize_all(
         [impossible(patrol), patrol], strategy=False, progress=listener
     )
     assert [r.verdict for r in results] == [Verdict.UNREALIZABLE, Verdict.REALIZABLE]
-    finished = [(p.index, p.result) for p in heard if p.phase is RequestPhase.FINISHED]
+    finished = [(p.index, p.result) for p in heard if p.result is not None]
     assert finished == [(1, results[1]), (0, results[0])]
 
 
@@ -55,7 +55,7 @@ def test_a_long_synthesis_reports_that_it_still_runs(
     running: list[SynthesisProgress] = []
 
     def listener(progress: SynthesisProgress) -> None:
-        if progress.phase is RequestPhase.RUNNING:
+        if progress.result is None:
             running.append(progress)
         if len(running) == 2:
             (tmp_path / "heard").touch()
@@ -87,7 +87,7 @@ def test_a_listener_that_fails_ends_the_syntheses(
     monkeypatch.setattr("safenav.synthesis.slugs._HEARTBEAT_SECONDS", 0.05)
 
     def listener(progress: SynthesisProgress) -> None:
-        raise RuntimeError(progress.phase)
+        raise RuntimeError(f"running for {progress.seconds} s")
 
     binary = script(NATIVE + f'touch "{tmp_path}/in.$$"; sleep 900')
     with pytest.raises(RuntimeError, match="running"):

@@ -6,7 +6,7 @@ import sys
 
 import click
 
-from safenav.synthesis.request import RequestPhase, SynthesisProgress
+from safenav.synthesis.request import SynthesisProgress
 
 
 class WaitingLine:
@@ -21,7 +21,7 @@ class WaitingLine:
         self._told = 0
 
     def __call__(self, progress: SynthesisProgress) -> None:
-        if progress.phase is RequestPhase.RUNNING:
+        if progress.result is None:
             text = f"synthesizing {progress.robot}: {progress.seconds:.0f} s"
             if self._live:
                 click.echo(f"\r\033[K{text}", nl=False, err=True)
@@ -29,7 +29,7 @@ class WaitingLine:
             elif int(progress.seconds) // self.EVERY > self._told:
                 self._told = int(progress.seconds) // self.EVERY
                 click.echo(text, err=True)
-        elif progress.phase is RequestPhase.FINISHED:
+        else:
             self._told = 0
             if self._shown:
                 click.echo("\r\033[K", nl=False, err=True)

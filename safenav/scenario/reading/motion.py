@@ -2,11 +2,23 @@
 
 from __future__ import annotations
 
+from types import new_class
+from typing import Any
+
 from safenav.scenario import motion
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, clipped
 from safenav.scenario.yaml.findings import Findings, suggestion
-from safenav.scenario.yaml.shapes import TEXT, Schema, either, form, many, several
+from safenav.scenario.yaml.shapes import (
+    TEXT,
+    Key,
+    Shape,
+    Table,
+    either,
+    form,
+    many,
+    several,
+)
 from safenav.world.moves import Mobility
 
 _MODEL_KEYS = ("size", "speed")
@@ -17,97 +29,19 @@ _BESIDE = {
 KIND = "kind"
 
 
-def _described(parameter: motion.Parameter) -> Schema:
-    """The JSON Schema of a number that a kind of motion takes."""
-    about = (
-        f"{parameter.meaning[0].upper()}{parameter.meaning[1:]}. Default: {parameter.default:g}."
-    )
-    limits = {"minimum": parameter.least, "maximum": parameter.most}
-    return {"description": about, "type": "number", **limits}
+def _number(parameter: motion.Parameter) -> Shape[float]:
+    """A number that a kind of motion takes."""
+    least, most = parameter.least, parameter.most
 
-
-def _schema(kind: str) -> Schema:
-    keys: dict[str, object] = {
-        k: _described(p) for k, p in motion.KINDS[kind].items() if k not in _MODEL_KEYS
-    }
-    if kind in motion.WITH_FOOTPRINT:
-        keys[motion.FOOTPRINT] = _FOOTPRINT
-    known = {KIND: {"const": kind}, **keys}
-    rules = {"required": [KIND], "additionalProperties": False}
-    return {"type": "object", "properties": known, **rules}
-
-
-_POINT = several({"type": "number"}, {"type": "number"})
-_FOOTPRINT = {
-    "description": "Corners in metres, x ahead and y to the left, counter-clockwise.",
-    **many(_POINT, 3),
-}
-_OF_A_PACKAGE = {"allOf": [TEXT, {"not": {"enum": list(motion.KINDS)}}]}
-MOTION = form(
-    either(
-        {"anyOf": [{"enum": list(motion.KINDS)}, TEXT]},
-        *map(_schema, motion.KINDS),
-        {"type": "object", "properties": {KIND: _OF_A_PACKAGE}, "required": [KIND]},
-    ),
-    "motion",
-    "Its motion in metres: a kind, or a kind with its parameters.",
-)
-
-
-def read_motion(
-    node: Node | None, model: Mapping, mobility: Mobility | None, what: str, findings: Findings
-) -> motion.MotionModel | None:
-    """The motion of a robot model; None if it says nothing, or has been reported."""
-    if node is None:
+    def reads(node: Node | None, what: str, findings: Findings) -> float | None:
+        value = read.finite(node, what, findings)
+        if value is None or least <= value <= most:
+            return value
+        limits = f"from {least:g} to {most:g}: {parameter.meaning}"
+        findings.add(node, f"{what} is {value:g}, and must be {limits}")
         return None
-    label = f"'motion' of {what}"
-    inner = node if isinstance(node, Mapping) else None
-    kind = read.text(inner.get(KIND) if inner else node, label, findings)
-    if inner is not None and inner.get(KIND) is None:
-        findings.add(node, f"{label}: the key 'kind' is missing", f"known: {_listed()}")
-    if kind is None:
-        return None
-    known = motion.parameters(kind)
-    if known is None:
-        hint = suggestion(kind, motion.known_kinds())
-        findings.add(node, f"{label}: unknown kind '{clipped(kind)}'", hint)
-        return None
-    if kind in motion.ONLY_WITH_HEADING and mobility is Mobility.FREE:
-        hint = "it cannot turn around within a region: write 'mobility: heading'"
-        findings.add(node, f"{label}: a {kind} moves with a heading", hint)
-    for key in _MODEL_KEYS:
-        if key in known:
-            _bounded(model.get(key), f"'{key}' of {what}", known[key], findings)
-    values: dict[str, motion.Value] = {}
-    if inner is not None:
-        own = [key for key in known if key not in _MODEL_KEYS]
-        shaped = [motion.FOOTPRINT] if kind in motion.WITH_FOOTPRINT else []
-        read.mapping(inner, label, findings, (KIND, *own, *shaped), elsewhere=_BESIDE)
-        for key in own:
-            value = _bounded(inner.get(key), f"'{key}' in {label}", known[key], findings)
-            if value is not None:
-                values[key] = value
-        polygon = _polygon(
-            inner.get(motion.FOOTPRINT), f"'{motion.FOOTPRINT}' in {label}", findings
-        )
-        if polygon is not None:
-            values[motion.FOOTPRINT] = polygon
-    return motion.MotionModel(kind, tuple(values.items()))
 
-
-def _listed() -> str:
-    return ", ".join(motion.known_kinds())
-
-
-def _bounded(
-    node: Node | None, what: str, parameter: motion.Parameter, findings: Findings
-) -> float | None:
-    value = read.finite(node, what, findings)
-    if value is None or parameter.least <= value <= parameter.most:
-        return value
-    limits = f"from {parameter.least:g} to {parameter.most:g}: {parameter.meaning}"
-    findings.add(node, f"{what} is {value:g}, and must be {limits}")
-    return None
+    return Shape({"type": "number", "minimum": least, "maximum": most}, reads)
 
 
 def _polygon(
@@ -135,3 +69,66 @@ def _polygon(
         findings.add(node, found, hint)
         return None
     return tuple(corners)
+
+
+_POINT = several({"type": "number"}, {"type": "number"})
+_FOOTPRINT = Key(
+    Shape(many(_POINT, 3), _polygon),
+    "Corners in metres, x ahead and y to the left, counter-clockwise.",
+    name=motion.FOOTPRINT,
+)
+
+
+def _table(kind: str) -> type[Table]:
+    """The keys of a motion of some kind."""
+    keys: list[Key[Any]] = [Key(form({"const": kind}), name=KIND, required="a kind of motion")]
+    for name, each in (motion.parameters(kind) or {}).items():
+        if name not in _MODEL_KEYS:
+            about = f"{each.meaning[0].upper()}{each.meaning[1:]}. Default: {each.default:g}."
+            keys.append(Key(_number(each), about, name=name))
+    keys += [_FOOTPRINT] if kind in motion.WITH_FOOTPRINT else []
+    return new_class(f"{kind}Keys", (Table,), {"more": keys})
+
+
+_OF_A_PACKAGE = {"allOf": [TEXT, {"not": {"enum": list(motion.KINDS)}}]}
+MOTION = form(
+    either(
+        {"anyOf": [{"enum": list(motion.KINDS)}, TEXT]},
+        *map(_table, motion.KINDS),
+        {"type": "object", "properties": {KIND: _OF_A_PACKAGE}, "required": [KIND]},
+    ),
+    "motion",
+    "Its motion in metres: a kind, or a kind with its parameters.",
+)
+
+
+def read_motion(
+    node: Node | None, model: Mapping, mobility: Mobility | None, what: str, findings: Findings
+) -> motion.MotionModel | None:
+    """The motion of a robot model; None if it says nothing, or has been reported."""
+    if node is None:
+        return None
+    label = f"'motion' of {what}"
+    inner = node if isinstance(node, Mapping) else None
+    kind = read.text(inner.get(KIND) if inner else node, label, findings)
+    if inner is not None and inner.get(KIND) is None:
+        findings.add(
+            node, f"{label}: the key 'kind' is missing", f"known: {', '.join(motion.known_kinds())}"
+        )
+    if kind is None:
+        return None
+    known = motion.parameters(kind)
+    if known is None:
+        hint = suggestion(kind, motion.known_kinds())
+        findings.add(node, f"{label}: unknown kind '{clipped(kind)}'", hint)
+        return None
+    if kind in motion.ONLY_WITH_HEADING and mobility is Mobility.FREE:
+        hint = "it cannot turn around within a region: write 'mobility: heading'"
+        findings.add(node, f"{label}: a {kind} moves with a heading", hint)
+    for key in _MODEL_KEYS:
+        if key in known:
+            _number(known[key]).read(model.get(key), f"'{key}' of {what}", findings)
+    item = inner and _table(kind).read(inner, label, findings, f"in {label}", _BESIDE)
+    given = item.given(*item.known.values()) if item else {}
+    given.pop(KIND, None)
+    return motion.MotionModel(kind, tuple(given.items()))
