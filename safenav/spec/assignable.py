@@ -85,8 +85,8 @@ class CommandInputs:
         return {"request": int(request), "assigned": assigned, "wait": int(wait)}
 
 
-def inputs(task: Task, world: RegionMap) -> tuple[Variable, ...]:
-    del task
+def inputs(world: RegionMap) -> tuple[Variable, ...]:
+    """The inputs by which the coordination layer commands the robot."""
     return (
         Variable("request", Owner.INPUT, None, "the robot is assigned a region"),
         Variable("wait", Owner.INPUT, None, "the robot must stay where it is"),

@@ -51,12 +51,10 @@ class AssignableRegions(Struct, frozen=True):
 
     def allows(self, pose: Pose, memory: Mapping[str, int], place: Region) -> bool:
         """Whether ``place`` is assignable at a pose with this memory."""
-        if place not in self.places:
-            return False
-        parts = [part.poses() for part in self.parts if place in part.regions]
-        return all(
-            any(pose in poses and _agree(known, memory) for known, poses in part.items())
-            for part in parts
+        return place in self.places and all(
+            any(at == pose and _agree(known, memory) for at, known in part.states)
+            for part in self.parts
+            if place in part.regions
         )
 
 

@@ -64,7 +64,7 @@ def _steering(
     if not task.assignable:
         return OthersEncoding(), _unchanged
     encoding = OthersEncoding(
-        assignable.inputs(task, world),
+        assignable.inputs(world),
         (),
         tuple(assignable.assumptions(task, world)),
         tuple(assignable.guarantees(task, world)),

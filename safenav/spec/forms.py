@@ -33,26 +33,17 @@ from safenav.world.poses import Mask, PoseGraph, plain_graph, region_mask
 
 
 class Weakening(StrEnum):
-    """Reason for a weaker form of an objective."""
+    """Reasons for a weaker form of an objective, in words."""
 
-    TURNED = "turned"
-    """Where the robot stands it cannot begin with the target whose turn it is."""
-    CORRIDOR = "corridor"
-    """The map leaves no other way than across a target."""
-    MOBILITY = "mobility"
-    """The robot's mobility leaves no other way."""
-    RULES = "rules"
-    """Regions to avoid, or formulas to keep, leave no other way."""
-    OBSTACLES = "obstacles"
-    """Known obstacles leave no other way."""
-    KEPT = "kept"
-    """Some poses on the way are kept out of, because the team could not continue from there."""
-    SHARED = "shared"
-    """Other robots are on its floor."""
-    CHARGED = "charged"
-    """It goes to chargers between its targets, whose charge is that of the shortest paths."""
-    ASSIGNED = "assigned"
-    """Goals may be assigned to it at any time."""
+    TURNED = "where it stands it cannot begin with the target whose turn it is"
+    CORRIDOR = "the corridor leaves no other path"
+    MOBILITY = "its mobility leaves no other path"
+    RULES = "what it avoids or always keeps leaves no other path"
+    OBSTACLES = "the known obstacles leave no other path"
+    KEPT = "the team could not continue from a pose on the other path"
+    SHARED = "it shares its floor with others"
+    CHARGED = "it goes to a charger on its shortest path"
+    ASSIGNED = "it can be assigned another region at any time"
 
 
 class ObjectiveForm(Struct, frozen=True):
@@ -109,7 +100,7 @@ def concession(
         first, *others = (word(target) for target in _from(rung.turn, asked.targets))
         other = others[0] if len(others) == 1 else "the one whose turn it is"
         return f"{first} first: from here it cannot begin with {other} without crossing {first}"
-    why = _WHY[rung.weakening]
+    why = rung.weakening.value
     if others and rung.weakening is Weakening.SHARED:
         why = f"it shares its floor with {', '.join(others)}"
     waits = rung.weakening in (Weakening.SHARED, Weakening.ASSIGNED)
@@ -124,18 +115,6 @@ def asked_of(task: Task) -> Objective:
 
 def _from(turn: int, targets: Sequence[Target]) -> Sequence[Target]:
     return (*targets[turn:], *targets[:turn])
-
-
-_WHY = {
-    Weakening.CORRIDOR: "the corridor leaves no other path",
-    Weakening.MOBILITY: "its mobility leaves no other path",
-    Weakening.RULES: "what it avoids or always keeps leaves no other path",
-    Weakening.OBSTACLES: "the known obstacles leave no other path",
-    Weakening.KEPT: "the team could not continue from a pose on the other path",
-    Weakening.SHARED: "it shares its floor with others",
-    Weakening.CHARGED: "it goes to a charger on its shortest path",
-    Weakening.ASSIGNED: "it can be assigned another region at any time",
-}
 
 
 def _obstruction(graph: PoseGraph, pose: Pose, strict: TargetObjective, blocked: Mask) -> Weakening:

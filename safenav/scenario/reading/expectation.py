@@ -184,8 +184,11 @@ class ExpectKeys(Table):
     never = Key(_EVENTS, "Events that do not happen.")
 
 
-def read_expectation(node: Node | None, reading: Reading) -> Expect:
+def _expect(node: Node | None, _what: str, reading: Reading) -> Expect:
     item = ExpectKeys.read(node, "expect", reading)
     given = {} if item is None else item.given(*item.known.values())
     given["least_ticks"], given["ticks"] = given.get("ticks", (None, None))
     return Expect(**given)
+
+
+EXPECT = Shape(ExpectKeys, _expect)

@@ -26,31 +26,31 @@ from safenav.scenario.reading.catalogue import (
 )
 from safenav.scenario.reading.changes import CHANGES, read_changes
 from safenav.scenario.reading.deadlines import check_deadlines
-from safenav.scenario.reading.expectation import ExpectKeys, read_expectation
+from safenav.scenario.reading.expectation import EXPECT
 from safenav.scenario.reading.inputs import INPUTS, read_inputs
 from safenav.scenario.reading.maps.keys import MapKeys
 from safenav.scenario.reading.maps.map import read_map
-from safenav.scenario.reading.never_together import NEVER_TOGETHER, read_never_together
+from safenav.scenario.reading.never_together import NEVER_TOGETHER
 from safenav.scenario.reading.obstacles import (
     OBSTACLES,
     ORDERS,
     SUSPECTS,
     read_obstacles,
     read_orders,
-    read_suspects,
 )
-from safenav.scenario.reading.partition import PARTITION, read_partition
+from safenav.scenario.reading.partition import PARTITION
 from safenav.scenario.reading.regions import REGION, Reading
-from safenav.scenario.reading.requirements import REQUIREMENTS, read_requirements
+from safenav.scenario.reading.requirements import REQUIREMENTS
 from safenav.scenario.reading.robots import ROBOTS, read_robots
 from safenav.scenario.yaml import fields as read
-from safenav.scenario.yaml.document import Mapping, Node, Scalar
+from safenav.scenario.yaml.document import Mapping, Node, Scalar, entries_of
 from safenav.scenario.yaml.findings import Findings, ReadableFolder
 from safenav.scenario.yaml.shapes import (
     POSITIVE,
     SWITCH,
     TEXT,
     Key,
+    Shape,
     Table,
     choice,
     either,
@@ -101,6 +101,12 @@ class FailureKeys(Table):
     timeout = Key(POSITIVE, "Seconds after which a command is cancelled. Default: none.")
 
 
+def _chargers(node: Node | None, _what: str, reading: Reading) -> frozenset[Region]:
+    items = read.sequence(node, "chargers", reading) or ()
+    found = [reading.regions(item, "an item of chargers") or frozenset() for item in items]
+    return frozenset[Region]().union(*found)
+
+
 class ScenarioKeys(Table):
     about = (
         "A map, robots with objectives, and hidden obstacles (format version 1). "
@@ -128,17 +134,17 @@ class ScenarioKeys(Table):
     obstacles = Key(OBSTACLES, "Hidden obstacles, which robots discover by encountering them.")
     orders = Key(ORDERS, "Tasks that the team receives during the run.")
     changes = Key(CHANGES, "Objectives and service of robots during the run.")
-    until = Key(form(UntilKeys))
-    limits = Key(form(LimitKeys))
+    until = Key(UntilKeys.filling(settings.Until()))
+    limits = Key(LimitKeys.filling(settings.Limits()))
     clock = Key(choice(settings.Clock), "Time passes in ticks, or in seconds (live).")
-    failures = Key(form(FailureKeys))
+    failures = Key(FailureKeys.filling(settings.Failures()))
     resolve_within = Key(
         whole(),
         "The most ticks from a request to a resolution, unless the obstacle says otherwise.",
     )
     suspects = Key(SUSPECTS, "Possible obstacles that the team knows of.")
     late = Key(choice(settings.LatePolicy), "After a missed deadline: go_on, or stop.")
-    chargers = Key(form(many(REGION)), "Regions where batteries are charged.")
+    chargers = Key(Shape(many(REGION), _chargers), "Regions where batteries are charged.")
     flat = Key(
         TYPE, "The obstacle type (with 'blocks: []') that represents a robot without charge."
     )
@@ -155,7 +161,7 @@ class ScenarioKeys(Table):
         REQUIREMENTS,
         "Formulas over the motion, such as always(distance(a, b) >= 1); they may have names.",
     )
-    expect = Key(form(ExpectKeys))
+    expect = Key(EXPECT)
     catalogue = Key(
         form(either(CatalogueKeys, TEXT)),
         "Models and types of its own, in place or as the path of a file.",
@@ -165,9 +171,12 @@ class ScenarioKeys(Table):
 AS_WRITTEN = (
     *(ScenarioKeys.name, ScenarioKeys.seed, ScenarioKeys.coordination, ScenarioKeys.order),
     *(ScenarioKeys.controllers, ScenarioKeys.deadlock, ScenarioKeys.clock),
-    *(ScenarioKeys.resolve_within, ScenarioKeys.late),
+    *(ScenarioKeys.resolve_within, ScenarioKeys.late, ScenarioKeys.never_together),
+    *(ScenarioKeys.expect, ScenarioKeys.requirements, ScenarioKeys.partition),
+    *(ScenarioKeys.suspects, ScenarioKeys.chargers, ScenarioKeys.until, ScenarioKeys.limits),
+    ScenarioKeys.failures,
 )
-"""Keys whose values are fields of the scenario."""
+"""Keys whose values are fields of the scenario, in the order in which they are read."""
 
 
 def load_scenario(path: str | Path, *, reachable: bool = True) -> Scenario:
@@ -273,32 +282,21 @@ def _scenario(root: Node, reading: Reading) -> Scenario | None:
     read_map(item.map, reading)
     read_areas(item.areas, reading)
     reading.alone = False
-    robots = item.robots
-    if isinstance(robots, Mapping):
-        reading.named = tuple(key.text for key, _ in robots.entries)
+    reading.named = tuple(key.text for key, _ in entries_of(item.robots))
     before = len(reading)
     _read_catalogue(item.catalogue, reading)
     types_known = len(reading) == before
     inputs = read_inputs(item.inputs, reading)
     reading.inputs = tuple(each.name for each in inputs)
-    reading.team = read_robots(robots, reading)
-    apart = read_never_together(item.never_together, reading)
+    reading.team = read_robots(item.robots, reading)
     before = len(reading)
     obstacles = (*read_obstacles(item.obstacles, reading), *read_orders(item.orders, reading))
     if types_known and len(reading) == before and reading.world is not None:
         reading.obstacles = obstacles
     changes = read_changes(item.changes, reading)
     reading.flat = _flat(item, reading)
-    expect = read_expectation(item.expect, reading)
-    requirements = read_requirements(item.requirements, reading)
     if item.coordination is settings.Coordination.ASSIGNABLE:
         _check_assignable(item.where(ScenarioKeys.coordination), changes, reading)
-    partition = read_partition(item.partition, reading)
-    suspects = read_suspects(item.suspects, reading)
-    chargers = _chargers(item.chargers, reading)
-    until = UntilKeys.fill(item.until, "until", reading, settings.Until())
-    limits = LimitKeys.fill(item.limits, "limits", reading, settings.Limits())
-    failures = FailureKeys.fill(item.failures, "failures", reading, settings.Failures())
     given = {"name": printable(Path(reading.file).stem), **item.given(*AS_WRITTEN)}
     if reading.world is None:
         return None
@@ -306,18 +304,9 @@ def _scenario(root: Node, reading: Reading) -> Scenario | None:
         map=reading.world,
         robots=reading.team,
         obstacles=obstacles,
-        until=until,
-        limits=limits,
-        expect=expect,
         source=reading.file,
-        partition=partition,
         changes=changes,
-        requirements=requirements,
         catalogue=reading.catalogue,
-        failures=failures,
-        never_together=apart,
-        suspects=suspects,
-        chargers=chargers,
         flat=reading.flat,
         inputs=inputs,
         **given,
@@ -340,12 +329,6 @@ def _read_catalogue(node: Node | None, reading: Reading) -> None:
         read_catalogue_file(path, reading, str(path), node)
     elif node is not None:
         read_catalogue(node, reading, reading.file)
-
-
-def _chargers(node: Node | None, reading: Reading) -> frozenset[Region]:
-    items = read.sequence(node, "chargers", reading) or ()
-    found = [reading.regions(item, "an item of chargers") or frozenset() for item in items]
-    return frozenset[Region]().union(*found)
 
 
 def _flat(item: ScenarioKeys, reading: Reading) -> ObstacleType | None:

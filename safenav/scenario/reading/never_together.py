@@ -26,10 +26,7 @@ class ExclusionKeys(Table):
     )
 
 
-NEVER_TOGETHER = form(many(ExclusionKeys))
-
-
-def read_never_together(node: Node | None, reading: Reading) -> tuple[Exclusion, ...]:
+def _exclusions(node: Node | None, _what: str, reading: Reading) -> tuple[Exclusion, ...]:
     """The exclusions that could be read; what is wrong with the others is reported."""
     known, found = {robot.name: robot for robot in reading.team}, []
     for part in read.sequence(node, "never_together", reading) or ():
@@ -59,3 +56,6 @@ def read_never_together(node: Node | None, reading: Reading) -> tuple[Exclusion,
         if len(reading) == before and zone is not None:
             found.append(Exclusion(names, zone))
     return tuple(found)
+
+
+NEVER_TOGETHER = Shape(many(ExclusionKeys), _exclusions)

@@ -7,7 +7,7 @@ from safenav.scenario.reading.catalogue import SWEEPS, TYPE, swept
 from safenav.scenario.reading.regions import REGION, Reading
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar
-from safenav.scenario.yaml.shapes import PROBABILITY, Key, Table, either, form, many, whole
+from safenav.scenario.yaml.shapes import PROBABILITY, Key, Shape, Table, either, form, many, whole
 
 MOST_TICKS = read.MOST
 TICK = whole(1, MOST_TICKS)
@@ -49,7 +49,6 @@ class OrderKeys(Table):
 
 OBSTACLES = form(many(ObstacleKeys))
 ORDERS = form(many(OrderKeys))
-SUSPECTS = form(many(SuspectKeys))
 
 
 def read_obstacles(node: Node | None, reading: Reading) -> tuple[Obstacle, ...]:
@@ -127,18 +126,6 @@ def read_orders(node: Node | None, reading: Reading) -> tuple[Obstacle, ...]:
     return tuple(found)
 
 
-def read_suspects(node: Node | None, reading: Reading) -> tuple[Obstacle, ...] | None:
-    """The obstacles of which the team knows that they may be there; None without a list."""
-    items = read.sequence(node, "suspects", reading)
-    found = []
-    for part in items or ():
-        item = SuspectKeys.read(part, "a suspect", reading)
-        kind, region = (item.type, item.region) if item else (None, None)
-        if kind is not None and region is not None:
-            found.append(Obstacle(kind, region))
-    return None if items is None else tuple(found)
-
-
 def _truth(node: Node | None, kind: ObstacleType | None, reading: Reading) -> bool | float | None:
     """Its truth: traversable unless the scenario says otherwise."""
     if node is None:
@@ -161,3 +148,18 @@ def _where(node: Node) -> Node:
     """The region of an obstacle, to point at."""
     region = node.get("region") if isinstance(node, Mapping) else None
     return region or node
+
+
+def _suspects(node: Node | None, _what: str, reading: Reading) -> tuple[Obstacle, ...] | None:
+    """The obstacles of which the team knows that they may be there; None without a list."""
+    items = read.sequence(node, "suspects", reading)
+    found = []
+    for part in items or ():
+        item = SuspectKeys.read(part, "a suspect", reading)
+        kind, region = (item.type, item.region) if item else (None, None)
+        if kind is not None and region is not None:
+            found.append(Obstacle(kind, region))
+    return None if items is None else tuple(found)
+
+
+SUSPECTS = Shape(many(SuspectKeys), _suspects)

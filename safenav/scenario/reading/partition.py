@@ -5,7 +5,7 @@ from __future__ import annotations
 from safenav.scenario.reading.regions import REGION, Reading
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence
-from safenav.scenario.yaml.shapes import Key, Table, either, form, many, several, whole
+from safenav.scenario.yaml.shapes import Key, Shape, Table, either, form, many, several, whole
 from safenav.world.map import Region
 from safenav.world.partition import Partition, tiles
 
@@ -23,14 +23,9 @@ class TileKeys(Table):
     )
 
 
-PARTITION = form(
-    either({"const": ROOMS}, TileKeys, many(many(REGION, 1), 1)),
-    "partition",
-    "The cells in which a robot out of sight may be. Default: rooms.",
-)
-
-
-def read_partition(node: Node | None, reading: Reading) -> tuple[frozenset[Region], ...] | None:
+def _partition(
+    node: Node | None, what: str, reading: Reading
+) -> tuple[frozenset[Region], ...] | None:
     """The cells; None for the rooms of the map, or if something was reported."""
     match node:
         case None:
@@ -41,7 +36,7 @@ def read_partition(node: Node | None, reading: Reading) -> tuple[frozenset[Regio
             return _tiles(node, reading)
         case Sequence():
             return _cells(node, reading)
-    read.wrong_type(node, "'partition'", _EXPECTED, reading)
+    read.wrong_type(node, what, _EXPECTED, reading)
     return None
 
 
@@ -89,3 +84,11 @@ def _cells(node: Sequence, reading: Reading) -> tuple[frozenset[Region], ...] | 
         reading.add(node, told, "a robot may be anywhere: every free region needs a cell")
         return None
     return Partition.given(cells, world).cells
+
+
+PARTITION = Shape(
+    either({"const": ROOMS}, TileKeys, many(many(REGION, 1), 1)),
+    _partition,
+    "partition",
+    "The cells in which a robot out of sight may be. Default: rooms.",
+)

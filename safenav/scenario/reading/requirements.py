@@ -8,16 +8,15 @@ from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped
 from safenav.scenario.yaml.findings import Findings, suggestion
-from safenav.scenario.yaml.shapes import TEXT, either, form, many, matching, named
+from safenav.scenario.yaml.shapes import TEXT, Shape, either, form, many, matching, named
 from safenav.stl.parser import RequirementError, parse_requirement
 from safenav.stl.syntax import Happens, RobotSignal, nodes
 
 _WHAT = "requirements"
 _NAMED = form(named(TEXT, matching(NAME)), "namedRequirements")
-REQUIREMENTS = form(either(_NAMED, many(either(TEXT, _NAMED))))
 
 
-def read_requirements(node: Node | None, reading: Reading) -> dict[str, str]:
+def _requirements(node: Node | None, _what: str, reading: Reading) -> dict[str, str]:
     """The formulas by name: a list of formulas, each its own name, or named ones, or both."""
     found: dict[str, str] = {}
     cut = 0
@@ -89,3 +88,6 @@ def _formula(node: Scalar, text: str, what: str, reading: Reading) -> str:
         end = begin + len(event.kind) + 1 + len(event.obstacle)
         text = f"{text[:begin]}{event.kind}_{name}{text[end:]}"
     return text
+
+
+REQUIREMENTS = Shape(either(_NAMED, many(either(TEXT, _NAMED))), _requirements)

@@ -190,6 +190,13 @@ class Table:
         item = cls.read(node, what, findings, of)
         return default if item is None else item.over(default)
 
+    @classmethod
+    def filling(cls, default: S) -> Shape[S]:
+        """Items that become the default with the values that are given."""
+        return Shape(
+            cls, lambda node, what, found: cls.fill(node, what.strip("' "), found, default)
+        )
+
     def over(self, default: S) -> S:
         """The default with the values that are given."""
         return replace(default, **self.given(*self.known.values()))
